@@ -1,9 +1,11 @@
 """Three hundred answers with their times: what a change of structure has to leave as it is.
 
-`python benchmarks/answers.py write FILE` asks all questions and writes answers and times as JSON; `python benchmarks/answers.py compare FILE` asks
-them again; words after FILE restrict it to families whose name holds one of them. A number may differ by 1e-9 of its size in the plane and by 1e-7
-in space, the time of a family by a tenth: what differs by more is printed. The exit status is the number of answers that differ. Each time is the
-least of three runs, of processor time; set OPENBLAS_NUM_THREADS=1.
+`python benchmarks/answers.py write FILE` asks all questions and writes answers and times as JSON;
+`python benchmarks/answers.py compare FILE` asks them again; words after FILE restrict it to
+families whose name holds one of them. A number may differ by 1e-9 of its size in the plane and by
+1e-7 in space, the time of a family by a tenth: what differs by more is printed. The exit status is
+the number of answers that differ. Each time is the least of three runs, of processor time; set
+OPENBLAS_NUM_THREADS=1.
 """
 
 import json
@@ -30,10 +32,18 @@ def plane_contact(seed: int) -> tuple[fo.ContactSystem, fo.LoadCycle, np.ndarray
     G = rng.normal(size=(2 * nodes, 2 * nodes))
     S = G @ G.T / (2 * nodes) + 0.3 * np.eye(2 * nodes)
     coupling = rng.choice([0.0, 0.3, 0.8])
-    bonded = {f"corner{k}": (rng.normal(size=nodes), 0.2 * rng.normal(size=nodes)) for k in range(corners)}
+    bonded = {
+        f"corner{k}": (rng.normal(size=nodes), 0.2 * rng.normal(size=nodes)) for k in range(corners)
+    }
     bonded["mean"] = (0.1 * rng.normal(size=nodes), rng.uniform(0.5, 1.5, size=nodes))
-    system = fo.ContactSystem.from_blocks(S[:nodes, :nodes], coupling * S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), bonded)
-    return system, fo.LoadCycle({"mean": 1.0}, [{f"corner{k}": 1.0} for k in range(corners)]), rng.uniform(0.3, 0.8, size=nodes)
+    system = fo.ContactSystem.from_blocks(
+        S[:nodes, :nodes], coupling * S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), bonded
+    )
+    return (
+        system,
+        fo.LoadCycle({"mean": 1.0}, [{f"corner{k}": 1.0} for k in range(corners)]),
+        rng.uniform(0.3, 0.8, size=nodes),
+    )
 
 
 def space_contact(seed: int) -> tuple[fo.ContactSystem, fo.LoadCycle, np.ndarray]:
@@ -45,21 +55,41 @@ def space_contact(seed: int) -> tuple[fo.ContactSystem, fo.LoadCycle, np.ndarray
     coupling = rng.choice([0.0, 0.3, 0.8])
     S[: 2 * nodes, 2 * nodes :] *= coupling
     S[2 * nodes :, : 2 * nodes] *= coupling
-    bonded = {f"corner{k}": np.r_[rng.normal(size=2 * nodes), 0.2 * rng.normal(size=nodes)] for k in range(corners)}
+    bonded = {
+        f"corner{k}": np.r_[rng.normal(size=2 * nodes), 0.2 * rng.normal(size=nodes)]
+        for k in range(corners)
+    }
     bonded["mean"] = np.r_[0.1 * rng.normal(size=2 * nodes), rng.uniform(0.5, 1.5, size=nodes)]
     system = fo.ContactSystem(S, rng.normal(size=(nodes, 3)), bonded)
-    return system, fo.LoadCycle({"mean": 1.0}, [{f"corner{k}": 1.0} for k in range(corners)]), rng.uniform(0.3, 0.8, size=nodes)
+    return (
+        system,
+        fo.LoadCycle({"mean": 1.0}, [{f"corner{k}": 1.0} for k in range(corners)]),
+        rng.uniform(0.3, 0.8, size=nodes),
+    )
 
 
 def sums(system: fo.ContactSystem | fo.ContactSystem) -> Numbers:
     """What a condensation gives, in a few numbers that no order of nodes changes."""
-    loads = [np.linalg.norm(np.concatenate([np.ravel(part) for part in system.reaction({name: 1.0})])) for name in sorted(system.bonded)]
-    return [np.linalg.norm(system.S), np.trace(system.A), np.trace(system.C), *loads, system.gap.sum()]
+    loads = [
+        np.linalg.norm(np.concatenate([np.ravel(part) for part in system.reaction({name: 1.0})]))
+        for name in sorted(system.bonded)
+    ]
+    return [
+        np.linalg.norm(system.S),
+        np.trace(system.A),
+        np.trace(system.C),
+        *loads,
+        system.gap.sum(),
+    ]
 
 
 def onset(found: fo.results.Onset) -> Numbers:
     """Load factors and nodes of all events."""
-    return [number for event in (*found.slips, *found.separations) for number in (event.load_factor, -1.0 if event.node is None else event.node)]
+    return [
+        number
+        for event in (*found.slips, *found.separations)
+        for number in (event.load_factor, -1.0 if event.node is None else event.node)
+    ]
 
 
 def range_of(found: fo.results.DissipationRange) -> Numbers:
@@ -78,15 +108,35 @@ def questions_of(kind: str, seed: int) -> Iterator[Question]:
     yield f"{kind} safe slip", lambda: [fo.safe_slip(system, cycle, f, 0.7 * load).margin]
     yield f"{kind} onset", lambda: onset(fo.onset(system, cycle, f))
     for share in (0.8, 1.3):
-        yield f"{kind} steady state", lambda share=share: [fo.steady_state(system, cycle, f, share * load, initial_slip=start).dissipation]
+        yield (
+            f"{kind} steady state",
+            lambda share=share: [
+                fo.steady_state(system, cycle, f, share * load, initial_slip=start).dissipation
+            ],
+        )
     if seed % 3 == 0:
-        yield f"{kind} march", lambda: [float(np.abs(fo.march(system, cycle, f, load, initial_slip=start, cycles=2).slip).max())]
+        yield (
+            f"{kind} march",
+            lambda: [
+                float(
+                    np.abs(
+                        fo.march(system, cycle, f, load, initial_slip=start, cycles=2).slip
+                    ).max()
+                )
+            ],
+        )
     if kind == "plane":
         yield f"{kind} guaranteed", lambda: [fo.guaranteed_limit(system, cycle, f).load_factor]
         if seed % 2 == 0:
-            yield f"{kind} required friction", lambda: [fo.required_friction(system, cycle, 0.5 * load).required]
+            yield (
+                f"{kind} required friction",
+                lambda: [fo.required_friction(system, cycle, 0.5 * load).required],
+            )
         if seed % 4 == 0:
-            yield f"{kind} range", lambda: range_of(fo.dissipation_range(system, cycle, f, 0.9 * load))
+            yield (
+                f"{kind} range",
+                lambda: range_of(fo.dissipation_range(system, cycle, f, 0.9 * load)),
+            )
 
 
 def engines(seed: int) -> Iterator[Question]:
@@ -94,13 +144,30 @@ def engines(seed: int) -> Iterator[Question]:
     system, _, f = plane_contact(seed)
     slip = np.zeros(system.nodes)
     load = system.reaction({"mean": 1.0, "corner0": 0.7})
-    yield "plane increments", lambda: [float(np.abs(fo.increments.FrozenBoundIncrement(system, f).solve(slip, load).slip).max())]
+    yield (
+        "plane increments",
+        lambda: [
+            float(
+                np.abs(fo.increments.FrozenBoundIncrement(system, f).solve(slip, load).slip).max()
+            )
+        ],
+    )
     if system.nodes < 5:
-        yield "plane increments", lambda: [float(np.abs(fo.increments.ExactIncrement(system, f).solve(slip, load).slip).max())]
+        yield (
+            "plane increments",
+            lambda: [
+                float(np.abs(fo.increments.ExactIncrement(system, f).solve(slip, load).slip).max())
+            ],
+        )
     space, _, g = space_contact(seed)
     pushed = space.reaction({"mean": 1.0, "corner0": 0.7})
     for way in (fo.increments.NewtonIncrement, fo.increments.FrozenBoundIncrement):
-        yield "space increments", lambda way=way: [float(np.abs(way(space, g).solve(np.zeros((space.nodes, 2)), pushed).slip).max())]
+        yield (
+            "space increments",
+            lambda way=way: [
+                float(np.abs(way(space, g).solve(np.zeros((space.nodes, 2)), pushed).slip).max())
+            ],
+        )
 
 
 def scenes() -> Iterator[Question]:
@@ -109,12 +176,28 @@ def scenes() -> Iterator[Question]:
     flank = fo.LoadCycle({"pull": 1.0}, [{"pull": 0.3, "sway": 0.1}, {"pull": -0.3, "sway": -0.1}])
     for elements in (16, 40, 64):
         punch = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
-        yield "plane door", lambda elements=elements: sums(fo.scenes.PunchOnHalfPlane(elements=elements).condense())
+        yield (
+            "plane door",
+            lambda elements=elements: sums(
+                fo.scenes.PunchOnHalfPlane(elements=elements).condense()
+            ),
+        )
         for f in (0.3, 0.5, 0.7, 1.0):
-            yield "plane scene limits", lambda punch=punch, f=f: [fo.shakedown_limit(punch, pull, f).load_factor]
-            yield "plane scene limits", lambda punch=punch, f=f: [fo.guaranteed_limit(punch, pull, f).load_factor]
+            yield (
+                "plane scene limits",
+                lambda punch=punch, f=f: [fo.shakedown_limit(punch, pull, f).load_factor],
+            )
+            yield (
+                "plane scene limits",
+                lambda punch=punch, f=f: [fo.guaranteed_limit(punch, pull, f).load_factor],
+            )
         for share in (1.5, 1.9):
-            yield "plane scene transients", lambda punch=punch, share=share: [fo.steady_state(punch, pull, 0.7, share).dissipation]
+            yield (
+                "plane scene transients",
+                lambda punch=punch, share=share: [
+                    fo.steady_state(punch, pull, 0.7, share).dissipation
+                ],
+            )
     dovetail = fo.scenes.Dovetail(angle=50, elements=24, edge_radius=5.0)
     root = dovetail.condense()
     yield "plane door", lambda: sums(dovetail.condense())
@@ -125,10 +208,19 @@ def scenes() -> Iterator[Question]:
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, {"Qy": 0.1}, {"Qx": -0.1}, {"Qy": -0.1}])
     for elements in (3, 5):
         square = fo.scenes.SquarePunch(elements=elements).condense()
-        yield "space door", lambda elements=elements: sums(fo.scenes.SquarePunch(elements=elements).condense())
+        yield (
+            "space door",
+            lambda elements=elements: sums(fo.scenes.SquarePunch(elements=elements).condense()),
+        )
         for f in (0.3, 0.5, 0.7):
-            yield "space scene limits", lambda square=square, f=f: [fo.shakedown_limit(square, turning, f).load_factor]
-        yield "space scene transients", lambda square=square: [fo.steady_state(square, turning, 0.3, 1.5).dissipation]
+            yield (
+                "space scene limits",
+                lambda square=square, f=f: [fo.shakedown_limit(square, turning, f).load_factor],
+            )
+        yield (
+            "space scene transients",
+            lambda square=square: [fo.steady_state(square, turning, 0.3, 1.5).dissipation],
+        )
 
 
 def questions() -> Iterator[Question]:
@@ -181,7 +273,11 @@ def main(action: str, file: Path, *words: str) -> int:
         print(f"{len(answers)} answers, {sum(times.values()):.1f} s")
         return 0
     before = json.loads(file.read_text())
-    earlier = [(family, answer) for family, answer in before["answers"] if not words or any(word in family for word in words)]
+    earlier = [
+        (family, answer)
+        for family, answer in before["answers"]
+        if not words or any(word in family for word in words)
+    ]
     differ = 0
     for number, ((family, now), (name, then)) in enumerate(zip(answers, earlier, strict=True)):
         distance = apart(now, then)
@@ -191,7 +287,9 @@ def main(action: str, file: Path, *words: str) -> int:
     print(f"{len(answers)} answers, {differ} differ")
     for family, seconds in times.items():
         ratio = seconds / before["times"][family]
-        print(f"{family:24} {seconds:8.3f} s, {ratio:5.2f} of before{'  SLOWER' if ratio > SLOWER else ''}")
+        print(
+            f"{family:24} {seconds:8.3f} s, {ratio:5.2f} of before{'  SLOWER' if ratio > SLOWER else ''}"
+        )
     return differ
 
 

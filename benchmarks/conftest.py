@@ -43,7 +43,9 @@ def compare(benchmark, record_property):
         ratio = medians[0] / medians[1]
         benchmark.extra_info.update(ours=medians[0], rival=medians[1], ratio=ratio)
         record_property("ratio", ratio)
-        print(f"\n    ours {1e3 * medians[0]:.1f} ms, rival {1e3 * medians[1]:.1f} ms, ratio {ratio:.2f}")
+        print(
+            f"\n    ours {1e3 * medians[0]:.1f} ms, rival {1e3 * medians[1]:.1f} ms, ratio {ratio:.2f}"
+        )
         return ratio
 
     return run

@@ -1,10 +1,13 @@
 """What a reader passes from a question to its answer: functions of frictopt that are entered, their files, and the classes of what they pass.
 
-`python benchmarks/functions.py` asks for the limit, the steady state and the condensed model of a punch in the plane and in space; `--names` lists
-what it counted. Before a question is counted, the same one is answered for another, smaller contact: so none profits from what an earlier one
-imported or compiled, and each has a contact of its own. Methods and generators count as functions; lambdas and comprehensions belong to the function
-that they stand in, what dataclasses generate and numba compiles is not seen. A class counts where an object of it is an argument or a result of such
-a function: of the whole call, and in brackets, before the first program is solved. The exit status is the number of bounds that are exceeded.
+`python benchmarks/functions.py` asks for the limit, the steady state and the condensed model of a
+punch in the plane and in space; `--names` lists what it counted. Before a question is counted, the
+same one is answered for another, smaller contact: so none profits from what an earlier one imported
+or compiled, and each has a contact of its own. Methods and generators count as functions; lambdas
+and comprehensions belong to the function that they stand in, what dataclasses generate and numba
+compiles is not seen. A class counts where an object of it is an argument or a result of such a
+function: of the whole call, and in brackets, before the first program is solved. The exit status is
+the number of bounds that are exceeded.
 """
 
 import argparse
@@ -19,7 +22,11 @@ from frictopt.solve.solvers import run
 
 PACKAGE = Path(fo.__file__).parent
 SOLVE = run.__code__
-MOST = {"shakedown_limit": (35, 8), "steady_state": (50, None), "condense": (70, None)}  # functions, files
+MOST = {
+    "shakedown_limit": (35, 8),
+    "steady_state": (50, None),
+    "condense": (70, None),
+}  # functions, files
 MOST_TYPES = 7
 
 
@@ -39,11 +46,19 @@ class Count:
         code = frame.f_code
         if event == "call" and code is SOLVE and self.before is None:
             self.before = set(self.types)
-        if event not in ("call", "return") or not code.co_filename.startswith(str(PACKAGE)) or code.co_name == "<module>":
+        if (
+            event not in ("call", "return")
+            or not code.co_filename.startswith(str(PACKAGE))
+            or code.co_name == "<module>"
+        ):
             return
         if not code.co_name.startswith("<"):
             self.functions.add(code)
-        self.types |= {type(value) for value in passed(frame, event, result) if type(value).__module__.startswith("frictopt")}
+        self.types |= {
+            type(value)
+            for value in passed(frame, event, result)
+            if type(value).__module__.startswith("frictopt")
+        }
 
 
 def passed(frame: FrameType, event: str, result: object) -> Iterator[object]:
@@ -66,19 +81,27 @@ def counted(question: Callable[[], object]) -> Count:
 
 def questions(world: str, elements: int) -> dict[str, Callable[[], object]]:
     """The questions about a punch, each with a contact of its own."""
-    scene = fo.scenes.PunchOnHalfPlane(elements=elements) if world == "plane" else fo.scenes.SquarePunch(elements=elements)
+    scene = (
+        fo.scenes.PunchOnHalfPlane(elements=elements)
+        if world == "plane"
+        else fo.scenes.SquarePunch(elements=elements)
+    )
     cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
     load_factor = 1.3 * fo.shakedown_limit(scene.condense(), cycle, 0.7).load_factor
     limit, steady, model = scene.condense(), scene.condense(), scene.model()
     return {
         "shakedown_limit": lambda: fo.shakedown_limit(limit, cycle, friction=0.7),
-        "steady_state": lambda: fo.steady_state(steady, cycle, friction=0.7, load_factor=load_factor),
+        "steady_state": lambda: fo.steady_state(
+            steady, cycle, friction=0.7, load_factor=load_factor
+        ),
         "condense": lambda: model.condense(),
     }
 
 
 def row(*cells: object) -> str:
-    return "".join(f"{cell:>{width}}" for cell, width in zip(cells, (24, 11, 6, 7, 6, 12, 6), strict=True))
+    return "".join(
+        f"{cell:>{width}}" for cell, width in zip(cells, (24, 11, 6, 7, 6, 12, 6), strict=True)
+    )
 
 
 def main(names: bool) -> int:
@@ -92,11 +115,27 @@ def main(names: bool) -> int:
             functions, files, types = len(count.functions), len(count.files), len(count.types)
             most, most_files = MOST[question]
             before = "" if count.before is None else f" ({len(count.before)})"
-            print(row(f"{question}, {world}", functions, most, files, most_files or "-", f"{types}{before}", MOST_TYPES))
-            exceeded += (functions > most) + (most_files is not None and files > most_files) + (types > MOST_TYPES)
+            print(
+                row(
+                    f"{question}, {world}",
+                    functions,
+                    most,
+                    files,
+                    most_files or "-",
+                    f"{types}{before}",
+                    MOST_TYPES,
+                )
+            )
+            exceeded += (
+                (functions > most)
+                + (most_files is not None and files > most_files)
+                + (types > MOST_TYPES)
+            )
             if names:
                 for file in sorted(count.files):
-                    own = sorted(code.co_qualname for code in count.functions if code.co_filename == file)
+                    own = sorted(
+                        code.co_qualname for code in count.functions if code.co_filename == file
+                    )
                     print(f"    {Path(file).relative_to(PACKAGE)}: {', '.join(own)}")
                 print(f"    types: {', '.join(sorted(kind.__name__ for kind in count.types))}\n")
     return exceeded

@@ -1,8 +1,9 @@
 """Mutation tests: the faults of `tests/ROOM/faults.py`, planted one at a time in a copy of the repository, and the tests that should fail.
 
-Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning of a file's name, `limits` or `study/run`. A
-fault that no test finds has "SURVIVED"; one that does not stand once in its file is "gone". The exit status is the number of both. A fault
-counts as killed only if the test that fails with it passes without it; slow tests are not asked.
+Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning
+of a file's name, `limits` or `study/run`. A fault that no test finds has "SURVIVED"; one that does
+not stand once in its file is "gone". The exit status is the number of both. A fault counts as
+killed only if the test that fails with it passes without it; slow tests are not asked.
 """
 
 import argparse
@@ -47,7 +48,11 @@ def place(fault: Fault, copy: Path) -> Path:
 def test_files(fault: Fault, copy: Path) -> list[str]:
     """The tests that should find a fault."""
     named = (name.partition("::") for name in fault.tests.split())
-    return [f"{path.relative_to(copy)}{mark}{test}" for glob, mark, test in named for path in sorted((copy / "tests").glob(f"*/test_{glob}.py"))]
+    return [
+        f"{path.relative_to(copy)}{mark}{test}"
+        for glob, mark, test in named
+        for path in sorted((copy / "tests").glob(f"*/test_{glob}.py"))
+    ]
 
 
 class _Failed:
@@ -74,7 +79,9 @@ def _run(end: Connection, copy: Path, caches: str, arguments: Sequence[str]) -> 
     numba.config.CACHE_DIR = caches
     for descriptor in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
-    status = pytest.main(["-q", "-m", "not slow", "-p", "no:cacheprovider", *arguments], [_Failed(end)])
+    status = pytest.main(
+        ["-q", "-m", "not slow", "-p", "no:cacheprovider", *arguments], [_Failed(end)]
+    )
     if status != pytest.ExitCode.INTERNAL_ERROR:  # of a test that is not there nothing has failed
         end.send(None)
 
@@ -84,13 +91,20 @@ class Ground:
 
     def __init__(self, folder: Path) -> None:
         self.copy, self._folder = folder / "copy", folder
-        shutil.copytree(ROOT, self.copy, ignore=shutil.ignore_patterns(".*", "__pycache__", "_build", "*.nb?"))
+        shutil.copytree(
+            ROOT, self.copy, ignore=shutil.ignore_patterns(".*", "__pycache__", "_build", "*.nb?")
+        )
 
     def failures(self, tests: Iterable[str], *options: str, cold: bool = False) -> list[str]:
         """Which tests fail, by the names that pytest gives them; `cold`: with code compiled anew."""
         found, (mine, other) = list[str](), PROCESSES.Pipe(duplex=False)
         with tempfile.TemporaryDirectory() as empty:
-            arguments = other, self.copy, empty if cold else str(self._folder / "compiled"), [*options, *tests]
+            arguments = (
+                other,
+                self.copy,
+                empty if cold else str(self._folder / "compiled"),
+                [*options, *tests],
+            )
             process = PROCESSES.Process(target=_run, args=arguments)
             process.start()
             other.close()
@@ -117,17 +131,35 @@ class Ground:
         if with_fault is None:
             return None
         file.write_text(with_fault)
-        os.utime(file, ns=(times.st_atime_ns, max(time_ns(), times.st_mtime_ns + 10**9)))  # compiled code is known by it
+        os.utime(
+            file, ns=(times.st_atime_ns, max(time_ns(), times.st_mtime_ns + 10**9))
+        )  # compiled code is known by it
         try:
-            return next(iter(self.failures(test_files(fault, self.copy), "-x", cold=file.name in ("kernel.py", "sweeps.py"))), "")
+            return next(
+                iter(
+                    self.failures(
+                        test_files(fault, self.copy),
+                        "-x",
+                        cold=file.name in ("kernel.py", "sweeps.py"),
+                    )
+                ),
+                "",
+            )
         finally:
             file.write_text(before)
-            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))  # so that code compiled from it stays valid
+            os.utime(
+                file, ns=(times.st_atime_ns, times.st_mtime_ns)
+            )  # so that code compiled from it stays valid
 
 
 def page(before: str, faults: Sequence[Fault], killed: Sequence[bool], code: str, made: str) -> str:
     """The table, one row for each room: anew if all its faults were planted; if some were, the row that counts all, with what became of these."""
-    rows = {line.split(" | ")[0].removeprefix("| "): line.removeprefix("| ").removesuffix(" |").split(" | ")[1:] for line in before.splitlines()}
+    rows = {
+        line.split(" | ")[0].removeprefix("| "): line.removeprefix("| ")
+        .removesuffix(" |")
+        .split(" | ")[1:]
+        for line in before.splitlines()
+    }
     rows = {name: row for name, row in rows.items() if len(row) == 4 and row[0].isdigit()}
     dead = dict(zip(faults, killed, strict=True))
     for name in dict.fromkeys(map(room, faults)):
@@ -136,7 +168,11 @@ def page(before: str, faults: Sequence[Fault], killed: Sequence[bool], code: str
         if not set(own) <= dead.keys():
             if int(rows.get(name, ["0"])[0]) != len(own):
                 continue
-            dead |= {fault: words[fault] not in rows[name][3].split("; ") for fault in own if fault not in dead}
+            dead |= {
+                fault: words[fault] not in rows[name][3].split("; ")
+                for fault in own
+                if fault not in dead
+            }
         alive = [words[fault] for fault in own if not dead[fault]]
         earlier = [] if set(own) <= set(faults) else rows[name][2].split(", ")
         codes = ", ".join(dict.fromkeys([*earlier, code]))
@@ -150,14 +186,24 @@ def page(before: str, faults: Sequence[Fault], killed: Sequence[bool], code: str
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Plant the chosen faults, or all; returns how many survived or are gone."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("files", nargs="*", metavar="FILE")
-    parser.add_argument("--page", type=Path, metavar="FOLDER", help="write the table as mutants.md, of whole rooms")
+    parser.add_argument(
+        "--page", type=Path, metavar="FOLDER", help="write the table as mutants.md, of whole rooms"
+    )
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(argv)
-    chosen = [fault for fault in FAULTS if not options.files or fault.file.startswith(tuple(options.files))]
+    chosen = [
+        fault
+        for fault in FAULTS
+        if not options.files or fault.file.startswith(tuple(options.files))
+    ]
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    PROCESSES.set_forkserver_preload(["cvxpy", "matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "skfem"])
+    PROCESSES.set_forkserver_preload(
+        ["cvxpy", "matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "skfem"]
+    )
     grounds = SimpleQueue[Ground]()
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(options.workers) as threads:
         for number in range(options.workers):
@@ -181,10 +227,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     killed = [bool(killer) and killer not in wrong for killer in killers]
     if options.page is not None:
         options.page.mkdir(parents=True, exist_ok=True)
-        file, log = options.page / "mutants.md", ["git", "log", "-1", "--format=%h of %cs", "--", "frictopt"]
-        code = subprocess.run(log, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+        file, log = (
+            options.page / "mutants.md",
+            ["git", "log", "-1", "--format=%h of %cs", "--", "frictopt"],
+        )
+        code = subprocess.run(
+            log, cwd=ROOT, capture_output=True, text=True, check=True
+        ).stdout.strip()
         made = f"Made by `python benchmarks/mutants.py --page docs/tables`, all rooms or one by one, on {machine()}."
-        file.write_text(page(file.read_text(encoding="utf-8") if file.is_file() else "", chosen, killed, code, made), encoding="utf-8")
+        file.write_text(
+            page(
+                file.read_text(encoding="utf-8") if file.is_file() else "",
+                chosen,
+                killed,
+                code,
+                made,
+            ),
+            encoding="utf-8",
+        )
     return len(killed) - sum(killed)
 
 

@@ -14,11 +14,17 @@ def blocks(scene):
 
 @pytest.mark.parametrize("ordering", ORDERINGS)
 def test_assembly_and_condensation_against_one_factorisation(compare, scene, blocks, ordering):
-    assert compare(scene.model().condense, lambda: splu(blocks[0], **ORDERINGS[ordering]), rounds=5) < 2.0
+    assert (
+        compare(scene.model().condense, lambda: splu(blocks[0], **ORDERINGS[ordering]), rounds=5)
+        < 2.0
+    )
 
 
 def test_whole_way_against_one_factorisation(compare, scene, blocks):
-    assert compare(scene.condense, lambda: splu(blocks[0], **ORDERINGS["MMD_AT_PLUS_A"]), rounds=5) < 4.0
+    assert (
+        compare(scene.condense, lambda: splu(blocks[0], **ORDERINGS["MMD_AT_PLUS_A"]), rounds=5)
+        < 4.0
+    )
 
 
 def test_whole_way_against_one_right_hand_side_for_each_unknown(compare, scene, blocks):

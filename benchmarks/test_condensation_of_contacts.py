@@ -1,6 +1,7 @@
 """Condensation of the matrices of three bodies and two inclined contacts, the size of a dovetail, against one sparse factorisation by scipy.
 
-The rival factorises the stiffness of the glued bodies, assembled by scikit-fem, and has no stiffness of the interface then.
+The rival factorises the stiffness of the glued bodies, assembled by scikit-fem, and has no
+stiffness of the interface then.
 """
 
 import numpy as np
@@ -27,21 +28,29 @@ def given(model):
     """Arguments of `condense`."""
     bases = [Basis(body.mesh, ElementVector(ElementQuad1())) for body in model.bodies.values()]
     starts = np.cumsum([0] + [basis.N for basis in bases])
-    unknowns = np.concatenate([start + basis.nodal_dofs.T for start, basis in zip(starts[:-1], bases, strict=True)])
+    unknowns = np.concatenate(
+        [start + basis.nodal_dofs.T for start, basis in zip(starts[:-1], bases, strict=True)]
+    )
     points = np.concatenate([basis.mesh.p.T for basis in bases])
     first = len(bases[0].mesh.p.T)
     pairs, normals = [], []
     for number, (side, across) in enumerate((("left", 1.0), ("right", -1.0)), start=1):
         one = bases[0].mesh.facets[:, bases[0].mesh.boundaries[f"{side} flank"]]
         two = bases[number].mesh.facets[:, bases[number].mesh.boundaries["flank"]]
-        one, two = (nodes[np.argsort(points[nodes, 1])] for nodes in (np.unique(one), first + np.unique(two)))
+        one, two = (
+            nodes[np.argsort(points[nodes, 1])]
+            for nodes in (np.unique(one), first + np.unique(two))
+        )
         pairs.append(np.column_stack([one, two])[:: -int(across)])
         normals.append(np.tile([across * np.sin(np.pi / 3), np.cos(np.pi / 3)], (len(one), 1)))
         first += bases[number].mesh.p.shape[1]
     force = np.zeros(starts[-1])
     force[unknowns[points[:, 1] == 1.0, 1]] = -1.0
     return {
-        "K": block_diag([linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis) for basis in bases], format="csr"),
+        "K": block_diag(
+            [linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(basis) for basis in bases],
+            format="csr",
+        ),
         "loads": {"P": force, "Q": force},
         "pairs": np.concatenate(pairs),
         "normals": np.concatenate(normals),
@@ -58,7 +67,9 @@ def whole(given):
     size = given["K"].shape[0]
     image = np.arange(size)
     image[given["unknowns"][given["pairs"][:, 0]]] = given["unknowns"][given["pairs"][:, 1]]
-    same = csr_matrix((np.ones(size), (np.arange(size), image)), shape=(size, size)) @ identity(size, format="csr")
+    same = csr_matrix((np.ones(size), (np.arange(size), image)), shape=(size, size)) @ identity(
+        size, format="csr"
+    )
     free = np.setdiff1d(image, given["held"])
     return (same.T @ given["K"] @ same)[free][:, free].tocsc()
 
@@ -66,7 +77,9 @@ def whole(given):
 @pytest.mark.parametrize("ordering", ORDERINGS)
 def test_condensation_against_one_factorisation(compare, given, whole, ordering):
     assert whole.shape[0] > 54_000 and len(given["pairs"]) == 250
-    ratio = compare(lambda: fo.condense(**given), lambda: splu(whole, **ORDERINGS[ordering]), rounds=5)
+    ratio = compare(
+        lambda: fo.condense(**given), lambda: splu(whole, **ORDERINGS[ordering]), rounds=5
+    )
     assert ratio < MOST[ordering]
 
 

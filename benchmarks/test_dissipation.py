@@ -23,7 +23,9 @@ def study():
 
     def follow(**options):
         start = time.perf_counter()
-        table = fo.dissipation_study(case.system, paper.LOADS, case.friction, factors, starts, **options)
+        table = fo.dissipation_study(
+            case.system, paper.LOADS, case.friction, factors, starts, **options
+        )
         assert len(table) == 2160 and (table.error == "").all()
         return time.perf_counter() - start
 
@@ -40,7 +42,9 @@ def test_two_processes(study, record_property):
     with ProcessPoolExecutor(2, get_context("spawn")) as pool:
         one, two = by_turns(study, lambda: study(executor=pool))
     record_property("gain", one / two)
-    print(f"\n    2,160 transients: one process {one:.1f} s, two processes {two:.1f} s, gain {one / two:.2f}")
+    print(
+        f"\n    2,160 transients: one process {one:.1f} s, two processes {two:.1f} s, gain {one / two:.2f}"
+    )
     assert one / two >= 1.7
 
 

@@ -50,7 +50,10 @@ def pardiso(K, kept):
     upper = csr_matrix(triu(K))
     upper.sort_indices()
     k, iparm = int(kept.sum()), np.zeros(64, dtype=np.int32)
-    S, starts, columns, chosen = np.zeros((k, k)), *(part.astype(np.int32) for part in (upper.indptr, upper.indices, kept))
+    S, starts, columns, chosen = (
+        np.zeros((k, k)),
+        *(part.astype(np.int32) for part in (upper.indptr, upper.indices, kept)),
+    )
     iparm[[0, 1, 34, 35]] = 1, 2, 1, 1  # no defaults, Metis, rows from zero on, a Schur complement
     handle, error = np.zeros(64, dtype=np.int64), ctypes.c_int32(0)
 
@@ -62,7 +65,14 @@ def pardiso(K, kept):
 
     matrix = [array(values) for values in (upper.data, starts, columns, chosen)]
     for phase in (12, -1):  # factorise a positive definite matrix, release
-        known = [array(handle), *map(number, (1, 1, 2, phase, K.shape[0])), *matrix, number(1), array(iparm), number(0)]
+        known = [
+            array(handle),
+            *map(number, (1, 1, 2, phase, K.shape[0])),
+            *matrix,
+            number(1),
+            array(iparm),
+            number(0),
+        ]
         call(*known, None, array(S), ctypes.byref(error))
         assert error.value == 0
     return S
@@ -82,7 +92,14 @@ def test_plane_against_one_factorisation(glued, ordering, record_property):
     if scene == "plane":
         inner = K[front >= 0][:, front >= 0].tocsc()
         assert inner.shape[0] > 50_000 and (front < 0).sum() == 250
-        assert compared(lambda: eliminate(K, front), lambda: splu(inner, **ORDERINGS[ordering]), record_property) < 1.0
+        assert (
+            compared(
+                lambda: eliminate(K, front),
+                lambda: splu(inner, **ORDERINGS[ordering]),
+                record_property,
+            )
+            < 1.0
+        )
 
 
 def test_against_pardiso(glued, record_property):
@@ -90,4 +107,6 @@ def test_against_pardiso(glued, record_property):
     _, K, front = glued
     (S, _), other = eliminate(K, front), pardiso(K, front < 0)
     assert np.abs(S - other).max() < 1e-12 * np.abs(S).max()
-    assert compared(lambda: eliminate(K, front), lambda: pardiso(K, front < 0), record_property) < 1.2
+    assert (
+        compared(lambda: eliminate(K, front), lambda: pardiso(K, front < 0), record_property) < 1.2
+    )

@@ -21,7 +21,10 @@ def test_guaranteed_limit_against_a_bare_loop(compare, cycle, elements, options)
     assert compare(lambda: model.solve(0.5), rival, rounds=5) < 1 / 3
 
 
-@pytest.mark.parametrize(("elements", "friction", "most"), [(40, 0.5, 0.5), (124, 0.3, 5.0), (124, 0.7, 5.0), (124, 1.5, 5.0)])
+@pytest.mark.parametrize(
+    ("elements", "friction", "most"),
+    [(40, 0.5, 0.5), (124, 0.3, 5.0), (124, 0.7, 5.0), (124, 1.5, 5.0)],
+)
 def test_first_time(benchmark, cycle, elements, friction, most):
     system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     with threadpool_limits(1):

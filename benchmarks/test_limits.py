@@ -18,8 +18,12 @@ def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simp
     model = fo.ShakedownModel(system, cycle, simplify=simplify)
     limit = model.solve(0.7)
     program = LinearProgram.of(model)
-    assert -highs_cost(highs(program, OPTIONS[options])) == pytest.approx(limit.load_factor, rel=1e-7)
-    assert compare(lambda: model.solve(0.7), lambda: highs(program, OPTIONS[options]), rounds=25) < 1.5
+    assert -highs_cost(highs(program, OPTIONS[options])) == pytest.approx(
+        limit.load_factor, rel=1e-7
+    )
+    assert (
+        compare(lambda: model.solve(0.7), lambda: highs(program, OPTIONS[options]), rounds=25) < 1.5
+    )
 
 
 @pytest.mark.parametrize(("nodes", "most"), [(125, 0.1), (251, 0.3), (501, 1.0)])
@@ -27,13 +31,17 @@ def test_first_time(benchmark, cycle, nodes, most):
     system = fo.scenes.PunchOnHalfPlane(elements=nodes - 1).condense()
     with threadpool_limits(1):
         fresh = pickle.dumps(system)  # nothing is known of a copy
-        benchmark.pedantic(fo.shakedown_limit, setup=lambda: ((pickle.loads(fresh), cycle, 0.7), {}), rounds=9)
+        benchmark.pedantic(
+            fo.shakedown_limit, setup=lambda: ((pickle.loads(fresh), cycle, 0.7), {}), rounds=9
+        )
     assert benchmark.stats.stats.median < most
 
 
 def test_first_time_of_40_corners(benchmark, system):
     angles = 2 * np.pi * np.arange(40) / 40
-    many = fo.LoadCycle({"P": 1.0}, [{"sigma": float(np.cos(a)), "P": 0.1 * float(np.sin(a))} for a in angles])
+    many = fo.LoadCycle(
+        {"P": 1.0}, [{"sigma": float(np.cos(a)), "P": 0.1 * float(np.sin(a))} for a in angles]
+    )
     with threadpool_limits(1):
         benchmark.pedantic(lambda: fo.shakedown_limit(system, many, 0.7), rounds=9)
     assert benchmark.stats.stats.median < 0.3
@@ -41,21 +49,46 @@ def test_first_time_of_40_corners(benchmark, system):
 
 def test_sweep_of_50_against_single_solves(compare, system, cycle):
     frictions = np.linspace(0.2, 1.5, 50)
-    assert compare(lambda: fo.ShakedownModel(system, cycle).sweep(frictions), lambda: fo.shakedown_limit(system, cycle, 0.7)) < 20.0
+    assert (
+        compare(
+            lambda: fo.ShakedownModel(system, cycle).sweep(frictions),
+            lambda: fo.shakedown_limit(system, cycle, 0.7),
+        )
+        < 20.0
+    )
 
 
 def test_sweep_against_solving_from_scratch(compare, system, cycle):
     frictions = np.linspace(0.2, 1.5, 10)
-    assert compare(lambda: fo.ShakedownModel(system, cycle).sweep(frictions), lambda: [fo.shakedown_limit(system, cycle, f) for f in frictions]) < 1.0
+    assert (
+        compare(
+            lambda: fo.ShakedownModel(system, cycle).sweep(frictions),
+            lambda: [fo.shakedown_limit(system, cycle, f) for f in frictions],
+        )
+        < 1.0
+    )
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.9, 1.05])
 def test_required_friction_against_the_limit(compare, system, cycle, ratio):
     load_factor = ratio * fo.shakedown_limit(system, cycle, 0.7).load_factor
-    assert compare(lambda: fo.required_friction(system, cycle, load_factor), lambda: fo.shakedown_limit(system, cycle, 0.7)) < 6.0
+    assert (
+        compare(
+            lambda: fo.required_friction(system, cycle, load_factor),
+            lambda: fo.shakedown_limit(system, cycle, 0.7),
+        )
+        < 6.0
+    )
 
 
 def test_required_friction_in_space_against_the_limit(compare, cycle):
     system = fo.scenes.SquarePunch(elements=9).condense()
     load_factor = 0.9 * fo.shakedown_limit(system, cycle, 0.7).load_factor
-    assert compare(lambda: fo.required_friction(system, cycle, load_factor), lambda: fo.shakedown_limit(system, cycle, 0.7), rounds=3) < 6.0
+    assert (
+        compare(
+            lambda: fo.required_friction(system, cycle, load_factor),
+            lambda: fo.shakedown_limit(system, cycle, 0.7),
+            rounds=3,
+        )
+        < 6.0
+    )

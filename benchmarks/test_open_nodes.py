@@ -1,6 +1,7 @@
 """The first answer of a contact that lifts off under the mean load, against that of the closed contact with the same stiffness.
 
-The search of its open nodes asks several programs, 6 to 19 here, each for some more than the closed contact, and one to seven transients.
+The search of its open nodes asks several programs, 6 to 19 here, each for some more than the closed
+contact, and one to seven transients.
 """
 
 import time
@@ -25,9 +26,13 @@ def spent(contact, cycle, opened):
 def ratio(closed, gap, cycle, rounds, record_property):
     """Medians over rounds by turns."""
     lifted = closed.with_gap(gap)
-    times = np.median([[spent(lifted, cycle, True), spent(closed, cycle, False)] for _ in range(rounds)], axis=0)
+    times = np.median(
+        [[spent(lifted, cycle, True), spent(closed, cycle, False)] for _ in range(rounds)], axis=0
+    )
     record_property("ratio", times[0] / times[1])
-    print(f"\n    lifts off {times[0]:.3f} s, closed {times[1]:.3f} s, ratio {times[0] / times[1]:.2f}")
+    print(
+        f"\n    lifts off {times[0]:.3f} s, closed {times[1]:.3f} s, ratio {times[0] / times[1]:.2f}"
+    )
     return times[0] / times[1]
 
 
@@ -39,4 +44,7 @@ def test_the_plane_at_125_nodes(system, cycle, steep, most, record_property):
 @pytest.mark.parametrize("steep", [4.0])
 def test_space_at_400_nodes(cycle, steep, record_property):
     contact = fo.scenes.SquarePunch(elements=19).condense()
-    assert ratio(contact, steep * (contact.points[:, :2] ** 4).sum(axis=1), cycle, 3, record_property) < 25.0
+    assert (
+        ratio(contact, steep * (contact.points[:, :2] ** 4).sum(axis=1), cycle, 3, record_property)
+        < 25.0
+    )

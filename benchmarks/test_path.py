@@ -39,8 +39,13 @@ def test_two_cycles_above_the_limit_against_lemke(compare, contact, cycle):
         start = time.perf_counter()
         error = abs(rival(steps) / work - 1)
         spent = 1e3 * (time.perf_counter() - start)
-        print(f"\n    N = {contact.nodes}, Lemke, {steps} increments a cycle: error of W {error:.1e}, {spent:.1f} ms", end="")
-    assert compare(lambda: exact(contact, cycle, load_factor), lambda: rival(80)) < (0.5 if contact.nodes > 100 else 1.0)
+        print(
+            f"\n    N = {contact.nodes}, Lemke, {steps} increments a cycle: error of W {error:.1e}, {spent:.1f} ms",
+            end="",
+        )
+    assert compare(lambda: exact(contact, cycle, load_factor), lambda: rival(80)) < (
+        0.5 if contact.nodes > 100 else 1.0
+    )
 
 
 def test_steady_states_from_random_starts(benchmark, contact, cycle):
@@ -48,17 +53,28 @@ def test_steady_states_from_random_starts(benchmark, contact, cycle):
     limit = fo.shakedown_limit(contact, cycle, FRICTION).load_factor
     modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:]
     rng = np.random.default_rng(0)
-    ratios, amplitudes = np.repeat([0.5, 0.9, 1.05, 1.5, 3.0], 20), rng.choice([0.01, 0.1, 0.3, 1.0, 3.0], size=100)
-    runs = [(ratio * limit, amplitude * modes @ rng.normal(size=6)) for ratio, amplitude in zip(ratios, amplitudes, strict=True)]
+    ratios, amplitudes = (
+        np.repeat([0.5, 0.9, 1.05, 1.5, 3.0], 20),
+        rng.choice([0.01, 0.1, 0.3, 1.0, 3.0], size=100),
+    )
+    runs = [
+        (ratio * limit, amplitude * modes @ rng.normal(size=6))
+        for ratio, amplitude in zip(ratios, amplitudes, strict=True)
+    ]
 
     def follow():
-        return [fo.steady_state(contact, cycle, FRICTION, factor, initial_slip=start) for factor, start in runs]
+        return [
+            fo.steady_state(contact, cycle, FRICTION, factor, initial_slip=start)
+            for factor, start in runs
+        ]
 
     with threadpool_limits(1):
         follow()
         benchmark.pedantic(follow, rounds=3)
     mean = benchmark.stats.stats.median / len(runs)
-    print(f"\n    N = {contact.nodes}: {1e3 * mean:.2f} ms a transient on average, {np.mean([s.cycles for s in follow()]):.1f} cycles")
+    print(
+        f"\n    N = {contact.nodes}: {1e3 * mean:.2f} ms a transient on average, {np.mean([s.cycles for s in follow()]):.1f} cycles"
+    )
     assert mean < (0.06 if contact.nodes > 100 else 0.005)
 
 
@@ -66,10 +82,17 @@ def test_hard_starts_against_products_with_the_stiffness(compare, cycle):
     """Whole transients from unit modes, N = 125, .9 to 1.5 lambda_2, against one product of the stiffness with the motions for each event."""
     contact = fo.scenes.PunchOnHalfPlane(elements=124).condense()
     limit = fo.shakedown_limit(contact, cycle, FRICTION).load_factor
-    starts, u = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:].T, np.ones(2 * contact.nodes)
+    starts, u = (
+        np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:].T,
+        np.ones(2 * contact.nodes),
+    )
 
     def follow():
-        return [fo.steady_state(contact, cycle, FRICTION, share * limit, initial_slip=start) for share in (0.9, 1.05, 1.2, 1.5) for start in starts]
+        return [
+            fo.steady_state(contact, cycle, FRICTION, share * limit, initial_slip=start)
+            for share in (0.9, 1.05, 1.2, 1.5)
+            for start in starts
+        ]
 
     events = sum(steady.events for steady in follow())
 

@@ -15,18 +15,26 @@ CASES = [(0.3, 0.9), (0.3, 1.05), (0.5, 0.5), (0.5, 0.9), (0.7, 0.9), (0.7, 1.5)
 @pytest.mark.parametrize(("friction", "ratio"), CASES)
 def test_range_against_a_sample(compare, system, cycle, friction, ratio):
     limit = fo.shakedown_limit(system, cycle, friction).load_factor
-    starts = dissipation.starts_of(dissipation.FULL, dissipation.Case(system, friction, limit), ratio * limit)
+    starts = dissipation.starts_of(
+        dissipation.FULL, dissipation.Case(system, friction, limit), ratio * limit
+    )
     spans, samples = [], []
 
     def ours():
         spans.append(fo.dissipation_range(system, cycle, friction, ratio * limit))
 
     def rival():
-        samples.append(fo.dissipation_study(system, cycle, friction, [ratio * limit], starts, progress=False))
+        samples.append(
+            fo.dissipation_study(system, cycle, friction, [ratio * limit], starts, progress=False)
+        )
 
     ours_over_rival = compare(ours, rival, rounds=3)
     span, works = spans[-1], samples[-1]["dissipation"]
-    assert len(works) == 108 and span.most >= works.max() * (1 - 1e-9) and span.least <= works.min() * (1 + 1e-9)
+    assert (
+        len(works) == 108
+        and span.most >= works.max() * (1 - 1e-9)
+        and span.least <= works.min() * (1 + 1e-9)
+    )
     assert ours_over_rival < 2  # .8 to 1.6: both ends are searched
 
 

@@ -13,7 +13,11 @@ def contact():
     return fo.scenes.Dovetail(elements=124).condense()
 
 
-@pytest.mark.parametrize(("limit", "seconds"), [(fo.shakedown_limit, 2.0), (fo.guaranteed_limit, 5.0)], ids=["shakedown", "guaranteed"])
+@pytest.mark.parametrize(
+    ("limit", "seconds"),
+    [(fo.shakedown_limit, 2.0), (fo.guaranteed_limit, 5.0)],
+    ids=["shakedown", "guaranteed"],
+)
 def test_limits(benchmark, contact, limit, seconds):
     assert contact.nodes == 250
     with threadpool_limits(1):

@@ -1,6 +1,7 @@
 """Three dimensions at N = 400 and at 50,000 unknowns: times, against the bare solver and one dense solve; and memory.
 
-Each call is timed once or a few times by the processor time of one thread, because it takes seconds.
+Each call is timed once or a few times by the processor time of one thread, because it takes
+seconds.
 """
 
 import os
@@ -54,7 +55,9 @@ def test_limit_against_the_bare_solver(elements, most, record_property):
     model, limits = fo.ShakedownModel(contact, BULK, simplify=False), []
     model.solve(0.5)
     (program,) = model._programs.values()
-    ours = seconds(lambda: limits.append(fo.shakedown_limit(contact, BULK, 0.5, simplify=False)), rounds=3)
+    ours = seconds(
+        lambda: limits.append(fo.shakedown_limit(contact, BULK, 0.5, simplify=False)), rounds=3
+    )
     assert limits[0].residual <= 1e-9 and limits[0].record.solver == "INTERIOR_POINT"
     rival = seconds(lambda: run(program.chain.reduced.arrays, "CLARABEL", -np.inf))
     assert ours < 8.0 and ratio(ours, rival, record_property) < most
@@ -70,7 +73,13 @@ def test_limit_and_safe_slip_of_2500_nodes(record_property):
         "safe = fo.safe_slip(contact, cycle, 0.5, 0.9 * limit.load_factor, simplify=False)\n"
         "print(limit.residual, safe.residual, middle - start, time.process_time() - middle, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )
     *residuals, limit, safe, memory = map(float, done.stdout.split())
     record_property("seconds", (limit, safe))
     record_property("gigabytes", memory / 1e6)
@@ -79,11 +88,21 @@ def test_limit_and_safe_slip_of_2500_nodes(record_property):
 
 def test_increment_against_one_dense_solve(contact, record_property):
     limit = fo.shakedown_limit(contact, BULK, 0.5)
-    increments, load = fo.increments.NewtonIncrement(contact, 0.5), contact.reaction({"P": 1.0, "sigma": -0.9 * limit.load_factor})
-    zero, S, r = np.zeros((contact.nodes, 2)), contact.S + np.eye(3 * contact.nodes), load[1].repeat(3)
+    increments, load = (
+        fo.increments.NewtonIncrement(contact, 0.5),
+        contact.reaction({"P": 1.0, "sigma": -0.9 * limit.load_factor}),
+    )
+    zero, S, r = (
+        np.zeros((contact.nodes, 2)),
+        contact.S + np.eye(3 * contact.nodes),
+        load[1].repeat(3),
+    )
     assert (increments.solve(zero, load).status == 1).sum() > 20
     ours = seconds(lambda: increments.solve(zero, load), rounds=5)
-    assert ours < 0.2 and ratio(ours, seconds(lambda: np.linalg.solve(S, r), rounds=5), record_property) < 5.0
+    assert (
+        ours < 0.2
+        and ratio(ours, seconds(lambda: np.linalg.solve(S, r), rounds=5), record_property) < 5.0
+    )
 
 
 @pytest.mark.parametrize("elements", [9, 19])
@@ -91,7 +110,10 @@ def test_increment_against_bare_sweeps(elements, record_property):
     """Sweeps over all nodes to 1e-12 alone, without a proof or a state."""
     contact = fo.scenes.SquarePunch(elements=elements).condense()
     factor = 0.9 * fo.shakedown_limit(contact, BULK, 0.5).load_factor
-    increments, load = fo.increments.NewtonIncrement(contact, 0.5), contact.reaction({"P": 1.0, "sigma": -factor})
+    increments, load = (
+        fo.increments.NewtonIncrement(contact, 0.5),
+        contact.reaction({"P": 1.0, "sigma": -factor}),
+    )
     law, zero = increments.law, np.zeros((contact.nodes, 2))
     trial = joined(*load) / np.abs(load[1]).mean()
 

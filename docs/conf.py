@@ -5,7 +5,11 @@ from importlib.metadata import version as installed
 
 from sphinx.application import Sphinx
 
-os.environ |= {"TQDM_DISABLE": "1", "PYVISTA_BUILDING_GALLERY": "true", "PYVISTA_OFF_SCREEN": "true"}  # also for the processes of `sphinx -j 2`
+os.environ |= {
+    "TQDM_DISABLE": "1",
+    "PYVISTA_BUILDING_GALLERY": "true",
+    "PYVISTA_OFF_SCREEN": "true",
+}  # also for the processes of `sphinx -j 2`
 os.environ["PYTHONWARNINGS"] = "error:::__main__"  # a cell of the tutorial that warns is an error
 
 project = "frictopt"
@@ -33,7 +37,8 @@ nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_output_stderr = "remove"  # progress, and the notice of the compiler
 
-# Names of other packages become links where the build may use the network: `sphinx -t online`, and on Read the Docs.
+# Names of other packages become links where the build may use the network: `sphinx -t online`, and
+# on Read the Docs.
 online = tags.has("online") or "READTHEDOCS" in os.environ  # noqa: F821, tags is given by Sphinx
 intersphinx_mapping = {
     "python": ("https://docs.python.org/3", None),
@@ -47,7 +52,16 @@ if not online:
     intersphinx_mapping = {}
 linkcheck_allowed_redirects = {r".*": r".*"}
 linkcheck_anchors = False
-exclude_patterns = ["_build", "_templates", "tables", "gallery/*.py", "gallery/*.ipynb", "gallery/*.zip", "gallery/*.json", "sg_execution_times.rst"]
+exclude_patterns = [
+    "_build",
+    "_templates",
+    "tables",
+    "gallery/*.py",
+    "gallery/*.ipynb",
+    "gallery/*.zip",
+    "gallery/*.json",
+    "sg_execution_times.rst",
+]
 math_number_all = False
 math_eqref_format = "({number})"
 numfig = True
@@ -93,7 +107,21 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": ["sphinx-version"],
 }
-html_sidebars = {name: [] for name in ("theory", "glossary", "checked", "performance", "size", "validity", "questions", "studies", "faq", "help")}
+html_sidebars = {
+    name: []
+    for name in (
+        "theory",
+        "glossary",
+        "checked",
+        "performance",
+        "size",
+        "validity",
+        "questions",
+        "studies",
+        "faq",
+        "help",
+    )
+}
 
 
 def setup(app: Sphinx) -> None:

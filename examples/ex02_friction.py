@@ -2,7 +2,8 @@
 Limits against friction
 =======================
 
-Compile the problem once, solve it for many coefficients of friction, and compare with the onset of slip.
+Compile the problem once, solve it for many coefficients of friction, and compare with the onset of
+slip.
 """
 
 import matplotlib.pyplot as plt
@@ -22,7 +23,9 @@ figure, ax = plt.subplots(layout="constrained")
 ax.plot(frictions, shakedown["load_factor"], label=r"shakedown limit $\lambda_2$")
 ax.plot(frictions, guaranteed, "--", label=r"guaranteed limit $\lambda_1$")
 ax.plot(frictions, onset, ":", label="onset of slip in the bonded contact")
-ax.set(xlabel="coefficient of friction $f$", ylabel=r"load factor $\sigma / (P / 2a)$", ylim=(0, None))
+ax.set(
+    xlabel="coefficient of friction $f$", ylabel=r"load factor $\sigma / (P / 2a)$", ylim=(0, None)
+)
 ax.legend()
 
 # %%

@@ -2,7 +2,8 @@
 A transient into its steady state
 =================================
 
-Above the shakedown limit the contact slips for ever. Follow it exactly, from event to event, without a time step.
+Above the shakedown limit the contact slips for ever. Follow it exactly, from event to event,
+without a time step.
 """
 
 import frictopt as fo

@@ -11,7 +11,11 @@ system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 
 limit = fo.shakedown_limit(system, cycle, friction=0.7).load_factor
-starts = fo.starts.no_slip() + fo.starts.safe_slips([1.0, -1.0]) + fo.starts.overloads([1.5 * limit, 2.0 * limit])
+starts = (
+    fo.starts.no_slip()
+    + fo.starts.safe_slips([1.0, -1.0])
+    + fo.starts.overloads([1.5 * limit, 2.0 * limit])
+)
 starts += fo.starts.random_slips(system, amplitudes=[0.3, 1.0, 3.0], count=6)
 loads = [share * limit for share in (0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.2)]
 table = fo.dissipation_study(system, cycle, friction=0.7, load_factors=loads, starts=starts)

@@ -2,7 +2,8 @@
 A constraint of your own
 ========================
 
-The limits are cvxpy problems in your units. Add what you know of the joint: here, how much slip its assembly can leave.
+The limits are cvxpy problems in your units. Add what you know of the joint: here, how much slip its
+assembly can leave.
 """
 
 import matplotlib.pyplot as plt
@@ -16,7 +17,10 @@ model = fo.ShakedownModel(system, cycle)
 
 free = model.solve(0.7)
 bounds = np.ptp(free.slip) * np.linspace(0.02, 1.2, 15)
-limits = [model.solve(0.7, constraints=[model.slip <= bound, model.slip >= -bound]).load_factor for bound in bounds]
+limits = [
+    model.solve(0.7, constraints=[model.slip <= bound, model.slip >= -bound]).load_factor
+    for bound in bounds
+]
 
 figure, ax = plt.subplots(layout="constrained")
 ax.plot(bounds, limits, "o-", label="slip within the bound")

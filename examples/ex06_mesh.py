@@ -2,16 +2,21 @@
 Your own mesh
 =============
 
-A mesh file of two bodies, made with gmsh: a steel foot on a titanium block. Lengths in mm, stresses in MPa.
+A mesh file of two bodies, made with gmsh: a steel foot on a titanium block. Lengths in mm, stresses
+in MPa.
 """
 
 from pathlib import Path
 
 import frictopt as fo
 
-root = Path() if Path("docs").is_dir() else Path("..")  # of the repository: you are there, or in `examples`
+root = (
+    Path() if Path("docs").is_dir() else Path("..")
+)  # of the repository: you are there, or in `examples`
 mesh = fo.read_mesh(root / "docs/tutorial/foot.msh")
-bodies = fo.split_bodies(mesh, {"foot": fo.Material(E=210e3, nu=0.3), "block": fo.Material(E=115e3, nu=0.33)})
+bodies = fo.split_bodies(
+    mesh, {"foot": fo.Material(E=210e3, nu=0.3), "block": fo.Material(E=115e3, nu=0.33)}
+)
 model = fo.ContactModel(
     bodies,
     contacts=[fo.Contact("foot", "block", "block", "foot")],

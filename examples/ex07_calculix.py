@@ -2,18 +2,24 @@
 Matrices of CalculiX
 ====================
 
-A job of CalculiX, run without contact, has written its stiffness matrix. Node sets say where the contact is.
+A job of CalculiX, run without contact, has written its stiffness matrix. Node sets say where the
+contact is.
 """
 
 from pathlib import Path
 
 import frictopt as fo
 
-root = Path() if Path("docs").is_dir() else Path("..")  # of the repository: you are there, or in `examples`
+root = (
+    Path() if Path("docs").is_dir() else Path("..")
+)  # of the repository: you are there, or in `examples`
 job = fo.read_calculix(root / "tests/data/flat")
 system = fo.condense(
     job.K,
-    loads={"P": job.force("N_TOP", traction=[0.0, -1.0]), "Q": job.force("N_TOP", traction=[1.0, 0.0])},
+    loads={
+        "P": job.force("N_TOP", traction=[0.0, -1.0]),
+        "Q": job.force("N_TOP", traction=[1.0, 0.0]),
+    },
     pairs=job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK"),
     normals=[0.0, 1.0],
     unknowns=job.unknowns,

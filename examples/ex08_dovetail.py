@@ -2,7 +2,8 @@
 A dovetail root
 ===============
 
-How much may the pull on a blade vary, for three angles of its flanks? With friction of the cotangent of the angle the flanks lock.
+How much may the pull on a blade vary, for three angles of its flanks? With friction of the
+cotangent of the angle the flanks lock.
 """
 
 import matplotlib.pyplot as plt

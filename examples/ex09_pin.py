@@ -2,7 +2,8 @@
 A pin that creeps round
 =======================
 
-A pin is shrunk into a plate, and a force on it rotates. Above the shakedown limit it does not only slip: it turns, a little in each cycle.
+A pin is shrunk into a plate, and a force on it rotates. Above the shakedown limit it does not only
+slip: it turns, a little in each cycle.
 """
 
 import numpy as np
@@ -18,7 +19,9 @@ cycle = fo.LoadCycle({"fit": fit}, [{"Fx": np.cos(turn), "Fy": np.sin(turn)} for
 limit = fo.shakedown_limit(system, cycle, friction=0.2).load_factor
 for load_factor in (0.9 * limit, 1.2 * limit):
     steady = fo.steady_state(system, cycle, friction=0.2, load_factor=load_factor)
-    print(f"{load_factor:.3f}: {steady.outcome.name}, work of friction {steady.dissipation:.3g} a cycle")
+    print(
+        f"{load_factor:.3f}: {steady.outcome.name}, work of friction {steady.dissipation:.3g} a cycle"
+    )
 
 # %%
 # The slip of all nodes grows by the same amount in each cycle.

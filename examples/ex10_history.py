@@ -2,7 +2,8 @@
 From a load history to what frets where
 =======================================
 
-A blade root under a measured history: which nodes slip, how far, and how much friction works there. Lengths in mm, stresses in MPa.
+A blade root under a measured history: which nodes slip, how far, and how much friction works there.
+Lengths in mm, stresses in MPa.
 """
 
 import matplotlib.pyplot as plt
@@ -11,16 +12,37 @@ import pandas as pd
 import frictopt as fo
 
 steel = fo.Material(E=210e3, nu=0.3)
-sizes = {"flank_length": 8.0, "neck_half_width": 8.0, "neck_height": 16.0, "foot_height": 6.0, "lug_height": 6.0, "edge_length": 1.0}
-blade = fo.scenes.Dovetail(elements=20, growth=1.3, disc_half_width=40.0, disc_depth=40.0, blade_material=steel, disc_material=steel, **sizes)
+sizes = {
+    "flank_length": 8.0,
+    "neck_half_width": 8.0,
+    "neck_height": 16.0,
+    "foot_height": 6.0,
+    "lug_height": 6.0,
+    "edge_length": 1.0,
+}
+blade = fo.scenes.Dovetail(
+    elements=20,
+    growth=1.3,
+    disc_half_width=40.0,
+    disc_depth=40.0,
+    blade_material=steel,
+    disc_material=steel,
+    **sizes,
+)
 system = blade.condense()
-history = pd.DataFrame({"pull": [80.0, 120.0, 90.0, 115.0, 85.0, 100.0], "sway": [-3.0, 4.0, -4.0, 3.0, 0.0, 2.0]})
+history = pd.DataFrame(
+    {"pull": [80.0, 120.0, 90.0, 115.0, 85.0, 100.0], "sway": [-3.0, 4.0, -4.0, 3.0, 0.0, 2.0]}
+)
 problem = system, fo.LoadCycle.from_history(history, mean={"pull": 100.0}), 0.5, 1.0
 
 steady = fo.steady_state(*problem)
 print(steady)
 table = steady.fretting_table()
-print(table.sort_values("work", ascending=False)[["contact", "x", "slip_range", "tau_amplitude", "work", "F1"]].head())
+print(
+    table.sort_values("work", ascending=False)[
+        ["contact", "x", "slip_range", "tau_amplitude", "work", "F1"]
+    ].head()
+)
 
 # %%
 

@@ -2,7 +2,8 @@
 Two loads that vary independently
 =================================
 
-A pin is shrunk into a plate. The tension of the plate and the force on the pin vary independently: which amplitudes leave a safe slip?
+A pin is shrunk into a plate. The tension of the plate and the force on the pin vary independently:
+which amplitudes leave a safe slip?
 """
 
 import matplotlib.pyplot as plt
@@ -18,11 +19,17 @@ for friction in (0.3, 0.2, 0.1):
     region = fo.safe_region(system, fit, ("sigma", "Fx"), friction)
     ax.fill(*zip((0, 0), *region.vertices, strict=True), label=f"f = {friction}")
     print(friction, region)
-ax.set(xlabel="amplitude of the tension over the mean pressure", ylabel="amplitude of the force", xlim=(0, None), ylim=(0, None))
+ax.set(
+    xlabel="amplitude of the tension over the mean pressure",
+    ylabel="amplitude of the force",
+    xlim=(0, None),
+    ylim=(0, None),
+)
 ax.legend()
 
 # %%
-# Each side of a polygon is a mechanism, proven from both sides. Which nodes limit the amplitudes with the least friction?
+# Each side of a polygon is a mechanism, proven from both sides. Which nodes limit the amplitudes
+# with the least friction?
 
 region.plot()
 

@@ -2,7 +2,8 @@
 One transient, three engines
 ============================
 
-The exact path has no time step. Increments have one, and an error with it; each is a cvxpy problem that you can print.
+The exact path has no time step. Increments have one, and an error with it; each is a cvxpy problem
+that you can print.
 """
 
 import matplotlib.pyplot as plt
@@ -13,10 +14,18 @@ import frictopt as fo
 system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 problem = system, cycle, 0.7, 2.2
-exact = fo.march(*problem, cycles=2).cycle_work.sum(axis=1)[1]  # work of friction in the second cycle
+exact = fo.march(*problem, cycles=2).cycle_work.sum(axis=1)[
+    1
+]  # work of friction in the second cycle
 
 steps = np.array([2, 4, 8, 16])
-errors = [abs(fo.march(*problem, cycles=2, engine="qp", steps=int(n)).cycle_work.sum(axis=1)[1] / exact - 1) for n in steps]
+errors = [
+    abs(
+        fo.march(*problem, cycles=2, engine="qp", steps=int(n)).cycle_work.sum(axis=1)[1] / exact
+        - 1
+    )
+    for n in steps
+]
 figure, ax = plt.subplots(layout="constrained")
 ax.loglog(steps, errors, "o-")
 ax.set(xlabel="increments from corner to corner", ylabel="error of the work of friction")

@@ -2,7 +2,8 @@
 A rounded punch, open at its edges
 ==================================
 
-Where no slip keeps all nodes closed, the shakedown limit searches which ones stay open, near what the mean load opens.
+Where no slip keeps all nodes closed, the shakedown limit searches which ones stay open, near what
+the mean load opens.
 """
 
 import frictopt as fo

@@ -2,7 +2,8 @@
 The work of friction depends on the start
 =========================================
 
-Above the shakedown limit slip goes on from every start, but the work of friction is not the same. How far apart may it be?
+Above the shakedown limit slip goes on from every start, but the work of friction is not the same.
+How far apart may it be?
 """
 
 import frictopt as fo
@@ -15,17 +16,28 @@ print(found)
 found.plot()
 
 # %%
-# Below the limit the start decides whether slip stops. Up to which load factor does it, for a contact assembled by its mean load?
+# Below the limit the start decides whether slip stops. Up to which load factor does it, for a
+# contact assembled by its mean load?
 
 after = fo.limit_after_protocol(system, cycle, friction=0.6)
 print(after)
 after.plot()
 
 # %%
-# Below the limit one unloading may help: how far, from the start of most work among slips no larger than the safe one?
+# Below the limit one unloading may help: how far, from the start of most work among slips no larger
+# than the safe one?
 
 below = 0.9 * limit.load_factor
-bounded = fo.dissipation_range(system, cycle, friction=0.6, load_factor=below, slip_bound=limit.largest_slip)
-cure = fo.least_excursion(system, cycle, friction=0.6, load_factor=below, excursion={"P": -0.97}, start=bounded.worst_start)
+bounded = fo.dissipation_range(
+    system, cycle, friction=0.6, load_factor=below, slip_bound=limit.largest_slip
+)
+cure = fo.least_excursion(
+    system,
+    cycle,
+    friction=0.6,
+    load_factor=below,
+    excursion={"P": -0.97},
+    start=bounded.worst_start,
+)
 print(cure)
 cure.plot()

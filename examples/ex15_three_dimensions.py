@@ -2,7 +2,8 @@
 A contact in three dimensions
 =============================
 
-A square punch is pressed on a block, and the shear on its top turns: along x, y, -x, -y. Where does the contact slip, and when does it stop?
+A square punch is pressed on a block, and the shear on its top turns: along x, y, -x, -y. Where does
+the contact slip, and when does it stop?
 """
 
 import frictopt as fo
@@ -19,14 +20,16 @@ turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy
 fo.onset(system, turning, friction=0.5).plot()
 
 # %%
-# The bonded contact would slip first at the circled nodes. Slip there does not matter if it stops, which it can up to the shakedown limit.
+# The bonded contact would slip first at the circled nodes. Slip there does not matter if it stops,
+# which it can up to the shakedown limit.
 
 limit = fo.shakedown_limit(system, turning, friction=0.5)
 limit.plot()
 print(limit)
 
 # %%
-# The circled nodes limit the load: above the limit no residual slip, drawn as arrows, keeps all of them from slipping. Below it, this start comes
+# The circled nodes limit the load: above the limit no residual slip, drawn as arrows, keeps all of
+# them from slipping. Below it, this start comes
 # to rest; above it, no start can with all nodes closed.
 
 for ratio in (0.9, 1.15):

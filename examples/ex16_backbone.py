@@ -2,8 +2,9 @@
 The backbone curve of a joint
 =============================
 
-A load shakes a joint. Work of friction and slipping share grow with the amplitude, stiffness falls, and damping depends on what assembly has left.
-With the load of a mode (`modal_load`) and its `natural_frequency` the curve has the frequency, too.
+A load shakes a joint. Work of friction and slipping share grow with the amplitude, stiffness falls,
+and damping depends on what assembly has left. With the load of a mode (`modal_load`) and its
+`natural_frequency` the curve has the frequency, too.
 """
 
 import numpy as np
@@ -12,12 +13,15 @@ import frictopt as fo
 
 system = fo.scenes.PunchOnHalfPlane(elements=16).condense()
 cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": 1.0}, {"sigma": -1.0}])
-curve = fo.backbone_curve(system, cycle, friction=0.6, load_factors=np.geomspace(0.3, 4.0, 6), range=True)
+curve = fo.backbone_curve(
+    system, cycle, friction=0.6, load_factors=np.geomspace(0.3, 4.0, 6), range=True
+)
 print(curve.to_frame())
 curve.plot()
 
 # %%
-# At which load does a fifth of the contact slip? The answer is the steady state of one transient, at the load that the curve says.
+# At which load does a fifth of the contact slip? The answer is the steady state of one transient,
+# at the load that the curve says.
 
 fifth = curve.load_at(slipping=0.2)
 print(fifth.load_factor, fifth.slipping_share)
@@ -35,4 +39,6 @@ loop.plot()
 # With surfaces that give the corners are not singular.
 
 soft = system.with_contact_stiffness(tangential=20.0, normal=20.0)
-print(fo.shakedown_limit(system, cycle, friction=0.6), fo.shakedown_limit(soft, cycle, friction=0.6))
+print(
+    fo.shakedown_limit(system, cycle, friction=0.6), fo.shakedown_limit(soft, cycle, friction=0.6)
+)

@@ -2,7 +2,8 @@
 Wear, and what it wears into
 ============================
 
-A cylinder that is sheared to and fro slips at the edges of its contact, and wears there. How long, and how deep, until it stops slipping?
+A cylinder that is sheared to and fro slips at the edges of its contact, and wears there. How long,
+and how deep, until it stops slipping?
 """
 
 import frictopt as fo

@@ -2,7 +2,8 @@
 The best crown of a punch
 =========================
 
-How much material to take off a face, and where, so that it slips under no more than the largest load? One convex program, with its proof.
+How much material to take off a face, and where, so that it slips under no more than the largest
+load? One convex program, with its proof.
 """
 
 import cvxpy as cp
@@ -26,7 +27,8 @@ ax.plot(depths, limits, "o-")
 ax.set(xlabel="largest depth", ylabel=r"shakedown limit $\lambda_2$")
 
 # %%
-# The design with its profile is a contact like any other; the price of a constraint is what more depth would give.
+# The design with its profile is a contact like any other; the price of a constraint is what more
+# depth would give.
 
 print(design, design.prices["depth"].sum())
 print(fo.guaranteed_limit(design.system, design.cycle, 0.5))

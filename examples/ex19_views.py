@@ -2,7 +2,8 @@
 Seen from all sides
 ===================
 
-PyVista (extra ``view``) shows bodies, contacts and fields in space. In a notebook the scene turns with the mouse.
+PyVista (extra ``view``) shows bodies, contacts and fields in space. In a notebook the scene turns
+with the mouse.
 """
 
 import frictopt as fo
@@ -18,7 +19,8 @@ limit = fo.shakedown_limit(model.condense(), turning, friction=0.5)
 limit.plot()
 
 # %%
-# The state at the last corner of the cycle at its limit: pressure on the contact, seen through the bodies.
+# The state at the last corner of the cycle at its limit: pressure on the contact, seen through the
+# bodies.
 
 loads = turning.at(limit.load_factor)[-1]
 fields = model.recover(loads, limit.state.slip, limit.state.gap)

@@ -19,20 +19,41 @@ cycle = fo.LoadCycle(mean={"P": 1.0}, corners=[{"sigma": -1.0}, {"sigma": 1.0}])
 states = fo.steady_state(system, cycle, friction=0.7, load_factor=2.2).states()
 
 # %%
-# Between two states the reactions are linear in time, and each node does what it did at the first one.
+# Between two states the reactions are linear in time, and each node does what it did at the first
+# one.
 
 times = np.linspace(0.0, states.time[-1], 8)
-q, p = (np.array([np.interp(times, states.time, node) for node in part.T]).T / system.width for part in (states.q, states.p))
-status = states.status[np.searchsorted(states.time, times, side="right").clip(1, len(states.time) - 1) - 1]
-colours = np.array(["lightgrey", "tab:blue", "black", "tab:orange"])  # of 0 stick, 1 slip +, 2 open, -1 slip -
+q, p = (
+    np.array([np.interp(times, states.time, node) for node in part.T]).T / system.width
+    for part in (states.q, states.p)
+)
+status = states.status[
+    np.searchsorted(states.time, times, side="right").clip(1, len(states.time) - 1) - 1
+]
+colours = np.array(
+    ["lightgrey", "tab:blue", "black", "tab:orange"]
+)  # of 0 stick, 1 slip +, 2 open, -1 slip -
 figure, ax = plt.subplots(layout="constrained")
 
 
 def draw(frame):
     ax.clear()
-    ax.fill_between(system.x, -states.friction * p[frame], states.friction * p[frame], color="whitesmoke", edgecolor="grey")
+    ax.fill_between(
+        system.x,
+        -states.friction * p[frame],
+        states.friction * p[frame],
+        color="whitesmoke",
+        edgecolor="grey",
+    )
     ax.scatter(system.x, q[frame], c=colours[status[frame]], edgecolors="grey", zorder=3)
-    ax.set(xlabel="$x$ (length)", ylabel="shear traction (force per area)", ylim=(-2.0, 2.0), title=f"{times[frame]:.2f} corners visited")
+    ax.set(
+        xlabel="$x$ (length)",
+        ylabel="shear traction (force per area)",
+        ylim=(-2.0, 2.0),
+        title=f"{times[frame]:.2f} corners visited",
+    )
 
 
-FuncAnimation(figure, draw, frames=len(times)).save(Path(gettempdir()) / "cycle.gif", writer=PillowWriter(fps=4))
+FuncAnimation(figure, draw, frames=len(times)).save(
+    Path(gettempdir()) / "cycle.gif", writer=PillowWriter(fps=4)
+)

@@ -1,10 +1,12 @@
 """frictopt decides whether a frictional contact will stop slipping.
 
-A finite-element model of two bodies is condensed to its interface (`PunchOnHalfPlane`, `ContactModel` -> `ContactSystem`); for a load cycle
-(`LoadCycle`) and a coefficient of friction, linear programs give the shakedown limit, the guaranteed limit and safe residual slips, and exact paths
-give the steady state that a transient reaches.
+A finite-element model of two bodies is condensed to its interface (`PunchOnHalfPlane`,
+`ContactModel` -> `ContactSystem`); for a load cycle (`LoadCycle`) and a coefficient of friction,
+linear programs give the shakedown limit, the guaranteed limit and safe residual slips, and exact
+paths give the steady state that a transient reaches.
 
-All public names stand here, as `__init__.pyi` lists them; each room of the package is imported when one of its names is first used.
+All public names stand here, as `__init__.pyi` lists them; each room of the package is imported when
+one of its names is first used.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
 """The command line: `frictopt look`, `condense`, `report`, `limit`, `study` and `merge`, from files to limits, tables and pictures.
 
-Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or written, 130 interrupted (Ctrl-C, SIGTERM),
-141 nobody read its output to the end (`| head`).
+Exit codes: 0 done, 2 bad input, 3 no answer that passes the checks, 4 a file that cannot be read or
+written, 130 interrupted (Ctrl-C, SIGTERM), 141 nobody read its output to the end (`| head`).
 """
 
 import argparse
@@ -32,45 +32,89 @@ def main(arguments: Sequence[str] | None = None) -> int:
             asked = _parser().parse_args(arguments)
             for name in ("file", "job", "history"):
                 given = getattr(asked, name, None)
-                if given and not any(Path(given + ending).exists() for ending in ("", ".inp", ".sti")):  # a job may go without ending
+                if given and not any(
+                    Path(given + ending).exists() for ending in ("", ".inp", ".sti")
+                ):  # a job may go without ending
                     raise FileNotFoundError(f"there is no file {given!r}; give its path")
-            for name, endings in (("table", WRITERS), ("picture", ()), ("system", (".npz",)), ("page", (".html",))):
+            for name, endings in (
+                ("table", WRITERS),
+                ("picture", ()),
+                ("system", (".npz",)),
+                ("page", (".html",)),
+            ):
                 if getattr(asked, name, None):
                     setattr(asked, name, output(getattr(asked, name), *endings))
             with warnings.catch_warnings():
-                warnings.showwarning = lambda message, *_: print(f"frictopt: warning: {message}", file=sys.stderr)
+                warnings.showwarning = lambda message, *_: print(
+                    f"frictopt: warning: {message}", file=sys.stderr
+                )
                 asked.command(asked)
     except KeyboardInterrupt as interrupt:
-        print("frictopt: interrupted", *getattr(interrupt, "__notes__", []), sep="\n", file=sys.stderr)
+        print(
+            "frictopt: interrupted", *getattr(interrupt, "__notes__", []), sep="\n", file=sys.stderr
+        )
         return 130
     except (FrictoptError, OSError, ImportError) as error:
         print(f"frictopt: error: {error}", file=sys.stderr)
         of_file = isinstance(error, StoreError) or isinstance(error.__cause__, OSError)
-        return 4 if of_file or not isinstance(error, FrictoptError) else 2 if isinstance(error, ModelError) else 3
+        return (
+            4
+            if of_file or not isinstance(error, FrictoptError)
+            else 2
+            if isinstance(error, ModelError)
+            else 3
+        )
     return 0
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="frictopt", description="Decides whether a frictional contact will stop slipping.")
+    parser = argparse.ArgumentParser(
+        prog="frictopt", description="Decides whether a frictional contact will stop slipping."
+    )
     parser.add_argument("--version", action="version", version=f"frictopt {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def command(function: Any, about: str, example: str) -> argparse.ArgumentParser:
-        made = commands.add_parser(function.__name__.lstrip("_"), help=about, description=about, epilog=f"example: frictopt {example}")
+        made = commands.add_parser(
+            function.__name__.lstrip("_"),
+            help=about,
+            description=about,
+            epilog=f"example: frictopt {example}",
+        )
         made.set_defaults(command=function)
         return made
 
-    look = command(_look, "what a file holds: a contact system, or a job of CalculiX", "look punch.npz --picture punch.png")
-    look.add_argument("file", help="SYSTEM.npz as ContactSystem.save writes it, or JOB.inp of CalculiX")
+    look = command(
+        _look,
+        "what a file holds: a contact system, or a job of CalculiX",
+        "look punch.npz --picture punch.png",
+    )
+    look.add_argument(
+        "file", help="SYSTEM.npz as ContactSystem.save writes it, or JOB.inp of CalculiX"
+    )
     condense = command(
         _condense,
         "condense a job of CalculiX to a contact system",
         "condense job.inp job.npz --contact N_PUNCH N_BLOCK --load P=N_TOP:pressure=1 Q=N_TOP:traction=1,0",
     )
-    condense.add_argument("job", help="JOB.inp, beside the JOB.sti and JOB.dof that CalculiX writes")
+    condense.add_argument(
+        "job", help="JOB.inp, beside the JOB.sti and JOB.dof that CalculiX writes"
+    )
     condense.add_argument("system", help="SYSTEM.npz to be written")
-    condense.add_argument("--contact", nargs=2, required=True, metavar="SET", help="node sets of the faces of body 1 and body 2")
-    condense.add_argument("--load", nargs="+", required=True, metavar="CASE=SET:KIND=X[,Y]", help="KIND: traction, pressure, total or nodal")
+    condense.add_argument(
+        "--contact",
+        nargs=2,
+        required=True,
+        metavar="SET",
+        help="node sets of the faces of body 1 and body 2",
+    )
+    condense.add_argument(
+        "--load",
+        nargs="+",
+        required=True,
+        metavar="CASE=SET:KIND=X[,Y]",
+        help="KIND: traction, pressure, total or nodal",
+    )
     report = command(
         _report,
         "what there is to know of a joint under its loads, as text and as one page with pictures",
@@ -83,38 +127,99 @@ def _parser() -> argparse.ArgumentParser:
     )
     for one in (report, limit):
         one.add_argument("file", help="SYSTEM.npz")
-        one.add_argument("--mean", type=_loads, metavar="CASE=X[,CASE=X]", help="static load (default: none; of a history the middle of each load)")
+        one.add_argument(
+            "--mean",
+            type=_loads,
+            metavar="CASE=X[,CASE=X]",
+            help="static load (default: none; of a history the middle of each load)",
+        )
         cycle = one.add_mutually_exclusive_group(required=True)
-        cycle.add_argument("--corners", nargs="+", type=_loads, metavar="CASE=X[,CASE=X]", help="corners of the load cycle, in their order")
-        cycle.add_argument("--history", metavar="FILE", help="measured history instead: csv, xlsx or parquet, a column for each load case")
-        one.add_argument("--tolerance", type=float, metavar="X", help="noise of the history, as a share of the range of each load case (default: 0)")
-        one.add_argument("--time", metavar="COLUMN", help="time of the history, which is no load (default: the column of that name)")
+        cycle.add_argument(
+            "--corners",
+            nargs="+",
+            type=_loads,
+            metavar="CASE=X[,CASE=X]",
+            help="corners of the load cycle, in their order",
+        )
+        cycle.add_argument(
+            "--history",
+            metavar="FILE",
+            help="measured history instead: csv, xlsx or parquet, a column for each load case",
+        )
+        one.add_argument(
+            "--tolerance",
+            type=float,
+            metavar="X",
+            help="noise of the history, as a share of the range of each load case (default: 0)",
+        )
+        one.add_argument(
+            "--time",
+            metavar="COLUMN",
+            help="time of the history, which is no load (default: the column of that name)",
+        )
         one.add_argument("--friction", type=float, required=True, help="coefficient of friction")
-    limit.add_argument("--kind", choices=_KINDS, default="shakedown", help="which limit (default: %(default)s)")
-    report.add_argument("--load-factors", nargs="+", type=float, metavar="X", help="load factors of its curve (default: 1/4, 1/2, 1, 2)")
+    limit.add_argument(
+        "--kind", choices=_KINDS, default="shakedown", help="which limit (default: %(default)s)"
+    )
+    report.add_argument(
+        "--load-factors",
+        nargs="+",
+        type=float,
+        metavar="X",
+        help="load factors of its curve (default: 1/4, 1/2, 1, 2)",
+    )
     report.add_argument("--page", metavar="FILE", help="write the report with its pictures: html")
-    study = command(_study, "the study of a file: many transients, as one table", "study study.toml --shard 3/50")
+    study = command(
+        _study,
+        "the study of a file: many transients, as one table",
+        "study study.toml --shard 3/50",
+    )
     study.add_argument("file", help="STUDY.toml")
-    study.add_argument("--shard", type=_shard, metavar="K/N", help="follow the K-th of N parts, with a store of its own, without table and picture")
-    study.add_argument("--store", help="file that keeps each finished run (default: the store of STUDY.toml, else STUDY.sqlite)")
-    study.add_argument("--workers", type=int, default=1, help="number of processes (default: %(default)s)")
+    study.add_argument(
+        "--shard",
+        type=_shard,
+        metavar="K/N",
+        help="follow the K-th of N parts, with a store of its own, without table and picture",
+    )
+    study.add_argument(
+        "--store",
+        help="file that keeps each finished run (default: the store of STUDY.toml, else STUDY.sqlite)",
+    )
+    study.add_argument(
+        "--workers", type=int, default=1, help="number of processes (default: %(default)s)"
+    )
     for one in (limit, study):
         one.add_argument("--table", metavar="FILE", help=f"write the table: {', '.join(WRITERS)}")
     for one in (look, limit, study):
         one.add_argument("--picture", metavar="FILE", help="draw the picture: png, pdf, svg")
-    merge = command(_merge, "write the runs of several stores into one", "merge study.sqlite study.*-of-50.sqlite")
+    merge = command(
+        _merge,
+        "write the runs of several stores into one",
+        "merge study.sqlite study.*-of-50.sqlite",
+    )
     merge.add_argument("into", help="the store to be written, or added to")
     merge.add_argument("parts", nargs="+", help="stores to read")
     return parser
 
 
 def _look(asked: argparse.Namespace) -> None:
-    if Path(asked.file).suffix in (".inp", ".sti", ".mas", ".dof") or not Path(asked.file).is_file():
+    if (
+        Path(asked.file).suffix in (".inp", ".sti", ".mas", ".dof")
+        or not Path(asked.file).is_file()
+    ):
         if asked.picture:
-            raise ModelError(f"--picture: {str(asked.picture)!r} of a job; condense it, and look at the system that it becomes")
+            raise ModelError(
+                f"--picture: {str(asked.picture)!r} of a job; condense it, and look at the system that it becomes"
+            )
         job = _job(asked.file)
-        print(job, *(f"faces that match: {len(pairs)} pairs" for pairs in job.matching_faces()), sep="\n")
-        print(f"next: frictopt condense {asked.file} SYSTEM.npz --contact SET_1 SET_2 --load CASE=SET:pressure=1")
+        print(
+            job,
+            *(f"faces that match: {len(pairs)} pairs" for pairs in job.matching_faces()),
+            sep="\n",
+        )
+        print(
+            f"next: frictopt condense {asked.file} SYSTEM.npz --contact SET_1 SET_2 --load CASE=SET:pressure=1"
+        )
         return
     from .contact import ContactSystem
 
@@ -122,7 +227,9 @@ def _look(asked: argparse.Namespace) -> None:
     _written(asked.picture, system.plot)
     print(system, _sums(system).to_string(index=False, float_format="{:.5g}".format), sep="\n")
     mean, *_, cyclic = [*system.bonded, *system.bonded]
-    print(f"next: frictopt report {asked.file} --mean {mean}=1 --corners {cyclic}=-1 {cyclic}=1 --friction 0.5")
+    print(
+        f"next: frictopt report {asked.file} --mean {mean}=1 --corners {cyclic}=-1 {cyclic}=1 --friction 0.5"
+    )
 
 
 def _job(file: str, *faces: str) -> "MatrixJob":
@@ -141,12 +248,23 @@ def _condense(asked: argparse.Namespace) -> None:
     for text in asked.load:
         case, face, kind, numbers = _load_parts(text)
         try:
-            loads[case] = loads.get(case, 0.0) + job.force(face, **{kind: numbers[0] if kind == "pressure" and len(numbers) == 1 else numbers})
+            loads[case] = loads.get(case, 0.0) + job.force(
+                face, **{kind: numbers[0] if kind == "pressure" and len(numbers) == 1 else numbers}
+            )
         except ModelError as error:
             raise ModelError(f"--load {text}: {error}") from error
     pairs = job.pairs(*asked.contact)
     normals, width = job.normals(pairs[:, 1]), job.areas(pairs[:, 1])
-    system = condense(job.K, loads, pairs, normals, job.unknowns, job.points, generalised=job.generalised, width=width)
+    system = condense(
+        job.K,
+        loads,
+        pairs,
+        normals,
+        job.unknowns,
+        job.points,
+        generalised=job.generalised,
+        width=width,
+    )
     system.save(asked.system)
     print(system)
 
@@ -157,11 +275,20 @@ def _cycle(asked: argparse.Namespace) -> "LoadCycle":
     from .study.plans import read_table
 
     if asked.history:
-        return LoadCycle.from_history(read_table(asked.history), mean=asked.mean, time=asked.time, tolerance=asked.tolerance or 0.0)
+        return LoadCycle.from_history(
+            read_table(asked.history),
+            mean=asked.mean,
+            time=asked.time,
+            tolerance=asked.tolerance or 0.0,
+        )
     if asked.tolerance is not None:
-        raise ModelError(f"--tolerance: {asked.tolerance:g}; corners have no noise: leave it out, or give a --history")
+        raise ModelError(
+            f"--tolerance: {asked.tolerance:g}; corners have no noise: leave it out, or give a --history"
+        )
     if asked.time is not None:
-        raise ModelError(f"--time: {asked.time!r}; corners have no time: leave it out, or give a --history")
+        raise ModelError(
+            f"--time: {asked.time!r}; corners have no time: leave it out, or give a --history"
+        )
     return LoadCycle(asked.mean or {}, asked.corners)
 
 
@@ -169,7 +296,9 @@ def _report(asked: argparse.Namespace) -> None:
     from .contact import ContactSystem
     from .joints.report import report
 
-    found = report(ContactSystem.load(asked.file), _cycle(asked), asked.friction, asked.load_factors)
+    found = report(
+        ContactSystem.load(asked.file), _cycle(asked), asked.friction, asked.load_factors
+    )
     print(found)
     if asked.page:
         found.save(asked.page)
@@ -178,8 +307,14 @@ def _report(asked: argparse.Namespace) -> None:
 def _limit(asked: argparse.Namespace) -> None:
     from . import contact, limits, transients
 
-    system, question, cycle = contact.ContactSystem.load(asked.file), _KINDS[asked.kind], _cycle(asked)
-    found = getattr(transients if asked.kind == "onset" else limits, question)(system, cycle, asked.friction)
+    system, question, cycle = (
+        contact.ContactSystem.load(asked.file),
+        _KINDS[asked.kind],
+        _cycle(asked),
+    )
+    found = getattr(transients if asked.kind == "onset" else limits, question)(
+        system, cycle, asked.friction
+    )
     table = found.to_frame()
     try:
         _written(asked.picture, found.plot, asked.table, table)
@@ -206,7 +341,11 @@ def _study(asked: argparse.Namespace) -> None:
     if asked.shard:
         store = store.with_suffix(f".{'-of-'.join(map(str, asked.shard))}{store.suffix}")
     workers = whole_number("--workers", asked.workers, least=1)
-    with nullcontext() if workers == 1 else ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+    with (
+        nullcontext()
+        if workers == 1
+        else ProcessPoolExecutor(workers, get_context("spawn")) as pool
+    ):
         table = dissipation_study(**question, shard=asked.shard, executor=pool, store=store)
     if asked.shard is None:
         picture, file = asked.picture or files.get("picture"), asked.table or files.get("table")
@@ -230,14 +369,29 @@ def _sums(system: "ContactSystem") -> "Table":
 
     turns = np.ptp(system.frames, axis=0).max() > ROUNDING
     names = ["sum of q"] if system.tangents == 1 else ["sum of q1", "sum of q2"]
-    names = [*(["sum in x", "sum in y", "sum in z"][: system.tangents + 1] if turns else [*names, "sum of p"]), "least p", "most p"]
+    names = [
+        *(
+            ["sum in x", "sum in y", "sum in z"][: system.tangents + 1]
+            if turns
+            else [*names, "sum of p"]
+        ),
+        "least p",
+        "most p",
+    ]
     seen = system.frames if turns else np.eye(system.tangents + 1)[None]
-    rows = np.array([[*(np.c_[q, p][:, :, None] * seen).sum(axis=(0, 1)), p.min(), p.max()] for q, p in system.bonded.values()])
+    rows = np.array(
+        [
+            [*(np.c_[q, p][:, :, None] * seen).sum(axis=(0, 1)), p.min(), p.max()]
+            for q, p in system.bonded.values()
+        ]
+    )
     rows[np.abs(rows) <= ROUNDING * np.abs(rows).max(axis=1, keepdims=True)] = 0.0
     return frame({"load case": list(system.bonded), **dict(zip(names, rows.T, strict=True))})
 
 
-def _written(picture: Path | None, plot: Callable[[], Any], file: Path | None = None, table: Any = None) -> None:
+def _written(
+    picture: Path | None, plot: Callable[[], Any], file: Path | None = None, table: Any = None
+) -> None:
     if file:
         getattr(table, WRITERS[file.suffix])(file, index=False)
     if picture:
@@ -256,14 +410,18 @@ def _loads(text: str) -> dict[str, float]:
     except ValueError:
         loads = {}
     if len(loads) < len(parts) or "" in loads:
-        raise argparse.ArgumentTypeError(f"{text!r}; give CASE=AMPLITUDE, several with commas between")
+        raise argparse.ArgumentTypeError(
+            f"{text!r}; give CASE=AMPLITUDE, several with commas between"
+        )
     return loads
 
 
 def _load_parts(text: str) -> tuple[str, str, str, list[float]]:
     """Load case, node set, kind and numbers: "P=N_TOP:pressure=1"."""
     try:
-        ((case, face, kind, values),) = re.findall(r"^(.+?)=(.+):(traction|pressure|total|nodal)=(.+)$", text)
+        ((case, face, kind, values),) = re.findall(
+            r"^(.+?)=(.+):(traction|pressure|total|nodal)=(.+)$", text
+        )
         return case, face, kind, [float(value) for value in values.split(",")]
     except ValueError as error:
         raise ModelError(

@@ -1,7 +1,8 @@
 """Errors of frictopt: one base, and one child for each thing that a caller can do about it.
 
-Every message names the argument or quantity, its value, and what to change. Errors of the libraries underneath (scikit-fem, scipy, cvxpy and
-its solvers) never leak: they are either handled or turned into one of these.
+Every message names the argument or quantity, its value, and what to change. Errors of the libraries
+underneath (scikit-fem, scipy, cvxpy and its solvers) never leak: they are either handled or turned
+into one of these.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,14 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["FrictoptError", "ModelError", "ModelWarning", "NoContinuation", "SolverError", "StoreError"]
+__all__ = [
+    "FrictoptError",
+    "ModelError",
+    "ModelWarning",
+    "NoContinuation",
+    "SolverError",
+    "StoreError",
+]
 
 
 class FrictoptError(Exception):
@@ -32,12 +40,14 @@ class SolverError(FrictoptError, RuntimeError):
 class NoContinuation(FrictoptError, RuntimeError):
     """The quasi-static path ends: at this load no rates obey the law, or more than one set of rates does; the message names load and nodes.
 
-    Or no steady state is found in as many cycles as were allowed. The error then says how far they came.
+    Or no steady state is found in as many cycles as were allowed. The error then says how far they
+    came.
 
     Attributes
     ----------
     slip, gap
-        Slip, (N,) in the plane and (N, 2) in space, and (N,) gap after the last cycle, length; None where no cycles were counted.
+        Slip, (N,) in the plane and (N, 2) in space, and (N,) gap after the last cycle, length; None
+        where no cycles were counted.
     work
         (cycles,) work of friction in each cycle of the transient, force times length; None there.
     """
@@ -53,7 +63,8 @@ class StoreError(FrictoptError, OSError):
     Attributes
     ----------
     table
-        DataFrame of the finished runs, those in the store and those that could not be written; None if no run was started.
+        DataFrame of the finished runs, those in the store and those that could not be written; None
+        if no run was started.
     """
 
     table: Any = None

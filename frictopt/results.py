@@ -9,7 +9,16 @@ from .joints.backbone import BackboneCurve
 from .joints.report import Report
 from .joints.wear import WearHistory
 from .joints.worn_in import WornIn
-from .limits import Design, GrossSlip, GuaranteedLimit, LeastSlip, RequiredFriction, SafeRegion, SafeSlip, ShakedownLimit
+from .limits import (
+    Design,
+    GrossSlip,
+    GuaranteedLimit,
+    LeastSlip,
+    RequiredFriction,
+    SafeRegion,
+    SafeSlip,
+    ShakedownLimit,
+)
 from .study.dissipation_range import DissipationRange
 from .study.excursion import LeastExcursion
 from .study.protocols import LimitAfterProtocol

@@ -1,8 +1,9 @@
 """Build the write-ups as PDF: `python paper/build.py [name ...] [--quick]`, into `paper/output`.
 
-It needs `pip install pypandoc_binary typst` beside the extra `studies`. Figures are those of `python -m paper_figures`, drawn here, with the data
-that is missing; `--quick` takes coarse meshes. In the Markdown a block `{include} FILE` stands for a table with the command that made it, and a block
-`{figure} NAME` for a figure with its caption.
+It needs `pip install pypandoc_binary typst` beside the extra `studies`. Figures are those of
+`python -m paper_figures`, drawn here, with the data that is missing; `--quick` takes coarse meshes.
+In the Markdown a block `{include} FILE` stands for a table with the command that made it, and a
+block `{figure} NAME` for a figure with its caption.
 """
 
 import argparse
@@ -18,20 +19,41 @@ sys.path.insert(0, str(PAPER.parent))
 from paper_figures.__main__ import make  # noqa: E402  of the repository, which is not installed
 
 NAMES = ("lift-off", "guaranteed-in-space", "paper")
-LOOK = {"papersize": "a4", "fontsize": "9.5pt", "header-includes": "#set table(inset: 3pt)\n#show table: set text(size: 8pt)"}
+LOOK = {
+    "papersize": "a4",
+    "fontsize": "9.5pt",
+    "header-includes": "#set table(inset: 3pt)\n#show table: set text(size: 8pt)",
+}
 
 
 def build(name: str, quick: bool) -> Path:
     """The PDF of one write-up."""
     text = (PAPER / f"{name}.md").read_text(encoding="utf-8")
-    text = re.sub(r"```\{include\} (\S+)\n```", lambda match: (PAPER / match[1]).read_text(encoding="utf-8"), text)
-    text = re.sub(r"```\{figure\} (\S+)\n(.*?)```", lambda match: figure(match[1], match[2], quick), text, flags=re.DOTALL)
+    text = re.sub(
+        r"```\{include\} (\S+)\n```",
+        lambda match: (PAPER / match[1]).read_text(encoding="utf-8"),
+        text,
+    )
+    text = re.sub(
+        r"```\{figure\} (\S+)\n(.*?)```",
+        lambda match: figure(match[1], match[2], quick),
+        text,
+        flags=re.DOTALL,
+    )
     text = text.replace("](../", "](/")  # typst counts from the root of the repository
     look = [f"--variable={key}:{value}" for key, value in LOOK.items()]
-    options = ["--standalone", "--columns=300", "--citeproc", f"--bibliography={PAPER / 'paper.bib'}", *look]
+    options = [
+        "--standalone",
+        "--columns=300",
+        "--citeproc",
+        f"--bibliography={PAPER / 'paper.bib'}",
+        *look,
+    ]
     (PAPER / "output").mkdir(exist_ok=True)
     source, made = (PAPER / "output" / f"{name}.{kind}" for kind in ("typ", "pdf"))
-    typeset = pypandoc.convert_text(text, "typst", "markdown", options).replace("x: 1.25in, y: 1.25in", "x: 22mm, y: 20mm")
+    typeset = pypandoc.convert_text(text, "typst", "markdown", options).replace(
+        "x: 1.25in, y: 1.25in", "x: 22mm, y: 20mm"
+    )
     source.write_text(typeset, encoding="utf-8")
     typst.compile(source, output=made, root=PAPER.parent)
     return made
@@ -45,7 +67,9 @@ def figure(name: str, caption: str, quick: bool) -> str:
 def main() -> None:
     """Build those that are named, or all."""
     parser = argparse.ArgumentParser(description="Build the write-ups as PDF.")
-    parser.add_argument("names", nargs="*", metavar="name", help=f"all by default: {', '.join(NAMES)}")
+    parser.add_argument(
+        "names", nargs="*", metavar="name", help=f"all by default: {', '.join(NAMES)}"
+    )
     parser.add_argument("--quick", action="store_true", help="figures from coarse meshes")
     options = parser.parse_args()
     for name in options.names or NAMES:

@@ -1,7 +1,8 @@
 """Draw the figures: `python -m paper_figures [name ...] [--quick] [--workers N] [--list]`.
 
-Data that is missing, or was made with other parameters or by another version of frictopt, is computed first, on all processors. Tables of times come
-after the others, alone. Finished tables are kept, so after an interrupt the same command goes on where it stopped.
+Data that is missing, or was made with other parameters or by another version of frictopt, is
+computed first, on all processors. Tables of times come after the others, alone. Finished tables are
+kept, so after an interrupt the same command goes on where it stopped.
 """
 
 import argparse
@@ -38,10 +39,14 @@ scene onset shakedown_limit traction_ratio cycle hysteresis increments guarantee
 dissipation_range least_slip limit_after_protocol separation damping_backbone damping_friction backbone_meshes wear design
 error_vs_time mesh_error extremes scenes joint space spatial_limit spatial_numerics published
 """
-FIGURES: dict[str, Script] = {name: cast(Script, import_module(f"{__package__}.{name}")) for name in _NAMES.split()}
+FIGURES: dict[str, Script] = {
+    name: cast(Script, import_module(f"{__package__}.{name}")) for name in _NAMES.split()
+}
 
 
-def make(name: str, *, quick: bool = False, data: Path | None = None, output: Path | None = None) -> list[Path]:
+def make(
+    name: str, *, quick: bool = False, data: Path | None = None, output: Path | None = None
+) -> list[Path]:
     """Draw one figure, computing the tables that it lacks, and return the paths of its files.
 
     Parameters
@@ -55,18 +60,31 @@ def make(name: str, *, quick: bool = False, data: Path | None = None, output: Pa
     """
     script = FIGURES[name]
     folder = data or data_folder(quick)
-    tables = {key: table.load(table.parameters(quick), folder) for key, table in script.TABLES.items()}
+    tables = {
+        key: table.load(table.parameters(quick), folder) for key, table in script.TABLES.items()
+    }
     with bar_of(True, f"drawing {name}"), style.styled():
         return style.save(script.draw(tables), name, output or style.output_folder(quick))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Draw the named figures, all without names, and print their paths; returns the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m paper_figures", description="Draw the figures of the paper's scene.")
-    parser.add_argument("names", nargs="*", metavar="name", help=f"figures to draw, all by default: {', '.join(FIGURES)}")
+    parser = argparse.ArgumentParser(
+        prog="python -m paper_figures", description="Draw the figures of the paper's scene."
+    )
+    parser.add_argument(
+        "names",
+        nargs="*",
+        metavar="name",
+        help=f"figures to draw, all by default: {', '.join(FIGURES)}",
+    )
     parser.add_argument("--quick", action="store_true", help="from quick data on coarse meshes")
     parser.add_argument(
-        "--workers", type=whole_number(1), default=os.cpu_count() or 1, metavar="N", help="processes; by default one for each processor"
+        "--workers",
+        type=whole_number(1),
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="processes; by default one for each processor",
     )
     parser.add_argument("--list", action="store_true", help="list the figures and draw none")
     parser.add_argument("--data", type=writable, metavar="FOLDER", help="folder of the tables")
@@ -74,19 +92,40 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(argv)
     unknown = [name for name in options.names if name not in FIGURES]
     if unknown:
-        print(f"unknown figure {', '.join(map(repr, unknown))}; known are {', '.join(FIGURES)}", file=sys.stderr)
+        print(
+            f"unknown figure {', '.join(map(repr, unknown))}; known are {', '.join(FIGURES)}",
+            file=sys.stderr,
+        )
         return 2
     if options.list:
-        print(*(f"{name:16} {(FIGURES[name].__doc__ or '').splitlines()[0]}" for name in options.names or FIGURES), sep="\n")
+        print(
+            *(
+                f"{name:16} {(FIGURES[name].__doc__ or '').splitlines()[0]}"
+                for name in options.names or FIGURES
+            ),
+            sep="\n",
+        )
         return 0
     try:
-        folders = options.data or writable(data_folder(options.quick)), options.output or writable(style.output_folder(options.quick))
+        folders = (
+            options.data or writable(data_folder(options.quick)),
+            options.output or writable(style.output_folder(options.quick)),
+        )
         names = options.names or list(FIGURES)
         if options.workers > 1:
-            prepare((table for name in names for table in FIGURES[name].TABLES.values()), options.quick, folders[0], options.workers)
+            prepare(
+                (table for name in names for table in FIGURES[name].TABLES.values()),
+                options.quick,
+                folders[0],
+                options.workers,
+            )
         for number, name in enumerate(names, start=1):
             print(f"figure {number} of {len(names)}: {name}", file=sys.stderr, flush=True)
-            print(*make(name, quick=options.quick, data=folders[0], output=folders[1]), sep="\n", flush=True)
+            print(
+                *make(name, quick=options.quick, data=folders[0], output=folders[1]),
+                sep="\n",
+                flush=True,
+            )
     except KeyboardInterrupt:
         print("interrupted; finished tables and figures are kept", file=sys.stderr)
         return INTERRUPTED

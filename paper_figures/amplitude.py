@@ -36,7 +36,9 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for axes in panels[-1]:
         axes.set_xlabel(r"r.m.s. of $v\,E^* / (a\,P / 2a)$")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(handles), columnspacing=1.4)
+    figure.legend(
+        handles, labels, loc="outside upper center", ncols=len(handles), columnspacing=1.4
+    )
     return figure
 
 
@@ -50,10 +52,22 @@ def _panel(axes: Any, runs: pd.DataFrame) -> None:
         amplitude = rows["amplitude"].map(lambda value: float(f"{value:.3g}"))
         aside = (1 + _APART) ** sense
         axes.plot(
-            amplitude * aside, 1e3 * rows["dissipation_scaled"], linestyle="none", marker=look["marker"], color=look["color"], mfc="none", mew=0.5
+            amplitude * aside,
+            1e3 * rows["dissipation_scaled"],
+            linestyle="none",
+            marker=look["marker"],
+            color=look["color"],
+            mfc="none",
+            mew=0.5,
         )
         median = (1e3 * rows["dissipation_scaled"]).groupby(amplitude).median()
-        axes.plot(median.index * aside, median, color=look["color"], linestyle=look["linestyle"], label=f"{label}: median")
+        axes.plot(
+            median.index * aside,
+            median,
+            color=look["color"],
+            linestyle=look["linestyle"],
+            label=f"{label}: median",
+        )
     top = 1.08e3 * runs["dissipation_scaled"].max() or 1.0
     axes.set_ylim(-0.04 * top, top)  # the marks at zero whole
     axes.ticklabel_format(axis="y", style="plain")  # the label has a power of ten already

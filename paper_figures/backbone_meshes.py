@@ -19,10 +19,17 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     figure = new_figure(WIDE, 75)
     work, share = panels = figure.subplots(1, 2)
     for (elements, rows), look in zip(tables["meshes"].groupby("elements"), SERIES, strict=False):
-        work.plot(rows["load_share"], rows["work"], **look, label=f"{elements} elements along the joint, {rows['nodes'].iloc[0]} nodes")
+        work.plot(
+            rows["load_share"],
+            rows["work"],
+            **look,
+            label=f"{elements} elements along the joint, {rows['nodes'].iloc[0]} nodes",
+        )
         share.plot(rows["load_share"], rows["slipping"], **look)
         for axes in panels:
-            axes.axvline(rows["shakedown_share"].iloc[0], color=look["color"], lw=0.8, linestyle="--")
+            axes.axvline(
+                rows["shakedown_share"].iloc[0], color=look["color"], lw=0.8, linestyle="--"
+            )
     work.plot([], [], color=BLACK, lw=0.8, linestyle="--", label=r"shakedown limit $\lambda_2$")
     work.set_yscale("log")
     work.set_ylabel("work of friction per cycle")

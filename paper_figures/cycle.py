@@ -29,7 +29,10 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     _instants(left, right, table)
     left.set_ylim(-1.12, 1.12)
     left.set_ylabel("$q / (f p)$")
-    left.set_title(f"$f = {table['friction'].iloc[0]:g}$,  $\\sigma_0 = {table['load_factor'].iloc[0]:.3f}\\,P / 2a$", loc="right")
+    left.set_title(
+        f"$f = {table['friction'].iloc[0]:g}$,  $\\sigma_0 = {table['load_factor'].iloc[0]:.3f}\\,P / 2a$",
+        loc="right",
+    )
     right.set_ylabel(r"slip $v\,E^* / (a\,P / 2a)$")
     for axes, letter in zip((left, right), "ab", strict=True):
         axes.set_xlim(-1.02, 1.02)
@@ -54,16 +57,35 @@ def _instants(left: Any, right: Any, table: pd.DataFrame) -> None:
     end = table["instant"].max()
     for instant, rows in table[table["instant"] < end].groupby("instant"):
         level = _levels(rows).iloc[0]
-        look = {"color": _color(level), "linestyle": _STYLES["falls" if instant <= end / 2 else "rises"], "lw": 1.6 if abs(level) == 1 else 0.9}
+        look = {
+            "color": _color(level),
+            "linestyle": _STYLES["falls" if instant <= end / 2 else "rises"],
+            "lw": 1.6 if abs(level) == 1 else 0.9,
+        }
         left.plot(rows["x"], rows["ratio"], **look)
         right.plot(rows["x"], rows["slip"], **look)
 
 
 def _legend(figure: Figure, levels: Sequence[float]) -> None:
     handles = [Line2D([], [], color=_color(level), lw=2) for level in levels]
-    labels = [rf"$\sigma = {level:+g}\,\sigma_0$" if abs(level) != 1 else rf"$\sigma = {'+' if level > 0 else '-'}\sigma_0$" for level in levels]
-    labels = [r"$\sigma = 0$" if level == 0 else label for level, label in zip(levels, labels, strict=True)]
-    handles += [Line2D([], [], linestyle="none")] * (len(levels) % 2)  # the two lines have the last column of two
+    labels = [
+        rf"$\sigma = {level:+g}\,\sigma_0$"
+        if abs(level) != 1
+        else rf"$\sigma = {'+' if level > 0 else '-'}\sigma_0$"
+        for level in levels
+    ]
+    labels = [
+        r"$\sigma = 0$" if level == 0 else label
+        for level, label in zip(levels, labels, strict=True)
+    ]
+    handles += [Line2D([], [], linestyle="none")] * (
+        len(levels) % 2
+    )  # the two lines have the last column of two
     labels += [""] * (len(levels) % 2)
     handles += [Line2D([], [], color=BLACK, lw=0.9, linestyle=style) for style in _STYLES.values()]
-    figure.legend(handles, [*labels, *(f"$\\sigma$ {name}" for name in _STYLES)], loc="outside upper center", ncols=len(handles) // 2)
+    figure.legend(
+        handles,
+        [*labels, *(f"$\\sigma$ {name}" for name in _STYLES)],
+        loc="outside upper center",
+        ncols=len(handles) // 2,
+    )

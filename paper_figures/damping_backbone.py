@@ -21,11 +21,27 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     panels = figure.subplots(2, len(joints), sharex="col")
     for (name, rows), column in zip(joints, panels.T, strict=True):
         for axes, quantity, glued in zip(column, ("frequency", "damping"), (1.0, 0.0), strict=True):
-            settled, least, most = (100 * (rows[f"{end}{quantity}"] - glued) for end in ("", "least_", "most_"))
-            axes.fill_between(rows["load_ratio"], least, most, color=SERIES[0]["color"], alpha=0.25, lw=0, label="range found over residual slips")
+            settled, least, most = (
+                100 * (rows[f"{end}{quantity}"] - glued) for end in ("", "least_", "most_")
+            )
+            axes.fill_between(
+                rows["load_ratio"],
+                least,
+                most,
+                color=SERIES[0]["color"],
+                alpha=0.25,
+                lw=0,
+                label="range found over residual slips",
+            )
             axes.plot(rows["load_ratio"], settled, **SERIES[0], label="without residual slip")
             if (guaranteed := rows["guaranteed_ratio"].iloc[0]) > rows["load_ratio"].min():
-                axes.axvline(guaranteed, color=GREY, lw=0.8, linestyle="--", label=r"guaranteed limit $\lambda_1$")
+                axes.axvline(
+                    guaranteed,
+                    color=GREY,
+                    lw=0.8,
+                    linestyle="--",
+                    label=r"guaranteed limit $\lambda_1$",
+                )
             axes.axvline(1.0, color=BLACK, lw=0.8, label=r"shakedown limit $\lambda_2$")
             plain_log(axes, "x")
         column[0].set_title(name, loc="right")
@@ -36,5 +52,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         panel_label(axes, letter)
     figure.align_ylabels(panels[:, 0])
     handles, labels = panels[0, -1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(handles), columnspacing=1.2)
+    figure.legend(
+        handles, labels, loc="outside upper center", ncols=len(handles), columnspacing=1.2
+    )
     return figure

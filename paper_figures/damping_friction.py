@@ -23,8 +23,21 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         for (ratio, rows), look in zip(table.groupby("load_ratio"), SERIES, strict=False):
             least, most = 100 * rows["least_damping"], 100 * rows["most_damping"]
             label = rf"at ${ratio:g}\,\lambda_2$"
-            axes.fill_between(rows["friction"], least, most, color=look["color"], alpha=0.25, lw=0, label=f"range found {label}")
-            axes.plot(rows["friction"], 100 * rows["damping"], **look, label=f"without residual slip {label}")
+            axes.fill_between(
+                rows["friction"],
+                least,
+                most,
+                color=look["color"],
+                alpha=0.25,
+                lw=0,
+                label=f"range found {label}",
+            )
+            axes.plot(
+                rows["friction"],
+                100 * rows["damping"],
+                **look,
+                label=f"without residual slip {label}",
+            )
         axes.set_xlabel("coefficient of friction $f$")
         axes.set_title(name, loc="right")
         panel_label(axes, letter)

@@ -24,7 +24,9 @@ FAMILIES: Mapping[str, tuple[str, Mapping[str, Any]]] = {
 }
 """Family of starts -> its name in legends and its look."""
 
-_WIDTH = 0.0025  # by which the families of one load stand apart, in load ratios: none may seem to lie beyond the limit
+# by which the families of one load stand apart, in load ratios: none may seem to lie beyond the
+# limit
+_WIDTH = 0.0025
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -43,7 +45,9 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         upper.yaxis.set_major_locator(LogLocator(numticks=12))
         upper.set_title(f"$f = {friction:g}$", loc="right")
         panel_label(upper, letter)
-        lower.set(ylim=(-1, 1), xlabel=r"load factor over the shakedown limit, $\lambda / \lambda_2$")
+        lower.set(
+            ylim=(-1, 1), xlabel=r"load factor over the shakedown limit, $\lambda / \lambda_2$"
+        )
         lower.set_yticks([])
         limits = tables["limits"].set_index("friction").loc[friction]
         guaranteed = limits["guaranteed"] / limits["load_factor"]
@@ -53,13 +57,25 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
             axes.set_xlim(-0.04, 1.03 * runs["load_ratio"].max())
         for limit, name in (
             (1.0, r"$\lambda_2$"),
-            (guaranteed, rf"$\lambda_1 = {guaranteed:.2g}\,\lambda_2$" if guaranteed > 0 else r"$\lambda_1 = 0$"),
+            (
+                guaranteed,
+                rf"$\lambda_1 = {guaranteed:.2g}\,\lambda_2$"
+                if guaranteed > 0
+                else r"$\lambda_1 = 0$",
+            ),
         ):
             upper.annotate(name, (limit, high), (3, -3), textcoords="offset points", va="top")
     panels[1, 0].set_ylabel("$W = 0$", rotation="horizontal", ha="right", va="center")
     panels[0, 0].set_ylabel(r"steady dissipation $W E^* / P^2$ per cycle")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(handles), columnspacing=1.2, handletextpad=0.1)
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper center",
+        ncols=len(handles),
+        columnspacing=1.2,
+        handletextpad=0.1,
+    )
     return figure
 
 
@@ -78,7 +94,12 @@ def _marks(upper: Any, lower: Any, runs: pd.DataFrame) -> None:
             "zorder": 3 if filled else 2,
         }
         slips = rows["dissipation"] > 0
-        upper.plot(rows.loc[slips, "load_ratio"] + aside, rows.loc[slips, "dissipation_scaled"], label=label, **marks)
+        upper.plot(
+            rows.loc[slips, "load_ratio"] + aside,
+            rows.loc[slips, "dissipation_scaled"],
+            label=label,
+            **marks,
+        )
         at_rest = rows.loc[~slips, "load_ratio"]
         lower.plot(at_rest + aside, 0.6 * (1 - number / 2) * np.ones(len(at_rest)), **marks)
     lower.axhline(0, color=GREY, lw=0.3, zorder=0)

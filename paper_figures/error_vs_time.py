@@ -22,7 +22,9 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "frictopt, programs\nof increments": {"color": _BLUE, "marker": "o", "ms": 5, "mfc": "white"},
     **{
         name: {"color": series["color"], "marker": series["marker"], "ms": 4, "mfc": "white"}
-        for name, series in zip(("HiGHS", "Clarabel", "OSQP", "Lemke", "scipy"), SERIES[1:], strict=False)
+        for name, series in zip(
+            ("HiGHS", "Clarabel", "OSQP", "Lemke", "scipy"), SERIES[1:], strict=False
+        )
     },
 }
 _COLUMNS = 4
@@ -31,18 +33,32 @@ _PROGRAMS = ("qp", "milp", "QP", "MILP")
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     """One panel for each comparison with others, and for each one of increments in three dimensions; the line is the front of undominated methods."""
-    questions = {key: rows[rows["nodes"] == rows["nodes"].max()] for key, rows in tables["error"].groupby(["computation", "quantity"], sort=False)}
+    questions = {
+        key: rows[rows["nodes"] == rows["nodes"].max()]
+        for key, rows in tables["error"].groupby(["computation", "quantity"], sort=False)
+    }
     plane, space = (
-        {key: rows for key, rows in questions.items() if _shown(rows) and key[0].endswith("3-D") is in_space} for in_space in (False, True)
+        {
+            key: rows
+            for key, rows in questions.items()
+            if _shown(rows) and key[0].endswith("3-D") is in_space
+        }
+        for in_space in (False, True)
     )
     lines = (len(plane) + 1 + len(space) + _COLUMNS - 1) // _COLUMNS
     figure = new_figure(WIDE, 56 * lines)
     grid = figure.subplots(lines, _COLUMNS, sharex=True, sharey=True).ravel()
-    legend, panels = grid[len(plane)], [axes for place, axes in enumerate(grid) if place != len(plane)]
+    legend, panels = (
+        grid[len(plane)],
+        [axes for place, axes in enumerate(grid) if place != len(plane)],
+    )
     shown = {**plane, **space}
     for axes, (key, rows) in zip(panels, shown.items(), strict=False):
         _panel(axes, rows[rows["result"] == "answer"])
-        axes.set_title("\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$"), loc="left")
+        axes.set_title(
+            "\n".join(key).replace("lambda_1", r"$\lambda_1$").replace("lambda_2", r"$\lambda_2$"),
+            loc="left",
+        )
     whole_decades(panels[0], "x")
     for axes, rows in zip(panels, shown.values(), strict=False):
         _front(axes, rows[rows["on_front"]].sort_values("seconds"))
@@ -60,12 +76,17 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 def _shown(rows: pd.DataFrame) -> bool:
     """Whether others answer the question too, or it is one of increments in three dimensions."""
     in_space = rows["computation"].iloc[0].endswith("3-D")
-    return bool((rows["rival"] != "").any() or (in_space and rows["knob"].str.startswith("increments").all()))
+    return bool(
+        (rows["rival"] != "").any()
+        or (in_space and rows["knob"].str.startswith("increments").all())
+    )
 
 
 def _panel(axes: Any, rows: pd.DataFrame) -> None:
     for family, part in rows.groupby(_families(rows), sort=False):
-        axes.plot(part["seconds"], part["error"], linestyle="none", mew=0.8, zorder=3, **_LOOKS[family])
+        axes.plot(
+            part["seconds"], part["error"], linestyle="none", mew=0.8, zorder=3, **_LOOKS[family]
+        )
     axes.axhspan(1e-18, ROUNDING, color=GREY, alpha=0.12, lw=0)
     axes.set(xscale="log", yscale="log", ylim=(3e-17, 30))
 
@@ -73,19 +94,36 @@ def _panel(axes: Any, rows: pd.DataFrame) -> None:
 def _front(axes: Any, rows: pd.DataFrame) -> None:
     """Line along the front, from the upper edge of the panel to its right one."""
     error = rows["error"].clip(lower=ROUNDING)
-    edges = [rows["seconds"].iloc[0], *rows["seconds"], axes.get_xlim()[1]], [axes.get_ylim()[1], *error, error.iloc[-1]]
+    edges = (
+        [rows["seconds"].iloc[0], *rows["seconds"], axes.get_xlim()[1]],
+        [axes.get_ylim()[1], *error, error.iloc[-1]],
+    )
     axes.plot(*edges, drawstyle="steps-post", color=GREY, lw=0.8, zorder=2)
 
 
 def _families(rows: pd.DataFrame) -> pd.Series:
-    ours = rows["method"].map(lambda name: "frictopt, programs\nof increments" if name.split()[-1].strip("()") in _PROGRAMS else "frictopt")
+    ours = rows["method"].map(
+        lambda name: (
+            "frictopt, programs\nof increments"
+            if name.split()[-1].strip("()") in _PROGRAMS
+            else "frictopt"
+        )
+    )
     return ours.where(rows["rival"] == "", rows["method"].str.split(",").str[0].str.split().str[0])
 
 
 def _legend(axes: Any, rows: pd.DataFrame) -> None:
     shown = set(_families(rows))
     names = [name for name in _LOOKS if name in shown]
-    handles: list[Any] = [Line2D([], [], linestyle="none", mew=0.8, **_LOOKS[name]) for name in names]
+    handles: list[Any] = [
+        Line2D([], [], linestyle="none", mew=0.8, **_LOOKS[name]) for name in names
+    ]
     handles += [Line2D([], [], color=GREY, lw=0.8), Patch(color=GREY, alpha=0.12, lw=0)]
     axes.axis("off")
-    axes.legend(handles, [*names, "front", "errors that count as equal"], loc="center left", handlelength=1.4, borderpad=0)
+    axes.legend(
+        handles,
+        [*names, "front", "errors that count as equal"],
+        loc="center left",
+        handlelength=1.4,
+        borderpad=0,
+    )

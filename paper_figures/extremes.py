@@ -40,7 +40,12 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         _marks(axes, answered["residual"], line - _SHIFT, "residual")
         _marks(axes, answered.loc[answered["verdict"] != "mesh", "error"], line + _SHIFT, "error")
         _marks(axes, answered.loc[answered["verdict"] == "mesh", "error"], line + _SHIFT, "mesh")
-        axes.annotate(f"{len(rows) - len(answered)} of {len(rows)}", (1.01, line), xycoords=("axes fraction", "data"), va="center")
+        axes.annotate(
+            f"{len(rows) - len(answered)} of {len(rows)}",
+            (1.01, line),
+            xycoords=("axes fraction", "data"),
+            va="center",
+        )
     axes.axvline(1e-9, color=BLACK, lw=0.6, ls="--")
     axes.annotate("refused", (1.01, -0.9), xycoords=("axes fraction", "data"), va="center")
     axes.set(
@@ -51,13 +56,25 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         yticklabels=[name.replace("lambda_2", r"$\lambda_2$") for name in names],
     )
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("residual, relative error (at least $10^{-17}$; dashed: tolerance of residuals)")
+    axes.set_xlabel(
+        "residual, relative error (at least $10^{-17}$; dashed: tolerance of residuals)"
+    )
     axes.set_ylabel("what is extreme")
-    handles = [Line2D([], [], linestyle="none", markersize=4, label=_LABELS[kind], **mark) for kind, mark in _MARKS.items()]
+    handles = [
+        Line2D([], [], linestyle="none", markersize=4, label=_LABELS[kind], **mark)
+        for kind, mark in _MARKS.items()
+    ]
     figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure
 
 
 def _marks(axes: Any, values: pd.Series, line: float, kind: str) -> None:
     values = np.maximum(values.dropna().to_numpy(), _FLOOR)
-    axes.plot(values, np.full(len(values), line), linestyle="none", markersize=3.5, alpha=0.8, **_MARKS[kind])
+    axes.plot(
+        values,
+        np.full(len(values), line),
+        linestyle="none",
+        markersize=3.5,
+        alpha=0.8,
+        **_MARKS[kind],
+    )

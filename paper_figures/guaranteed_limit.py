@@ -29,7 +29,14 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     looks = {friction: series["color"] for friction, series in zip(frictions, SERIES, strict=False)}
     _against(middle, tables["corner"], "corner_size", looks)
     middle.set_xlabel("corner element / $a$")
-    middle.legend(title="$f$", loc="center left", bbox_to_anchor=(0, 0.7), handlelength=1.2, ncols=2, columnspacing=1.0)
+    middle.legend(
+        title="$f$",
+        loc="center left",
+        bbox_to_anchor=(0, 0.7),
+        handlelength=1.2,
+        ncols=2,
+        columnspacing=1.0,
+    )
     _against(right, tables["bound"], "slip_bound", looks)
     right.set_xlabel(r"slip bound $v_{\max}\,E^* / (a\,P/2a)$")
     right.set_title(f"corner element {tables['bound']['corner_size'].iloc[0]:.2g} $a$", loc="right")
@@ -43,11 +50,20 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 def _against_friction(axes: Any, table: pd.DataFrame) -> None:
     meshes = list(table.groupby("corner_size", sort=False))
     for (size, rows), series in zip(meshes, SERIES, strict=False):
-        axes.plot(rows["friction"], rows["guaranteed"], color=series["color"], linestyle=_GUARANTEED, lw=0.9, label=f"{size:.2g}")
+        axes.plot(
+            rows["friction"],
+            rows["guaranteed"],
+            color=series["color"],
+            linestyle=_GUARANTEED,
+            lw=0.9,
+            label=f"{size:.2g}",
+        )
     finest = meshes[-1][1]
     color = SERIES[len(meshes) - 1]["color"]
     axes.plot(finest["friction"], finest["shakedown"], color=color, linestyle=_SHAKEDOWN)
-    axes.fill_between(finest["friction"], finest["guaranteed"], finest["shakedown"], color=_SHADE, lw=0)
+    axes.fill_between(
+        finest["friction"], finest["guaranteed"], finest["shakedown"], color=_SHADE, lw=0
+    )
     axes.text(0.88, 1.5, "the start\ndecides", ha="center", va="center")
     axes.set_xlim(table["friction"].min(), table["friction"].max())
     axes.set_ylim(0, 1.02 * finest["shakedown"].max())
@@ -58,8 +74,19 @@ def _against_friction(axes: Any, table: pd.DataFrame) -> None:
 def _against(axes: Any, table: pd.DataFrame, column: str, looks: Mapping[float, str]) -> None:
     for friction, rows in table.groupby("friction"):
         ordered = rows.sort_values(column)
-        axes.plot(ordered[column], ordered["guaranteed"], color=looks[float(friction)], linestyle=_GUARANTEED, label=f"{friction:g}")
-        axes.plot(ordered[column], ordered["shakedown"], color=looks[float(friction)], linestyle=_SHAKEDOWN)
+        axes.plot(
+            ordered[column],
+            ordered["guaranteed"],
+            color=looks[float(friction)],
+            linestyle=_GUARANTEED,
+            label=f"{friction:g}",
+        )
+        axes.plot(
+            ordered[column],
+            ordered["shakedown"],
+            color=looks[float(friction)],
+            linestyle=_SHAKEDOWN,
+        )
     plain_log(axes, "x")
     axes.xaxis.set_major_locator(LogLocator())
     axes.xaxis.set_minor_locator(LogLocator(subs="auto"))

@@ -31,8 +31,19 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for nodes, series in zip(meshes, SERIES, strict=False):
         for engine, rows in table[table["nodes"] == nodes].groupby("method", sort=False):
             marker = _MARKERS[engine][0]
-            look = {"color": series["color"], "linestyle": series["linestyle"], "marker": marker, "lw": 0.8}
-            axes.plot(rows["seconds"], rows["error"], **look, markersize=8 if marker == "*" else 4, mfc="white" if marker == "s" else None)
+            look = {
+                "color": series["color"],
+                "linestyle": series["linestyle"],
+                "marker": marker,
+                "lw": 0.8,
+            }
+            axes.plot(
+                rows["seconds"],
+                rows["error"],
+                **look,
+                markersize=8 if marker == "*" else 4,
+                mfc="white" if marker == "s" else None,
+            )
     _steps(axes, table[(table["nodes"] == meshes[-1]) & (table["method"] == "frictopt, qp")])
     _order(axes, table)
     axes.set(xscale="log", yscale="log", ylim=(1e-16, 1))
@@ -44,7 +55,15 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 def _steps(axes: Any, rows: pd.DataFrame) -> None:
     for row in rows.itertuples():
-        axes.annotate(row.setting, (row.seconds, row.error), (4, 3), textcoords="offset points", va="bottom", fontsize=7, color=GREY)
+        axes.annotate(
+            row.setting,
+            (row.seconds, row.error),
+            (4, 3),
+            textcoords="offset points",
+            va="bottom",
+            fontsize=7,
+            color=GREY,
+        )
 
 
 def _order(axes: Any, table: pd.DataFrame) -> None:
@@ -53,16 +72,37 @@ def _order(axes: Any, table: pd.DataFrame) -> None:
     times = last["seconds"] * np.array([0.2, 1.0])
     errors = last["error"] / 20 * np.array([25.0, 1.0])
     axes.plot(times, errors, color=BLACK, lw=0.6)
-    axes.annotate("(run time)$^{-2}$", (times.prod() ** 0.5, errors.prod() ** 0.5), (-4, -2), textcoords="offset points", ha="right", va="top")
+    axes.annotate(
+        "(run time)$^{-2}$",
+        (times.prod() ** 0.5, errors.prod() ** 0.5),
+        (-4, -2),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+    )
 
 
 def _legends(axes: Any, meshes: Any) -> None:
     handles = [
-        Line2D([], [], color=BLACK, linestyle="none", marker=marker, markersize=7 if marker == "*" else 4, mfc="white" if marker == "s" else BLACK)
+        Line2D(
+            [],
+            [],
+            color=BLACK,
+            linestyle="none",
+            marker=marker,
+            markersize=7 if marker == "*" else 4,
+            mfc="white" if marker == "s" else BLACK,
+        )
         for marker, _ in _MARKERS.values()
     ]
     labels = [name for _, name in _MARKERS.values()]
     for nodes, series in zip(meshes, SERIES, strict=False):
         handles.append(Line2D([], [], color=series["color"], linestyle=series["linestyle"]))
         labels.append(f"N = {nodes}")
-    axes.legend(handles, labels, loc="upper left", title="numbers: increments from corner to corner", alignment="left")
+    axes.legend(
+        handles,
+        labels,
+        loc="upper left",
+        title="numbers: increments from corner to corner",
+        alignment="left",
+    )

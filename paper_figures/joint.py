@@ -37,7 +37,13 @@ def _slips(axes: Any, table: pd.DataFrame) -> None:
     for name, part in table.groupby("contact", sort=False):
         look = SERIES[list(dict.fromkeys(table["contact"])).index(name)]
         several = table["contact"].nunique() > 1
-        axes.plot(part["x"], 1e3 * part["slip_range"], color=look["color"], linestyle="-", label=f"{name} flank" if several else None)
+        axes.plot(
+            part["x"],
+            1e3 * part["slip_range"],
+            color=look["color"],
+            linestyle="-",
+            label=f"{name} flank" if several else None,
+        )
     axes.set_xlabel("arc length, mm")
     axes.set_ylabel("slip range, µm")
     axes.set_ylim(0.0, 1.25e3 * table["slip_range"].max())
@@ -46,10 +52,18 @@ def _slips(axes: Any, table: pd.DataFrame) -> None:
 
 
 def _parameters(axes: Any, table: pd.DataFrame) -> None:
-    for look, (column, label) in zip(SERIES, {"F1": "$F_1$", "F2": "$F_2$", "SWT": "SWT"}.items(), strict=False):
+    for look, (column, label) in zip(
+        SERIES, {"F1": "$F_1$", "F2": "$F_2$", "SWT": "SWT"}.items(), strict=False
+    ):
         for number, (_, part) in enumerate(table.groupby("contact", sort=False)):
             values = part[column] / (table[column].max() or 1.0)
-            axes.plot(part["x"], values, color=look["color"], linestyle=look["linestyle"], label=label if number == 0 else None)
+            axes.plot(
+                part["x"],
+                values,
+                color=look["color"],
+                linestyle=look["linestyle"],
+                label=label if number == 0 else None,
+            )
     axes.set_xlabel("arc length, mm")
     axes.set_ylabel("over the largest value")
     axes.set_ylim(0.0, 1.25)
@@ -62,7 +76,9 @@ def _region(axes: Any, table: pd.DataFrame) -> None:
     vertex = table["what"] == "vertex"
     axes.fill([0.0, *a[vertex]], [0.0, *b[vertex]], color=SERIES[4]["color"], alpha=0.4, lw=0.0)
     axes.plot(a[vertex], b[vertex], color=SERIES[0]["color"], marker="o", label="safe region")
-    axes.plot(a[~vertex], b[~vertex], color=GREY, marker="s", linestyle="none", label="history, largest")
+    axes.plot(
+        a[~vertex], b[~vertex], color=GREY, marker="s", linestyle="none", label="history, largest"
+    )
     axes.set_xlim(0.0, 1.1 * a.max())
     axes.set_ylim(0.0, 1.4 * b.max())
     axes.set_xlabel(_UNITS[first])

@@ -23,12 +23,41 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for (friction, rows), look in zip(table.groupby("friction"), SERIES, strict=False):
         rows, color = rows.sort_values("load_ratio"), look["color"]
         limit = rows["bound"] / (rows["load_ratio"] - 1)
-        for column, marker, name in (("least", "o", "least dissipation"), ("most", "x", "most dissipation")):
-            left.plot(rows["load_ratio"], rows[column] / limit, marker=marker, mfc="none", color=color, label=f"{name}, $f = {friction:g}$", **found)
-            right.plot(rows["load_ratio"], rows[f"{column}_total"], marker=marker, mfc="none", color=color, **found)
-        right.plot(rows["load_ratio"], rows["proven_total"], ls="-", color=color, label=f"proven, $f = {friction:g}$")
+        for column, marker, name in (
+            ("least", "o", "least dissipation"),
+            ("most", "x", "most dissipation"),
+        ):
+            left.plot(
+                rows["load_ratio"],
+                rows[column] / limit,
+                marker=marker,
+                mfc="none",
+                color=color,
+                label=f"{name}, $f = {friction:g}$",
+                **found,
+            )
+            right.plot(
+                rows["load_ratio"],
+                rows[f"{column}_total"],
+                marker=marker,
+                mfc="none",
+                color=color,
+                **found,
+            )
+        right.plot(
+            rows["load_ratio"],
+            rows["proven_total"],
+            ls="-",
+            color=color,
+            label=f"proven, $f = {friction:g}$",
+        )
     ratio = [1.0, float(table["load_ratio"].max())]
-    left.plot(ratio, [0.0, ratio[1] - 1], color=BLACK, label=r"proven: $(\lambda - \lambda_2) / \lambda_2$")
+    left.plot(
+        ratio,
+        [0.0, ratio[1] - 1],
+        color=BLACK,
+        label=r"proven: $(\lambda - \lambda_2) / \lambda_2$",
+    )
     left.set_ylabel(r"weighted slip $\sum_k g_k \cdot v_k / \lambda_2$")
     right.set_ylabel(r"sum of nodal slips $\sum \Delta v\, E^* / (a\,P/2a)$")
     right.set_yscale("log")

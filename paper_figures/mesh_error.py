@@ -31,7 +31,9 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 def _corner(axes: Any, rows: pd.DataFrame) -> None:
     for (knob, part), series in zip(rows.groupby("knob", sort=False), SERIES, strict=False):
-        axes.plot(part["seconds"], part["error"], label=knob.removeprefix("elements, "), **series, lw=0.8)
+        axes.plot(
+            part["seconds"], part["error"], label=knob.removeprefix("elements, "), **series, lw=0.8
+        )
     _name_ends(axes, rows[rows["knob"] == rows["knob"].iloc[0]])
     whole_decades(axes, "xy")
     axes.set_xlabel("run time from scene to system, s")
@@ -40,7 +42,9 @@ def _corner(axes: Any, rows: pd.DataFrame) -> None:
 
 
 def _cylinder(axes: Any, rows: pd.DataFrame) -> None:
-    for (computation, part), series in zip(rows.groupby("computation", sort=False), SERIES, strict=False):
+    for (computation, part), series in zip(
+        rows.groupby("computation", sort=False), SERIES, strict=False
+    ):
         axes.plot(part["seconds"], part["error"], label=computation, **series, lw=0.8)
     _name_ends(axes, rows[rows["computation"] == rows["computation"].iloc[0]])
     whole_decades(axes, "xy")
@@ -52,13 +56,25 @@ def _cylinder(axes: Any, rows: pd.DataFrame) -> None:
 def _name_ends(axes: Any, rows: pd.DataFrame) -> None:
     """Number of elements or cells at the first and the last point."""
     for row in (rows.iloc[0], rows.iloc[-1]):
-        axes.annotate(row["setting"], (row["seconds"], row["error"]), (4, 3), textcoords="offset points", fontsize=7, color=GREY)
+        axes.annotate(
+            row["setting"],
+            (row["seconds"], row["error"]),
+            (4, 3),
+            textcoords="offset points",
+            fontsize=7,
+            color=GREY,
+        )
 
 
 def _law(axes: Any, table: pd.DataFrame) -> None:
     for (friction, rows), series in zip(table.groupby("friction"), SERIES, strict=False):
         axes.axhline(rows["expected"].iloc[0], color=series["color"], lw=0.8, linestyle="-")
-        axes.plot(rows["corner_size"], rows["exponent"], **(series | {"linestyle": "none"}), label=f"$f = {friction:g}$")
+        axes.plot(
+            rows["corner_size"],
+            rows["exponent"],
+            **(series | {"linestyle": "none"}),
+            label=f"$f = {friction:g}$",
+        )
     whole_decades(axes, "x")
     axes.set_ylim(0, 1.45 * table["expected"].max())
     axes.set_xlabel("corner element / $a$")
@@ -68,9 +84,22 @@ def _law(axes: Any, table: pd.DataFrame) -> None:
 
 def _surface(axes: Any, table: pd.DataFrame) -> None:
     for (give, rows), series in zip(table.groupby("surface"), SERIES, strict=False):
-        axes.plot(rows["corner_size"], rows["load_factor"], **series, lw=0.8, label=f"${give:g}\\,a$" if give else "0 (hard)")
+        axes.plot(
+            rows["corner_size"],
+            rows["load_factor"],
+            **series,
+            lw=0.8,
+            label=f"${give:g}\\,a$" if give else "0 (hard)",
+        )
         slips = rows[rows["onset"] > 0]  # else the mean load alone slips
-        axes.plot(slips["corner_size"], slips["onset"], **(series | {"linestyle": ":"}), mfc="white", mew=0.7, lw=0.8)
+        axes.plot(
+            slips["corner_size"],
+            slips["onset"],
+            **(series | {"linestyle": ":"}),
+            mfc="white",
+            mew=0.7,
+            lw=0.8,
+        )
     whole_decades(axes, "x")
     axes.set_ylim(0, 1.9 * table["load_factor"].max())
     axes.set_xlabel("corner element / $a$")

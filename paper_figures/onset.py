@@ -30,14 +30,36 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     axes = figure.subplots()
     for (column, label), series in zip(_CURVES.items(), SERIES, strict=False):
         rows = bonded if column.startswith("slip") else finest
-        axes.plot(rows["friction"], rows[column], label=label, color=series["color"], linestyle=series["linestyle"])
-    axes.plot(finest["friction"], finest["load_factor"], label=r"shakedown limit $\lambda_2$", color=GREY, lw=0.7)
+        axes.plot(
+            rows["friction"],
+            rows[column],
+            label=label,
+            color=series["color"],
+            linestyle=series["linestyle"],
+        )
+    axes.plot(
+        finest["friction"],
+        finest["load_factor"],
+        label=r"shakedown limit $\lambda_2$",
+        color=GREY,
+        lw=0.7,
+    )
     axes.axvspan(0, finest["mean_demand"].iloc[0], color="0.9", lw=0)
-    axes.text(finest["mean_demand"].iloc[0] / 2, 5.5, "$P$ alone\nslips the\nedges", ha="center", va="center")
+    axes.text(
+        finest["mean_demand"].iloc[0] / 2,
+        5.5,
+        "$P$ alone\nslips the\nedges",
+        ha="center",
+        va="center",
+    )
     axes.set_xlim(0, finest["friction"].max())
     axes.set_ylim(0.1, 30)
     plain_log(axes, "y")
     axes.set_xlabel("coefficient of friction $f$")
     axes.set_ylabel(r"load factor $|\sigma| / (P / 2a)$")
-    axes.legend(title=f"corner element ${finest['corner_size'].iloc[0]:.5f}\\,a$", loc="lower right", alignment="left")
+    axes.legend(
+        title=f"corner element ${finest['corner_size'].iloc[0]:.5f}\\,a$",
+        loc="lower right",
+        alignment="left",
+    )
     return figure

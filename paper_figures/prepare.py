@@ -40,7 +40,9 @@ def prepare(tables: Iterable[Table[Any]], quick: bool, folder: Path, workers: in
         ProcessPoolExecutor(min(workers, len(studies)), get_context("spawn"), _begin) as pool,
         bar_of(True, "studies", "study", total=len(studies)) as bar,
     ):
-        jobs = [pool.submit(_compute, missing, quick, folder) for missing in reversed(studies.values())]  # the longest are among the last
+        jobs = [
+            pool.submit(_compute, missing, quick, folder) for missing in reversed(studies.values())
+        ]  # the longest are among the last
         try:
             for job in as_completed(jobs):
                 job.result()

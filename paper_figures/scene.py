@@ -20,7 +20,11 @@ _LINE = {"color": BLACK, "shrinkA": 0, "shrinkB": 0}
 _LOAD = _LINE | {"arrowstyle": "-|>", "mutation_scale": 6, "lw": 0.8}
 _AXIS = _LINE | {"arrowstyle": "->", "mutation_scale": 6, "lw": 0.8}
 _LENGTH = _LINE | {"arrowstyle": "<|-|>", "mutation_scale": 5, "lw": 0.5}
-_ON_MESH = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}  # keeps a word legible on the lines of the mesh
+_ON_MESH = {
+    "facecolor": "white",
+    "edgecolor": "none",
+    "pad": 0.8,
+}  # keeps a word legible on the lines of the mesh
 _ZOOM = 0.12  # half the width of the corner's panel, over a
 
 
@@ -32,7 +36,10 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for axes in (whole, corner):
         _mesh(axes, scene)
         axes.set_aspect("equal")
-    side, depth, height = (length / scene.half_width for length in (scene.block_half_width, scene.block_depth, scene.punch_height))
+    side, depth, height = (
+        length / scene.half_width
+        for length in (scene.block_half_width, scene.block_depth, scene.punch_height)
+    )
     _supports(whole, side, depth)
     _loads(whole, side, depth, height)
     _dimensions(whole, side, depth, height)
@@ -56,7 +63,12 @@ def _loads(axes: Any, side: float, depth: float, height: float) -> None:
     axes.text(1.3, height + 0.9, "$P$", ha="left", va="center")
     for sense, align in ((-1, "right"), (1, "left")):
         for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-            axes.annotate("", (sense * (side + 1.5), -share * depth), (sense * side, -share * depth), arrowprops=_LOAD)
+            axes.annotate(
+                "",
+                (sense * (side + 1.5), -share * depth),
+                (sense * side, -share * depth),
+                arrowprops=_LOAD,
+            )
         axes.text(sense * (side + 1.7), -depth / 2, r"$\sigma(t)$", ha=align, va="center")
 
 
@@ -65,9 +77,21 @@ def _supports(axes: Any, side: float, depth: float) -> None:
     radius = 0.3
     ground = -depth - 2 * radius
     for share in (-0.96, -0.72, -0.48, -0.24, 0.24, 0.48, 0.72, 0.96):
-        axes.add_patch(Circle((share * side, -depth - radius), radius, fill=False, ec=BLACK, lw=0.7))
-    axes.add_patch(Polygon([(0, -depth), (-0.5, ground), (0.5, ground)], facecolor=BLACK, ec=BLACK, lw=0.7))
-    axes.fill_between([-side, side], ground - 0.5, ground, facecolor="none", edgecolor=BLACK, hatch="//////", linewidth=0)
+        axes.add_patch(
+            Circle((share * side, -depth - radius), radius, fill=False, ec=BLACK, lw=0.7)
+        )
+    axes.add_patch(
+        Polygon([(0, -depth), (-0.5, ground), (0.5, ground)], facecolor=BLACK, ec=BLACK, lw=0.7)
+    )
+    axes.fill_between(
+        [-side, side],
+        ground - 0.5,
+        ground,
+        facecolor="none",
+        edgecolor=BLACK,
+        hatch="//////",
+        linewidth=0,
+    )
     axes.plot([-side, side], [ground, ground], color=BLACK, lw=0.7)
 
 
@@ -86,7 +110,14 @@ def _dimensions(axes: Any, side: float, depth: float, height: float) -> None:
     axes.annotate("", (0, 1.7), (0, 0), arrowprops=_AXIS)
     axes.text(0.25, 1.25, "$y$", ha="left", va="center", bbox=_ON_MESH)
     axes.add_patch(Circle((1, 0), 0.4, fill=False, ec=BLACK, lw=0.7))
-    axes.annotate("(b)", (1.25, 0.3), (5.2, 1.9), ha="left", va="center", arrowprops=_LINE | {"arrowstyle": "-", "lw": 0.5, "shrinkA": 2})
+    axes.annotate(
+        "(b)",
+        (1.25, 0.3),
+        (5.2, 1.9),
+        ha="left",
+        va="center",
+        arrowprops=_LINE | {"arrowstyle": "-", "lw": 0.5, "shrinkA": 2},
+    )
     axes.set_xlim(-side - 3.3, side + 3.3)
     axes.set_ylim(below - 0.5, height + 1.6)
 
@@ -95,8 +126,20 @@ def _corner(axes: Any, scene: fo.scenes.PunchOnHalfPlane) -> None:
     axes.plot([1 - _ZOOM, 1], [0, 0], color=BLACK, lw=1.4)
     axes.text(1 - _ZOOM / 2, _ZOOM / 2, "punch", ha="center", va="center", bbox=_ON_MESH)
     axes.text(1, -_ZOOM / 2, "block", ha="center", va="center", bbox=_ON_MESH)
-    axes.annotate("contact", (1 - 0.1 * _ZOOM, 0), (1 + 0.12 * _ZOOM, 0.3 * _ZOOM), va="center", arrowprops=_LINE | {"arrowstyle": "-", "lw": 0.5})
-    axes.text(1 + _ZOOM / 2, 0.7 * _ZOOM, f"corner element\n${scene.corner_size / scene.half_width:.4f}\\,a$", ha="center", va="center")
+    axes.annotate(
+        "contact",
+        (1 - 0.1 * _ZOOM, 0),
+        (1 + 0.12 * _ZOOM, 0.3 * _ZOOM),
+        va="center",
+        arrowprops=_LINE | {"arrowstyle": "-", "lw": 0.5},
+    )
+    axes.text(
+        1 + _ZOOM / 2,
+        0.7 * _ZOOM,
+        f"corner element\n${scene.corner_size / scene.half_width:.4f}\\,a$",
+        ha="center",
+        va="center",
+    )
     axes.set_xlim(1 - _ZOOM, 1 + _ZOOM)
     axes.set_ylim(-_ZOOM, _ZOOM)
     axes.set_xlabel("$x / a$")

@@ -18,7 +18,14 @@ TABLES: Mapping[str, Table[Any]] = {"limits": LIMITS}
 
 _FIRST, _SECOND = SERIES[1]["color"], SERIES[0]["color"]
 _CASES = {"to and fro": "force to and fro", "rotating": "rotating force", "plate": "pulled plate"}
-_LOAD = {"arrowstyle": "-|>", "mutation_scale": 6, "lw": 0.8, "color": BLACK, "shrinkA": 0, "shrinkB": 0}
+_LOAD = {
+    "arrowstyle": "-|>",
+    "mutation_scale": 6,
+    "lw": 0.8,
+    "color": BLACK,
+    "shrinkA": 0,
+    "shrinkB": 0,
+}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -61,7 +68,9 @@ def _dovetail(axes: Any) -> None:
 def _pin(axes: Any) -> None:
     _bodies(axes, fo.scenes.PinInPlate(elements=32).model(), (-2.6, 2.6, -2.4, 2.4))
     _arrow(axes, (0.0, 0.0), (0.8, 0.0))
-    axes.text(0.35, 0.12, "$F$", ha="center", bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})
+    axes.text(
+        0.35, 0.12, "$F$", ha="center", bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+    )
 
 
 def _punch(axes: Any) -> None:
@@ -72,7 +81,13 @@ def _punch(axes: Any) -> None:
         _arrow(axes, (x, 2.75), (x, 2.05))
     axes.text(0.95, 2.45, "$P$", va="center")
     _arrow(axes, (1.7, -1.0), (2.5, -1.0))
-    axes.text(2.1, -0.75, r"$\sigma$", ha="center", bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})
+    axes.text(
+        2.1,
+        -0.75,
+        r"$\sigma$",
+        ha="center",
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+    )
 
 
 def _dovetail_limits(axes: Any, table: pd.DataFrame) -> None:
@@ -94,7 +109,14 @@ def _pin_limits(axes: Any, table: pd.DataFrame) -> None:
         axes.plot(rows["friction"], rows["load_factor"], label=label, **series)
         axes.plot(rows["friction"], rows["guaranteed"], color=series["color"], lw=0.6)
     f = np.linspace(0.0, table["friction"].max(), 50)
-    axes.plot(f, 2 * f / (f + np.hypot(1, f)), color=BLACK, lw=0.7, linestyle=(0, (1, 1)), label="first slip, pulled plate")
+    axes.plot(
+        f,
+        2 * f / (f + np.hypot(1, f)),
+        color=BLACK,
+        lw=0.7,
+        linestyle=(0, (1, 1)),
+        label="first slip, pulled plate",
+    )
     axes.set_xlim(0, None)
     axes.set_ylim(0, 8.5)
     axes.set_xlabel("coefficient of friction $f$")

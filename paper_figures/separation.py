@@ -35,13 +35,30 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     third.set_xlabel("coefficient of friction $f$")
     third.set_ylim(bottom=0)
     for (name, rows), look in zip(tables["closed"].groupby("scene"), SERIES[5:], strict=False):
-        fourth.plot(rows["friction"], rows["shakedown"] / rows["all_closed"], label=str(name), **look)
-        fourth.plot(rows["friction"], rows["rests"] / rows["all_closed"], color=BLACK, marker="x", linestyle="none", markersize=4)
+        fourth.plot(
+            rows["friction"], rows["shakedown"] / rows["all_closed"], label=str(name), **look
+        )
+        fourth.plot(
+            rows["friction"],
+            rows["rests"] / rows["all_closed"],
+            color=BLACK,
+            marker="x",
+            linestyle="none",
+            markersize=4,
+        )
     fourth.set_xlabel("coefficient of friction $f$")
     first.set_ylabel("load factor $Q / fP$")
     for axes in (second, third):
         axes.set_ylabel(r"load factor $\sigma / (P / 2a)$")
-    fourth.plot([], [], color=BLACK, marker="x", linestyle="none", markersize=4, label="transients rest up to")
+    fourth.plot(
+        [],
+        [],
+        color=BLACK,
+        marker="x",
+        linestyle="none",
+        markersize=4,
+        label="transients rest up to",
+    )
     fourth.set_ylabel(r"limit with events / all nodes closed")
     for axes, letter in zip((first, second, third, fourth), "abcd", strict=True):
         panel_label(axes, letter)
@@ -57,7 +74,14 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 def _cylinder(axes: Any, table: pd.DataFrame) -> None:
     size = np.geomspace(table["size"].min(), table["size"].max(), 50)
     power = exponent(table["size"], table["shakedown"])
-    axes.plot(table["size"], table["shakedown"], color=BLACK, marker="o", linestyle="none", label=f"cylinder: exponent {power:.2f}")
+    axes.plot(
+        table["size"],
+        table["shakedown"],
+        color=BLACK,
+        marker="o",
+        linestyle="none",
+        label=f"cylinder: exponent {power:.2f}",
+    )
     axes.plot(size, 1 - (1 - size) ** 2, color=GREY, label="partial slip of one cell")
     plain_log(axes, "xy")
     axes.set_xlabel("cell / $a$")

@@ -23,9 +23,18 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     panels = figure.subplots(1, len(frictions), sharex=True, sharey=True, squeeze=False)[0]
     for axes, friction, letter in zip(panels, frictions, "abcdef", strict=False):
         for family, (label, look) in FAMILIES.items():
-            rows = table[(table["friction"] == friction) & (table["family"] == family)].sort_values("load_ratio")
+            rows = table[(table["friction"] == friction) & (table["family"] == family)].sort_values(
+                "load_ratio"
+            )
             name = f"{label} ({rows['runs'].max()})" if len(rows) else None
-            axes.plot(rows["load_ratio"], 100 * rows["shakedown"], label=name, **look, mfc="white", mew=0.8)
+            axes.plot(
+                rows["load_ratio"],
+                100 * rows["shakedown"],
+                label=name,
+                **look,
+                mfc="white",
+                mew=0.8,
+            )
         axes.axvline(1, color=BLACK, lw=0.8)
         axes.annotate(r"$\lambda_2$", (1, 100), (3, -1), textcoords="offset points", va="top")
         axes.set_xlabel(r"load factor over the shakedown limit, $\lambda / \lambda_2$")
@@ -34,5 +43,13 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     panels[0].set_ylim(-4, 104)
     panels[0].set_ylabel("runs that shake down, %")
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(handles), columnspacing=1.0, handletextpad=0.4, handlelength=2.0)
+    figure.legend(
+        handles,
+        labels,
+        loc="outside upper center",
+        ncols=len(handles),
+        columnspacing=1.0,
+        handletextpad=0.4,
+        handlelength=2.0,
+    )
     return figure

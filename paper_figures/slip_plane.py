@@ -19,7 +19,10 @@ TABLES: Mapping[str, Table[Any]] = {"plane": PLANE}
 _SAFE = "#DCE6EE"
 _NODES = {0: SERIES[0]["color"], 1: SERIES[1]["color"]}
 _SENSES = {"forward": "-", "backward": (0, (4, 1.5))}
-_PATHS = {"SHAKEDOWN": ("#009E73", "path that comes to rest"), "CYCLIC_SLIP": ("#CC79A7", "path that never does")}
+_PATHS = {
+    "SHAKEDOWN": ("#009E73", "path that comes to rest"),
+    "CYCLIC_SLIP": ("#CC79A7", "path that never does"),
+}
 _LIMITS = (-1.2, 0.95), (-0.75, 1.4)
 
 
@@ -42,9 +45,17 @@ def _panel(axes: Any, rows: pd.DataFrame) -> None:
     axes.fill(safe["v1"], safe["v2"], color=_SAFE, lw=0)
     if np.ptp(safe["v1"]) < 1e-6:  # a single slip
         axes.plot(safe["v1"].iloc[:1], safe["v2"].iloc[:1], "o", color=BLACK, zorder=5)
-    for (what, node, sense), line in rows[rows["what"].isin(["line", "mean line"])].groupby(["what", "node", "sense"]):
+    for (what, node, sense), line in rows[rows["what"].isin(["line", "mean line"])].groupby(
+        ["what", "node", "sense"]
+    ):
         look = {"color": _NODES[int(node)], "linestyle": _SENSES[str(sense)]}
-        axes.plot(line["v1"], line["v2"], **look, lw=1.1 if what == "line" else 0.4, alpha=1.0 if what == "line" else 0.7)
+        axes.plot(
+            line["v1"],
+            line["v2"],
+            **look,
+            lw=1.1 if what == "line" else 0.4,
+            alpha=1.0 if what == "line" else 0.7,
+        )
     witness = rows[rows["what"] == "witness"]
     axes.plot(witness["v1"], witness["v2"], "o", color=BLACK, zorder=5)
     for (_, fate), path in rows[rows["what"] == "path"].groupby(["path", "sense"]):
@@ -56,15 +67,24 @@ def _panel(axes: Any, rows: pd.DataFrame) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("slip $v_1$ of node 1")
     share, limit = rows["share"].iloc[0], rows["limit"].iloc[0]
-    name = {"guaranteed limit": r"$\lambda = \lambda_1$", "shakedown limit": rf"$\lambda = \lambda_2 = {share:.2f}\,\lambda_1$"}
+    name = {
+        "guaranteed limit": r"$\lambda = \lambda_1$",
+        "shakedown limit": rf"$\lambda = \lambda_2 = {share:.2f}\,\lambda_1$",
+    }
     axes.set_title(name.get(limit, rf"$\lambda = {share:g}\,\lambda_1$"), loc="right")
 
 
 def _legend(figure: Figure) -> None:
-    handles: list[Any] = [Line2D([], [], color=_NODES[node], linestyle=style) for node in _NODES for style in _SENSES.values()]
+    handles: list[Any] = [
+        Line2D([], [], color=_NODES[node], linestyle=style)
+        for node in _NODES
+        for style in _SENSES.values()
+    ]
     labels = [f"node {node + 1}, {sense}" for node in _NODES for sense in _SENSES]
     handles += [Line2D([], [], color=GREY, lw=0.4), Patch(color=_SAFE)]
     labels += ["under the mean load", "safe slips"]
-    handles += [Line2D([], [], color=color, lw=1.4, marker="s", ms=3.5) for color, _ in _PATHS.values()]
+    handles += [
+        Line2D([], [], color=color, lw=1.4, marker="s", ms=3.5) for color, _ in _PATHS.values()
+    ]
     labels += [label for _, label in _PATHS.values()]
     figure.legend(handles, labels, loc="outside upper center", ncols=4)

@@ -27,7 +27,9 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for axes, load, letter in zip(faces, _FACES, "bc", strict=True):
         rows = tables["maps"][tables["maps"]["load"] == load]
         shown = _face(axes, rows)
-        axes.set_title(f"({letter}) {load}, $\\lambda_2 = {rows['load_factor'].iloc[0]:.3f}$", loc="left")
+        axes.set_title(
+            f"({letter}) {load}, $\\lambda_2 = {rows['load_factor'].iloc[0]:.3f}$", loc="left"
+        )
     figure.colorbar(shown, ax=faces, label=r"$|q| / (f p)$ at the first corner", shrink=0.85)
     return figure
 
@@ -45,10 +47,38 @@ def _limits(axes: Any, table: pd.DataFrame) -> None:
 def _face(axes: Any, rows: pd.DataFrame) -> Any:
     x, y = np.unique(rows["x"]), np.unique(rows["y"])
     grid = rows.pivot(index="y", columns="x", values="first_ratio").to_numpy()
-    shown = axes.pcolormesh(x, y, np.clip(grid, 0.0, 1.0), cmap="cividis", vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
-    arrows = axes.quiver(rows["x"], rows["y"], rows["slip1"], rows["slip2"], color=BLACK, pivot="mid", width=0.006, headwidth=3.5)
-    size = float(f"{np.hypot(rows['slip1'], rows['slip2']).max():.0e}")  # the longest, with one digit
-    axes.quiverkey(arrows, 0.86, -0.27, size, f"$v E / (a \\bar p)$ = {size:g}", labelpos="W", coordinates="axes")
+    shown = axes.pcolormesh(
+        x,
+        y,
+        np.clip(grid, 0.0, 1.0),
+        cmap="cividis",
+        vmin=0.0,
+        vmax=1.0,
+        shading="nearest",
+        rasterized=True,
+    )
+    arrows = axes.quiver(
+        rows["x"],
+        rows["y"],
+        rows["slip1"],
+        rows["slip2"],
+        color=BLACK,
+        pivot="mid",
+        width=0.006,
+        headwidth=3.5,
+    )
+    size = float(
+        f"{np.hypot(rows['slip1'], rows['slip2']).max():.0e}"
+    )  # the longest, with one digit
+    axes.quiverkey(
+        arrows,
+        0.86,
+        -0.27,
+        size,
+        f"$v E / (a \\bar p)$ = {size:g}",
+        labelpos="W",
+        coordinates="axes",
+    )
     axes.set_aspect("equal")
     axes.set_xlabel("$x / a$")
     axes.set_ylabel("$y / a$")

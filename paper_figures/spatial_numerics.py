@@ -15,7 +15,13 @@ from .style import BLACK, SERIES, WIDE, new_figure, panel_label, whole_decades
 
 TABLES: Mapping[str, Table[Any]] = {"steps": STEPS, "times": SIZES}
 
-_QUESTIONS = ("condense", "shakedown limit", "limit, nothing left out", "safe slip", "guaranteed limit")
+_QUESTIONS = (
+    "condense",
+    "shakedown limit",
+    "limit, nothing left out",
+    "safe slip",
+    "guaranteed limit",
+)
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -32,14 +38,18 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 def _errors(axes: Any, table: pd.DataFrame) -> None:
     for (load, rows), series in zip(table.groupby("load", sort=False), SERIES, strict=False):
         axes.plot(rows["steps"], rows["error"], label=load, **series)
-        axes.plot(rows["steps"], rows["step_error"], **(series | {"linestyle": "none"}), mfc="white")
+        axes.plot(
+            rows["steps"], rows["step_error"], **(series | {"linestyle": "none"}), mfc="white"
+        )
     whole_decades(axes, "y")
     axes.set_xscale("log", base=2)
     axes.xaxis.set_major_formatter("{x:g}")
     axes.set_xlabel("increments from corner to corner")
     axes.set_ylabel("relative error of the dissipation per cycle")
     handles, labels = axes.get_legend_handles_labels()
-    handles.append(Line2D([], [], color=BLACK, linestyle="none", marker="o", markerfacecolor="white"))
+    handles.append(
+        Line2D([], [], color=BLACK, linestyle="none", marker="o", markerfacecolor="white")
+    )
     axes.legend(handles, [*labels, "as told by the result"], loc="lower left")
 
 

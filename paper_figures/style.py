@@ -74,6 +74,8 @@ def save(figure: Figure, name: str, folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{name}.pdf", folder / f"{name}.png"]
     figure.savefig(paths[0], metadata={"CreationDate": None})
-    figure.set_layout_engine("none")  # both have the same layout, which takes as long as the drawing
+    figure.set_layout_engine(
+        "none"
+    )  # both have the same layout, which takes as long as the drawing
     figure.savefig(paths[1])
     return paths

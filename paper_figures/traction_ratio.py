@@ -15,7 +15,10 @@ from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
 TABLES: Mapping[str, Table[Any]] = {"reactions": REACTIONS}
 
-_LARGE = (0.05, 0.01)  # shares of the mechanism above which a node is marked: along the whole contact, near its edge
+_LARGE = (
+    0.05,
+    0.01,
+)  # shares of the mechanism above which a node is marked: along the whole contact, near its edge
 _CORNER = 0.03  # width of the corner's panel, over a
 
 
@@ -24,7 +27,9 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     table = tables["reactions"]
     frictions = table["friction"].unique()
     figure = new_figure(WIDE, 10 + 54 * len(frictions))
-    panels = figure.subplots(len(frictions), 3, squeeze=False, width_ratios=[1.5, 1, 1.25], sharex="col")
+    panels = figure.subplots(
+        len(frictions), 3, squeeze=False, width_ratios=[1.5, 1, 1.25], sharex="col"
+    )
     for panel, friction in zip(panels, frictions, strict=True):
         rows = table[table["friction"] == friction]
         for axes, large in zip(panel[:2], _LARGE, strict=True):
@@ -38,8 +43,15 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     for axes, letter in zip(panels.flat, "abcdefghijkl", strict=False):
         panel_label(axes, letter)
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    handles.append(Line2D([], [], color=GREY, linestyle="none", marker="o", markersize=7, mfc="none"))
-    figure.legend(handles, [*labels, "limiting node; area: share in the mechanism"], loc="outside upper center", ncols=4)
+    handles.append(
+        Line2D([], [], color=GREY, linestyle="none", marker="o", markersize=7, mfc="none")
+    )
+    figure.legend(
+        handles,
+        [*labels, "limiting node; area: share in the mechanism"],
+        loc="outside upper center",
+        ncols=4,
+    )
     return figure
 
 
@@ -47,9 +59,26 @@ def _ratio(axes: Any, rows: pd.DataFrame, large: float) -> None:
     friction_bounds(axes)
     for (sigma, part), series in zip(rows.groupby("sigma"), SERIES, strict=False):
         name = rf"$\sigma = {'-' if sigma < 0 else '+'}\lambda_2\,P / 2a$"
-        axes.plot(part["x"], part["ratio"], color=series["color"], linestyle=series["linestyle"], marker=".", markersize=1.5, lw=0.8, label=name)
+        axes.plot(
+            part["x"],
+            part["ratio"],
+            color=series["color"],
+            linestyle=series["linestyle"],
+            marker=".",
+            markersize=1.5,
+            lw=0.8,
+            label=name,
+        )
         marked = part[part["share"] >= large]
-        circle(axes, marked["x"], marked["ratio"], marked["ratio"], 500 * marked["share"], series["color"], None)
+        circle(
+            axes,
+            marked["x"],
+            marked["ratio"],
+            marked["ratio"],
+            500 * marked["share"],
+            series["color"],
+            None,
+        )
     axes.set_ylim(-1.2, 1.2)
 
 

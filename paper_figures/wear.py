@@ -13,7 +13,12 @@ from studies.wear import HISTORY, LIFE, LIMITS, PROFILES
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label, plain_log
 
-TABLES: Mapping[str, Table[Any]] = {"profiles": PROFILES, "history": HISTORY, "limits": LIMITS, "life": LIFE}
+TABLES: Mapping[str, Table[Any]] = {
+    "profiles": PROFILES,
+    "history": HISTORY,
+    "limits": LIMITS,
+    "life": LIFE,
+}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -26,16 +31,26 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         depth.plot(rows["x"], rows["depth"], **line)
         pressure.plot(rows["x"], rows["pressure"], **line)
     first = profiles[profiles["cycles"] == 0]
-    depth.plot(first["x"], first["end"], color=GREY, lw=2.4, alpha=0.5, zorder=0, label="closed form")
+    depth.plot(
+        first["x"], first["end"], color=GREY, lw=2.4, alpha=0.5, zorder=0, label="closed form"
+    )
     depth.set_ylabel("depth / $(a^2 / R)$")
     depth.legend(title="cycles", loc="upper center", ncols=2, handlelength=1.8)
     depth.set_ylim(top=2.2 * float(profiles["depth"].max()))
     pressure.set_ylabel("pressure / $(P / a)$")
     for axes in (depth, pressure):
         axes.set_xlabel("$x / a$")
-    for (name, rows), look in zip(tables["history"].groupby("contact", sort=False), SERIES, strict=False):
+    for (name, rows), look in zip(
+        tables["history"].groupby("contact", sort=False), SERIES, strict=False
+    ):
         share = rows["cycles"] / rows["cycles"].iloc[-1]
-        work.plot(np.asarray(share), rows["work_share"], color=look["color"], linestyle=look["linestyle"], label=str(name))
+        work.plot(
+            np.asarray(share),
+            rows["work_share"],
+            color=look["color"],
+            linestyle=look["linestyle"],
+            label=str(name),
+        )
     work.set_xlabel("cycles / cycles until worn in")
     work.set_ylabel("work per cycle / first")
     work.legend(loc="upper right")
@@ -61,7 +76,9 @@ def _joint(panels: Sequence[Axes], life: pd.DataFrame) -> None:
     cycles = life["cycles"].clip(lower=first / 2)
     lines = damping.plot(cycles, 100 * life["damping"], label=r"damping ratio $\zeta$", **SERIES[0])
     frequency = damping.twinx()
-    lines += frequency.plot(cycles, 100 * (life["frequency"] - 1), label="change of frequency", **SERIES[1])
+    lines += frequency.plot(
+        cycles, 100 * (life["frequency"] - 1), label="change of frequency", **SERIES[1]
+    )
     damping.set_ylabel(r"damping ratio $\zeta$, %")
     damping.set_ylim(0.0, 160 * float(life["damping"].max()))
     frequency.set_ylabel("change of frequency, %")

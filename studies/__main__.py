@@ -15,7 +15,9 @@ studies.damping studies.wear studies.design studies.joint studies.space studies.
 studies.size studies.validity studies.flicek studies.published.study validation.left_out
 validation.followed validation.error_vs_time.study validation.extremes.study validation.fuzz.study
 """
-STUDIES: dict[str, Study] = {study.name: study for study in (import_module(name).STUDY for name in _MODULES.split())}
+STUDIES: dict[str, Study] = {
+    study.name: study for study in (import_module(name).STUDY for name in _MODULES.split())
+}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

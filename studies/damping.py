@@ -1,11 +1,14 @@
 """Frequency and damping of three joints against load and friction, with their range over residual slips; and a bolted joint on three meshes.
 
-Run with `python -m studies damping [--quick]`. The joints are plane: the paper's punch on a block that is stretched, the dovetail root of a blade
-that sways, and a lap joint of two plates, pressed together where they overlap and pulled. Load factors are over the shakedown limit, frequencies over
-that of the glued joint, as if the load were that of a mode. The range is that of the steady states that a search finds; others may lie outside.
+Run with `python -m studies damping [--quick]`. The joints are plane: the paper's punch on a block
+that is stretched, the dovetail root of a blade that sways, and a lap joint of two plates, pressed
+together where they overlap and pulled. Load factors are over the shakedown limit, frequencies over
+that of the glued joint, as if the load were that of a mode. The range is that of the steady states
+that a search finds; others may lie outside.
 
-The bolted joint is in space: two plates, clamped by one bolt, which are pulled to and fro and lift off around it. Its load factors are over the load
-at which the plates slide off. It is followed in two increments from corner to corner.
+The bolted joint is in space: two plates, clamped by one bolt, which are pulled to and fro and lift
+off around it. Its load factors are over the load at which the plates slide off. It is followed in
+two increments from corner to corner.
 """
 
 from collections.abc import Iterator, Mapping
@@ -33,11 +36,20 @@ class Parameters:
     dovetail_elements: int = 12  # on each flank
     lap_elements: int = 32
     friction: float = 0.6
-    ratios: tuple[float, ...] = tuple(round(float(ratio), 6) for ratio in np.geomspace(0.2, 2.5, 12))  # over the shakedown limit
+    ratios: tuple[float, ...] = tuple(
+        round(float(ratio), 6) for ratio in np.geomspace(0.2, 2.5, 12)
+    )  # over the shakedown limit
     frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     friction_ratios: tuple[float, ...] = (0.8, 1.5)
     meshes: tuple[int, ...] = (18, 24, 30)  # elements along the bolted joint
-    shares: tuple[float, ...] = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9)  # of the load at which its plates slide off
+    shares: tuple[float, ...] = (
+        0.1,
+        0.2,
+        0.3,
+        0.5,
+        0.7,
+        0.9,
+    )  # of the load at which its plates slide off
 
 
 FULL = Parameters()
@@ -64,18 +76,30 @@ def lap(elements: int) -> fo.ContactModel:
         "end": lambda x: np.abs(x[0]) == 1.0 + _ARM,
     }
     return fo.ContactModel(
-        bodies={name: fo.Body(MeshQuad.init_tensor(*axes).with_boundaries(sides)) for name, axes in plates.items()},
+        bodies={
+            name: fo.Body(MeshQuad.init_tensor(*axes).with_boundaries(sides))
+            for name, axes in plates.items()
+        },
         contacts=[fo.Contact("upper", "lower", "lap", "lap")],
         supports=[fo.Support("lower", "end"), fo.Support("upper", "end", "y")],
-        loads={"press": [fo.Pressure(name, "pressed", 1.0) for name in plates], "pull": [fo.Traction("upper", "end", x=1.0)]},
+        loads={
+            "press": [fo.Pressure(name, "pressed", 1.0) for name in plates],
+            "pull": [fo.Traction("upper", "end", x=1.0)],
+        },
     )
 
 
 def joints(parameters: Parameters) -> dict[str, tuple[fo.ContactSystem, fo.LoadCycle]]:
     """The joints, name -> contact and load cycle."""
     return {
-        "punch": (fo.scenes.PunchOnHalfPlane(elements=parameters.punch_elements).condense(), _cycle("P", "sigma")),
-        "dovetail": (fo.scenes.Dovetail(elements=parameters.dovetail_elements).condense(), _cycle("pull", "sway")),
+        "punch": (
+            fo.scenes.PunchOnHalfPlane(elements=parameters.punch_elements).condense(),
+            _cycle("P", "sigma"),
+        ),
+        "dovetail": (
+            fo.scenes.Dovetail(elements=parameters.dovetail_elements).condense(),
+            _cycle("pull", "sway"),
+        ),
         "lap joint": (lap(parameters.lap_elements).condense(), _cycle("press", "pull")),
     }
 
@@ -87,24 +111,42 @@ def _cycle(mean: str, case: str) -> fo.LoadCycle:
 def backbones(parameters: Parameters) -> pd.DataFrame:
     """One row for each joint and load factor."""
     asked = each(joints(parameters).items(), "backbones")
-    return pd.concat([_curve(name, joint, parameters.friction, parameters.ratios) for name, joint in asked], ignore_index=True)
+    return pd.concat(
+        [_curve(name, joint, parameters.friction, parameters.ratios) for name, joint in asked],
+        ignore_index=True,
+    )
 
 
 def by_friction(parameters: Parameters) -> pd.DataFrame:
     """One row for each friction and load factor of the dovetail and of the lap joint."""
     made = joints(parameters)
-    asked = each([(name, f) for name in ("dovetail", "lap joint") for f in parameters.frictions], "frictions")
-    return pd.concat([_curve(name, made[name], f, parameters.friction_ratios) for name, f in asked], ignore_index=True)
+    asked = each(
+        [(name, f) for name in ("dovetail", "lap joint") for f in parameters.frictions], "frictions"
+    )
+    return pd.concat(
+        [_curve(name, made[name], f, parameters.friction_ratios) for name, f in asked],
+        ignore_index=True,
+    )
 
 
-def _curve(name: str, joint: tuple[fo.ContactSystem, fo.LoadCycle], f: float, ratios: tuple[float, ...]) -> pd.DataFrame:
+def _curve(
+    name: str, joint: tuple[fo.ContactSystem, fo.LoadCycle], f: float, ratios: tuple[float, ...]
+) -> pd.DataFrame:
     system, cycle = joint
     limit = fo.shakedown_limit(system, cycle, f).load_factor
     (case,) = cycle.corners[0]
     compliance = float(np.diag(np.asarray(system.compliance))[list(system.bonded).index(case)])
-    glued = 1 / (2 * np.pi * np.sqrt(compliance))  # with a modal mass of 1, which the frequencies over it do not depend on
-    curve = fo.backbone_curve(system, cycle, f, limit * np.array(ratios), natural_frequency=glued, range=True)
-    rows = curve.to_frame().filter(described(_COLUMNS)).assign(joint=name, friction=f, load_ratio=ratios, residual=curve.residual)
+    glued = 1 / (
+        2 * np.pi * np.sqrt(compliance)
+    )  # with a modal mass of 1, which the frequencies over it do not depend on
+    curve = fo.backbone_curve(
+        system, cycle, f, limit * np.array(ratios), natural_frequency=glued, range=True
+    )
+    rows = (
+        curve.to_frame()
+        .filter(described(_COLUMNS))
+        .assign(joint=name, friction=f, load_ratio=ratios, residual=curve.residual)
+    )
     rows["guaranteed_ratio"] = curve.guaranteed_limit / limit
     rows[_FREQUENCIES] /= curve.natural_frequency
     return rows
@@ -119,8 +161,16 @@ def meshes(parameters: Parameters) -> Iterator[Row]:
         slides = fo.gross_slip(system, cycle, _BOLTED_FRICTION).load_factor
         factors = slides * np.array(parameters.shares)
         curve = fo.backbone_curve(system, cycle, _BOLTED_FRICTION, factors, steps=_STEPS)
-        rows = curve.to_frame().filter(described(_MESHES)).assign(elements=elements, nodes=system.nodes, load_share=parameters.shares)
-        yield rows.assign(shakedown_share=limit.load_factor / slides, open=int(limit.open.sum()), residual=max(limit.residual, curve.residual))
+        rows = (
+            curve.to_frame()
+            .filter(described(_MESHES))
+            .assign(elements=elements, nodes=system.nodes, load_share=parameters.shares)
+        )
+        yield rows.assign(
+            shakedown_share=limit.load_factor / slides,
+            open=int(limit.open.sum()),
+            residual=max(limit.residual, curve.residual),
+        )
 
 
 _FREQUENCIES = ["frequency", "least_frequency", "most_frequency"]
@@ -134,7 +184,14 @@ _COLUMNS = {
     "most_damping": "largest of those found",
     "exponent": "d ln work / d ln load factor, without residual slip",
 }
-BACKBONE = Table("damping_backbone", "one joint at one load factor", _COLUMNS, full=FULL, quick=QUICK, compute=backbones)
+BACKBONE = Table(
+    "damping_backbone",
+    "one joint at one load factor",
+    _COLUMNS,
+    full=FULL,
+    quick=QUICK,
+    compute=backbones,
+)
 _MESHES = {
     "elements": "number of elements along the joint",
     "load_share": "load factor over that at which the plates slide off",
@@ -145,7 +202,14 @@ _MESHES = {
     "slipping": "share of the area of the contact that slips in the steady cycle",
     "slip_range": "largest distance of two slips of a node",
 }
-FRICTION = Table("damping_friction", "one joint at one friction and load factor", _COLUMNS, full=FULL, quick=QUICK, compute=by_friction)
+FRICTION = Table(
+    "damping_friction",
+    "one joint at one friction and load factor",
+    _COLUMNS,
+    full=FULL,
+    quick=QUICK,
+    compute=by_friction,
+)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -154,8 +218,23 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     for name, table in tables[BACKBONE.name].groupby("joint", sort=False):
         worst = table.loc[(table["most_damping"] - table["least_damping"]).idxmax()]
         band = f"{100 * worst['least_damping']:.2g} to {100 * worst['most_damping']:.2g} % at {worst['load_ratio']:.2f}"
-        rows.append([str(name), f"{table['guaranteed_ratio'].iloc[0]:.3f}", f"{100 * table['damping'].max():.2g} %", band])
-    said = markdown(["joint", "guaranteed over shakedown limit", "largest damping without residual slip", "widest range, and where"], rows)
+        rows.append(
+            [
+                str(name),
+                f"{table['guaranteed_ratio'].iloc[0]:.3f}",
+                f"{100 * table['damping'].max():.2g} %",
+                band,
+            ]
+        )
+    said = markdown(
+        [
+            "joint",
+            "guaranteed over shakedown limit",
+            "largest damping without residual slip",
+            "widest range, and where",
+        ],
+        rows,
+    )
     return f"{said}\n\n{_on_meshes(tables[MESHES.name])}"
 
 
@@ -163,11 +242,32 @@ def _on_meshes(table: pd.DataFrame) -> str:
     """How far the limit, work and slipping share of the bolted joint differ from mesh to mesh."""
     rows, meshes = [], table.groupby("elements")
     for share, of_load in table.groupby("load_share"):
-        rows.append([f"{share:g}", *(", ".join(f"{value:.3g}" for value in of_load[name]) for name in ("work", "slipping"))])
+        rows.append(
+            [
+                f"{share:g}",
+                *(
+                    ", ".join(f"{value:.3g}" for value in of_load[name])
+                    for name in ("work", "slipping")
+                ),
+            ]
+        )
     limits = ", ".join(f"{value:.2g}" for value in meshes["shakedown_share"].first())
     said = f"The bolted joint with {', '.join(map(str, meshes.groups))} elements: shakedown limit {limits} of the load at which the plates slide off."
     return f"{said}\n\n{markdown(['load over that', 'work per cycle', 'share that slips'], rows)}"
 
 
-MESHES = Table("backbone_meshes", "the bolted joint on one mesh at one load factor", _MESHES, full=FULL, quick=QUICK, compute=meshes)
-STUDY = Study(__name__, __doc__, "coarse meshes and few amplitudes, in seconds", (BACKBONE, FRICTION, MESHES), summary)
+MESHES = Table(
+    "backbone_meshes",
+    "the bolted joint on one mesh at one load factor",
+    _MESHES,
+    full=FULL,
+    quick=QUICK,
+    compute=meshes,
+)
+STUDY = Study(
+    __name__,
+    __doc__,
+    "coarse meshes and few amplitudes, in seconds",
+    (BACKBONE, FRICTION, MESHES),
+    summary,
+)

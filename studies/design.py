@@ -1,7 +1,8 @@
 """Best designs: profiles of a punch against its limits, the profile that wear makes, relief of a dovetail's flanks, and the bolts of a lap joint.
 
-Run with `python -m studies design [--quick]`. Material is taken off the face of the paper's punch up to a depth, in half-widths of the punch where
-its pressure is its modulus E; "three shapes" are even polynomials up to the sixth degree. The lap joint is in space: three bolts in a row, a small
+Run with `python -m studies design [--quick]`. Material is taken off the face of the paper's punch
+up to a depth, in half-widths of the punch where its pressure is its modulus E; "three shapes" are
+even polynomials up to the sixth degree. The lap joint is in space: three bolts in a row, a small
 pressure, and a pull and a side load that swing.
 """
 
@@ -21,7 +22,9 @@ from .progress import each
 from .tables import Row, Study, Table, markdown
 
 _FRICTION, _ABOVE, _BOLTS, _WASHER = 0.5, 1.3, (-1.0, 0.0, 1.0), 0.35
-_SHEARED = fo.LoadCycle({"press": 0.3}, [{"pull": 1.0, "side": 0.1}, {"pull": -1.0, "side": 0.1}, {"side": -0.1}])
+_SHEARED = fo.LoadCycle(
+    {"press": 0.3}, [{"pull": 1.0, "side": 0.1}, {"pull": -1.0, "side": 0.1}, {"side": -0.1}]
+)
 
 
 @dataclass(frozen=True)
@@ -54,31 +57,60 @@ QUICK = Parameters(
 def lap(elements: int) -> fo.ContactModel:
     """Two thick plates that overlap in -1.5 <= x <= 1.5; each of three bolts presses both faces round its place by 1 in all."""
     over, arm = np.linspace(-1.5, 1.5, elements + 1), np.linspace(1.5, 3.0, 1 + elements // 3)[1:]
-    across, up = np.linspace(-0.5, 0.5, 1 + max(2, elements // 3)), np.linspace(0.0, 1.0, 1 + max(2, elements // 4))
+    across, up = (
+        np.linspace(-0.5, 0.5, 1 + max(2, elements // 3)),
+        np.linspace(0.0, 1.0, 1 + max(2, elements // 4)),
+    )
     sides = {
         "lap": lambda x: (x[2] == 0.0) & (np.abs(x[0]) < 1.5),
         "outer": lambda x: (np.abs(x[2]) == 1.0) & (np.abs(x[0]) < 1.5),
         "end": lambda x: np.abs(x[0]) == 3.0,
     }
-    plates = {"upper": (np.r_[over, arm], across, up), "lower": (np.r_[-arm[::-1], over], across, -up[::-1])}
-    bodies = {name: fo.Body(MeshHex.init_tensor(*axes).with_boundaries(sides)) for name, axes in plates.items()}
+    plates = {
+        "upper": (np.r_[over, arm], across, up),
+        "lower": (np.r_[-arm[::-1], over], across, -up[::-1]),
+    }
+    bodies = {
+        name: fo.Body(MeshHex.init_tensor(*axes).with_boundaries(sides))
+        for name, axes in plates.items()
+    }
     loads: dict[str, list[fo.Pressure | fo.Traction]] = {
-        f"bolt {k}": [fo.Pressure(name, "outer", _washer(place)) for name in bodies] for k, place in enumerate(_BOLTS)
+        f"bolt {k}": [fo.Pressure(name, "outer", _washer(place)) for name in bodies]
+        for k, place in enumerate(_BOLTS)
     }
     loads |= {"press": [fo.Pressure(name, "outer") for name in bodies]}
-    loads |= {"pull": [fo.Traction("upper", "end", x=1.0)], "side": [fo.Traction("upper", "end", y=1.0)]}
-    return fo.ContactModel(bodies, [fo.Support("lower", "end")], loads, contacts=[fo.Contact("upper", "lower", "lap", "lap")])
+    loads |= {
+        "pull": [fo.Traction("upper", "end", x=1.0)],
+        "side": [fo.Traction("upper", "end", y=1.0)],
+    }
+    return fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "end")],
+        loads,
+        contacts=[fo.Contact("upper", "lower", "lap", "lap")],
+    )
 
 
 def _washer(place: float) -> Callable[..., NDArray[np.float64]]:
-    return lambda x, y, z: np.exp(-((x - place) ** 2 + y**2) / (2 * _WASHER**2)) / (2 * np.pi * _WASHER**2)
+    return lambda x, y, z: (
+        np.exp(-((x - place) ** 2 + y**2) / (2 * _WASHER**2)) / (2 * np.pi * _WASHER**2)
+    )
 
 
-def _designs(system: fo.ContactSystem, friction: float, depths: Sequence[float]) -> Iterator[tuple[float, str, fo.results.Design]]:
+def _designs(
+    system: fo.ContactSystem, friction: float, depths: Sequence[float]
+) -> Iterator[tuple[float, str, fo.results.Design]]:
     """The best free profile and the best of three shapes for each depth."""
-    model, deepest, factors = fo.DesignModel(system, LOADS, profile=True), cp.Parameter(nonneg=True), cp.Variable(4)
+    model, deepest, factors = (
+        fo.DesignModel(system, LOADS, profile=True),
+        cp.Parameter(nonneg=True),
+        cp.Variable(4),
+    )
     bounds = [model.profile >= 0, model.profile <= deepest]
-    faces = {"free": bounds, "three shapes": [*bounds, model.profile == system.x[:, None] ** [0, 2, 4, 6] @ factors]}
+    faces = {
+        "free": bounds,
+        "three shapes": [*bounds, model.profile == system.x[:, None] ** [0, 2, 4, 6] @ factors],
+    }
     for depth in depths:
         for face, constraints in faces.items():
             deepest.value = depth
@@ -95,7 +127,12 @@ def limits(parameters: Parameters) -> Iterator[Row]:
 
 def _limits(design: fo.results.Design, friction: float) -> dict[str, float]:
     lower = fo.guaranteed_limit(design.system, design.cycle, friction).load_factor
-    return {"friction": friction, "load_factor": design.load_factor, "guaranteed": lower, "residual": design.residual}
+    return {
+        "friction": friction,
+        "load_factor": design.load_factor,
+        "guaranteed": lower,
+        "residual": design.residual,
+    }
 
 
 def profiles(parameters: Parameters) -> Iterator[Row]:
@@ -111,19 +148,32 @@ def profiles(parameters: Parameters) -> Iterator[Row]:
     for _, face, design in _designs(system, _FRICTION, [float(worn.depth[-1].max())]):
         faces[face] = design.system.gap, design
     for face, (profile, found) in faces.items():
-        columns = {"x": system.x, "profile": profile, "pressure": found.reactions[1].mean(axis=0) / system.width}
-        yield pd.DataFrame({"face": face, **columns, "load_factor": found.load_factor, "residual": found.residual})
+        columns = {
+            "x": system.x,
+            "profile": profile,
+            "pressure": found.reactions[1].mean(axis=0) / system.width,
+        }
+        yield pd.DataFrame(
+            {"face": face, **columns, "load_factor": found.load_factor, "residual": found.residual}
+        )
 
 
 def relief(parameters: Parameters) -> Iterator[Row]:
     """One row for each friction and depth of the relief."""
     system = fo.scenes.Dovetail(elements=parameters.flank_elements).condense()
-    model = fo.DesignModel(system, fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}]), profile=True)
+    model = fo.DesignModel(
+        system, fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}]), profile=True
+    )
     deepest = cp.Parameter(nonneg=True)
     for friction in parameters.frictions:
         for depth in parameters.relief:
             deepest.value = depth
-            yield {"depth": depth, **_limits(model.solve(friction, [model.profile >= 0, model.profile <= deepest]), friction)}
+            yield {
+                "depth": depth,
+                **_limits(
+                    model.solve(friction, [model.profile >= 0, model.profile <= deepest]), friction
+                ),
+            }
 
 
 def bolts(parameters: Parameters) -> Iterator[Row]:
@@ -138,7 +188,12 @@ def bolts(parameters: Parameters) -> Iterator[Row]:
         total = float(design.preload.sum())
         equal = fo.LoadCycle({**_SHEARED.mean, **dict.fromkeys(names, total / 3)}, _SHEARED.corners)
         even = fo.shakedown_limit(system, equal, _FRICTION)
-        found = {"total": total, "price": float(design.prices["load"]), "even": even.load_factor, "residual": design.residual}
+        found = {
+            "total": total,
+            "price": float(design.prices["load"]),
+            "even": even.load_factor,
+            "residual": design.residual,
+        }
         yield {"load_factor": carried.value, **design.preload, **found}
 
 
@@ -147,7 +202,9 @@ _LIMITS_COLUMNS = {
     "face": "free, or three shapes",
     "load_factor": "shakedown limit",
 }
-LIMITS = Table("design_limits", "limits of a punch with the best profile", _LIMITS_COLUMNS, FULL, QUICK, limits)
+LIMITS = Table(
+    "design_limits", "limits of a punch with the best profile", _LIMITS_COLUMNS, FULL, QUICK, limits
+)
 _PROFILES_COLUMNS = {
     "face": "which",
     "profile": "material taken off",
@@ -155,18 +212,35 @@ _PROFILES_COLUMNS = {
     "load_factor": "shakedown limit; of the worn face the limit with open nodes",
 }
 PROFILES = Table(
-    "design_profiles", "profiles of a punch: flat, worn in above its limit, and the best ones as deep", _PROFILES_COLUMNS, FULL, QUICK, profiles
+    "design_profiles",
+    "profiles of a punch: flat, worn in above its limit, and the best ones as deep",
+    _PROFILES_COLUMNS,
+    FULL,
+    QUICK,
+    profiles,
 )
 _RELIEF_COLUMNS = {name: meaning for name, meaning in _LIMITS_COLUMNS.items() if name != "face"}
-RELIEF = Table("design_relief", "limits of a dovetail with the best relief of its flanks", _RELIEF_COLUMNS, FULL, QUICK, relief)
+RELIEF = Table(
+    "design_relief",
+    "limits of a dovetail with the best relief of its flanks",
+    _RELIEF_COLUMNS,
+    FULL,
+    QUICK,
+    relief,
+)
 _BOLTS_COLUMNS = {
     "load_factor": "load that is carried",
-    **{f"bolt {k}": f"force of bolt {k}; the upper plate is pulled at the side of the last one" for k in range(3)},
+    **{
+        f"bolt {k}": f"force of bolt {k}; the upper plate is pulled at the side of the last one"
+        for k in range(3)
+    },
     "total": "sum of the forces",
     "price": "rate of the sum with the load: what one more load factor costs",
     "even": "load factor that the same sum carries in three equal bolts",
 }
-BOLTS = Table("design_bolts", "least bolt forces of a lap joint in space", _BOLTS_COLUMNS, FULL, QUICK, bolts)
+BOLTS = Table(
+    "design_bolts", "least bolt forces of a lap joint in space", _BOLTS_COLUMNS, FULL, QUICK, bolts
+)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -178,10 +252,34 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
         rows.append([f"punch, {face}, depth {deepest['depth']:g}", f"{friction:g}", *gains])
     for friction, table in tables[RELIEF.name].groupby("friction"):
         least, deepest = table.iloc[0], table.iloc[-1]
-        rows.append([f"dovetail, depth {deepest['depth']:g}", f"{friction:g}", f"{deepest['load_factor'] / least['load_factor']:.2f}", "-"])
+        rows.append(
+            [
+                f"dovetail, depth {deepest['depth']:g}",
+                f"{friction:g}",
+                f"{deepest['load_factor'] / least['load_factor']:.2f}",
+                "-",
+            ]
+        )
     last = tables[BOLTS.name].iloc[-1]
-    rows.append(["lap joint, best bolts over equal ones", f"{_FRICTION:g}", f"{last['load_factor'] / last['even']:.2f}", "-"])
-    return markdown(["design", "friction", "shakedown limit over that before", "guaranteed limit over that before"], rows)
+    rows.append(
+        [
+            "lap joint, best bolts over equal ones",
+            f"{_FRICTION:g}",
+            f"{last['load_factor'] / last['even']:.2f}",
+            "-",
+        ]
+    )
+    return markdown(
+        [
+            "design",
+            "friction",
+            "shakedown limit over that before",
+            "guaranteed limit over that before",
+        ],
+        rows,
+    )
 
 
-STUDY = Study(__name__, __doc__, "coarse meshes, in a few seconds", (LIMITS, PROFILES, RELIEF, BOLTS), summary)
+STUDY = Study(
+    __name__, __doc__, "coarse meshes, in a few seconds", (LIMITS, PROFILES, RELIEF, BOLTS), summary
+)

@@ -1,7 +1,8 @@
 """A first look at the paper's scene: onset, guaranteed and shakedown limit, and the steady state at two loads, in less than a minute.
 
-Run with `python -m studies first_look [--quick]`; it prints a table and draws one picture beside it: what the contact does at each load. All
-loads are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
+Run with `python -m studies first_look [--quick]`; it prints a table and draws one picture beside
+it: what the contact does at each load. All loads are amplitudes of the bulk stress over the mean
+pressure, sigma / (P / 2a).
 """
 
 import time
@@ -30,13 +31,19 @@ class Parameters:
     elements: int = 124
     friction: float = 0.7
     load_factors: tuple[float, ...] = (1.5, 1.9)
-    searched: float = 0.95  # load at which the start of most work is searched, over the shakedown limit
+    searched: float = (
+        0.95  # load at which the start of most work is searched, over the shakedown limit
+    )
     points: int = 25  # loads of the picture
 
 
 FULL = Parameters()
 QUICK = Parameters(elements=16, points=13)
-_LETTERS, _NARROW = 84, 9  # of a line as wide as the picture, and of one that is turned upright if there is no room for more
+_LETTERS, _NARROW = (
+    84,
+    9,
+    # of a line as wide as the picture, and of one that is turned upright if there is no room for more
+)
 _NAMES = {
     "onset of slip": "onset",
     "lambda_1 after one overload": "guaranteed limit after one overload",
@@ -55,11 +62,19 @@ def answers(parameters: Parameters) -> Iterator[Row]:
     for question, ask in _questions(parameters):
         start = time.perf_counter()
         value, meaning, residual = ask()
-        yield {"question": question, "value": value, "meaning": meaning, "residual": residual, "seconds": time.perf_counter() - start}
+        yield {
+            "question": question,
+            "value": value,
+            "meaning": meaning,
+            "residual": residual,
+            "seconds": time.perf_counter() - start,
+        }
 
 
 @cache
-def _asked(elements: int, friction: float) -> tuple[fo.ContactSystem, fo.GuaranteedModel, Callable[[], fo.results.GuaranteedLimit]]:
+def _asked(
+    elements: int, friction: float
+) -> tuple[fo.ContactSystem, fo.GuaranteedModel, Callable[[], fo.results.GuaranteedLimit]]:
     """The contact, its model of the guaranteed limit, and that after one overload, which is asked once."""
     system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     model = fo.GuaranteedModel(system, LOADS)
@@ -71,34 +86,79 @@ def works(parameters: Parameters) -> Iterator[Row]:
     system, lower, after_overload = _asked(parameters.elements, parameters.friction)
     safe = fo.shakedown_limit(system, LOADS, parameters.friction)
     limit = safe.load_factor
-    most = left_by_overload(lower.solve(parameters.friction), limit)  # the bound of all these starts
-    worst = fo.dissipation_range(system, LOADS, parameters.friction, parameters.searched * limit, slip_bound=most, progress=False).worst_start
-    starts = {"no slip": np.zeros(system.nodes), "most work": worst, "the opposite": -worst, "witness": after_overload().slip, "safe slip": safe.slip}
+    most = left_by_overload(
+        lower.solve(parameters.friction), limit
+    )  # the bound of all these starts
+    worst = fo.dissipation_range(
+        system,
+        LOADS,
+        parameters.friction,
+        parameters.searched * limit,
+        slip_bound=most,
+        progress=False,
+    ).worst_start
+    starts = {
+        "no slip": np.zeros(system.nodes),
+        "most work": worst,
+        "the opposite": -worst,
+        "witness": after_overload().slip,
+        "safe slip": safe.slip,
+    }
     for load_factor in np.linspace(0.0, 1.3 * limit, parameters.points)[1:]:
         for name, slip in starts.items():
-            steady = fo.steady_state(system, LOADS, parameters.friction, load_factor, initial_slip=slip, progress=False)
-            yield {"load_factor": load_factor, "start": name, "work": steady.dissipation / work_unit(system), "residual": steady.residual}
+            steady = fo.steady_state(
+                system, LOADS, parameters.friction, load_factor, initial_slip=slip, progress=False
+            )
+            yield {
+                "load_factor": load_factor,
+                "start": name,
+                "work": steady.dissipation / work_unit(system),
+                "residual": steady.residual,
+            }
 
 
-def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:
-    (system, lower, overloaded), friction = _asked(parameters.elements, parameters.friction), parameters.friction
+def _questions(
+    parameters: Parameters,
+) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:
+    (system, lower, overloaded), friction = (
+        _asked(parameters.elements, parameters.friction),
+        parameters.friction,
+    )
 
     def onset() -> tuple[float, str, float]:
         first = fo.onset(system, LOADS, friction)
-        return first.slip.load_factor, f"the bonded contact slips first at x / a = {system.x[first.slip.node] / system.x[-1]:.3g}", first.residual
+        return (
+            first.slip.load_factor,
+            f"the bonded contact slips first at x / a = {system.x[first.slip.node] / system.x[-1]:.3g}",
+            first.residual,
+        )
 
     def guaranteed() -> tuple[float, str, float]:
         limit = lower.solve(friction)
         zero = "no load is safe from every start: a large residual slip can take all force off the node at the edge"
-        return limit.load_factor, "above it slip goes on for ever from some residual slips" if limit.load_factor else zero, limit.residual
+        return (
+            limit.load_factor,
+            "above it slip goes on for ever from some residual slips"
+            if limit.load_factor
+            else zero,
+            limit.residual,
+        )
 
     def after_overload() -> tuple[float, str, float]:
         limit = overloaded()
-        return limit.load_factor, "the same from slips no larger than one overload leaves", limit.residual
+        return (
+            limit.load_factor,
+            "the same from slips no larger than one overload leaves",
+            limit.residual,
+        )
 
     def shakedown() -> tuple[float, str, float]:
         limit = fo.shakedown_limit(system, LOADS, friction)
-        return limit.load_factor, "above it no residual slip is safe with all nodes closed", limit.residual
+        return (
+            limit.load_factor,
+            "above it no residual slip is safe with all nodes closed",
+            limit.residual,
+        )
 
     yield "onset of slip", onset
     yield "guaranteed limit, lambda_1", guaranteed
@@ -106,24 +166,40 @@ def _questions(parameters: Parameters) -> Iterator[tuple[str, Callable[[], tuple
     yield "lambda_1 after one overload", after_overload
     yield "shakedown limit, lambda_2", shakedown
     for load_factor in parameters.load_factors:
-        yield f"work of friction per cycle at load {load_factor:g}, W E* / P^2", partial(_steady, system, friction, load_factor)
+        yield (
+            f"work of friction per cycle at load {load_factor:g}, W E* / P^2",
+            partial(_steady, system, friction, load_factor),
+        )
 
 
 def _compile() -> tuple[float, str, float]:
     """A transient of two nodes, so that the times of the others are their own."""
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=2, EA=1.0, h=1.0))
-    fo.steady_state(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 0.1)
+    fo.steady_state(
+        rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 0.1
+    )
     return np.nan, "once on a machine: the machine code is kept", 0.0
 
 
-def _steady(system: fo.ContactSystem, friction: float, load_factor: float) -> tuple[float, str, float]:
+def _steady(
+    system: fo.ContactSystem, friction: float, load_factor: float
+) -> tuple[float, str, float]:
     steady = fo.steady_state(system, LOADS, friction, load_factor)
-    return steady.dissipation / work_unit(system), f"without initial slip, {steady.outcome.value}", steady.residual
+    return (
+        steady.dissipation / work_unit(system),
+        f"without initial slip, {steady.outcome.value}",
+        steady.residual,
+    )
 
 
 def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
     rows = [
-        [row.question, "" if np.isnan(row.value) else f"{row.value:.4g}", row.meaning, f"{row.seconds:.2g} s"]
+        [
+            row.question,
+            "" if np.isnan(row.value) else f"{row.value:.4g}",
+            row.meaning,
+            f"{row.seconds:.2g} s",
+        ]
         for row in tables[ANSWERS.name].itertuples()
     ]
     head = f"A square punch on a half-plane, f = {tables[ANSWERS.name].attrs['parameters']['friction']:g}; loads are sigma / (P / 2a)."
@@ -137,34 +213,79 @@ python -m paper_figures                      draws all figures (if interrupted, 
 def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
     """The axis of load with the limits on it, what the contact does between them, and the range of work that the starts lead to."""
     values, runs = tables[ANSWERS.name].set_index("question")["value"], tables[WORKS.name]
-    path, edges, end = folder / "first_look.png", [float(values[name]) for name in _NAMES], float(runs["load_factor"].max())
+    path, edges, end = (
+        folder / "first_look.png",
+        [float(values[name]) for name in _NAMES],
+        float(runs["load_factor"].max()),
+    )
     ends = np.clip([0.0, *np.maximum.accumulate(edges), end], 0.0, end)
     work = runs.groupby("load_factor")["work"]
     least, most, slipping = work.min(), work.max(), runs["work"][runs["work"] > 0]
     low, high = 10 ** np.floor(np.log10(slipping.min())), 10 ** np.ceil(np.log10(slipping.max()))
     with screen():
-        figure, (zones, axes) = plt.subplots(2, 1, figsize=(8.0, 4.8), sharex=True, height_ratios=(1.0, 3.0), layout="constrained")
+        figure, (zones, axes) = plt.subplots(
+            2, 1, figsize=(8.0, 4.8), sharex=True, height_ratios=(1.0, 3.0), layout="constrained"
+        )
         for (what, color), left, right in zip(_ZONES, ends[:-1], ends[1:], strict=True):
             for each in (zones, axes):
                 each.axvspan(left, right, color=color, lw=0, zorder=0)
             if right > left:
                 room = int(_LETTERS * (right - left) / end)
                 wide = room >= _NARROW
-                lines = [fill(line, room) for line in what.split("\n")] if wide else [fill(what.split("\n")[0].rstrip(":"), _NARROW)]
-                zones.text((left + right) / 2, 0.5, "\n".join(lines), ha="center", va="center", fontsize=9, rotation=0 if wide else 90)
+                lines = (
+                    [fill(line, room) for line in what.split("\n")]
+                    if wide
+                    else [fill(what.split("\n")[0].rstrip(":"), _NARROW)]
+                )
+                zones.text(
+                    (left + right) / 2,
+                    0.5,
+                    "\n".join(lines),
+                    ha="center",
+                    va="center",
+                    fontsize=9,
+                    rotation=0 if wide else 90,
+                )
         for number, (edge, name) in enumerate(zip(edges, _NAMES.values(), strict=True)):
             if edge < end:
                 zones.axvline(edge, color=BLACK, lw=0.8)
                 axes.axvline(edge, color=BLACK, lw=0.8)
-                above = 20 if number % 2 else 4  # points: names of neighbours do not lie on each other
-                zones.annotate(f"{name} {edge:.2f}", (edge, 1.0), (0, above), xycoords=("data", "axes fraction"), textcoords="offset points")
+                above = (
+                    20 if number % 2 else 4
+                )  # points: names of neighbours do not lie on each other
+                zones.annotate(
+                    f"{name} {edge:.2f}",
+                    (edge, 1.0),
+                    (0, above),
+                    xycoords=("data", "axes fraction"),
+                    textcoords="offset points",
+                )
         look = {"color": SERIES[0]["color"], "alpha": 0.35, "lw": 0, "label": "range over starts"}
         axes.fill_between(most.index, least.clip(low / 3), most.clip(low / 3), **look)
         own = runs[runs["start"] == "no slip"]
-        axes.plot(own["load_factor"], own["work"].clip(low / 3), "o", color=BLACK, markersize=4, label="from a contact that has not slipped")
+        axes.plot(
+            own["load_factor"],
+            own["work"].clip(low / 3),
+            "o",
+            color=BLACK,
+            markersize=4,
+            label="from a contact that has not slipped",
+        )
         axes.axhline(low, color=GREY, lw=0.6)
-        axes.annotate("$W = 0$", (1.0, low / 3), (4, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
-        axes.set(yscale="log", ylim=(low / 6, high), xlim=(0.0, end), xlabel=r"load factor: amplitude of the bulk stress over the mean pressure")
+        axes.annotate(
+            "$W = 0$",
+            (1.0, low / 3),
+            (4, 0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            va="center",
+        )
+        axes.set(
+            yscale="log",
+            ylim=(low / 6, high),
+            xlim=(0.0, end),
+            xlabel=r"load factor: amplitude of the bulk stress over the mean pressure",
+        )
         axes.set_ylabel("work of friction per cycle in the end\n$W E^* / P^2$")
         axes.legend(loc="upper left", frameon=False)
         zones.set(yticks=[])
@@ -179,7 +300,14 @@ _COLUMNS = {
 }
 ANSWERS = Table("first_look", "one question", _COLUMNS, full=FULL, quick=QUICK, compute=answers)
 
-_OF_RUNS = {"start": "residual slip from assembly, by what it is", "work": "work of friction per cycle of the steady state, W E* / P^2"}
-WORKS = Table("first_look_work", "one load and start", _OF_RUNS, full=FULL, quick=QUICK, compute=works)
+_OF_RUNS = {
+    "start": "residual slip from assembly, by what it is",
+    "work": "work of friction per cycle of the steady state, W E* / P^2",
+}
+WORKS = Table(
+    "first_look_work", "one load and start", _OF_RUNS, full=FULL, quick=QUICK, compute=works
+)
 
-STUDY = Study("studies.first_look", __doc__, "a coarse mesh", (ANSWERS, WORKS), _summary, picture=_picture)
+STUDY = Study(
+    "studies.first_look", __doc__, "a coarse mesh", (ANSWERS, WORKS), _summary, picture=_picture
+)

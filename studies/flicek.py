@@ -1,7 +1,8 @@
 """What the paper of Flicek, Hills, Barber and Dini (2015) says, beside answers of frictopt.
 
-Run with `python -m studies flicek [--quick]`; it prints a table in Markdown, and needs the transients of the study "dissipation". Of the paper the
-abstract, the introduction and the beginning of section 2 are public; its claims are those.
+Run with `python -m studies flicek [--quick]`; it prints a table in Markdown, and needs the
+transients of the study "dissipation". Of the paper the abstract, the introduction and the beginning
+of section 2 are public; its claims are those.
 """
 
 import time
@@ -35,7 +36,9 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(elements=16, range_elements=8, range_frictions=(0.3, 0.6), incomplete=(20, 40), uncoupled=8)
+QUICK = Parameters(
+    elements=16, range_elements=8, range_frictions=(0.3, 0.6), incomplete=(20, 40), uncoupled=8
+)
 
 
 def answers(parameters: Parameters) -> Iterator[Row]:
@@ -44,8 +47,18 @@ def answers(parameters: Parameters) -> Iterator[Row]:
     model = scene.model()
     system = model.condense()
     unknowns = sum(body.mesh.p.size for body in model.bodies.values())
-    for question, value in (("unknowns", unknowns), ("unknowns on the interface", 2 * system.nodes)):
-        yield {"question": question, "at": np.nan, "value": float(value), "other": np.nan, "seconds": np.nan, "residual": 0.0}
+    for question, value in (
+        ("unknowns", unknowns),
+        ("unknowns on the interface", 2 * system.nodes),
+    ):
+        yield {
+            "question": question,
+            "at": np.nan,
+            "value": float(value),
+            "other": np.nan,
+            "seconds": np.nan,
+            "residual": 0.0,
+        }
     for f in each(parameters.frictions, "onset and limits"):
         yield _row("onset", f, partial(fo.onset, system, LOADS, f), _first)
         yield _row("shakedown limit", f, partial(fo.shakedown_limit, system, LOADS, f), _proven)
@@ -57,11 +70,21 @@ def answers(parameters: Parameters) -> Iterator[Row]:
     for cells in each(parameters.incomplete, "incomplete contact"):
         cylinder = fo.ContactSystem.from_blocks(**half_plane_contact(cells, 1.25, 1.0, R=1.0))
         sheared = fo.LoadCycle(pressed, [{"Q": -pressed["P"]}, {"Q": pressed["P"]}])
-        yield _row("incomplete", cells, partial(fo.guaranteed_limit, cylinder, sheared, parameters.frictions[0]), _both)
+        yield _row(
+            "incomplete",
+            cells,
+            partial(fo.guaranteed_limit, cylinder, sheared, parameters.frictions[0]),
+            _both,
+        )
     flat = fo.ContactSystem.from_blocks(**half_plane_contact(parameters.uncoupled, 1.0, 1.0))
     stretched = flat.with_bonded({**flat.bonded, "bulk": (-flat.A @ flat.x, np.zeros(flat.nodes))})
     pulled = fo.LoadCycle({"P": 1.0}, [{"bulk": -1.0}, {"bulk": 1.0}])
-    yield _row("uncoupled", parameters.uncoupled, partial(fo.guaranteed_limit, stretched, pulled, parameters.frictions[0]), _both)
+    yield _row(
+        "uncoupled",
+        parameters.uncoupled,
+        partial(fo.guaranteed_limit, stretched, pulled, parameters.frictions[0]),
+        _both,
+    )
 
 
 def _first(onset: fo.results.Onset) -> tuple[float, float]:
@@ -76,13 +99,24 @@ def _both(lower: fo.results.GuaranteedLimit) -> tuple[float, float]:
     return lower.load_factor, lower.shakedown.load_factor
 
 
-def _row(question: str, at: float, ask: Callable[[], Any], read: Callable[[Any], tuple[float, float]]) -> Row:
+def _row(
+    question: str, at: float, ask: Callable[[], Any], read: Callable[[Any], tuple[float, float]]
+) -> Row:
     begin = time.process_time()
     answer = ask()
     seconds = time.process_time() - begin
     value, other = read(answer)
-    residual = 0.0 if isinstance(answer, fo.results.Onset) and answer.mean_slips else answer.residual  # there it says how far beyond its bound
-    return {"question": question, "at": float(at), "value": value, "other": other, "seconds": seconds, "residual": residual}
+    residual = (
+        0.0 if isinstance(answer, fo.results.Onset) and answer.mean_slips else answer.residual
+    )  # there it says how far beyond its bound
+    return {
+        "question": question,
+        "at": float(at),
+        "value": value,
+        "other": other,
+        "seconds": seconds,
+        "residual": residual,
+    }
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -95,35 +129,91 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _scene(asked: Mapping[str, pd.DataFrame]) -> list[tuple[str, ...]]:
-    unknowns, interface = (asked[name]["value"].iloc[0] for name in ("unknowns", "unknowns on the interface"))
+    unknowns, interface = (
+        asked[name]["value"].iloc[0] for name in ("unknowns", "unknowns on the interface")
+    )
     return [
         ("unknowns of the finite-element model", "about 50,000", f"{unknowns:,.0f}", "flicek"),
-        ("unknowns along the interface", "about 250", f"{interface:,.0f}, of {interface / 2:,.0f} node pairs", "flicek"),
+        (
+            "unknowns along the interface",
+            "about 250",
+            f"{interface:,.0f}, of {interface / 2:,.0f} node pairs",
+            "flicek",
+        ),
     ]
 
 
 def _limits(asked: Mapping[str, pd.DataFrame]) -> list[tuple[str, ...]]:
     onset, upper, lower = asked["onset"], asked["shakedown limit"], asked["guaranteed limit"]
-    coupled, incomplete, uncoupled = asked["coupled"], asked["incomplete"], asked["uncoupled"].iloc[0]
-    apart, zero = (coupled["value"] < coupled["other"] * (1 - 1e-9)).sum(), lower[lower["value"] == 0]
+    coupled, incomplete, uncoupled = (
+        asked["coupled"],
+        asked["incomplete"],
+        asked["uncoupled"].iloc[0],
+    )
+    apart, zero = (
+        (coupled["value"] < coupled["other"] * (1 - 1e-9)).sum(),
+        lower[lower["value"] == 0],
+    )
     cells = ", ".join(f"{row.other:.3g} with {row.at:g} cells" for row in incomplete.itertuples())
     return [
-        ("first slip and first separation (section 3)", "a method", _at(onset, "{:.4g} and {:.4g}") + "; 0: the mean load alone slips", "flicek"),
-        ("shakedown limit as a linear program (section 4)", "a method, of about 125 nodes", _at(upper, "{:.4g}") + _timed(upper), "flicek"),
-        ("the guaranteed limit", "of two nodes; of ten cracks by combinations; more is prohibitive", _at(lower, "{:.4g}") + _timed(lower), "flicek"),
-        ("the guaranteed limit may be 0 while the shakedown limit is not", "may be", _share(len(zero), len(lower), "frictions"), "flicek"),
-        ("of a coupled contact the two limits nearly always differ", "nearly always", _share(apart, len(coupled), "frictions"), "flicek"),
-        ("of an uncoupled contact they are one", "a theorem", f"{uncoupled['value']:.12g} and {uncoupled['other']:.12g}", "flicek"),
-        ("both are 0 of many incomplete contacts", "so in the continuum", f"a cylinder, Q / P: {cells}", "flicek"),
+        (
+            "first slip and first separation (section 3)",
+            "a method",
+            _at(onset, "{:.4g} and {:.4g}") + "; 0: the mean load alone slips",
+            "flicek",
+        ),
+        (
+            "shakedown limit as a linear program (section 4)",
+            "a method, of about 125 nodes",
+            _at(upper, "{:.4g}") + _timed(upper),
+            "flicek",
+        ),
+        (
+            "the guaranteed limit",
+            "of two nodes; of ten cracks by combinations; more is prohibitive",
+            _at(lower, "{:.4g}") + _timed(lower),
+            "flicek",
+        ),
+        (
+            "the guaranteed limit may be 0 while the shakedown limit is not",
+            "may be",
+            _share(len(zero), len(lower), "frictions"),
+            "flicek",
+        ),
+        (
+            "of a coupled contact the two limits nearly always differ",
+            "nearly always",
+            _share(apart, len(coupled), "frictions"),
+            "flicek",
+        ),
+        (
+            "of an uncoupled contact they are one",
+            "a theorem",
+            f"{uncoupled['value']:.12g} and {uncoupled['other']:.12g}",
+            "flicek",
+        ),
+        (
+            "both are 0 of many incomplete contacts",
+            "so in the continuum",
+            f"a cylinder, Q / P: {cells}",
+            "flicek",
+        ),
     ]
 
 
 def _transients(runs: pd.DataFrame, lower: pd.DataFrame) -> list[tuple[str, ...]]:
     rests = runs["outcome"] == "SHAKEDOWN"
-    above, below = runs["load_ratio"] > 1, runs["load_factor"] < runs["friction"].map(lower.set_index("at")["value"])
+    above, below = (
+        runs["load_ratio"] > 1,
+        runs["load_factor"] < runs["friction"].map(lower.set_index("at")["value"]),
+    )
     between = ~above & ~below
-    work = runs[runs["dissipation_scaled"] > 0].groupby(["friction", "load_ratio"])["dissipation_scaled"]
-    spread = (work.max() / work.min())[lambda ratio: ratio.index.get_level_values("load_ratio") > 1].groupby("friction")
+    work = runs[runs["dissipation_scaled"] > 0].groupby(["friction", "load_ratio"])[
+        "dissipation_scaled"
+    ]
+    spread = (work.max() / work.min())[
+        lambda ratio: ratio.index.get_level_values("load_ratio") > 1
+    ].groupby("friction")
     said = "; ".join(
         f"f = {f:g}: {part.max():.3g} at {part.idxmax()[1]:g} of the limit, {part.iloc[-1]:.3g} at {part.index[-1][1]:g} of the limit"
         for f, part in spread
@@ -142,15 +232,37 @@ def _transients(runs: pd.DataFrame, lower: pd.DataFrame) -> list[tuple[str, ...]
             _share(int((rests & above).sum()), int(above.sum()), "starts rest"),
             "dissipation",
         ),
-        ("below the guaranteed limit all do", "all", _share(int((rests & below).sum()), int(below.sum()), "starts rest"), "dissipation"),
-        ("between them the start decides", "so", _share(int((rests & between).sum()), int(between.sum()), "starts rest"), "dissipation"),
-        ("dissipation depends on the initial slip", "highly", f"most over least work above the limit: {said}", "dissipation"),
-        ("slip ceases after the first few cycles", "some few", f"{cycles.median():g} cycles in the median, at most {cycles.max():g}", "dissipation"),
+        (
+            "below the guaranteed limit all do",
+            "all",
+            _share(int((rests & below).sum()), int(below.sum()), "starts rest"),
+            "dissipation",
+        ),
+        (
+            "between them the start decides",
+            "so",
+            _share(int((rests & between).sum()), int(between.sum()), "starts rest"),
+            "dissipation",
+        ),
+        (
+            "dissipation depends on the initial slip",
+            "highly",
+            f"most over least work above the limit: {said}",
+            "dissipation",
+        ),
+        (
+            "slip ceases after the first few cycles",
+            "some few",
+            f"{cycles.median():g} cycles in the median, at most {cycles.max():g}",
+            "dissipation",
+        ),
     ]
 
 
 def _at(rows: pd.DataFrame, form: str) -> str:
-    return "; ".join(f"f = {row.at:g}: {form.format(row.value, row.other)}" for row in rows.itertuples())
+    return "; ".join(
+        f"f = {row.at:g}: {form.format(row.value, row.other)}" for row in rows.itertuples()
+    )
 
 
 def _timed(rows: pd.DataFrame) -> str:
@@ -169,4 +281,11 @@ _COLUMNS = {
 }
 ANSWERS = Table("flicek", "one answer to what the paper says", _COLUMNS, FULL, QUICK, answers)
 
-STUDY = Study("studies.flicek", __doc__, "coarse meshes, in seconds", (ANSWERS,), summary, needs=(dissipation.RUNS,))
+STUDY = Study(
+    "studies.flicek",
+    __doc__,
+    "coarse meshes, in seconds",
+    (ANSWERS,),
+    summary,
+    needs=(dissipation.RUNS,),
+)

@@ -1,7 +1,8 @@
 """The guaranteed limit of the paper's scene beside the shakedown limit, and the plane of slips of two nodes that explains it.
 
-Run with `python -m studies guaranteed [--quick]`. All limits of the scene are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
-Between the two limits the start decides whether the contact stops slipping. The guaranteed limit is the upper bound with a witness.
+Run with `python -m studies guaranteed [--quick]`. All limits of the scene are amplitudes of the
+bulk stress over the mean pressure, sigma / (P / 2a). Between the two limits the start decides
+whether the contact stops slipping. The guaranteed limit is the upper bound with a witness.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,10 +34,19 @@ class Parameters:
     corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.5, 0.7)
     bound_elements: int = 64  # grading "sine"
     bound_frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
-    bounds: tuple[float, ...] = tuple(round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41))  # slip bounds in units of (P / 2a) a / E*
-    shares: tuple[float, ...] = (0.5, 1.0, 1.4)  # load factors of the plane over the guaranteed limit, before the shakedown limit itself
+    bounds: tuple[float, ...] = tuple(
+        round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41)
+    )  # slip bounds in units of (P / 2a) a / E*
+    shares: tuple[float, ...] = (
+        0.5,
+        1.0,
+        1.4,
+    )  # load factors of the plane over the guaranteed limit, before the shakedown limit itself
     path_share: float = 1.4  # the one at which paths are followed
-    starts: tuple[tuple[float, float], ...] = ((-0.5, 0.9), (0.1, 1.1))  # slips that the paths start from
+    starts: tuple[tuple[float, float], ...] = (
+        (-0.5, 0.9),
+        (0.1, 1.1),
+    )  # slips that the paths start from
     path_cycles: int = 6
 
 
@@ -55,7 +65,10 @@ QUICK = Parameters(
 def pair() -> fo.ContactSystem:
     """The coupled pair of nodes of the plane of slips."""
     A, B = np.array([[1.0, -0.4], [-0.4, 1.0]]), np.array([[-0.1, -0.7], [0.7, 0.1]])
-    loads = {"mean": (np.zeros(2), np.ones(2)), "cyclic": (np.array([0.8, 0.8]), np.array([0.4, 0.1]))}
+    loads = {
+        "mean": (np.zeros(2), np.ones(2)),
+        "cyclic": (np.array([0.8, 0.8]), np.array([0.4, 0.1])),
+    }
     return fo.ContactSystem.from_blocks(A, B, 3 * np.eye(2), np.arange(2.0), loads)
 
 
@@ -66,7 +79,9 @@ def limits_by_friction(parameters: Parameters) -> pd.DataFrame:
 
 def limits_by_corner(parameters: Parameters) -> pd.DataFrame:
     """One row per mesh and friction coefficient."""
-    return _by_mesh(parameters.corner_elements, parameters.corner_frictions, "guaranteed limit by corner size")
+    return _by_mesh(
+        parameters.corner_elements, parameters.corner_frictions, "guaranteed limit by corner size"
+    )
 
 
 def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> Iterator[Row]:
@@ -74,7 +89,10 @@ def _by_mesh(meshes: Sequence[int], frictions: Sequence[float], what: str) -> It
         scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
         system = scene.condense()
         model = fo.GuaranteedModel(system, LOADS)
-        yield from [_mesh(scene) | _limits(system, model.solve(friction), friction) for friction in frictions]
+        yield from [
+            _mesh(scene) | _limits(system, model.solve(friction), friction)
+            for friction in frictions
+        ]
 
 
 def limits_by_bound(parameters: Parameters) -> Iterator[Row]:
@@ -84,14 +102,19 @@ def limits_by_bound(parameters: Parameters) -> Iterator[Row]:
     for bound in each(parameters.bounds, "guaranteed limit by slip bound"):
         model = fo.GuaranteedModel(system, LOADS, slip_bound=bound * slip_unit(system))
         limits = {friction: model.solve(friction) for friction in parameters.bound_frictions}
-        yield from [_mesh(scene) | {"slip_bound": bound} | _limits(system, limit, friction) for friction, limit in limits.items()]
+        yield from [
+            _mesh(scene) | {"slip_bound": bound} | _limits(system, limit, friction)
+            for friction, limit in limits.items()
+        ]
 
 
 def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
     return {"elements": scene.elements, "corner_size": scene.corner_size / scene.half_width}
 
 
-def _limits(system: fo.ContactSystem, limit: fo.results.GuaranteedLimit, friction: float) -> dict[str, Any]:
+def _limits(
+    system: fo.ContactSystem, limit: fo.results.GuaranteedLimit, friction: float
+) -> dict[str, Any]:
     return {
         "friction": friction,
         "guaranteed": limit.load_factor,
@@ -105,7 +128,9 @@ def plane_of_slips(parameters: Parameters) -> Iterator[Row]:
     """Lines, safe region and paths at several load factors, as polylines: one row per point, in order."""
     system = pair()
     limit = fo.guaranteed_limit(system, PAIR_LOADS, PAIR_FRICTION)
-    factors = [("", share * limit.load_factor) for share in parameters.shares] + [("shakedown limit", limit.shakedown.load_factor)]
+    factors = [("", share * limit.load_factor) for share in parameters.shares] + [
+        ("shakedown limit", limit.shakedown.load_factor)
+    ]
     for name, factor in factors:
         share = factor / limit.load_factor
         label = name or ("guaranteed limit" if share == 1 else "")
@@ -115,18 +140,44 @@ def plane_of_slips(parameters: Parameters) -> Iterator[Row]:
             for what, height in (("mean line", strength), ("line", strength - factor * rate)):
                 point = normal * height / (normal @ normal)
                 along = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal)
-                yield from [head | _point(what, node, _SENSES[sense], 0, point + reach * along) for reach in (-10.0, 10.0)]
+                yield from [
+                    head | _point(what, node, _SENSES[sense], 0, point + reach * along)
+                    for reach in (-10.0, 10.0)
+                ]
         yield from [head | _point("safe", -1, "", 0, vertex) for vertex in _region(lines, factor)]
-        yield from [head | _point("witness", limit.node, "", 0, limit.slip)] if label == "guaranteed limit" else []
+        yield from (
+            [head | _point("witness", limit.node, "", 0, limit.slip)]
+            if label == "guaranteed limit"
+            else []
+        )
         if share == parameters.path_share:
             for number, start in enumerate(parameters.starts):
-                path = fo.march(system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start, cycles=parameters.path_cycles)
-                fate = fo.steady_state(system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start).outcome.name
-                yield from [head | {"residual": path.residual} | _point("path", -1, fate, number, slip) for slip in path.slip]
+                path = fo.march(
+                    system,
+                    PAIR_LOADS,
+                    PAIR_FRICTION,
+                    factor,
+                    initial_slip=start,
+                    cycles=parameters.path_cycles,
+                )
+                fate = fo.steady_state(
+                    system, PAIR_LOADS, PAIR_FRICTION, factor, initial_slip=start
+                ).outcome.name
+                yield from [
+                    head | {"residual": path.residual} | _point("path", -1, fate, number, slip)
+                    for slip in path.slip
+                ]
 
 
 def _point(what: str, node: int | None, sense: str, number: int, slip: Any) -> dict[str, Any]:
-    return {"what": what, "node": node, "sense": sense, "path": number, "v1": float(slip[0]), "v2": float(slip[1])}
+    return {
+        "what": what,
+        "node": node,
+        "sense": sense,
+        "path": number,
+        "v1": float(slip[0]),
+        "v2": float(slip[1]),
+    }
 
 
 def _lines(system: fo.ContactSystem, factor: float) -> Iterator[tuple[int, int, Any, float, float]]:
@@ -136,14 +187,23 @@ def _lines(system: fo.ContactSystem, factor: float) -> Iterator[tuple[int, int, 
     for node in range(system.nodes):
         for sense in _SENSES:
             rate = float(np.max(-sense * q1[:, node] - PAIR_FRICTION * p1[:, node]))
-            yield node, sense, -sense * system.A[node] - PAIR_FRICTION * system.B[node], float(sense * q0[node] + PAIR_FRICTION * p0[node]), rate
+            yield (
+                node,
+                sense,
+                -sense * system.A[node] - PAIR_FRICTION * system.B[node],
+                float(sense * q0[node] + PAIR_FRICTION * p0[node]),
+                rate,
+            )
 
 
 def _region(lines: Sequence[tuple[int, int, Any, float, float]], factor: float) -> list[Any]:
     """Vertices of the safe slips in order."""
     normals = np.array([line[2] for line in lines])
     heights = np.array([line[3] - factor * line[4] for line in lines])
-    found = [np.linalg.solve(normals[[a, b]], heights[[a, b]]) for a, b in combinations(range(len(lines)), 2)]
+    found = [
+        np.linalg.solve(normals[[a, b]], heights[[a, b]])
+        for a, b in combinations(range(len(lines)), 2)
+    ]
     kept = np.array([slip for slip in found if (normals @ slip <= heights + 1e-9).all()])
     centre = kept.mean(axis=0)
     return list(kept[np.argsort(np.arctan2(*(kept - centre).T))])
@@ -162,9 +222,39 @@ _PLANE = {
     "v2": "slip of node 1",
 }
 
-FRICTION = Table("guaranteed_friction", "limits of one mesh at one friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_by_friction)
-CORNER = Table("guaranteed_corner", "limits of one mesh at one friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
-BOUND = Table("guaranteed_bound", "limits under one slip bound at one friction", _BOUND | _LIMIT, full=FULL, quick=QUICK, compute=limits_by_bound)
-PLANE = Table("guaranteed_plane", "one point of a polyline in the plane of slips", _PLANE, full=FULL, quick=QUICK, compute=plane_of_slips)
+FRICTION = Table(
+    "guaranteed_friction",
+    "limits of one mesh at one friction",
+    _LIMIT,
+    full=FULL,
+    quick=QUICK,
+    compute=limits_by_friction,
+)
+CORNER = Table(
+    "guaranteed_corner",
+    "limits of one mesh at one friction",
+    _LIMIT,
+    full=FULL,
+    quick=QUICK,
+    compute=limits_by_corner,
+)
+BOUND = Table(
+    "guaranteed_bound",
+    "limits under one slip bound at one friction",
+    _BOUND | _LIMIT,
+    full=FULL,
+    quick=QUICK,
+    compute=limits_by_bound,
+)
+PLANE = Table(
+    "guaranteed_plane",
+    "one point of a polyline in the plane of slips",
+    _PLANE,
+    full=FULL,
+    quick=QUICK,
+    compute=plane_of_slips,
+)
 
-STUDY = Study("studies.guaranteed", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, BOUND, PLANE))
+STUDY = Study(
+    "studies.guaranteed", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, BOUND, PLANE)
+)

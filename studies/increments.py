@@ -1,6 +1,7 @@
 """The exact path of the paper's scene above the shakedown limit: the way into the steady cycle, and that cycle.
 
-Run with `python -m studies increments [--quick]`. What increments cost and how far off they are is in the study "error_vs_time".
+Run with `python -m studies increments [--quick]`. What increments cost and how far off they are is
+in the study "error_vs_time".
 """
 
 from collections.abc import Iterator
@@ -25,7 +26,17 @@ class Parameters:
     overload: float = 1.4  # load factor over the shakedown limit
     elements: int = 124  # default grading
     cycles: int = 20  # the last one of so many is the steady one
-    instants: tuple[float, ...] = (0.0, 0.5, 0.75, 0.9, 1.0, 1.5, 1.75, 1.9, 2.0)  # of the cycle, in load corners visited; most slip comes late
+    instants: tuple[float, ...] = (
+        0.0,
+        0.5,
+        0.75,
+        0.9,
+        1.0,
+        1.5,
+        1.75,
+        1.9,
+        2.0,
+    )  # of the cycle, in load corners visited; most slip comes late
     first_cycles: int = 3  # cycles of the history before the steady one
     inner_x: float = -0.9  # the inner node is the one nearest to it, over a
 
@@ -50,7 +61,13 @@ def _case(parameters: Parameters) -> _Case:
     scene, friction = fo.scenes.PunchOnHalfPlane(elements=parameters.elements), parameters.friction
     system = scene.condense()
     load_factor = parameters.overload * fo.shakedown_limit(system, LOADS, friction).load_factor
-    return _Case(scene, system, friction, load_factor, fo.march(system, LOADS, friction, load_factor, cycles=parameters.cycles))
+    return _Case(
+        scene,
+        system,
+        friction,
+        load_factor,
+        fo.march(system, LOADS, friction, load_factor, cycles=parameters.cycles),
+    )
 
 
 def steady_cycle(parameters: Parameters) -> Iterator[Row]:
@@ -61,9 +78,15 @@ def steady_cycle(parameters: Parameters) -> Iterator[Row]:
     for instant in parameters.instants:
         at = start + instant
         found = (_sigma(path), path.q, path.p, path.slip)
-        sigma, q, p, slip = (np.array([np.interp(at, path.time, column) for column in values.T]) for values in found)
-        state = np.searchsorted(path.time, at - 1e-9) - 1  # its status lasts until the event at or after the instant
-        ratio = np.divide(q, case.friction * p, out=np.full_like(q, np.nan), where=p > 1e-9 * np.mean(p))
+        sigma, q, p, slip = (
+            np.array([np.interp(at, path.time, column) for column in values.T]) for values in found
+        )
+        state = (
+            np.searchsorted(path.time, at - 1e-9) - 1
+        )  # its status lasts until the event at or after the instant
+        ratio = np.divide(
+            q, case.friction * p, out=np.full_like(q, np.nan), where=p > 1e-9 * np.mean(p)
+        )
         part = _states(case, at, float(sigma[0]), q, p, slip, path.status[state])
         yield part.assign(instant=instant, ratio=ratio, x=case.system.x / case.scene.half_width)
 
@@ -75,12 +98,17 @@ def corner_history(parameters: Parameters) -> Iterator[Row]:
     corners = len(LOADS.corners)
     first = (path.time >= 0) & (path.time <= parameters.first_cycles * corners)
     steady = path.time >= (parameters.cycles - 1) * corners
-    for node in (0, int(np.argmin(np.abs(case.system.x / case.scene.half_width - parameters.inner_x)))):
+    for node in (
+        0,
+        int(np.argmin(np.abs(case.system.x / case.scene.half_width - parameters.inner_x))),
+    ):
         for name, rows in (("first", first), ("steady", steady)):
             found = (values[rows, node] for values in (path.q, path.p, path.slip, path.status))
             part = _states(case, path.time[rows], _sigma(path)[rows, 0], *found)
             work = path.work[rows, node] / work_unit(case.system)
-            yield part.assign(work=work, cycles=name, node=node, x=case.system.x[node] / case.scene.half_width)
+            yield part.assign(
+                work=work, cycles=name, node=node, x=case.system.x[node] / case.scene.half_width
+            )
 
 
 def _sigma(path: fo.results.Trajectory) -> Any:
@@ -88,7 +116,9 @@ def _sigma(path: fo.results.Trajectory) -> Any:
     return path.amplitudes[:, [list(path.system.bonded).index("sigma")]]
 
 
-def _states(case: _Case, times: Any, sigma: Any, q: Any, p: Any, slip: Any, status: Any) -> pd.DataFrame:
+def _states(
+    case: _Case, times: Any, sigma: Any, q: Any, p: Any, slip: Any, status: Any
+) -> pd.DataFrame:
     """Columns that the two tables of the steady cycle share."""
     columns = {
         "elements": case.scene.elements,
@@ -112,7 +142,21 @@ _CYCLE = {
 }
 _HISTORY = {"cycles": "'first' or 'steady'", "work": "work of friction so far / (P^2 / E*)"}
 
-CYCLE = Table("increments_cycle", "one node at one instant of the steady cycle", _CYCLE, full=FULL, quick=QUICK, compute=steady_cycle)
-CORNER = Table("increments_corner", "one node after one event of the exact path", _HISTORY, full=FULL, quick=QUICK, compute=corner_history)
+CYCLE = Table(
+    "increments_cycle",
+    "one node at one instant of the steady cycle",
+    _CYCLE,
+    full=FULL,
+    quick=QUICK,
+    compute=steady_cycle,
+)
+CORNER = Table(
+    "increments_corner",
+    "one node after one event of the exact path",
+    _HISTORY,
+    full=FULL,
+    quick=QUICK,
+    compute=corner_history,
+)
 
 STUDY = Study("studies.increments", __doc__, "a coarse mesh, in seconds", (CYCLE, CORNER))

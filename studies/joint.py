@@ -1,7 +1,8 @@
 """Two joints from their load history to what frets where: the dovetail root of a blade, and a collar shrunk onto a shaft.
 
-Run with `python -m studies joint [--quick]`. Lengths in mm, stresses in MPa, forces in N (the dovetail: per mm of depth; the press fit: of the whole
-circumference). The histories are made up: turning points at random, sampled on the straight ways between them, as a data logger would.
+Run with `python -m studies joint [--quick]`. Lengths in mm, stresses in MPa, forces in N (the
+dovetail: per mm of depth; the press fit: of the whole circumference). The histories are made up:
+turning points at random, sampled on the straight ways between them, as a data logger would.
 """
 
 from collections.abc import Iterator, Mapping
@@ -49,7 +50,13 @@ class Joint:
 def joints(parameters: Parameters) -> Iterator[Joint]:
     """The joints of the study."""
     rng = np.random.default_rng(parameters.seed)
-    sizes = {"flank_length": 8.0, "neck_half_width": 8.0, "neck_height": 16.0, "foot_height": 6.0, "lug_height": 6.0}
+    sizes = {
+        "flank_length": 8.0,
+        "neck_half_width": 8.0,
+        "neck_height": 16.0,
+        "foot_height": 6.0,
+        "lug_height": 6.0,
+    }
     dovetail = fo.scenes.Dovetail(
         elements=parameters.dovetail_elements,
         growth=parameters.growth,
@@ -61,7 +68,12 @@ def joints(parameters: Parameters) -> Iterator[Joint]:
         **sizes,
     )
     yield Joint(
-        "dovetail", dovetail.model(), 0.5, {"pull": 100.0}, ("pull", "sway"), _history(rng, parameters, {"pull": (80.0, 120.0), "sway": (-4, 4)})
+        "dovetail",
+        dovetail.model(),
+        0.5,
+        {"pull": 100.0},
+        ("pull", "sway"),
+        _history(rng, parameters, {"pull": (80.0, 120.0), "sway": (-4, 4)}),
     )
     press_fit = fo.scenes.PressFit(
         elements=parameters.press_fit_elements,
@@ -74,16 +86,28 @@ def joints(parameters: Parameters) -> Iterator[Joint]:
         collar_material=STEEL,
     )
     loads = {"tension": (-40.0, 40.0), "push": (-5e3, 5e3)}
-    yield Joint("press fit", press_fit.model(), 0.3, {"fit": 0.02}, ("tension", "push"), _history(rng, parameters, loads))
+    yield Joint(
+        "press fit",
+        press_fit.model(),
+        0.3,
+        {"fit": 0.02},
+        ("tension", "push"),
+        _history(rng, parameters, loads),
+    )
 
 
-def _history(rng: np.random.Generator, parameters: Parameters, ranges: Mapping[str, tuple[float, float]]) -> pd.DataFrame:
+def _history(
+    rng: np.random.Generator, parameters: Parameters, ranges: Mapping[str, tuple[float, float]]
+) -> pd.DataFrame:
     """Rows of a data logger: straight ways between turning points at random, among them the two with all loads least and all largest."""
     least, most = np.array(list(ranges.values())).T
     turns = rng.uniform(least, most, size=(parameters.turns, len(ranges)))
     turns[1], turns[2] = most, least
     time = np.arange((parameters.turns - 1) * parameters.samples + 1) / parameters.samples
-    columns = {name: np.interp(time, np.arange(parameters.turns), turn) for name, turn in zip(ranges, turns.T, strict=True)}
+    columns = {
+        name: np.interp(time, np.arange(parameters.turns), turn)
+        for name, turn in zip(ranges, turns.T, strict=True)
+    }
     return pd.DataFrame({"time": time, **columns})
 
 
@@ -91,10 +115,15 @@ def _cycle(joint: Joint) -> fo.LoadCycle:
     return fo.LoadCycle.from_history(joint.history, mean=dict(joint.mean))
 
 
-def _fretting(joint: Joint, system: fo.ContactSystem) -> tuple[fo.results.SteadyState, pd.DataFrame]:
+def _fretting(
+    joint: Joint, system: fo.ContactSystem
+) -> tuple[fo.results.SteadyState, pd.DataFrame]:
     """The steady state under the history itself, and its fretting table with the stress of body 2 at all corners."""
     steady = fo.steady_state(system, _cycle(joint), joint.friction, 1.0)
-    stress, strain = zip(*(fields.at_contact(2) for _, fields, _ in joint.model._over(steady, every=False)), strict=True)
+    stress, strain = zip(
+        *(fields.at_contact(2) for _, fields, _ in joint.model._over(steady, every=False)),
+        strict=True,
+    )
     return steady, steady.fretting_table(stress=np.array(stress), strain=np.array(strain))
 
 
@@ -135,9 +164,17 @@ def regions(parameters: Parameters) -> Iterator[Row]:
     """One row for each vertex of the safe amplitudes of each joint, and one for the amplitudes of its history."""
     for joint in joints(parameters):
         region = fo.safe_region(joint.model.condense(), joint.mean, joint.loads, joint.friction)
-        head = {"joint": joint.name, "first": joint.loads[0], "second": joint.loads[1], "residual": region.residual}
+        head = {
+            "joint": joint.name,
+            "first": joint.loads[0],
+            "second": joint.loads[1],
+            "residual": region.residual,
+        }
         yield from [head | {"what": "vertex", "a": a, "b": b} for a, b in region.vertices]
-        reach = [float(np.abs(joint.history[name] - joint.mean.get(name, 0.0)).max()) for name in joint.loads]
+        reach = [
+            float(np.abs(joint.history[name] - joint.mean.get(name, 0.0)).max())
+            for name in joint.loads
+        ]
         yield head | {"what": "history", "a": reach[0], "b": reach[1]}
 
 
@@ -146,7 +183,9 @@ def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
     lines: dict[str, Any] = {
         "samples, and corners left of them": lambda row: f"{row.samples}, {row.corners}",
         "shakedown limit, times the history": lambda row: f"{row.shakedown:.3f}",
-        "friction, and what the history requires": lambda row: f"{row.friction:g}, {row.required_friction:.3f}",
+        "friction, and what the history requires": lambda row: (
+            f"{row.friction:g}, {row.required_friction:.3f}"
+        ),
         "steady state": lambda row: f"{row.outcome}, {row.dissipation:.3g} N mm a cycle",
         "nodes that slip": lambda row: f"{row.slipping} of {row.nodes}",
         "largest slip range": lambda row: f"{1e3 * row.largest_slip_range:.2f} um",
@@ -155,7 +194,10 @@ def _summary(tables: Mapping[str, pd.DataFrame]) -> str:
         "where": lambda row: f"{row.worst_contact}, x = {row.worst_x:.2f} mm",
     }
     found = list(tables["joint_report"].itertuples())
-    return markdown(["", *(row.joint for row in found)], [[name, *(text(row) for row in found)] for name, text in lines.items()])
+    return markdown(
+        ["", *(row.joint for row in found)],
+        [[name, *(text(row) for row in found)] for name, text in lines.items()],
+    )
 
 
 _REPORT = {
@@ -190,7 +232,22 @@ _REGION = {
 }
 
 JOINTS = Table("joint_report", "one joint", _REPORT, full=FULL, quick=QUICK, compute=report)
-FRETTING = Table("joint_fretting", "one node of one joint", _NODES, full=FULL, quick=QUICK, compute=fretting)
-REGION = Table("joint_region", "one point in the plane of two amplitudes of one joint", _REGION, full=FULL, quick=QUICK, compute=regions)
+FRETTING = Table(
+    "joint_fretting", "one node of one joint", _NODES, full=FULL, quick=QUICK, compute=fretting
+)
+REGION = Table(
+    "joint_region",
+    "one point in the plane of two amplitudes of one joint",
+    _REGION,
+    full=FULL,
+    quick=QUICK,
+    compute=regions,
+)
 
-STUDY = Study("studies.joint", __doc__, "coarse meshes and short histories, in seconds", (JOINTS, FRETTING, REGION), _summary)
+STUDY = Study(
+    "studies.joint",
+    __doc__,
+    "coarse meshes and short histories, in seconds",
+    (JOINTS, FRETTING, REGION),
+    _summary,
+)

@@ -1,8 +1,10 @@
 """Contacts that lift off: limits of a pin, a fir tree and a flange by which nodes open, and the theorem of uncoupled contacts attacked.
 
-Run with `python -m studies lift_off [--quick]`. The pin is `PinInPlate`, pushed to and fro; the fir tree is the mesh of the tutorial, under spin
-and a body force of 0.01 N/mm^3 on the blade to and fro; the flange is half a pipe joint of four bolts of 25 kN, pulled along one
-diameter by 1 kN to and fro. The uncoupled contacts are random: one to four nodes with gaps, B = 0, and cyclic loads that lift nodes off.
+Run with `python -m studies lift_off [--quick]`. The pin is `PinInPlate`, pushed to and fro; the fir
+tree is the mesh of the tutorial, under spin and a body force of 0.01 N/mm^3 on the blade to and
+fro; the flange is half a pipe joint of four bolts of 25 kN, pulled along one diameter by 1 kN to
+and fro. The uncoupled contacts are random: one to four nodes with gaps, B = 0, and cyclic loads
+that lift nodes off.
 """
 
 from collections.abc import Iterator, Mapping
@@ -30,9 +32,19 @@ _LITTLE = 1e-3  # load factor of the transient that settles under the mean load 
 class Parameters:
     """What the study varies."""
 
-    pins: tuple[tuple[int, float], ...] = ((8, 0.8), (16, 0.5), (16, 1.0), (32, 0.9))  # elements, friction
+    pins: tuple[tuple[int, float], ...] = (
+        (8, 0.8),
+        (16, 0.5),
+        (16, 1.0),
+        (32, 0.9),
+    )  # elements, friction
     fir_frictions: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-    flanges: tuple[tuple[int, float], ...] = ((12, 0.15), (12, 0.2), (12, 0.3), (18, 0.15))  # elements around the half, friction
+    flanges: tuple[tuple[int, float], ...] = (
+        (12, 0.15),
+        (12, 0.2),
+        (12, 0.3),
+        (18, 0.15),
+    )  # elements around the half, friction
     contacts: int = 200  # uncoupled ones, with seeds from 0 on
     starts: int = 5
     cycles: int = 6  # of which the energy is followed
@@ -46,23 +58,42 @@ QUICK = Parameters(((8, 0.8),), (0.3,), ((6, 0.15),), contacts=6, starts=2)
 def fir_tree() -> fo.ContactSystem:
     """A blade in its disc with four flanks."""
     titanium, density = fo.Material(E=115e3, nu=0.33), 4.4e-9
-    bodies = fo.split_bodies(fo.read_mesh(_FIR), {"blade": titanium, "disc": titanium}, element="quadratic")
+    bodies = fo.split_bodies(
+        fo.read_mesh(_FIR), {"blade": titanium, "disc": titanium}, element="quadratic"
+    )
     spin = [fo.Centrifugal(name, density, speed=1200.0, centre=(0.0, -300.0)) for name in bodies]
-    contacts = [fo.Contact("blade", "disc", flank, flank, name=flank) for flank in ("R1", "L1", "R2", "L2")]
-    supports = [fo.Support("disc", "bottom"), *(fo.Support("disc", side, "y") for side in ("left", "right"))]
-    loads: dict[str, list[fo.Centrifugal | fo.BodyForce]] = {"mean": [*spin], "cyclic": [fo.BodyForce("blade", x=1e-2)]}
+    contacts = [
+        fo.Contact("blade", "disc", flank, flank, name=flank) for flank in ("R1", "L1", "R2", "L2")
+    ]
+    supports = [
+        fo.Support("disc", "bottom"),
+        *(fo.Support("disc", side, "y") for side in ("left", "right")),
+    ]
+    loads: dict[str, list[fo.Centrifugal | fo.BodyForce]] = {
+        "mean": [*spin],
+        "cyclic": [fo.BodyForce("blade", x=1e-2)],
+    }
     return fo.ContactModel(bodies, supports, loads, contacts=contacts, units="N, mm").condense()
 
 
 def flange(elements: int) -> fo.ContactSystem:
     """Half a pipe joint beside its plane of symmetry; bolts press on washers, whatever the joint does."""
-    radii, angles, heights = np.linspace(30.0, 60.0, 6), np.linspace(0.0, np.pi, elements + 1), np.array([0.0, 6.0, 12.0, 26.0, 40.0])
-    bolts = 48.0 * np.array([[np.cos(angle), np.sin(angle)] for angle in (np.pi / 4, 3 * np.pi / 4)])
+    radii, angles, heights = (
+        np.linspace(30.0, 60.0, 6),
+        np.linspace(0.0, np.pi, elements + 1),
+        np.array([0.0, 6.0, 12.0, 26.0, 40.0]),
+    )
+    bolts = 48.0 * np.array(
+        [[np.cos(angle), np.sin(angle)] for angle in (np.pi / 4, 3 * np.pi / 4)]
+    )
     sides = {
         "face": lambda x: x[2] == 0,
         "end": lambda x: np.abs(x[2]) == 40,
         "cut": lambda x: np.abs(x[1]) < 1e-9,
-        "washers": lambda x: (np.abs(x[2]) == 12) & (np.min([np.hypot(*(x[:2].T - bolt).T) for bolt in bolts], axis=0) < _WASHER),
+        "washers": lambda x: (
+            (np.abs(x[2]) == 12)
+            & (np.min([np.hypot(*(x[:2].T - bolt).T) for bolt in bolts], axis=0) < _WASHER)
+        ),
     }
     bodies = {}
     for name, up in (("upper", heights), ("lower", -heights[::-1])):
@@ -70,12 +101,29 @@ def flange(elements: int) -> fo.ContactSystem:
         r, _, z = box.p[:, box.t].mean(axis=1)
         pipe = box.remove_elements(np.flatnonzero((r > 36) & (np.abs(z) > 12)))
         r, angle, z = pipe.p
-        bodies[name] = fo.Body(MeshHex(np.array([r * np.cos(angle), r * np.sin(angle), z]), pipe.t).with_boundaries(sides), fo.Material(E=210e3))
+        bodies[name] = fo.Body(
+            MeshHex(np.array([r * np.cos(angle), r * np.sin(angle), z]), pipe.t).with_boundaries(
+                sides
+            ),
+            fo.Material(E=210e3),
+        )
     pressed, pulled = (_area(bodies["upper"], side) for side in ("washers", "end"))
-    loads: dict[str, list[fo.Pressure | fo.Traction]] = {"mean": [fo.Pressure(name, "washers", 2 * _BOLT / pressed) for name in bodies]}
+    loads: dict[str, list[fo.Pressure | fo.Traction]] = {
+        "mean": [fo.Pressure(name, "washers", 2 * _BOLT / pressed) for name in bodies]
+    }
     loads["cyclic"] = [fo.Traction("upper", "end", x=_PULL / 2 / pulled)]
-    supports = [fo.Support("lower", "end"), fo.Support("lower", "cut", "y"), fo.Support("upper", "cut", "y")]
-    return fo.ContactModel(bodies, supports, loads, contacts=[fo.Contact("upper", "lower", "face", "face")], units="N, mm").condense()
+    supports = [
+        fo.Support("lower", "end"),
+        fo.Support("lower", "cut", "y"),
+        fo.Support("upper", "cut", "y"),
+    ]
+    return fo.ContactModel(
+        bodies,
+        supports,
+        loads,
+        contacts=[fo.Contact("upper", "lower", "face", "face")],
+        units="N, mm",
+    ).condense()
 
 
 def _area(body: fo.Body, side: str) -> float:
@@ -87,23 +135,45 @@ def joints(parameters: Parameters) -> Iterator[Row]:
     """One row for each joint and friction coefficient."""
     pin = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
     for elements, friction in each(parameters.pins, "pin"):
-        yield {"joint": "pin"} | _limits(fo.scenes.PinInPlate(elements=elements).condense(), pin, friction, parameters.apart, events=True)
+        yield {"joint": "pin"} | _limits(
+            fo.scenes.PinInPlate(elements=elements).condense(),
+            pin,
+            friction,
+            parameters.apart,
+            events=True,
+        )
     fir = fir_tree()
     for friction in each(parameters.fir_frictions, "fir tree"):
-        yield {"joint": "fir tree"} | _limits(fir, _TO_AND_FRO, friction, parameters.apart, events=False)
+        yield {"joint": "fir tree"} | _limits(
+            fir, _TO_AND_FRO, friction, parameters.apart, events=False
+        )
     for elements, friction in each(parameters.flanges, "flange"):
-        yield {"joint": "flange"} | _limits(flange(elements), _TO_AND_FRO, friction, parameters.apart, events=False)
+        yield {"joint": "flange"} | _limits(
+            flange(elements), _TO_AND_FRO, friction, parameters.apart, events=False
+        )
 
 
-def _limits(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, apart: float, events: bool) -> dict[str, Any]:
+def _limits(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, apart: float, events: bool
+) -> dict[str, Any]:
     """Limits with no nodes open, with those of the settled mean load, and of the search, with transients from its slip on both sides."""
     steps = None if system.slip_shape == (system.nodes,) else 4
     path = fo.march(system, cycle, friction, _LITTLE, cycles=1, steps=steps)
     settled = path.gap[path.time == 0][-1] > 0
-    given = [fo.shakedown_limit(system, cycle, friction, open=nodes) for nodes in (np.zeros_like(settled), settled)]
+    given = [
+        fo.shakedown_limit(system, cycle, friction, open=nodes)
+        for nodes in (np.zeros_like(settled), settled)
+    ]
     limit = fo.shakedown_limit(system, cycle, friction, events=events)
     ends = [
-        fo.steady_state(system, cycle, friction, factor * limit.load_factor, initial_state=limit.state, steps=steps).outcome.name
+        fo.steady_state(
+            system,
+            cycle,
+            friction,
+            factor * limit.load_factor,
+            initial_state=limit.state,
+            steps=steps,
+        ).outcome.name
         for factor in (1 - apart, 1 + apart)
     ]
     return {
@@ -126,10 +196,17 @@ def uncoupled_contact(seed: int) -> tuple[fo.ContactSystem, float]:
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(1, 5))
     A, C = (G @ G.T / nodes + 0.5 * np.eye(nodes) for G in rng.normal(size=(2, nodes, nodes)))
-    pressed = rng.uniform(0.5, 1.5, nodes) - np.where(rng.random(nodes) < 0.3, rng.uniform(0.5, 2.0, nodes), 0.0)
-    loads = {"mean": (0.1 * rng.normal(size=nodes), pressed), "cyclic": (rng.normal(size=nodes), rng.normal(size=nodes))}
+    pressed = rng.uniform(0.5, 1.5, nodes) - np.where(
+        rng.random(nodes) < 0.3, rng.uniform(0.5, 2.0, nodes), 0.0
+    )
+    loads = {
+        "mean": (0.1 * rng.normal(size=nodes), pressed),
+        "cyclic": (rng.normal(size=nodes), rng.normal(size=nodes)),
+    }
     gap = np.where(rng.random(nodes) < 0.3, 0.3 * rng.random(nodes), 0.0)
-    return fo.ContactSystem.from_blocks(A, np.zeros((nodes, nodes)), C, np.arange(nodes), loads, gap), float(rng.uniform(0.2, 1.0))
+    return fo.ContactSystem.from_blocks(
+        A, np.zeros((nodes, nodes)), C, np.arange(nodes), loads, gap
+    ), float(rng.uniform(0.2, 1.0))
 
 
 def uncoupled(parameters: Parameters) -> Iterator[Row]:
@@ -140,9 +217,15 @@ def uncoupled(parameters: Parameters) -> Iterator[Row]:
         if limit.kind is not fo.LimitKind.FINITE or limit.load_factor <= limit.least:
             continue
         starts = 2 * np.random.default_rng(seed).normal(size=(parameters.starts, system.nodes))
-        factors = limit.least + np.array([1 - parameters.apart, 1 + parameters.apart]) * (limit.load_factor - limit.least)
+        factors = limit.least + np.array([1 - parameters.apart, 1 + parameters.apart]) * (
+            limit.load_factor - limit.least
+        )
         below, above = (
-            [fo.steady_state(system, _TO_AND_FRO, friction, factor, initial_slip=start) for start in starts] for factor in factors.tolist()
+            [
+                fo.steady_state(system, _TO_AND_FRO, friction, factor, initial_slip=start)
+                for start in starts
+            ]
+            for factor in factors.tolist()
         )
         work = np.array([steady.dissipation for steady in above])
         yield {
@@ -151,16 +234,32 @@ def uncoupled(parameters: Parameters) -> Iterator[Row]:
             "opening": limit.events["node"].nunique(),
             "rest_below": sum(steady.outcome is fo.Outcome.SHAKEDOWN for steady in below),
             "rest_above": sum(steady.outcome is fo.Outcome.SHAKEDOWN for steady in above),
-            "growth": max(_growth(system, friction, factor, starts, parameters.cycles) for factor in factors.tolist()),
+            "growth": max(
+                _growth(system, friction, factor, starts, parameters.cycles)
+                for factor in factors.tolist()
+            ),
             "spread": float(np.ptp(work) / work.max()) if work.max() > 0 else 0.0,
             "residual": max(limit.residual, *(steady.residual for steady in (*below, *above))),
         }
 
 
-def _growth(system: fo.ContactSystem, friction: float, load_factor: float, starts: NDArray[Any], cycles: int) -> float:
+def _growth(
+    system: fo.ContactSystem, friction: float, load_factor: float, starts: NDArray[Any], cycles: int
+) -> float:
     """The largest growth of the energy between the first transient and another one from corner to corner, over that of their starts."""
-    paths = [fo.march(system, _TO_AND_FRO, friction, load_factor, initial_slip=start, cycles=cycles) for start in starts]
-    slips = np.array([[path.slip[np.flatnonzero(path.time == corner)[-1]] for corner in range(1, 2 * cycles + 1)] for path in paths])
+    paths = [
+        fo.march(system, _TO_AND_FRO, friction, load_factor, initial_slip=start, cycles=cycles)
+        for start in starts
+    ]
+    slips = np.array(
+        [
+            [
+                path.slip[np.flatnonzero(path.time == corner)[-1]]
+                for corner in range(1, 2 * cycles + 1)
+            ]
+            for path in paths
+        ]
+    )
     off, apart = slips[1:] - slips[0], starts[1:] - starts[0]
     energy, begin = (np.einsum("...i,ij,...j->...", slip, system.A, slip) for slip in (off, apart))
     return float((np.diff(energy, axis=1).max(axis=1) / begin).max())
@@ -184,26 +283,80 @@ _UNCOUPLED = {
     "growth": "largest growth of the energy between two transients, over that of their starts; 0 or less, up to rounding",
     "spread": "largest less least work of friction of the starts above, over the largest",
 }
-JOINTS = Table("lift_off_joints", "one joint with one friction", _JOINTS, full=FULL, quick=QUICK, compute=joints)
-UNCOUPLED = Table("lift_off_uncoupled", "one uncoupled contact", _UNCOUPLED, full=FULL, quick=QUICK, compute=uncoupled)
+JOINTS = Table(
+    "lift_off_joints",
+    "one joint with one friction",
+    _JOINTS,
+    full=FULL,
+    quick=QUICK,
+    compute=joints,
+)
+UNCOUPLED = Table(
+    "lift_off_uncoupled",
+    "one uncoupled contact",
+    _UNCOUPLED,
+    full=FULL,
+    quick=QUICK,
+    compute=uncoupled,
+)
 
 
 def report(tables: Mapping[str, pd.DataFrame]) -> str:
     """Limits of the joints, and counts of the uncoupled contacts, in Markdown."""
     joined, free = tables[JOINTS.name], tables[UNCOUPLED.name]
     columns = ["all_closed", "settled", "shakedown", "sliding"]
-    numbers = [["none" if np.isnan(value) else f"{value:.4g}" for value in row] for row in joined[columns].to_numpy()]
+    numbers = [
+        ["none" if np.isnan(value) else f"{value:.4g}" for value in row]
+        for row in joined[columns].to_numpy()
+    ]
     rows = [
-        [row.joint, str(row.nodes), f"{row.friction:g}", *of, str(row.open), str(row.opening), f"{_word(row.below)}, {_word(row.above)}"]
+        [
+            row.joint,
+            str(row.nodes),
+            f"{row.friction:g}",
+            *of,
+            str(row.open),
+            str(row.opening),
+            f"{_word(row.below)}, {_word(row.above)}",
+        ]
         for row, of in zip(joined.itertuples(), numbers, strict=True)
     ]
-    head = ["joint", "N", "f", "all closed", "settled set", "best pattern", "slides off", "open", "open and close", "2 % below, above"]
-    of = {"that open and close nodes in each cycle": free["opening"] > 0, "whose nodes stay as they are": free["opening"] == 0}
+    head = [
+        "joint",
+        "N",
+        "f",
+        "all closed",
+        "settled set",
+        "best pattern",
+        "slides off",
+        "open",
+        "open and close",
+        "2 % below, above",
+    ]
+    of = {
+        "that open and close nodes in each cycle": free["opening"] > 0,
+        "whose nodes stay as they are": free["opening"] == 0,
+    }
     counts = [
-        [name, str(len(part)), str(int(part["rest_below"].sum())), str(int(part["rest_above"].sum())), f"{part['growth'].max():.0e}"]
+        [
+            name,
+            str(len(part)),
+            str(int(part["rest_below"].sum())),
+            str(int(part["rest_above"].sum())),
+            f"{part['growth'].max():.0e}",
+        ]
         for name, part in ((name, free[which]) for name, which in of.items())
     ]
-    second = markdown(["uncoupled contacts", "number", "starts at rest 2 % below", "2 % above", "largest growth of E"], counts)
+    second = markdown(
+        [
+            "uncoupled contacts",
+            "number",
+            "starts at rest 2 % below",
+            "2 % above",
+            "largest growth of E",
+        ],
+        counts,
+    )
     starts = (FULL if len(free) > QUICK.contacts else QUICK).starts
     return f"{markdown(head, rows)}\n\n{second}\n\nEach of these contacts has {starts} random starts below its limit and {starts} above."
 
@@ -212,4 +365,10 @@ def _word(outcome: str) -> str:
     return {"SHAKEDOWN": "rests", "CYCLIC_SLIP": "slips", "RATCHETING": "ratchets"}[outcome]
 
 
-STUDY = Study("studies.lift_off", __doc__, "one joint of each kind and few contacts, in seconds", (JOINTS, UNCOUPLED), report)
+STUDY = Study(
+    "studies.lift_off",
+    __doc__,
+    "one joint of each kind and few contacts, in seconds",
+    (JOINTS, UNCOUPLED),
+    report,
+)

@@ -1,6 +1,7 @@
 """Limits of the paper's scene without any transient: onset and shakedown limit against friction and corner size, and the safe slip at the limit.
 
-Run with `python -m studies limits [--quick]`. All limits are amplitudes of the bulk stress over the mean pressure, sigma / (P / 2a).
+Run with `python -m studies limits [--quick]`. All limits are amplitudes of the bulk stress over the
+mean pressure, sigma / (P / 2a).
 """
 
 from collections.abc import Iterable, Iterator
@@ -17,29 +18,59 @@ from .paper import LOADS, force_unit, slip_unit
 from .progress import each
 from .tables import Row, Study, Table, described
 
-_BELOW = 0.95  # friction over the traction ratio of the bonded corner, near which the limit goes with no power of the mesh
+# friction over the traction ratio of the bonded corner, near which the limit goes with no power of
+# the mesh
+_BELOW = 0.95
 
 
 def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
     """Runs of (first, last, step), joined; rounded, so that 0.7 is 0.7."""
-    return tuple(round(float(value), 6) for first, last, step in runs for value in np.arange(first, last + step / 2, step))
+    return tuple(
+        round(float(value), 6)
+        for first, last, step in runs
+        for value in np.arange(first, last + step / 2, step)
+    )
 
 
 @dataclass(frozen=True)
 class Parameters:
     """Parameters of the study."""
 
-    elements: tuple[int, ...] = (16, 32, 64, 124)  # meshes of the friction table: elements on the contact, grading "sine"
-    frictions: tuple[float, ...] = _steps((0.1, 0.65, 0.025), (0.655, 0.75, 0.005), (0.775, 1.5, 0.025), (1.6, 3.0, 0.1))
+    elements: tuple[int, ...] = (
+        16,
+        32,
+        64,
+        124,
+    )  # meshes of the friction table: elements on the contact, grading "sine"
+    frictions: tuple[float, ...] = _steps(
+        (0.1, 0.65, 0.025), (0.655, 0.75, 0.005), (0.775, 1.5, 0.025), (1.6, 3.0, 0.1)
+    )
     corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.543, 0.6, 0.7, 0.8)
-    corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124, 192, 256)  # grading "sine"
+    corner_elements: tuple[int, ...] = (
+        8,
+        12,
+        16,
+        24,
+        32,
+        48,
+        64,
+        96,
+        124,
+        192,
+        256,
+    )  # grading "sine"
     graded_elements: int = 64  # number of elements of the meshes that vary the grading alone
     gradings: tuple[float, ...] = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
     reaction_elements: int = 124  # with the default grading
     reaction_frictions: tuple[float, ...] = (0.3, 0.7)
     surface_friction: float = 0.5
     surface_elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96, 124, 192, 256)  # grading "sine"
-    surfaces: tuple[float, ...] = (0.0, 0.005, 0.02, 0.1)  # E* over the contact stiffness, over a; 0: hard
+    surfaces: tuple[float, ...] = (
+        0.0,
+        0.005,
+        0.02,
+        0.1,
+    )  # E* over the contact stiffness, over a; 0: hard
 
 
 FULL = Parameters()
@@ -65,13 +96,21 @@ def limits_by_friction(parameters: Parameters) -> Iterator[Row]:
         part = _limits(system, parameters.frictions)
         onsets = pd.DataFrame([_onsets(system, friction) for friction in parameters.frictions])
         q0, p0 = LOADS.mean_reaction(system)
-        yield pd.concat([part, onsets], axis=1).assign(**_mesh(scene), mean_demand=float(np.max(np.abs(q0) / p0)))
+        yield pd.concat([part, onsets], axis=1).assign(
+            **_mesh(scene), mean_demand=float(np.max(np.abs(q0) / p0))
+        )
 
 
 def limits_by_corner(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh and friction coefficient."""
-    scenes = [fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine") for elements in parameters.corner_elements]
-    scenes += [fo.scenes.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading)) for grading in parameters.gradings]
+    scenes = [
+        fo.scenes.PunchOnHalfPlane(elements=elements, grading="sine")
+        for elements in parameters.corner_elements
+    ]
+    scenes += [
+        fo.scenes.PunchOnHalfPlane(elements=parameters.graded_elements, grading=float(grading))
+        for grading in parameters.gradings
+    ]
     for scene in each(scenes, "limits by corner size"):
         yield _limits(scene.condense(), parameters.corner_frictions).assign(**_mesh(scene))
 
@@ -79,17 +118,27 @@ def limits_by_corner(parameters: Parameters) -> Iterator[Row]:
 def corner_law(table: pd.DataFrame) -> pd.DataFrame:
     """Of the table `CORNER` the meshes of one number of elements whose gradings are decades apart, coarse first, with the law of the corner.
 
-    At the limit the corner slides, while its bonded tractions grow as `r ** (l_bonded - 1)`: the limit goes with the size h of the corner element as
-    `h ** (l_sliding - l_bonded)`, with the exponents of the sliding and of the bonded corner, for friction below the traction ratio of the bonded
-    corner. So it has no value without a mesh. `expected` is that exponent in closed form, `exponent` the one from the mesh before to this one.
+    At the limit the corner slides, while its bonded tractions grow as `r ** (l_bonded - 1)`: the
+    limit goes with the size h of the corner element as `h ** (l_sliding - l_bonded)`, with the
+    exponents of the sliding and of the bonded corner, for friction below the traction ratio of the
+    bonded corner. So it has no value without a mesh. `expected` is that exponent in closed form,
+    `exponent` the one from the mesh before to this one.
     """
     bonded = bonded_corner()[0]
-    rows = table[(table["grading"] != "sine") & (table["friction"] < _BELOW * bonded.traction_ratio)]
+    rows = table[
+        (table["grading"] != "sine") & (table["friction"] < _BELOW * bonded.traction_ratio)
+    ]
     decades = np.log10(rows["grading"].astype(float))
-    apart = decades.max() - decades  # meshes that are closer have exponents between them that scatter
-    rows = rows[np.isclose(apart, apart.round())].sort_values(["friction", "corner_size"], ascending=[True, False], ignore_index=True)
+    apart = (
+        decades.max() - decades
+    )  # meshes that are closer have exponents between them that scatter
+    rows = rows[np.isclose(apart, apart.round())].sort_values(
+        ["friction", "corner_size"], ascending=[True, False], ignore_index=True
+    )
     steps = np.log(rows[["load_factor", "corner_size"]]).groupby(rows["friction"]).diff()
-    expected = rows["friction"].map(lambda friction: sliding_corner_exponent(friction) - bonded.exponent)
+    expected = rows["friction"].map(
+        lambda friction: sliding_corner_exponent(friction) - bonded.exponent
+    )
     return rows.assign(expected=expected, exponent=steps["load_factor"] / steps["corner_size"])
 
 
@@ -113,12 +162,22 @@ def limits_by_surface(parameters: Parameters) -> Iterator[Row]:
             stiffness = (hard.E_star or np.nan) / (give * scene.half_width) if give else np.inf
             system = hard.with_contact_stiffness(tangential=stiffness, normal=stiffness)
             limit, first = fo.shakedown_limit(system, LOADS, f), fo.onset(system, LOADS, f)
-            row = {"surface": give, "friction": f, "onset": first.slip.load_factor, "load_factor": limit.load_factor, "residual": limit.residual}
+            row = {
+                "surface": give,
+                "friction": f,
+                "onset": first.slip.load_factor,
+                "load_factor": limit.load_factor,
+                "residual": limit.residual,
+            }
             yield _mesh(scene) | row
 
 
 def _mesh(scene: fo.scenes.PunchOnHalfPlane) -> dict[str, Any]:
-    return {"elements": scene.elements, "grading": str(scene.grading), "corner_size": scene.corner_size / scene.half_width}
+    return {
+        "elements": scene.elements,
+        "grading": str(scene.grading),
+        "corner_size": scene.corner_size / scene.half_width,
+    }
 
 
 def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFrame:
@@ -130,17 +189,28 @@ def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
     """First slip and separation of the bonded contact as the bulk is pulled (plus) and as it is pressed (minus)."""
     row: dict[str, Any] = {}
     onset = fo.onset(system, fo.LoadCycle(LOADS.mean, [{"sigma": 1.0}, {"sigma": -1.0}]), friction)
-    for name, slip, separation in zip(("plus", "minus"), onset.slips, onset.separations, strict=True):
+    for name, slip, separation in zip(
+        ("plus", "minus"), onset.slips, onset.separations, strict=True
+    ):
         row[f"slip_{name}"], row[f"separation_{name}"] = slip.load_factor, separation.load_factor
     return row | {"mean_slips": len(onset.mean_slips)}
 
 
-def _corner_reactions(limit: fo.results.ShakedownLimit, friction: float, corner: int) -> pd.DataFrame:
+def _corner_reactions(
+    limit: fo.results.ShakedownLimit, friction: float, corner: int
+) -> pd.DataFrame:
     system, (q, p) = limit.system, (values[corner] for values in limit.reactions)
     force = force_unit(system)
     mechanism = limit.mechanism
-    share = mechanism[mechanism["corner"] == corner].groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
-    loaded = p > 1e-9 * np.mean(p)  # without pressure q vanishes too, and their ratio has no meaning
+    share = (
+        mechanism[mechanism["corner"] == corner]
+        .groupby("node")["share"]
+        .sum()
+        .reindex(range(system.nodes), fill_value=0.0)
+    )
+    loaded = p > 1e-9 * np.mean(
+        p
+    )  # without pressure q vanishes too, and their ratio has no meaning
     return pd.DataFrame(
         {
             "friction": friction,
@@ -180,10 +250,29 @@ _REACTION = {
     "share": "share of the node, at this load corner, in the slip of the limiting mechanism",
 }
 
-FRICTION = Table("limits_friction", "limits of one mesh at one friction", _LIMIT | _ONSET, full=FULL, quick=QUICK, compute=limits_by_friction)
-CORNER = Table("limits_corner", "shakedown limit of one mesh at one friction", _LIMIT, full=FULL, quick=QUICK, compute=limits_by_corner)
+FRICTION = Table(
+    "limits_friction",
+    "limits of one mesh at one friction",
+    _LIMIT | _ONSET,
+    full=FULL,
+    quick=QUICK,
+    compute=limits_by_friction,
+)
+CORNER = Table(
+    "limits_corner",
+    "shakedown limit of one mesh at one friction",
+    _LIMIT,
+    full=FULL,
+    quick=QUICK,
+    compute=limits_by_corner,
+)
 REACTIONS = Table(
-    "limits_reactions", "one node at one load corner, at the shakedown limit", _REACTION, full=FULL, quick=QUICK, compute=reactions_at_limit
+    "limits_reactions",
+    "one node at one load corner, at the shakedown limit",
+    _REACTION,
+    full=FULL,
+    quick=QUICK,
+    compute=reactions_at_limit,
 )
 _SURFACE_COLUMNS = {
     "grading": _LIMIT["grading"],
@@ -191,7 +280,17 @@ _SURFACE_COLUMNS = {
     "load_factor": _LIMIT["load_factor"],
 }
 SURFACE = Table(
-    "limits_surface", "onset and shakedown limit of one mesh with one contact stiffness", _SURFACE_COLUMNS, FULL, QUICK, limits_by_surface
+    "limits_surface",
+    "onset and shakedown limit of one mesh with one contact stiffness",
+    _SURFACE_COLUMNS,
+    FULL,
+    QUICK,
+    limits_by_surface,
 )
 
-STUDY = Study("studies.limits", __doc__, "few coarse meshes, in seconds", (FRICTION, CORNER, REACTIONS, SURFACE))
+STUDY = Study(
+    "studies.limits",
+    __doc__,
+    "few coarse meshes, in seconds",
+    (FRICTION, CORNER, REACTIONS, SURFACE),
+)

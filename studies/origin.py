@@ -22,8 +22,13 @@ def machine() -> str:
 
 def source_digest(study: str) -> str:
     """Digest of the code that makes a table: all of frictopt, the module that computes it, and all studies that this imports."""
-    files = {*Path(fo.__file__).parent.rglob("*.py"), *(Path(str(sys.modules[name].__file__)) for name in _imported(study, set()))}
-    return hashlib.sha256("".join(_code(path.read_text(encoding="utf-8")) for path in sorted(files)).encode()).hexdigest()[:12]
+    files = {
+        *Path(fo.__file__).parent.rglob("*.py"),
+        *(Path(str(sys.modules[name].__file__)) for name in _imported(study, set())),
+    }
+    return hashlib.sha256(
+        "".join(_code(path.read_text(encoding="utf-8")) for path in sorted(files)).encode()
+    ).hexdigest()[:12]
 
 
 def _imported(name: str, found: set[str]) -> set[str]:
@@ -46,5 +51,9 @@ def _code(source: str) -> str:
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = [line for line in node.body if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))]
+            node.body = [
+                line
+                for line in node.body
+                if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))
+            ]
     return ast.dump(tree)

@@ -1,7 +1,8 @@
 """The range of steady dissipation found without sampling, the slip that no start avoids, and the load that assembly and overloads leave.
 
-Run with `python -m studies range [--quick]`. The scene is the paper's; loads are amplitudes of the bulk stress over the mean pressure,
-sigma / (P / 2a). The sampled starts are those of the study "dissipation".
+Run with `python -m studies range [--quick]`. The scene is the paper's; loads are amplitudes of the
+bulk stress over the mean pressure, sigma / (P / 2a). The sampled starts are those of the study
+"dissipation".
 """
 
 from collections.abc import Iterator
@@ -26,21 +27,34 @@ _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
 class Parameters:
     """What the study varies."""
 
-    sampled: dissipation.Parameters = dissipation.FULL  # scene, frictions, loads and starts of the sample
+    sampled: dissipation.Parameters = (
+        dissipation.FULL
+    )  # scene, frictions, loads and starts of the sample
     protocol_elements: int = 124
     protocol_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     protocol_scan: int = 25
 
 
 FULL = Parameters()
-QUICK = Parameters(sampled=dissipation.QUICK, protocol_elements=16, protocol_frictions=(0.3, 0.7), protocol_scan=10)
+QUICK = Parameters(
+    sampled=dissipation.QUICK, protocol_elements=16, protocol_frictions=(0.3, 0.7), protocol_scan=10
+)
 
 
 @cache
-def _ranges(parameters: Parameters) -> list[tuple[dissipation.Case, float, fo.results.DissipationRange]]:
+def _ranges(
+    parameters: Parameters,
+) -> list[tuple[dissipation.Case, float, fo.results.DissipationRange]]:
     """Case, load ratio and range, for each friction and load of the sample."""
-    asked = [(case, ratio) for case in dissipation.cases_of(parameters.sampled) for ratio in parameters.sampled.ratios]
-    return [(case, ratio, fo.dissipation_range(case.system, LOADS, case.friction, ratio * case.limit)) for case, ratio in each(asked, "ranges")]
+    asked = [
+        (case, ratio)
+        for case in dissipation.cases_of(parameters.sampled)
+        for ratio in parameters.sampled.ratios
+    ]
+    return [
+        (case, ratio, fo.dissipation_range(case.system, LOADS, case.friction, ratio * case.limit))
+        for case, ratio in each(asked, "ranges")
+    ]
 
 
 def found_of(parameters: Parameters) -> Iterator[Row]:
@@ -60,10 +74,16 @@ def found_of(parameters: Parameters) -> Iterator[Row]:
 def against_sample(found: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     """The table `FOUND` with what the runs at the same friction and load have: the least and the largest W E* / P^2, number, and how many outside."""
     load = ["friction", "load_ratio"]
-    runs = runs.loc[runs["outcome"] != "FAILED", [*load, "dissipation_scaled"]].merge(found[[*load, "least", "most"]], on=load)
+    runs = runs.loc[runs["outcome"] != "FAILED", [*load, "dissipation_scaled"]].merge(
+        found[[*load, "least", "most"]], on=load
+    )
     runs["out"] = _outside(runs["dissipation_scaled"], runs["least"], runs["most"])
-    sampled = runs.groupby(load)["dissipation_scaled"].agg(sampled_least="min", sampled_most="max", runs="size")
-    return found.merge(sampled.assign(outside=runs.groupby(load)["out"].sum()).reset_index(), on=load)
+    sampled = runs.groupby(load)["dissipation_scaled"].agg(
+        sampled_least="min", sampled_most="max", runs="size"
+    )
+    return found.merge(
+        sampled.assign(outside=runs.groupby(load)["out"].sum()).reset_index(), on=load
+    )
 
 
 def slip_of(parameters: Parameters) -> Iterator[Row]:
@@ -104,11 +124,16 @@ def protocols_of(parameters: Parameters) -> Iterator[Row]:
     for friction in parameters.protocol_frictions:
         limit = fo.shakedown_limit(system, LOADS, friction)
         for name, options in _protocols(limit):
-            one = fo.limit_after_protocol(system, LOADS, friction, scan=parameters.protocol_scan, **options)
+            one = fo.limit_after_protocol(
+                system, LOADS, friction, scan=parameters.protocol_scan, **options
+            )
             yield {
                 "friction": friction,
                 "protocol": name,
-                **{column: getattr(one, column) for column in ("ratio", "load_factor", "monotonic", "residual")},
+                **{
+                    column: getattr(one, column)
+                    for column in ("ratio", "load_factor", "monotonic", "residual")
+                },
             }
 
 
@@ -119,7 +144,13 @@ def _protocols(limit: fo.results.ShakedownLimit) -> Iterator[tuple[str, dict[str
         fo.starts.LoadStep({"P": 1.0}, {"sigma": 1.0}),
     ]
     yield "nothing", {"start": "worst"}
-    yield "overload", {"start": "worst", "protocol": [fo.starts.LoadStep({"P": 1.0, "sigma": 2 * limit.load_factor})]}
+    yield (
+        "overload",
+        {
+            "start": "worst",
+            "protocol": [fo.starts.LoadStep({"P": 1.0, "sigma": 2 * limit.load_factor})],
+        },
+    )
     yield "unload", {"start": "worst", "protocol": [fo.starts.LoadStep({"P": 0.2})]}
     yield "unload at tension", {"start": "worst", "protocol": unload}
     yield "assembled", {"start": "assembled"}
@@ -130,7 +161,10 @@ def _outside(works: Any, least: Any, most: Any) -> Any:
     return (works > most * (1 + _INSIDE)) | (works < least * (1 - _INSIDE))
 
 
-_SPAN = {"least": "least W E* / P^2 per steady cycle found", "most": "largest W E* / P^2 per steady cycle found"}
+_SPAN = {
+    "least": "least W E* / P^2 per steady cycle found",
+    "most": "largest W E* / P^2 per steady cycle found",
+}
 _SLIP = {
     "bound": "proven least value of the weighted slip g.v over the corners: lambda - lambda_2",
     "least": "its value on the orbit with the least W found",
@@ -148,8 +182,22 @@ _PROTOCOLS = {
 
 
 FOUND = Table("range_found", "the range found at one load", _SPAN, FULL, QUICK, found_of)
-SLIP = Table("range_slip", "the least slip that is proven at one load, and that found", _SLIP, FULL, QUICK, slip_of)
-PROTOCOLS = Table("range_protocols", "the load up to which the contact comes to rest after one protocol", _PROTOCOLS, FULL, QUICK, protocols_of)
+SLIP = Table(
+    "range_slip",
+    "the least slip that is proven at one load, and that found",
+    _SLIP,
+    FULL,
+    QUICK,
+    slip_of,
+)
+PROTOCOLS = Table(
+    "range_protocols",
+    "the load up to which the contact comes to rest after one protocol",
+    _PROTOCOLS,
+    FULL,
+    QUICK,
+    protocols_of,
+)
 
 
 def _summary(tables: Any) -> str:
@@ -160,5 +208,10 @@ def _summary(tables: Any) -> str:
 
 
 STUDY = Study(
-    "studies.range", __doc__, "coarse meshes and few starts, in seconds", (FOUND, SLIP, PROTOCOLS), summary=_summary, needs=(dissipation.RUNS,)
+    "studies.range",
+    __doc__,
+    "coarse meshes and few starts, in seconds",
+    (FOUND, SLIP, PROTOCOLS),
+    summary=_summary,
+    needs=(dissipation.RUNS,),
 )

@@ -1,7 +1,7 @@
 """Limits of the other scenes against friction: dovetail, pin in a plate, rounded punch.
 
-Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene: the mean pull of the blade, the mean pressure of the fit over
-the radius, the mean pressure of the punch are one.
+Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene: the mean pull
+of the blade, the mean pressure of the fit over the radius, the mean pressure of the punch are one.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,19 @@ class Parameters:
 
     flank_elements: int = 40
     angles: tuple[float, ...] = (35.0, 45.0, 60.0)
-    shares: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.001)  # friction over the cotangent of the angle
+    shares: tuple[float, ...] = (
+        0.2,
+        0.3,
+        0.4,
+        0.5,
+        0.6,
+        0.7,
+        0.8,
+        0.9,
+        0.95,
+        0.99,
+        1.001,
+    )  # friction over the cotangent of the angle
     ring_elements: int = 80
     corners: int = 8  # of the polygon that stands for a rotating force
     frictions: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
@@ -32,7 +44,13 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(
-    flank_elements=4, shares=(0.3, 0.9, 1.001), ring_elements=24, corners=4, frictions=(0.2, 0.5, 0.8), punch_elements=8, radii=(np.inf, 0.5)
+    flank_elements=4,
+    shares=(0.3, 0.9, 1.001),
+    ring_elements=24,
+    corners=4,
+    frictions=(0.2, 0.5, 0.8),
+    punch_elements=8,
+    radii=(np.inf, 0.5),
 )
 
 
@@ -44,10 +62,14 @@ def punch(radius: float, elements: int) -> fo.scenes.PunchOnHalfPlane | fo.scene
 
 def limits(parameters: Parameters) -> pd.DataFrame:
     """One row per scene, load and friction coefficient."""
-    return pd.DataFrame([_row(*run) for run in each(list(_runs(parameters)), "limits of the scenes")])
+    return pd.DataFrame(
+        [_row(*run) for run in each(list(_runs(parameters)), "limits of the scenes")]
+    )
 
 
-def _runs(parameters: Parameters) -> Iterator[tuple[str, str, float, fo.ContactSystem, fo.LoadCycle, float]]:
+def _runs(
+    parameters: Parameters,
+) -> Iterator[tuple[str, str, float, fo.ContactSystem, fo.LoadCycle, float]]:
     """Scene, load, parameter, contact, load cycle and friction coefficient of each row."""
     for angle in parameters.angles:
         system = fo.scenes.Dovetail(angle=angle, elements=parameters.flank_elements).condense()
@@ -68,12 +90,29 @@ def _runs(parameters: Parameters) -> Iterator[tuple[str, str, float, fo.ContactS
     for radius in parameters.radii:
         system = punch(radius, parameters.punch_elements).condense()
         for friction in parameters.frictions:
-            yield "punch", "sigma", radius, system, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), friction
+            yield (
+                "punch",
+                "sigma",
+                radius,
+                system,
+                fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]),
+                friction,
+            )
 
 
-def _row(scene: str, case: str, parameter: float, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, object]:
+def _row(
+    scene: str,
+    case: str,
+    parameter: float,
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    friction: float,
+) -> dict[str, object]:
     onset = fo.onset(system, cycle, friction)
-    limit, lower = fo.shakedown_limit(system, cycle, friction), fo.guaranteed_limit(system, cycle, friction)
+    limit, lower = (
+        fo.shakedown_limit(system, cycle, friction),
+        fo.guaranteed_limit(system, cycle, friction),
+    )
     return {
         "scene": scene,
         "case": case,
@@ -94,6 +133,13 @@ _LIMITS_COLUMNS = {
     "onset": "load factor at the first slip, once the mean load has settled where it opens nodes; 0 where it alone slips",
     "load_factor": "shakedown limit lambda_2; inf: none; NaN: no residual slip is safe",
 }
-LIMITS = Table("scenes_limits", "limits of one scene under one load at one friction", _LIMITS_COLUMNS, FULL, QUICK, limits)
+LIMITS = Table(
+    "scenes_limits",
+    "limits of one scene under one load at one friction",
+    _LIMITS_COLUMNS,
+    FULL,
+    QUICK,
+    limits,
+)
 
 STUDY = Study("studies.scenes", __doc__, "coarse meshes, in seconds", (LIMITS,))

@@ -1,11 +1,14 @@
 """Limits of contacts that open: rounded punches and a cylinder over mesh, edge and friction; a flat punch at high friction, and a pin.
 
-Run with `python -m studies separation [--quick]`. Where the pressure falls to zero at the edge of the contact, the continuum slips there at any
-cyclic load: the limit belongs to the mesh and falls with it. For the cylinder it falls in proportion to the cell, for the edge pressure goes as the
-root of the distance from the edge, and the bonded shear as one over it. Partial slip (Cattaneo 1938, Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two
-dimensions) then reaches just one cell. The flat punch and the pin are closed under the mean load, yet they rest above the limit with all nodes
-closed, with nodes that open and close in each cycle: the limit with these is compared with transients from its slip. Load factors of the punches are
-sigma / (P / 2a), of the cylinder Q / (f P), of the pin its force over the overlap of the fit.
+Run with `python -m studies separation [--quick]`. Where the pressure falls to zero at the edge of
+the contact, the continuum slips there at any cyclic load: the limit belongs to the mesh and falls
+with it. For the cylinder it falls in proportion to the cell, for the edge pressure goes as the root
+of the distance from the edge, and the bonded shear as one over it. Partial slip (Cattaneo 1938,
+Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two dimensions) then reaches just one cell. The flat punch
+and the pin are closed under the mean load, yet they rest above the limit with all nodes closed,
+with nodes that open and close in each cycle: the limit with these is compared with transients from
+its slip. Load factors of the punches are sigma / (P / 2a), of the cylinder Q / (f P), of the pin
+its force over the overlap of the fit.
 """
 
 import time
@@ -22,20 +25,40 @@ from .paper import LOADS
 from .progress import each
 from .tables import Row, Study, Table, markdown, two_digits
 
-_RADIUS, _HALF_LENGTH = 1.0, 2.0  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
+_RADIUS, _HALF_LENGTH = (
+    1.0,
+    2.0,
+)  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
 _CYLINDER_FRICTION = 0.5
-_BEYOND = 1.5  # load factors tried on contacts that are closed under the mean load, over the shakedown limit
+# load factors tried on contacts that are closed under the mean load, over the shakedown limit
+_BEYOND = 1.5
 
 
 @dataclass(frozen=True)
 class Parameters:
     """What the study varies."""
 
-    cells: tuple[int, ...] = (20, 28, 40, 56, 80, 112, 160, 224)  # of the cylinder's interface, twice as long as the contact
+    cells: tuple[int, ...] = (
+        20,
+        28,
+        40,
+        56,
+        80,
+        112,
+        160,
+        224,
+    )  # of the cylinder's interface, twice as long as the contact
     elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96)  # of the punches, grading 3
-    roundings: tuple[float, ...] = (2.0, 20.0, 100.0, 1000.0)  # gap s (|x| / a - 0.6)^2 over a P / (2a E)
+    roundings: tuple[float, ...] = (
+        2.0,
+        20.0,
+        100.0,
+        1000.0,
+    )  # gap s (|x| / a - 0.6)^2 over a P / (2a E)
     friction: float = 0.6
-    frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.2))  # of the rounded punch
+    frictions: tuple[float, ...] = tuple(
+        round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.2)
+    )  # of the rounded punch
     friction_elements: int = 48
     flat_elements: int = 20
     flat_frictions: tuple[float, ...] = (1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0)
@@ -76,34 +99,66 @@ def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dic
 def cylinder(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh."""
     pressure = np.pi / 4  # P = pi E* a^2 / (4 R) for a = 1
-    loads = fo.LoadCycle({"P": pressure}, [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}])
+    loads = fo.LoadCycle(
+        {"P": pressure},
+        [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}],
+    )
     for cells in each(parameters.cells, "cylinder"):
-        contact = fo.ContactSystem.from_blocks(**fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS))
+        contact = fo.ContactSystem.from_blocks(
+            **fo.reference.half_plane_contact(cells, _HALF_LENGTH, 1.0, R=_RADIUS)
+        )
         yield {"size": 2 * _HALF_LENGTH / cells} | _row(contact, loads, _CYLINDER_FRICTION)
 
 
 def rounded(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh, rounding and friction coefficient."""
-    asked = [(elements, size, parameters.friction) for elements in parameters.elements for size in parameters.roundings]
-    asked += [(parameters.friction_elements, size, friction) for friction in parameters.frictions for size in parameters.roundings]
-    scenes = {elements: fo.scenes.PunchOnHalfPlane(elements=elements, grading=3).condense() for elements in {elements for elements, _, _ in asked}}
+    asked = [
+        (elements, size, parameters.friction)
+        for elements in parameters.elements
+        for size in parameters.roundings
+    ]
+    asked += [
+        (parameters.friction_elements, size, friction)
+        for friction in parameters.frictions
+        for size in parameters.roundings
+    ]
+    scenes = {
+        elements: fo.scenes.PunchOnHalfPlane(elements=elements, grading=3).condense()
+        for elements in {elements for elements, _, _ in asked}
+    }
     for elements, size, friction in each(dict.fromkeys(asked), "rounded punch"):
-        contact = scenes[elements].with_gap(size * np.maximum(np.abs(scenes[elements].x) - 0.6, 0.0) ** 2)
+        contact = scenes[elements].with_gap(
+            size * np.maximum(np.abs(scenes[elements].x) - 0.6, 0.0) ** 2
+        )
         yield {"elements": elements, "rounding": size} | _row(contact, LOADS, friction)
 
 
 def closed(parameters: Parameters) -> Iterator[Row]:
     """One row per scene and friction coefficient."""
-    punch, pin = fo.scenes.PunchOnHalfPlane(elements=parameters.flat_elements), fo.scenes.PinInPlate(elements=parameters.pin_elements)
+    punch, pin = (
+        fo.scenes.PunchOnHalfPlane(elements=parameters.flat_elements),
+        fo.scenes.PinInPlate(elements=parameters.pin_elements),
+    )
     fit = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
-    for name, scene, cycle, frictions in (("flat punch", punch, LOADS, parameters.flat_frictions), ("pin", pin, fit, parameters.pin_frictions)):
+    for name, scene, cycle, frictions in (
+        ("flat punch", punch, LOADS, parameters.flat_frictions),
+        ("pin", pin, fit, parameters.pin_frictions),
+    ):
         contact = scene.condense()
         for friction in each(frictions, name):
             limit = fo.shakedown_limit(contact, cycle, friction, events=True)
-            closed = fo.shakedown_limit(contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool))
+            closed = fo.shakedown_limit(
+                contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool)
+            )
             largest, scan = _BEYOND * limit.load_factor, parameters.closed_scan
-            rests = fo.limit_after_protocol(contact, cycle, friction, start=limit.slip, up_to=largest, scan=scan)
-            found = {"shakedown": limit.load_factor, "bound": limit.bound, "all_closed": closed.load_factor}
+            rests = fo.limit_after_protocol(
+                contact, cycle, friction, start=limit.slip, up_to=largest, scan=scan
+            )
+            found = {
+                "shakedown": limit.load_factor,
+                "bound": limit.bound,
+                "all_closed": closed.load_factor,
+            }
             more = found | {"opening": limit.events["node"].nunique(), "rests": rests.load_factor}
             yield {"scene": name} | _row(contact, cycle, friction) | more
 
@@ -120,10 +175,22 @@ _COLUMNS = {
 }
 _CYLINDER_COLUMNS = {"size": "cell over the half-width of the contact"} | _COLUMNS
 CYLINDER = Table(
-    "separation_cylinder", "limit of a cylinder on a half-plane under tangential load, Q / (f P)", _CYLINDER_COLUMNS, FULL, QUICK, cylinder
+    "separation_cylinder",
+    "limit of a cylinder on a half-plane under tangential load, Q / (f P)",
+    _CYLINDER_COLUMNS,
+    FULL,
+    QUICK,
+    cylinder,
 )
 _ROUNDED_COLUMNS = {"rounding": "s of the gap s (|x| / a - 0.6)^2, over a P / (2a E)"} | _COLUMNS
-ROUNDED = Table("separation_rounded", "limit of a punch with rounded edges, sigma / (P / 2a)", _ROUNDED_COLUMNS, FULL, QUICK, rounded)
+ROUNDED = Table(
+    "separation_rounded",
+    "limit of a punch with rounded edges, sigma / (P / 2a)",
+    _ROUNDED_COLUMNS,
+    FULL,
+    QUICK,
+    rounded,
+)
 _CLOSED_COLUMNS = (
     {"scene": "flat punch, sigma / (P / 2a); or pin, force over overlap"}
     | _COLUMNS
@@ -135,7 +202,14 @@ _CLOSED_COLUMNS = (
         "rests": "load factor up to which transients from the slip of the limit come to rest",
     }
 )
-CLOSED = Table("separation_closed", "limits of contacts that are closed under the mean load", _CLOSED_COLUMNS, FULL, QUICK, closed)
+CLOSED = Table(
+    "separation_closed",
+    "limits of contacts that are closed under the mean load",
+    _CLOSED_COLUMNS,
+    FULL,
+    QUICK,
+    closed,
+)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -144,8 +218,16 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     rows = [["cylinder", two_digits(exponent(line["size"], line["shakedown"])), "1"]]
     parameters = punches[punches["friction"] == FULL.friction]
     for size, group in parameters.groupby("rounding"):
-        rows.append([f"rounded punch, s = {size:g}", two_digits(exponent(1 / group["elements"], group["shakedown"])), ""])
+        rows.append(
+            [
+                f"rounded punch, s = {size:g}",
+                two_digits(exponent(1 / group["elements"], group["shakedown"])),
+                "",
+            ]
+        )
     return markdown(["contact", "exponent of the limit in h", "expected"], rows)
 
 
-STUDY = Study(__name__, __doc__, "few and coarse meshes, in a minute", (CYLINDER, ROUNDED, CLOSED), summary)
+STUDY = Study(
+    __name__, __doc__, "few and coarse meshes, in a minute", (CYLINDER, ROUNDED, CLOSED), summary
+)

@@ -1,7 +1,8 @@
 """How large, how long, how much memory: condensation, limits and steady states over the number of contact nodes, in the plane and in space.
 
-Run with `python -m studies size [--quick]`. Every size runs in a process of its own, one thread; the memory is the largest of this process so far.
-The plane scene is that of the paper, the one in space a square punch, both whole and under bulk stress.
+Run with `python -m studies size [--quick]`. Every size runs in a process of its own, one thread;
+the memory is the largest of this process so far. The plane scene is that of the paper, the one in
+space a square punch, both whole and under bulk stress.
 """
 
 import resource
@@ -25,7 +26,15 @@ from .progress import each
 from .tables import Study, Table, markdown, two_digits
 
 _FRICTION = 0.5
-_QUESTIONS = ("condense", "shakedown limit", "limit, nothing left out", "safe slip", "guaranteed limit", "steady state below", "steady state above")
+_QUESTIONS = (
+    "condense",
+    "shakedown limit",
+    "limit, nothing left out",
+    "safe slip",
+    "guaranteed limit",
+    "steady state below",
+    "steady state above",
+)
 _IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6  # units of the largest memory, in gigabytes
 
 
@@ -42,21 +51,30 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters((8,), (2, 3), plane_guaranteed=8, space_guaranteed=2, plane_transients=8, space_transients=2)
+QUICK = Parameters(
+    (8,), (2, 3), plane_guaranteed=8, space_guaranteed=2, plane_transients=8, space_transients=2
+)
 
 
 def times_by_size(parameters: Parameters) -> pd.DataFrame:
     """One row per scene, size and question, each size in a new process."""
-    sizes = [("plane", elements) for elements in parameters.plane] + [("space", elements) for elements in parameters.space]
+    sizes = [("plane", elements) for elements in parameters.plane] + [
+        ("space", elements) for elements in parameters.space
+    ]
     rows = []
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         for scene, elements in each(sizes, "times by size"):
-            guaranteed, transients = (elements <= getattr(parameters, f"{scene}_{what}") for what in ("guaranteed", "transients"))
+            guaranteed, transients = (
+                elements <= getattr(parameters, f"{scene}_{what}")
+                for what in ("guaranteed", "transients")
+            )
             rows += pool.submit(_answered, scene, elements, guaranteed, transients).result()
     return pd.DataFrame(rows)
 
 
-def _answered(scene: str, elements: int, guaranteed: bool, transients: bool) -> list[dict[str, Any]]:
+def _answered(
+    scene: str, elements: int, guaranteed: bool, transients: bool
+) -> list[dict[str, Any]]:
     """The rows of one size; everything is compiled by a small contact before."""
     with threadpool_limits(1):
         _rows(scene, 2, guaranteed, transients)
@@ -64,27 +82,47 @@ def _answered(scene: str, elements: int, guaranteed: bool, transients: bool) -> 
 
 
 def _rows(scene: str, elements: int, guaranteed: bool, transients: bool) -> list[dict[str, Any]]:
-    punch = (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(elements=elements)
-    named = {"scene": scene, "elements": elements, "unknowns": sum(body.mesh.p.size for body in punch.model().bodies.values())}
+    punch = (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(
+        elements=elements
+    )
+    named = {
+        "scene": scene,
+        "elements": elements,
+        "unknowns": sum(body.mesh.p.size for body in punch.model().bodies.values()),
+    }
     rows = list[dict[str, Any]]()
 
     def asked(question: str, ask: Callable[[], Any]) -> Any:
         start = time.process_time()
         answer = ask()
-        seconds, memory = time.process_time() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _IN_MEMORY
-        cost = {"question": question, "seconds": seconds, "memory": memory, "residual": getattr(answer, "residual", np.nan)}
+        seconds, memory = (
+            time.process_time() - start,
+            resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _IN_MEMORY,
+        )
+        cost = {
+            "question": question,
+            "seconds": seconds,
+            "memory": memory,
+            "residual": getattr(answer, "residual", np.nan),
+        }
         rows.append(named | {"nodes": system.nodes if rows else answer.nodes} | cost)
         return answer
 
     system = asked("condense", punch.condense)
     limit = asked("shakedown limit", lambda: fo.shakedown_limit(system, LOADS, _FRICTION))
-    asked("limit, nothing left out", lambda: fo.shakedown_limit(system, LOADS, _FRICTION, simplify=False))
+    asked(
+        "limit, nothing left out",
+        lambda: fo.shakedown_limit(system, LOADS, _FRICTION, simplify=False),
+    )
     asked("safe slip", lambda: fo.safe_slip(system, LOADS, _FRICTION, 0.9 * limit.load_factor))
     if guaranteed:
         asked("guaranteed limit", lambda: fo.guaranteed_limit(system, LOADS, _FRICTION))
     if transients:
         for where, ratio in (("below", 0.9), ("above", 1.05)):
-            asked(f"steady state {where}", partial(fo.steady_state, system, LOADS, _FRICTION, ratio * limit.load_factor))
+            asked(
+                f"steady state {where}",
+                partial(fo.steady_state, system, LOADS, _FRICTION, ratio * limit.load_factor),
+            )
     return rows
 
 
@@ -95,11 +133,23 @@ _COLUMNS = {
     "memory": "largest memory of the process so far, gigabytes",
 }
 
-SIZES = Table("sizes", "one question to a contact of one size", _COLUMNS, full=FULL, quick=QUICK, compute=times_by_size, alone=True)
+SIZES = Table(
+    "sizes",
+    "one question to a contact of one size",
+    _COLUMNS,
+    full=FULL,
+    quick=QUICK,
+    compute=times_by_size,
+    alone=True,
+)
 
 
 def _cell(rows: pd.DataFrame) -> str:
-    return f"{two_digits(rows['seconds'].iloc[0])} s, {two_digits(rows['memory'].iloc[0])} GB" if len(rows) else ""
+    return (
+        f"{two_digits(rows['seconds'].iloc[0])} s, {two_digits(rows['memory'].iloc[0])} GB"
+        if len(rows)
+        else ""
+    )
 
 
 def _report(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -108,11 +158,19 @@ def _report(tables: Mapping[str, pd.DataFrame]) -> str:
     for scene, rows in tables[SIZES.name].groupby("scene"):
         questions = [question for question in _QUESTIONS if question in set(rows["question"])]
         lines = [
-            [str(nodes), f"{own['unknowns'].iloc[0]:,}", *(_cell(own[own["question"] == question]) for question in questions)]
+            [
+                str(nodes),
+                f"{own['unknowns'].iloc[0]:,}",
+                *(_cell(own[own["question"] == question]) for question in questions),
+            ]
             for nodes, own in rows.groupby("nodes")
         ]
         powers = [_exponent(rows[rows["question"] == question]) for question in questions]
-        parts.append(markdown([f"N, {scene}", "unknowns", *questions], [*lines, ["exponent of N", "", *powers]]))
+        parts.append(
+            markdown(
+                [f"N, {scene}", "unknowns", *questions], [*lines, ["exponent of N", "", *powers]]
+            )
+        )
     return "\n\n".join(parts)
 
 

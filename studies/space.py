@@ -1,7 +1,7 @@
 """Both limits in three dimensions: a square punch and a sphere against friction and mesh, and the work of friction from one limit to the other.
 
-Run with `python -m studies space [--quick]`. Bulk stress and shear of the square punch are in units of the mean pressure; the shear of the sphere, in
-units of its approach, moves its far end.
+Run with `python -m studies space [--quick]`. Bulk stress and shear of the square punch are in units
+of the mean pressure; the shear of the sphere, in units of its approach, moves its far end.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,16 +19,28 @@ from .tables import Row, Study, Table, markdown, two_digits
 
 def _circle(corners: int) -> list[tuple[float, float]]:
     angles = 2 * np.pi * np.arange(corners) / corners
-    return [(round(float(np.cos(angle)), 15), round(float(np.sin(angle)), 15)) for angle in angles]  # so that what is 0 is
+    return [
+        (round(float(np.cos(angle)), 15), round(float(np.sin(angle)), 15)) for angle in angles
+    ]  # so that what is 0 is
 
 
 def _shears(mean: str, x: str, y: str) -> dict[str, fo.LoadCycle]:
     """Shear along both axes, by name."""
-    corners = {"to and fro": _circle(2), "turning, 4 corners": _circle(4), "turning, 16 corners": _circle(16)}
-    return {name: fo.LoadCycle({mean: 1.0}, [{x: first, y: second} for first, second in of]) for name, of in corners.items()}
+    corners = {
+        "to and fro": _circle(2),
+        "turning, 4 corners": _circle(4),
+        "turning, 16 corners": _circle(16),
+    }
+    return {
+        name: fo.LoadCycle({mean: 1.0}, [{x: first, y: second} for first, second in of])
+        for name, of in corners.items()
+    }
 
 
-LOADS: Mapping[str, fo.LoadCycle] = {"bulk": fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), **_shears("P", "Qx", "Qy")}
+LOADS: Mapping[str, fo.LoadCycle] = {
+    "bulk": fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]),
+    **_shears("P", "Qx", "Qy"),
+}
 """Load cycles of the punch by name: bulk stress, and shear on its top."""
 
 
@@ -42,12 +54,29 @@ class Parameters:
     meshes: tuple[int, ...] = (4, 6, 8, 10, 14, 18)
     cells: tuple[int, ...] = (9, 13, 17, 21, 25)  # along the diameter of the sphere's contact
     work_elements: int = 3
-    ratios: tuple[float, ...] = (0.7, 0.8, 0.85, 0.9, 0.95, 1.05, 1.1, 1.2)  # of the load factor to lambda_2
+    ratios: tuple[float, ...] = (
+        0.7,
+        0.8,
+        0.85,
+        0.9,
+        0.95,
+        1.05,
+        1.1,
+        1.2,
+    )  # of the load factor to lambda_2
     starts: int = 8  # random ones
 
 
 FULL = Parameters()
-QUICK = Parameters(elements=2, frictions=(0.2, 0.5), meshes=(2, 3), cells=(5, 7), work_elements=2, ratios=(0.95, 1.2), starts=2)
+QUICK = Parameters(
+    elements=2,
+    frictions=(0.2, 0.5),
+    meshes=(2, 3),
+    cells=(5, 7),
+    work_elements=2,
+    ratios=(0.95, 1.2),
+    starts=2,
+)
 
 
 def _punch(elements: int) -> tuple[fo.ContactSystem, Mapping[str, fo.LoadCycle]]:
@@ -55,12 +84,17 @@ def _punch(elements: int) -> tuple[fo.ContactSystem, Mapping[str, fo.LoadCycle]]
 
 
 def _sphere(cells: int) -> tuple[fo.ContactSystem, Mapping[str, fo.LoadCycle]]:
-    arrays: dict[str, Any] = fo.reference.half_space_contact(cells=cells, half_length=1.1, R=1.0, E=1.0, nu=0.3)
+    arrays: dict[str, Any] = fo.reference.half_space_contact(
+        cells=cells, half_length=1.1, R=1.0, E=1.0, nu=0.3
+    )
     return fo.ContactSystem(**arrays), _shears("approach", "x", "y")
 
 
 def _limits(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, float]:
-    shakedown, guaranteed = fo.shakedown_limit(system, cycle, friction), fo.guaranteed_limit(system, cycle, friction)
+    shakedown, guaranteed = (
+        fo.shakedown_limit(system, cycle, friction),
+        fo.guaranteed_limit(system, cycle, friction),
+    )
     return {
         "onset": fo.onset(system, cycle, friction).slip.load_factor,
         "guaranteed": guaranteed.load_factor,
@@ -74,33 +108,62 @@ def against_friction(parameters: Parameters) -> pd.DataFrame:
     system, cycles = _punch(parameters.elements)
     asked = [(load, friction) for load in cycles for friction in parameters.frictions]
     shown = each(asked, "limits against friction")
-    return pd.DataFrame([{"load": load, "friction": friction} | _limits(system, cycles[load], friction) for load, friction in shown])
+    return pd.DataFrame(
+        [
+            {"load": load, "friction": friction} | _limits(system, cycles[load], friction)
+            for load, friction in shown
+        ]
+    )
 
 
 def against_mesh(parameters: Parameters) -> Iterator[Row]:
     """One row for each contact, mesh and load cycle."""
-    asked = [("square punch", _punch, count) for count in parameters.meshes] + [("sphere", _sphere, count) for count in parameters.cells]
+    asked = [("square punch", _punch, count) for count in parameters.meshes] + [
+        ("sphere", _sphere, count) for count in parameters.cells
+    ]
     for scene, contact, count in each(asked, "limits against the mesh"):
         system, cycles = contact(count)
         for load, cycle in cycles.items():
-            yield {"scene": scene, "nodes": system.nodes, "load": load} | _limits(system, cycle, parameters.friction)
+            yield {"scene": scene, "nodes": system.nodes, "load": load} | _limits(
+                system, cycle, parameters.friction
+            )
 
 
 def work_between(parameters: Parameters) -> Iterator[Row]:
     """One row for each load factor of bulk stress: work from no slip, and the least and the most of all starts."""
     system, _ = _punch(parameters.work_elements)
-    limit, guaranteed = (ask(system, LOADS["bulk"], parameters.friction) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
+    limit, guaranteed = (
+        ask(system, LOADS["bulk"], parameters.friction)
+        for ask in (fo.shakedown_limit, fo.guaranteed_limit)
+    )
     size = float(np.sqrt(np.mean(np.sum(limit.slip**2, axis=1))))  # of the safe slip at the limit
     starts = [*fo.starts.no_slip(), *fo.starts.random_slips(system, [size], parameters.starts // 2)]
     factors = [ratio * limit.load_factor for ratio in parameters.ratios]
     table = fo.dissipation_study(system, LOADS["bulk"], parameters.friction, factors, starts=starts)
     for ratio, (_, runs) in zip(parameters.ratios, table.groupby("load_factor"), strict=True):
-        work, named = runs["dissipation"], {"ratio": ratio, "guaranteed": guaranteed.load_factor / limit.load_factor}
-        yield named | {"work": work[runs["start"] == "none"].iloc[0], "least": work.min(), "most": work.max(), "residual": runs["residual"].max()}
+        work, named = (
+            runs["dissipation"],
+            {"ratio": ratio, "guaranteed": guaranteed.load_factor / limit.load_factor},
+        )
+        yield named | {
+            "work": work[runs["start"] == "none"].iloc[0],
+            "least": work.min(),
+            "most": work.max(),
+            "residual": runs["residual"].max(),
+        }
 
 
-FRICTION = Table("space_friction", "limits of a square punch at one friction", {}, FULL, QUICK, against_friction)
-MESH = Table("space_mesh", "limits of one contact on one mesh", {"scene": '"square punch" or "sphere"'}, FULL, QUICK, against_mesh)
+FRICTION = Table(
+    "space_friction", "limits of a square punch at one friction", {}, FULL, QUICK, against_friction
+)
+MESH = Table(
+    "space_mesh",
+    "limits of one contact on one mesh",
+    {"scene": '"square punch" or "sphere"'},
+    FULL,
+    QUICK,
+    against_mesh,
+)
 _WORK_COLUMNS = {
     "ratio": "load factor over lambda_2",
     "guaranteed": "lambda_1 over lambda_2",
@@ -108,17 +171,34 @@ _WORK_COLUMNS = {
     "least": "least of all starts",
     "most": "most of all starts",
 }
-WORK = Table("space_work", "steady work of friction of a square punch under bulk stress at one load factor", _WORK_COLUMNS, FULL, QUICK, work_between)
+WORK = Table(
+    "space_work",
+    "steady work of friction of a square punch under bulk stress at one load factor",
+    _WORK_COLUMNS,
+    FULL,
+    QUICK,
+    work_between,
+)
 
 
 def limits_over_mesh(mesh: pd.DataFrame) -> str:
     """Limits over the mesh, in Markdown."""
     rows = [
-        [f"{scene}, {load}", str(row["nodes"]), *(two_digits(row[name]) for name in ("onset", "guaranteed", "shakedown"))]
+        [
+            f"{scene}, {load}",
+            str(row["nodes"]),
+            *(two_digits(row[name]) for name in ("onset", "guaranteed", "shakedown")),
+        ]
         for (scene, load), part in mesh.groupby(["scene", "load"], sort=False)
         for _, row in part.iterrows()
     ]
     return markdown(["contact and load", "N", "onset", "lambda_1", "lambda_2"], rows)
 
 
-STUDY = Study("studies.space", __doc__, "coarse meshes, in seconds", (FRICTION, MESH, WORK), lambda tables: limits_over_mesh(tables[MESH.name]))
+STUDY = Study(
+    "studies.space",
+    __doc__,
+    "coarse meshes, in seconds",
+    (FRICTION, MESH, WORK),
+    lambda tables: limits_over_mesh(tables[MESH.name]),
+)

@@ -1,6 +1,7 @@
 """A square punch in three dimensions: its face at the limit under bulk stress and under shear that turns, error of increments, proofs of limits.
 
-Run with `python -m studies spatial [--quick]`. Loads are in units of the mean pressure on the punch.
+Run with `python -m studies spatial [--quick]`. Loads are in units of the mean pressure on the
+punch.
 """
 
 import time
@@ -31,12 +32,25 @@ class Parameters:
     reference_steps: int = 256
     proof_elements: int = 19
     proof_frictions: tuple[float, ...] = (0.1, 0.3, 0.5, 1.0, 2.0)
-    proof_ratios: tuple[float, ...] = (1e-4, 1e-2, 1.0, 1e2, 1e4)  # Young's modulus of the punch over that of the block
+    proof_ratios: tuple[float, ...] = (
+        1e-4,
+        1e-2,
+        1.0,
+        1e2,
+        1e4,
+    )  # Young's modulus of the punch over that of the block
     proof_units: tuple[float, ...] = (1e-12, 1e12)  # of force, and of length
 
 
 FULL = Parameters()
-QUICK = Parameters(map_elements=4, step_elements=2, steps=(2, 4, 8), reference_steps=32, proof_elements=3, proof_frictions=(0.3,))
+QUICK = Parameters(
+    map_elements=4,
+    step_elements=2,
+    steps=(2, 4, 8),
+    reference_steps=32,
+    proof_elements=3,
+    proof_frictions=(0.3,),
+)
 
 
 def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
@@ -46,9 +60,23 @@ def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
     for load, cycle in each(LOADS.items(), "faces at the limit"):
         limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
         face = limit.to_frame().filter(described(_MAP))
-        share = limit.mechanism.groupby("node")["share"].sum().reindex(range(system.nodes), fill_value=0.0)
-        unit = float(system.bonded["P"][1].sum()) / (4 * scene.half_width**2) * scene.half_width / scene.block_material.E
-        face = face.assign(first_ratio=limit.traction_ratios[0], slip1=face["slip1"] / unit, slip2=face["slip2"] / unit, share=share.to_numpy())
+        share = (
+            limit.mechanism.groupby("node")["share"]
+            .sum()
+            .reindex(range(system.nodes), fill_value=0.0)
+        )
+        unit = (
+            float(system.bonded["P"][1].sum())
+            / (4 * scene.half_width**2)
+            * scene.half_width
+            / scene.block_material.E
+        )
+        face = face.assign(
+            first_ratio=limit.traction_ratios[0],
+            slip1=face["slip1"] / unit,
+            slip2=face["slip2"] / unit,
+            share=share.to_numpy(),
+        )
         yield face.assign(load=load, load_factor=limit.load_factor, residual=limit.residual)
 
 
@@ -57,10 +85,15 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
     system = fo.scenes.SquarePunch(elements=parameters.step_elements).condense()
     for load in ("to and fro", "turning, 4 corners"):
         cycle = LOADS[load]
-        at = parameters.step_ratio * fo.shakedown_limit(system, cycle, parameters.map_friction).load_factor
+        at = (
+            parameters.step_ratio
+            * fo.shakedown_limit(system, cycle, parameters.map_friction).load_factor
+        )
         states = {
             steps: fo.steady_state(system, cycle, parameters.map_friction, at, steps=steps)
-            for steps in each((*parameters.steps, parameters.reference_steps), f"increments, {load}")
+            for steps in each(
+                (*parameters.steps, parameters.reference_steps), f"increments, {load}"
+            )
         }
         reference = states[parameters.reference_steps].dissipation
         for steps, steady in list(states.items())[:-1]:
@@ -69,7 +102,10 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
                 "load": load,
                 "steps": steps,
                 "error": error,
-                **{column: getattr(steady, column) for column in ("dissipation", "step_error", "cycles", "residual")},
+                **{
+                    column: getattr(steady, column)
+                    for column in ("dissipation", "step_error", "cycles", "residual")
+                },
             }
 
 
@@ -77,15 +113,28 @@ def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh, ratio of stiffness, unit, load cycle and friction; in other units for bodies of one stiffness alone."""
     cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
     for mesh, ratio in each(cases, "proofs of limits"):
-        model = fo.scenes.SquarePunch(elements=parameters.proof_elements, punch_material=fo.Material(ratio)).model()
+        model = fo.scenes.SquarePunch(
+            elements=parameters.proof_elements, punch_material=fo.Material(ratio)
+        ).model()
         system = (_uneven(model) if mesh == "uneven" else model).condense()
-        others = [(unit, 1.0) for unit in parameters.proof_units] + [(1.0, unit) for unit in parameters.proof_units]
+        others = [(unit, 1.0) for unit in parameters.proof_units] + [
+            (1.0, unit) for unit in parameters.proof_units
+        ]
         for force, length in [(1.0, 1.0), *(others if mesh == "even" and ratio == 1.0 else [])]:
             bonded = {name: (q / force, p / force) for name, (q, p) in system.bonded.items()}
-            scaled = fo.ContactSystem(system.S * (length / force), system.points / length, bonded, frames=system.frames)
+            scaled = fo.ContactSystem(
+                system.S * (length / force), system.points / length, bonded, frames=system.frames
+            )
             for load in ("bulk", "turning, 4 corners"):
                 for friction in parameters.proof_frictions:
-                    named = {"mesh": mesh, "nodes": system.nodes, "ratio": ratio, "force": force, "length": length, "load": load}
+                    named = {
+                        "mesh": mesh,
+                        "nodes": system.nodes,
+                        "ratio": ratio,
+                        "force": force,
+                        "length": length,
+                        "load": load,
+                    }
                     yield named | {"friction": friction} | _proof(scaled, LOADS[load], friction)
 
 
@@ -94,12 +143,26 @@ def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> di
     with threadpool_limits(1):
         start = time.process_time()
         try:
-            limit = fo.shakedown_limit(system, cycle, friction, open=np.zeros(system.nodes, dtype=bool))
+            limit = fo.shakedown_limit(
+                system, cycle, friction, open=np.zeros(system.nodes, dtype=bool)
+            )
         except fo.SolverError as error:
-            return {"result": str(error), "load_factor": np.nan, "gap": np.nan, "seconds": time.process_time() - start, "residual": np.nan}
+            return {
+                "result": str(error),
+                "load_factor": np.nan,
+                "gap": np.nan,
+                "seconds": time.process_time() - start,
+                "residual": np.nan,
+            }
         seconds = time.process_time() - start
     gap = abs(limit.bound / limit.load_factor - 1)
-    return {"result": "answer", "load_factor": limit.load_factor, "gap": gap, "seconds": seconds, "residual": limit.residual}
+    return {
+        "result": "answer",
+        "load_factor": limit.load_factor,
+        "gap": gap,
+        "seconds": seconds,
+        "residual": limit.residual,
+    }
 
 
 def _uneven(model: fo.ContactModel) -> fo.ContactModel:
@@ -111,9 +174,15 @@ def _uneven(model: fo.ContactModel) -> fo.ContactModel:
     def with_moved(body: fo.Body) -> fo.Body:
         p, mesh = body.mesh.p.copy(), body.mesh
         p[:2] = moved(p[:2])
-        return fo.Body(type(mesh)(p, mesh.t).with_boundaries(dict(mesh.boundaries)), body.material, body.element)
+        return fo.Body(
+            type(mesh)(p, mesh.t).with_boundaries(dict(mesh.boundaries)),
+            body.material,
+            body.element,
+        )
 
-    return fo.ContactModel({name: with_moved(body) for name, body in model.bodies.items()}, model.supports, model.loads)
+    return fo.ContactModel(
+        {name: with_moved(body) for name, body in model.bodies.items()}, model.supports, model.loads
+    )
 
 
 def _report(tables: Mapping[str, pd.DataFrame]) -> str:
@@ -121,11 +190,20 @@ def _report(tables: Mapping[str, pd.DataFrame]) -> str:
     proofs = tables["spatial_proofs"]
     ratios = list(dict.fromkeys(proofs["ratio"]))
     rows = []
-    for (mesh, force, length, load), part in proofs.groupby(["mesh", "force", "length", "load"], sort=False):
-        units = [f"unit of {name} {unit:g}" for name, unit in (("force", force), ("length", length)) if unit != 1]
+    for (mesh, force, length, load), part in proofs.groupby(
+        ["mesh", "force", "length", "load"], sort=False
+    ):
+        units = [
+            f"unit of {name} {unit:g}"
+            for name, unit in (("force", force), ("length", length))
+            if unit != 1
+        ]
         cells = [_cell(part[part["ratio"] == ratio]) for ratio in ratios]
         rows.append([", ".join([f"{mesh} mesh", *units, load]), *cells])
-    head = [f"largest gap and time, N = {proofs['nodes'].iloc[0]}", *(f"ratio {ratio:g}" for ratio in ratios)]
+    head = [
+        f"largest gap and time, N = {proofs['nodes'].iloc[0]}",
+        *(f"ratio {ratio:g}" for ratio in ratios),
+    ]
     return f"\n{markdown(head, rows)}"
 
 
@@ -163,9 +241,32 @@ _PROOF = {
     "gap": "distance of the bound of the mechanism from what the slip carries, relative",
 }
 
-MAPS = Table("spatial_maps", "one node at the shakedown limit", _MAP, full=FULL, quick=QUICK, compute=faces_at_limit)
-STEPS = Table("spatial_steps", "steady state with one number of increments", _STEP, full=FULL, quick=QUICK, compute=error_of_increments)
+MAPS = Table(
+    "spatial_maps",
+    "one node at the shakedown limit",
+    _MAP,
+    full=FULL,
+    quick=QUICK,
+    compute=faces_at_limit,
+)
+STEPS = Table(
+    "spatial_steps",
+    "steady state with one number of increments",
+    _STEP,
+    full=FULL,
+    quick=QUICK,
+    compute=error_of_increments,
+)
 
-PROOFS = Table("spatial_proofs", "shakedown limit at one corner of the range", _PROOF, full=FULL, quick=QUICK, compute=proofs_of_limits)
+PROOFS = Table(
+    "spatial_proofs",
+    "shakedown limit at one corner of the range",
+    _PROOF,
+    full=FULL,
+    quick=QUICK,
+    compute=proofs_of_limits,
+)
 
-STUDY = Study("studies.spatial", __doc__, "coarse meshes, in seconds", (MAPS, STEPS, PROOFS), _report)
+STUDY = Study(
+    "studies.spatial", __doc__, "coarse meshes, in seconds", (MAPS, STEPS, PROOFS), _report
+)

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 Row: TypeAlias = Mapping[str, Any] | pd.DataFrame  # of a table, or a part of it
-P = TypeVar("P", bound="DataclassInstance")  # parameters of a study: a frozen dataclass of plain values
+P = TypeVar(
+    "P", bound="DataclassInstance"
+)  # parameters of a study: a frozen dataclass of plain values
 
 
 def data_folder(quick: bool) -> Path:
@@ -55,17 +57,23 @@ def writable(name: str | Path) -> Path:
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except (OSError, ValueError, RuntimeError) as error:
-        raise argparse.ArgumentTypeError(f"{str(name)!r} is no folder to write in ({error}); give one that exists or can be made") from error
+        raise argparse.ArgumentTypeError(
+            f"{str(name)!r} is no folder to write in ({error}); give one that exists or can be made"
+        ) from error
 
 
 def whole_number(least: int, most: int = 10**6) -> Callable[[str], int]:
     """Type of a command line's option: a whole number in this range, else an `argparse.ArgumentTypeError`."""
-    return partial(_whole_number, least, most)  # no function of its own: tables take their options with them to other processes
+    return partial(
+        _whole_number, least, most
+    )  # no function of its own: tables take their options with them to other processes
 
 
 def _whole_number(least: int, most: int, text: str) -> int:
     if not text.strip().isdecimal() or len(text) > 30 or not least <= int(text) <= most:
-        raise argparse.ArgumentTypeError(f"{text!r}; give a whole number of at least {least} and at most {most}")
+        raise argparse.ArgumentTypeError(
+            f"{text!r}; give a whole number of at least {least} and at most {most}"
+        )
     return int(text)
 
 
@@ -89,8 +97,9 @@ def described(columns: Mapping[str, str]) -> list[str]:
 class Table(Generic[P]):
     """One table of a study: how it is computed, what its columns mean, and the file that keeps it.
 
-    The file is parquet and carries in `attrs`: table, about, columns, parameters, versions, seconds, and what `compute` notes in
-    `attrs`. Nothing in it but run times and such notes depends on the machine.
+    The file is parquet and carries in `attrs`: table, about, columns, parameters, versions,
+    seconds, and what `compute` notes in `attrs`. Nothing in it but run times and such notes depends
+    on the machine.
 
     Parameters
     ----------
@@ -99,13 +108,15 @@ class Table(Generic[P]):
     about
         What a row is.
     columns
-        Column -> meaning and unit, of those that are its own; others of `COLUMNS` may stand beside them.
+        Column -> meaning and unit, of those that are its own; others of `COLUMNS` may stand beside
+        them.
     full, quick
         Parameters of the two sizes.
     compute
         Parameters -> table, or its rows, or parts of it; its options, if any, are keywords.
     options
-        Options of the computation that change nothing in the table but its times: name -> keywords of `ArgumentParser.add_argument`.
+        Options of the computation that change nothing in the table but its times: name -> keywords
+        of `ArgumentParser.add_argument`.
     alone
         Whether its times are what it is for, so that nothing else should run beside it.
     """
@@ -143,16 +154,25 @@ class Table(Generic[P]):
                     rows.append(row)
                     bar.update()
                 found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
-        missing, more = set(self.columns) - set(found.columns), set(found.columns) - set(self._meanings)
+        missing, more = (
+            set(self.columns) - set(found.columns),
+            set(found.columns) - set(self._meanings),
+        )
         if missing or more:
-            raise ValueError(f"table {self.name}: described columns {sorted(missing)} are not computed, computed ones {sorted(more)} not described")
+            raise ValueError(
+                f"table {self.name}: described columns {sorted(missing)} are not computed, computed ones {sorted(more)} not described"
+            )
         return found.reset_index(drop=True)
 
     def make(self, parameters: P, folder: Path, **options: Any) -> pd.DataFrame:
         """Compute the table and write it."""
         start = time.perf_counter()
         table = self.frame(parameters, **options)
-        table.attrs = table.attrs | self._origin(parameters, table) | {"seconds": round(time.perf_counter() - start, 3)}
+        table.attrs = (
+            table.attrs
+            | self._origin(parameters, table)
+            | {"seconds": round(time.perf_counter() - start, 3)}
+        )
         _write(table, self.path(folder))
         return table
 
@@ -175,8 +195,16 @@ class Table(Generic[P]):
 
     def _origin(self, parameters: P, table: pd.DataFrame) -> dict[str, Any]:
         columns = {name: self._meanings.get(name) for name in table.columns}
-        versions = {"frictopt": f"{fo.__version__}+{source_digest(self.compute.__module__)}"} | {name: version(name) for name in _LIBRARIES}
-        origin = {"table": self.name, "about": self.about, "columns": columns, "parameters": asdict(parameters), "versions": versions}
+        versions = {"frictopt": f"{fo.__version__}+{source_digest(self.compute.__module__)}"} | {
+            name: version(name) for name in _LIBRARIES
+        }
+        origin = {
+            "table": self.name,
+            "about": self.about,
+            "columns": columns,
+            "parameters": asdict(parameters),
+            "versions": versions,
+        }
         return dict(json.loads(json.dumps(origin)))  # as it is read back: tuples become lists
 
 
@@ -199,7 +227,8 @@ class Study:
     picture
         Draws one picture: tables by name, folder -> its file; by default none.
     needs
-        Tables of other studies that the summary compares with; they are loaded, and computed first where they are missing.
+        Tables of other studies that the summary compares with; they are loaded, and computed first
+        where they are missing.
     """
 
     module: str
@@ -217,13 +246,27 @@ class Study:
 
     def parser(self) -> argparse.ArgumentParser:
         """The options of the command line."""
-        parser = argparse.ArgumentParser(prog=f"python -m studies {self.name}", description=self.about)
+        parser = argparse.ArgumentParser(
+            prog=f"python -m studies {self.name}", description=self.about
+        )
         parser.add_argument("--quick", action="store_true", help=self.quick)
-        parser.add_argument("--data", type=writable, metavar="FOLDER", help="where to write; by default studies/data, or studies/data/quick")
-        for name, keywords in {name: keywords for table in self.tables for name, keywords in table.options.items()}.items():
+        parser.add_argument(
+            "--data",
+            type=writable,
+            metavar="FOLDER",
+            help="where to write; by default studies/data, or studies/data/quick",
+        )
+        for name, keywords in {
+            name: keywords for table in self.tables for name, keywords in table.options.items()
+        }.items():
             parser.add_argument(f"--{name}", **keywords)
         if self.summary is not None:
-            parser.add_argument("--page", type=writable, metavar="FOLDER", help="write what is printed as NAME.md too, with the command that made it")
+            parser.add_argument(
+                "--page",
+                type=writable,
+                metavar="FOLDER",
+                help="write what is printed as NAME.md too, with the command that made it",
+            )
         return parser
 
     def run(self, argv: Sequence[str] | None = None) -> int:
@@ -242,12 +285,23 @@ class Study:
             if self.picture is not None:
                 print(self.picture(made, folder))
             if self.summary is not None:
-                said = self.summary({table.name: table.load(table.parameters(options.quick), folder) for table in self.needs} | made)
+                said = self.summary(
+                    {
+                        table.name: table.load(table.parameters(options.quick), folder)
+                        for table in self.needs
+                    }
+                    | made
+                )
                 print(said)
                 if options.page is not None:
-                    (options.page / f"{self.name}.md").write_text(f"{said.strip()}\n\n*{self._origin(arguments, made)}*\n", encoding="utf-8")
+                    (options.page / f"{self.name}.md").write_text(
+                        f"{said.strip()}\n\n*{self._origin(arguments, made)}*\n", encoding="utf-8"
+                    )
         except KeyboardInterrupt:
-            print(f"{self.module}: interrupted; finished tables, and finished runs in a store, are kept", file=sys.stderr)
+            print(
+                f"{self.module}: interrupted; finished tables, and finished runs in a store, are kept",
+                file=sys.stderr,
+            )
             return INTERRUPTED
         except (OSError, argparse.ArgumentTypeError, fo.ModelError) as error:
             print(f"{self.module}: error: {error}", file=sys.stderr)
@@ -259,7 +313,9 @@ class Study:
         folders = argparse.ArgumentParser(add_help=False)
         folders.add_argument("--page")
         folders.add_argument("--data")
-        command = shlex.join(["python", "-m", "studies", self.name, *folders.parse_known_args(arguments)[1]])
+        command = shlex.join(
+            ["python", "-m", "studies", self.name, *folders.parse_known_args(arguments)[1]]
+        )
         seconds = sum(table.attrs["seconds"] for table in made.values())
         return f"Made by `{command}`, frictopt {fo.__version__}, in {seconds:.0f} s on {machine()}."
 
@@ -269,7 +325,9 @@ class Study:
             own = {name: getattr(options, name) for name in table.options}
             made[table.name] = table.make(table.parameters(options.quick), folder, **own)
             rows, seconds = made[table.name], made[table.name].attrs["seconds"]
-            print(f"{table.path(folder)}: {len(rows)} rows, worst residual {rows['residual'].max():.1e}, {seconds:.1f} s")
+            print(
+                f"{table.path(folder)}: {len(rows)} rows, worst residual {rows['residual'].max():.1e}, {seconds:.1f} s"
+            )
         return made
 
 

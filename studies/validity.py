@@ -1,7 +1,8 @@
 """What Poisson's ratio, the element and the corner make of the limits of the paper's scene.
 
-Run with `python -m studies validity [--quick]`; it prints two tables in Markdown. Linear elements lock as Poisson's ratio approaches 0.5, elements
-with averaged dilatation do not. The guaranteed limit falls with the corner element, and jumps up at the friction from which the corner node only
+Run with `python -m studies validity [--quick]`; it prints two tables in Markdown. Linear elements
+lock as Poisson's ratio approaches 0.5, elements with averaged dilatation do not. The guaranteed
+limit falls with the corner element, and jumps up at the friction from which the corner node only
 lifts off; its values are those of the study "guaranteed".
 """
 
@@ -42,11 +43,22 @@ def limits(parameters: Parameters) -> Iterator[Row]:
     """One row per element, Poisson's ratio and friction coefficient."""
     for element, nu in each(list(product(parameters.kinds, parameters.ratios)), "Poisson's ratio"):
         material = fo.Material(nu=nu)
-        scene = fo.scenes.PunchOnHalfPlane(elements=parameters.elements, punch_material=material, block_material=material, element=element)
+        scene = fo.scenes.PunchOnHalfPlane(
+            elements=parameters.elements,
+            punch_material=material,
+            block_material=material,
+            element=element,
+        )
         system = scene.condense()
         for friction in parameters.frictions:
             limit = fo.shakedown_limit(system, LOADS, friction)
-            yield {"element": element, "nu": nu, "friction": friction, "load_factor": limit.load_factor, "residual": limit.residual}
+            yield {
+                "element": element,
+                "nu": nu,
+                "friction": friction,
+                "load_factor": limit.load_factor,
+                "residual": limit.residual,
+            }
 
 
 _POISSON_COLUMNS = {
@@ -54,7 +66,12 @@ _POISSON_COLUMNS = {
     "nu": "Poisson's ratio of both bodies",
 }
 POISSON = Table(
-    "validity_poisson", "shakedown limit with one kind of element at one Poisson's ratio and friction", _POISSON_COLUMNS, FULL, QUICK, limits
+    "validity_poisson",
+    "shakedown limit with one kind of element at one Poisson's ratio and friction",
+    _POISSON_COLUMNS,
+    FULL,
+    QUICK,
+    limits,
 )
 
 
@@ -63,21 +80,46 @@ def jump(rows: pd.DataFrame) -> tuple[float, float] | None:
     ordered = rows.sort_values("friction")
     friction, limit = ordered["friction"].to_numpy(), ordered["guaranteed"].to_numpy()
     k = int(np.diff(limit).argmax())
-    return (float(friction[k]), float(friction[k + 1])) if limit[k + 1] > _JUMP * limit[: k + 1].max() else None
+    return (
+        (float(friction[k]), float(friction[k + 1]))
+        if limit[k + 1] > _JUMP * limit[: k + 1].max()
+        else None
+    )
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     """Both tables."""
-    limits, rows = tables[POISSON.name].pivot(index=["element", "nu"], columns="friction", values="load_factor"), []
+    limits, rows = (
+        tables[POISSON.name].pivot(
+            index=["element", "nu"], columns="friction", values="load_factor"
+        ),
+        [],
+    )
     for element, nu in limits.index:
         change = 100 * (limits.loc[element, nu] / limits.loc[element, _USUAL] - 1)
         rows.append([str(element), f"{nu:g}", *(f"{value:+.1f} %" for value in change)])
-    first = markdown(["element", r"Poisson's ratio", *(f"$\\lambda_2$ at f = {friction:g}" for friction in limits.columns)], rows)
+    first = markdown(
+        [
+            "element",
+            r"Poisson's ratio",
+            *(f"$\\lambda_2$ at f = {friction:g}" for friction in limits.columns),
+        ],
+        rows,
+    )
     rows = []
     for size, mesh in sorted(tables[guaranteed.FRICTION.name].groupby("corner_size"), reverse=True):
         between = jump(mesh)
-        rows.append([f"{size:.2g}", "no jump" if between is None else "f = {:g} to {:g}".format(*between)])
+        rows.append(
+            [f"{size:.2g}", "no jump" if between is None else "f = {:g} to {:g}".format(*between)]
+        )
     return f"{first}\n\n{markdown(['corner element / a', 'guaranteed limit jumps up from'], rows)}"
 
 
-STUDY = Study("studies.validity", __doc__, "a coarse mesh, in seconds", (POISSON,), summary, needs=(guaranteed.FRICTION,))
+STUDY = Study(
+    "studies.validity",
+    __doc__,
+    "a coarse mesh, in seconds",
+    (POISSON,),
+    summary,
+    needs=(guaranteed.FRICTION,),
+)

@@ -1,9 +1,11 @@
 """Cyclic slip just above the guaranteed limit in space: how its amplitude, and the room that is left to the nodes that slip, fall with the distance.
 
-Run with `python -m studies vanishing [--quick]`. The contacts are those of `python -m studies followed` whose two limits are apart. One transient is
-followed from the witness at each distance above the guaranteed limit, in one increment from corner to corner. Theory says that cyclic slip whose
-amplitude goes to zero leaves some node no room (`paper/guaranteed-in-space.md`); that the amplitude does go to zero is an observation. Beside it
-stand both limits of a few meshes of `python -m studies space`.
+Run with `python -m studies vanishing [--quick]`. The contacts are those of `python -m studies
+followed` whose two limits are apart. One transient is followed from the witness at each distance
+above the guaranteed limit, in one increment from corner to corner. Theory says that cyclic slip
+whose amplitude goes to zero leaves some node no room (`paper/guaranteed-in-space.md`); that the
+amplitude does go to zero is an observation. Beside it stand both limits of a few meshes of `python
+-m studies space`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -31,7 +33,12 @@ class Parameters:
     """What the study varies."""
 
     contacts: int = 100  # drawn, with seeds from 0 on
-    distances: tuple[float, ...] = (0.016, 0.008, 0.004, 0.002)  # of the load factors above the guaranteed limit, over it
+    distances: tuple[float, ...] = (
+        0.016,
+        0.008,
+        0.004,
+        0.002,
+    )  # of the load factors above the guaranteed limit, over it
     meshes: tuple[int, ...] = (4, 6, 8, 10)  # of the square punch
     cells: tuple[int, ...] = (9,)  # of the sphere
 
@@ -48,7 +55,9 @@ def followed(parameters: Parameters) -> Iterator[Row]:
             limit = fo.guaranteed_limit(system, cycle, friction)
             if _APART[0] < limit.load_factor / limit.shakedown.load_factor < _APART[1]:
                 for distance in parameters.distances:
-                    yield {"seed": seed, "nodes": system.nodes, "distance": distance} | _above(limit, distance)
+                    yield {"seed": seed, "nodes": system.nodes, "distance": distance} | _above(
+                        limit, distance
+                    )
 
 
 def _above(limit: fo.results.GuaranteedLimit, distance: float) -> dict[str, Any]:
@@ -58,7 +67,9 @@ def _above(limit: fo.results.GuaranteedLimit, distance: float) -> dict[str, Any]
     path, corners = steady.states(), len(cycle.corners)
     moved = np.linalg.norm(path.slip - path.slip[0], axis=-1).max(axis=0)
     of_corner = (np.round(path.time).astype(int) - 1) % corners
-    least = (path.p - load_factor * cycle.corner_reactions(system)[1][of_corner]).min(axis=0)  # what the slips leave without the cyclic load
+    least = (path.p - load_factor * cycle.corner_reactions(system)[1][of_corner]).min(
+        axis=0
+    )  # what the slips leave without the cyclic load
     needed_bounds = needed(friction, *pose(system, cycle, friction).parts[2:])[1]
     room = least - load_factor * needed_bounds / friction
     slips = moved > 1e-6 * moved.max()
@@ -72,7 +83,9 @@ def _above(limit: fo.results.GuaranteedLimit, distance: float) -> dict[str, Any]
 
 def limits(parameters: Parameters) -> Iterator[Row]:
     """One row for each contact, mesh and load cycle."""
-    yield from space.against_mesh(space.Parameters(meshes=parameters.meshes, cells=parameters.cells))
+    yield from space.against_mesh(
+        space.Parameters(meshes=parameters.meshes, cells=parameters.cells)
+    )
 
 
 _COLUMNS = {
@@ -82,20 +95,37 @@ _COLUMNS = {
     "room": "least pressure, over the mean one, that a node that slips has beyond what it needs without slip",
     "outcome": "of the transient",
 }
-VANISHING = Table("vanishing", "one contact at one distance", _COLUMNS, full=FULL, quick=QUICK, compute=followed)
-LIMITS = Table("vanishing_limits", space.MESH.about, space.MESH.columns, full=FULL, quick=QUICK, compute=limits)
+VANISHING = Table(
+    "vanishing", "one contact at one distance", _COLUMNS, full=FULL, quick=QUICK, compute=followed
+)
+LIMITS = Table(
+    "vanishing_limits", space.MESH.about, space.MESH.columns, full=FULL, quick=QUICK, compute=limits
+)
 
 
 def report(tables: Mapping[str, pd.DataFrame]) -> str:
     """Medians by distance, and exponents, in Markdown."""
     table = tables[VANISHING.name]
     rows = [
-        [f"{100 * distance:g} %", str(len(part)), str(int((part["outcome"] == "CYCLIC_SLIP").sum()))]
+        [
+            f"{100 * distance:g} %",
+            str(len(part)),
+            str(int((part["outcome"] == "CYCLIC_SLIP").sum())),
+        ]
         + [f"{part[name].median():.1e}, {part[name].max():.1e}" for name in ("amplitude", "room")]
         for distance, part in table.groupby("distance", sort=False)
     ]
-    named = ["above the guaranteed limit", "contacts", "slip for ever", "amplitude: median, largest", "room: median, largest"]
-    powers = [np.polyfit(np.log(part["distance"]), np.log(part["amplitude"]), 1)[0] for _, part in table.groupby("seed")]
+    named = [
+        "above the guaranteed limit",
+        "contacts",
+        "slip for ever",
+        "amplitude: median, largest",
+        "room: median, largest",
+    ]
+    powers = [
+        np.polyfit(np.log(part["distance"]), np.log(part["amplitude"]), 1)[0]
+        for _, part in table.groupby("seed")
+    ]
     low, middle, high = np.quantile(powers, (0.0, 0.5, 1.0))
     told = f"The amplitude goes with the distance to the power {two_digits(middle)} (median; least {two_digits(low)}, largest {two_digits(high)})."
     of_meshes = space.limits_over_mesh(tables[LIMITS.name])

@@ -1,7 +1,8 @@
 """Wear of a cylinder, a rounded punch and a lap joint: profiles, work of friction, damping and frequency over the cycles, limits before and after.
 
-Run with `python -m studies wear [--quick]`. The cylinder (Hertz, half-width of the contact 1) is sheared by shares of gross slip, the rounded punch
-is worn by the strain of the block above its shakedown limit, the lap joint by a pull of 1.6 of its limit; the coefficient of wear is 1e-3 in the
+Run with `python -m studies wear [--quick]`. The cylinder (Hertz, half-width of the contact 1) is
+sheared by shares of gross slip, the rounded punch is worn by the strain of the block above its
+shakedown limit, the lap joint by a pull of 1.6 of its limit; the coefficient of wear is 1e-3 in the
 units of each contact.
 """
 
@@ -33,11 +34,21 @@ class Parameters:
     meshes: tuple[int, ...] = (16, 32, 64, 128, 256)  # nodes of the cylinder whose limit is asked
     profiles: int = 6
     lap_elements: int = 32
-    lives: tuple[float, ...] = tuple(round(float(cycles)) for cycles in np.geomspace(30, 100_000, 15))  # load cycles of the lap joint
+    lives: tuple[float, ...] = tuple(
+        round(float(cycles)) for cycles in np.geomspace(30, 100_000, 15)
+    )  # load cycles of the lap joint
 
 
 FULL = Parameters()
-QUICK = Parameters(lap_elements=8, lives=(100, 1000, 10_000), nodes=32, shares=(0.5, 0.7), elements=24, meshes=(16, 32, 64), profiles=4)
+QUICK = Parameters(
+    lap_elements=8,
+    lives=(100, 1000, 10_000),
+    nodes=32,
+    shares=(0.5, 0.7),
+    elements=24,
+    meshes=(16, 32, 64),
+    profiles=4,
+)
 
 
 def _cylinder(nodes: int) -> fo.ContactSystem:
@@ -51,26 +62,45 @@ def _cycle(share: float) -> fo.LoadCycle:
 
 def profiles(parameters: Parameters) -> pd.DataFrame:
     """One row for each node and number of cycles, at half of gross slip."""
-    history = fo.wear(_cylinder(parameters.nodes), _cycle(0.5), _FRICTION, 1.0, coefficient=_COEFFICIENT)
+    history = fo.wear(
+        _cylinder(parameters.nodes), _cycle(0.5), _FRICTION, 1.0, coefficient=_COEFFICIENT
+    )
     largest, x = history.depth.max(axis=1), history.system.x
-    chosen = np.unique([np.abs(largest - part).argmin() for part in np.linspace(0.0, largest[-1], parameters.profiles)])
+    chosen = np.unique(
+        [
+            np.abs(largest - part).argmin()
+            for part in np.linspace(0.0, largest[-1], parameters.profiles)
+        ]
+    )
     form = _CYLINDER.worn_depth(x, 0.5 * _FRICTION)
     parts = [
-        pd.DataFrame({"x": x, "depth": history.depth[row], "pressure": history.pressure[row]}).assign(cycles=history.cycles[row]) for row in chosen
+        pd.DataFrame(
+            {"x": x, "depth": history.depth[row], "pressure": history.pressure[row]}
+        ).assign(cycles=history.cycles[row])
+        for row in chosen
     ]
-    return pd.concat(parts, ignore_index=True).assign(end=np.tile(form, len(chosen)), residual=history.residual)
+    return pd.concat(parts, ignore_index=True).assign(
+        end=np.tile(form, len(chosen)), residual=history.residual
+    )
 
 
 def histories(parameters: Parameters) -> Iterator[Row]:
     """One row for each jump of each contact."""
-    punch = fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=parameters.elements)).condense()
+    punch = fo.scenes.RoundedPunch(
+        punch=fo.scenes.PunchOnHalfPlane(elements=parameters.elements)
+    ).condense()
     above = 1.2 * fo.shakedown_limit(punch, LOADS, _FRICTION).load_factor
-    asked = [(f"cylinder, {share:g} of gross slip", _cylinder(parameters.nodes), _cycle(share), 1.0) for share in parameters.shares]
+    asked = [
+        (f"cylinder, {share:g} of gross slip", _cylinder(parameters.nodes), _cycle(share), 1.0)
+        for share in parameters.shares
+    ]
     for name, contact, cycle, load_factor in [*asked, ("rounded punch", punch, LOADS, above)]:
         history = fo.wear(contact, cycle, _FRICTION, load_factor, coefficient=_COEFFICIENT)
         table = history.to_frame()
         shares = table["work"] / table["work"][0]
-        yield table.filter(described(_HISTORY_COLUMNS)).assign(contact=name, work_share=shares, residual=history.residual)
+        yield table.filter(described(_HISTORY_COLUMNS)).assign(
+            contact=name, work_share=shares, residual=history.residual
+        )
 
 
 def limits(parameters: Parameters) -> Iterator[Row]:
@@ -78,13 +108,19 @@ def limits(parameters: Parameters) -> Iterator[Row]:
     for nodes in parameters.meshes:
         contact = _cylinder(nodes)
         end = fo.worn_in(contact, _cycle(0.5), _FRICTION, 1.0)
-        before, after = (fo.shakedown_limit(one, _cycle(0.5), _FRICTION).load_factor for one in (contact, end.system))
+        before, after = (
+            fo.shakedown_limit(one, _cycle(0.5), _FRICTION).load_factor
+            for one in (contact, end.system)
+        )
         yield {"nodes": nodes, "before": before, "after": after, "residual": end.residual}
 
 
 def life(parameters: Parameters) -> Iterator[Row]:
     """One row for each number of cycles of the lap joint, which goes on from the state of the row before."""
-    system, cycle = lap(parameters.lap_elements).condense(), fo.LoadCycle({"press": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
+    system, cycle = (
+        lap(parameters.lap_elements).condense(),
+        fo.LoadCycle({"press": 1.0}, [{"pull": 1.0}, {"pull": -1.0}]),
+    )
     load = _ABOVE * fo.shakedown_limit(system, cycle, _FRICTION).load_factor
     steady, done = fo.steady_state(system, cycle, _FRICTION, load), 0.0
     assert system.compliance is not None
@@ -92,13 +128,31 @@ def life(parameters: Parameters) -> Iterator[Row]:
     for cycles in (0.0, *parameters.lives):
         if cycles:
             history = fo.wear(
-                steady.system, cycle, _FRICTION, load, coefficient=_COEFFICIENT, cycles=cycles - done, initial_state=steady.state, progress=False
+                steady.system,
+                cycle,
+                _FRICTION,
+                load,
+                coefficient=_COEFFICIENT,
+                cycles=cycles - done,
+                initial_state=steady.state,
+                progress=False,
             )
             steady, done = history.steady, cycles
         swing = float(np.ptp(steady.displacement("pull"))) / 2
-        damping, frequency = steady.dissipation / (2 * pi * load * swing), np.sqrt(load * glued / swing)
-        limit, guaranteed = (ask(steady.system, cycle, _FRICTION) for ask in (fo.shakedown_limit, fo.guaranteed_limit))
-        found = {"cycles": cycles, "damping": damping, "frequency": frequency, "limit": limit.load_factor / load}
+        damping, frequency = (
+            steady.dissipation / (2 * pi * load * swing),
+            np.sqrt(load * glued / swing),
+        )
+        limit, guaranteed = (
+            ask(steady.system, cycle, _FRICTION)
+            for ask in (fo.shakedown_limit, fo.guaranteed_limit)
+        )
+        found = {
+            "cycles": cycles,
+            "damping": damping,
+            "frequency": frequency,
+            "limit": limit.load_factor / load,
+        }
         residual = max(steady.residual, limit.residual, guaranteed.residual)
         yield {**found, "guaranteed": guaranteed.load_factor / load, "residual": residual}
 
@@ -109,19 +163,35 @@ _PROFILES_COLUMNS = {
     "pressure": "pressure at the last corner",
     "end": "depth in the end, in closed form",
 }
-PROFILES = Table("wear_profiles", "profiles of a cylinder at half of gross slip while it wears", _PROFILES_COLUMNS, FULL, QUICK, profiles)
+PROFILES = Table(
+    "wear_profiles",
+    "profiles of a cylinder at half of gross slip while it wears",
+    _PROFILES_COLUMNS,
+    FULL,
+    QUICK,
+    profiles,
+)
 _HISTORY_COLUMNS = {
     "contact": "which",
     "cycles": "load cycles",
     "work_share": "work of friction per cycle, over that of the unworn contact",
     "largest_depth": "largest depth worn off",
 }
-HISTORY = Table("wear_history", "work of friction while contacts wear", _HISTORY_COLUMNS, FULL, QUICK, histories)
+HISTORY = Table(
+    "wear_history", "work of friction while contacts wear", _HISTORY_COLUMNS, FULL, QUICK, histories
+)
 _LIMITS_COLUMNS = {
     "before": "limit with open nodes of the unworn contact",
     "after": "the same of the contact worn in",
 }
-LIMITS = Table("wear_limits", "limits of a cylinder before and after wear, over the load that wears it", _LIMITS_COLUMNS, FULL, QUICK, limits)
+LIMITS = Table(
+    "wear_limits",
+    "limits of a cylinder before and after wear, over the load that wears it",
+    _LIMITS_COLUMNS,
+    FULL,
+    QUICK,
+    limits,
+)
 _LIFE_COLUMNS = {
     "cycles": "load cycles",
     "damping": "damping ratio of the steady cycle",
@@ -129,18 +199,37 @@ _LIFE_COLUMNS = {
     "limit": "shakedown limit of the worn joint, over the load that wears it",
     "guaranteed": "guaranteed limit of the worn joint, over that load",
 }
-LIFE = Table("wear_life", "damping, frequency and limits of a lap joint while it wears", _LIFE_COLUMNS, FULL, QUICK, life)
+LIFE = Table(
+    "wear_life",
+    "damping, frequency and limits of a lap joint while it wears",
+    _LIFE_COLUMNS,
+    FULL,
+    QUICK,
+    life,
+)
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     """How long each contact takes, and how deep it wears."""
     rows = []
     for name, table in tables[HISTORY.name].groupby("contact", sort=False):
-        rows.append([str(name), f"{table['cycles'].iloc[-1]:.3g}", two_digits(table["work_share"].max()), f"{table['largest_depth'].iloc[-1]:.3g}"])
+        rows.append(
+            [
+                str(name),
+                f"{table['cycles'].iloc[-1]:.3g}",
+                two_digits(table["work_share"].max()),
+                f"{table['largest_depth'].iloc[-1]:.3g}",
+            ]
+        )
     joint = tables[LIFE.name]
-    first, last = (", ".join(f"{name} {row[name]:.3g}" for name in ("damping", "frequency", "limit")) for row in (joint.iloc[0], joint.iloc[-1]))
+    first, last = (
+        ", ".join(f"{name} {row[name]:.3g}" for name in ("damping", "frequency", "limit"))
+        for row in (joint.iloc[0], joint.iloc[-1])
+    )
     contacts = markdown(["contact", "cycles", "largest work over the first", "largest depth"], rows)
     return f"{contacts}\n\nlap joint: {first}; after {joint['cycles'].iloc[-1]:,.0f} cycles {last}"
 
 
-STUDY = Study(__name__, __doc__, "coarse meshes, in half a minute", (PROFILES, HISTORY, LIMITS, LIFE), summary)
+STUDY = Study(
+    __name__, __doc__, "coarse meshes, in half a minute", (PROFILES, HISTORY, LIMITS, LIFE), summary
+)

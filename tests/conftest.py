@@ -29,17 +29,26 @@ settings.load_profile("repeatable")
 
 
 def compiled_in_space():
-    fo.increments.NewtonIncrement(fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1]}), 0.5).solve([[0.0, 0.0]], ([[1.0, 0.0]], [1.0]))
+    fo.increments.NewtonIncrement(
+        fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1]}), 0.5
+    ).solve([[0.0, 0.0]], ([[1.0, 0.0]], [1.0]))
 
 
-if run := os.environ.get("PYTEST_XDIST_TESTRUNUID"):  # processes that begin together would all compile all: each begins with one of two halves
-    for half in (compiled, compiled_in_space)[:: 1 if int(os.environ["PYTEST_XDIST_WORKER"][2:]) % 2 else -1]:
-        with lock_file(os.path.join(gettempdir(), f"{half.__name__}-{run}")):  # which another process may be compiling: then it is kept
+if run := os.environ.get(
+    "PYTEST_XDIST_TESTRUNUID"
+):  # processes that begin together would all compile all: each begins with one of two halves
+    for half in (compiled, compiled_in_space)[
+        :: 1 if int(os.environ["PYTEST_XDIST_WORKER"][2:]) % 2 else -1
+    ]:
+        with lock_file(
+            os.path.join(gettempdir(), f"{half.__name__}-{run}")
+        ):  # which another process may be compiling: then it is kept
             half()
 
 
 def pytest_collection_finish():
-    """What is imported stays: to look through it for garbage, again and again, costs a twentieth of the time."""
+    """What is imported stays: to look through it for garbage, again and again, costs a twentieth of
+    the time."""
     gc.freeze()
 
 
@@ -64,7 +73,9 @@ def punch():
     def condensed(elements, grading="sine", growth=1.15):
         key = elements, grading, growth
         if key not in made:
-            made[key] = fo.scenes.PunchOnHalfPlane(elements=elements, grading=grading, growth=growth).condense()
+            made[key] = fo.scenes.PunchOnHalfPlane(
+                elements=elements, grading=grading, growth=growth
+            ).condense()
         return made[key]
 
     return condensed
@@ -102,13 +113,17 @@ def cube(tmp_path_factory):
 def followed(monkeypatch):
     """The load factors of the runs of studies that are followed from now on."""
     seen = []
-    monkeypatch.setattr("frictopt.study.runs.steady_state", lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options))
+    monkeypatch.setattr(
+        "frictopt.study.runs.steady_state",
+        lambda *args, **options: seen.append(args[3]) or fo.steady_state(*args, **options),
+    )
     return seen
 
 
 @pytest.fixture(scope="module")
 def few_starts():
-    """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask for no more than a range."""
+    """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask
+    for no more than a range."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("frictopt.study.range_search._AROUND", (8, 8))
         yield
@@ -122,7 +137,8 @@ def no_figures_stay_open():
 
 @pytest.fixture(scope="session")
 def quick_data(tmp_path_factory):
-    """Folder with the tables of studies at quick size, as far as tests have asked for them; one for all processes of a run."""
+    """Folder with the tables of studies at quick size, as far as tests have asked for them; one for
+    all processes of a run."""
     folder = tmp_path_factory.getbasetemp()
     folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "quick"
     folder.mkdir(exist_ok=True)
@@ -132,7 +148,11 @@ def quick_data(tmp_path_factory):
 @pytest.fixture(scope="session")
 def studies():
     """The studies by the names of their tables."""
-    return {table.name: study for study in import_module("studies.__main__").STUDIES.values() for table in study.tables}
+    return {
+        table.name: study
+        for study in import_module("studies.__main__").STUDIES.values()
+        for table in study.tables
+    }
 
 
 @pytest.fixture(scope="session")
@@ -142,12 +162,21 @@ def quick(quick_data, studies):
     def read(tables):
         for study in {studies[table.name].name: studies[table.name] for table in tables}.values():
             read(study.needs)
-            with lock_file(str(quick_data / f"{study.name}.lock")):  # another process may be running it
+            with lock_file(
+                str(quick_data / f"{study.name}.lock")
+            ):  # another process may be running it
                 if not all(table.path(quick_data).exists() for table in study.tables):
-                    with redirect_stdout(StringIO()) as printed, pytest.MonkeyPatch.context() as patch:
-                        patch.setattr("frictopt.study.range_search._AROUND", (8, 8))  # starts around ends, of which 200 take minutes
+                    with (
+                        redirect_stdout(StringIO()) as printed,
+                        pytest.MonkeyPatch.context() as patch,
+                    ):
+                        patch.setattr(
+                            "frictopt.study.range_search._AROUND", (8, 8)
+                        )  # starts around ends, of which 200 take minutes
                         assert study.run(["--quick", "--data", str(quick_data)]) == 0
-                    assert all(str(table.path(quick_data)) in printed.getvalue() for table in study.tables)
+                    assert all(
+                        str(table.path(quick_data)) in printed.getvalue() for table in study.tables
+                    )
         return {table.name: pd.read_parquet(table.path(quick_data)) for table in tables}
 
     return read
@@ -155,7 +184,8 @@ def quick(quick_data, studies):
 
 @pytest.fixture(scope="session")
 def tables(quick, studies):
-    """The quick tables of all studies, by name; each is computed or read where a test asks for it."""
+    """The quick tables of all studies, by name; each is computed or read where a test asks for
+    it."""
     named = {table.name: table for study in studies.values() for table in study.tables}
 
     class Read(dict):

@@ -1,7 +1,8 @@
 """Time saved by `simplify=True`, by computation; the answers are the same.
 
-Run with `python -m studies left_out [--quick]`; it prints the times in Markdown. Times are those of one call as a user makes it, condensation not
-included: models are built and compiled in it. They are processor times, which other work on the machine disturbs least, and depend on the machine.
+Run with `python -m studies left_out [--quick]`; it prints the times in Markdown. Times are those of
+one call as a user makes it, condensation not included: models are built and compiled in it. They
+are processor times, which other work on the machine disturbs least, and depend on the machine.
 """
 
 from dataclasses import dataclass, replace
@@ -47,7 +48,10 @@ class _Scene:
 
 def _scenes(parameters: Parameters) -> list[_Scene]:
     mean, f = LOADS.mean, parameters.friction
-    systems = {elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense() for elements in {*parameters.elements, parameters.fine}}
+    systems = {
+        elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense()
+        for elements in {*parameters.elements, parameters.fine}
+    }
     fine = systems[parameters.fine]
     phase = 2 * np.pi * np.arange(parameters.corners) / parameters.corners
     triangle = np.abs(4 * np.arange(parameters.corners) / parameters.corners - 2) - 1
@@ -55,22 +59,37 @@ def _scenes(parameters: Parameters) -> list[_Scene]:
     slippery = np.where(np.abs(fine.x) < 0.2 * fine.x[-1], 1e-3, f)
     return [
         *(_Scene("paper", systems[elements], LOADS, f) for elements in parameters.elements),
-        _Scene("with shear", fine, replace(LOADS, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}]), f),
-        _Scene("uncoupled", fo.ContactSystem.from_blocks(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded), LOADS, f),
+        _Scene(
+            "with shear",
+            fine,
+            replace(LOADS, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}]),
+            f,
+        ),
+        _Scene(
+            "uncoupled",
+            fo.ContactSystem.from_blocks(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded),
+            LOADS,
+            f,
+        ),
         _Scene("sampled", fine, fo.LoadCycle(mean, [{"sigma": float(s)} for s in triangle]), f),
         _Scene("ellipse", fine, fo.LoadCycle(mean, ellipse), f),
         _Scene("slippery middle", fine, LOADS, slippery),
     ]
 
 
-_COMPUTATIONS = {"shakedown limit": "load_factor", "safe slip": "margin"}  # what is asked, and the number of its answer
+_COMPUTATIONS = {
+    "shakedown limit": "load_factor",
+    "safe slip": "margin",
+}  # what is asked, and the number of its answer
 
 
 def saved(parameters: Parameters) -> pd.DataFrame:
     """One row per scene and computation."""
     runs = [(scene, name) for scene in _scenes(parameters) for name in _COMPUTATIONS]
     with threadpool_limits(1):
-        return pd.DataFrame([_row(scene, name, parameters) for scene, name in each(runs, "left out")])
+        return pd.DataFrame(
+            [_row(scene, name, parameters) for scene, name in each(runs, "left out")]
+        )
 
 
 def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
@@ -78,7 +97,9 @@ def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
     ask: Any = partial(fo.shakedown_limit, *asked)
     if name == "safe slip":
         ask = partial(fo.safe_slip, *asked, parameters.underload * ask().load_factor)
-    lean, full = (timed(partial(ask, simplify=simplify), parameters.repetitions) for simplify in (True, False))
+    lean, full = (
+        timed(partial(ask, simplify=simplify), parameters.repetitions) for simplify in (True, False)
+    )
     value, kept_value = (float(getattr(made.answer, _COMPUTATIONS[name])) for made in (lean, full))
     return {
         "scene": scene.name,
@@ -123,6 +144,14 @@ _SAVED = {
     "difference": "relative difference of the load factor or of the margin",
     "left_out": "what was left out",
 }
-SAVED = Table("left_out", "one computation on one scene", _SAVED, full=FULL, quick=QUICK, compute=saved)
+SAVED = Table(
+    "left_out", "one computation on one scene", _SAVED, full=FULL, quick=QUICK, compute=saved
+)
 
-STUDY = Study("validation.left_out", __doc__, "small contacts, each timed once, in seconds", (SAVED,), lambda tables: _report(tables[SAVED.name]))
+STUDY = Study(
+    "validation.left_out",
+    __doc__,
+    "small contacts, each timed once, in seconds",
+    (SAVED,),
+    lambda tables: _report(tables[SAVED.name]),
+)

@@ -1,11 +1,14 @@
 """A lower bound of the guaranteed limit of few nodes: the least load factor with a periodic sequence of friction increments that dissipates.
 
-One increment leads from each corner of the load cycle to the next, the last one back to the first. Each node sticks, slips along or against +x, or is
-open at the end of an increment, by booleans. Some node must slip in one increment and come back, by slip or while open, in another one; amplitudes
-may be zero, which is where the guaranteed limit lies. All bounds are derived (`periodic_bounds`).
+One increment leads from each corner of the load cycle to the next, the last one back to the first.
+Each node sticks, slips along or against +x, or is open at the end of an increment, by booleans.
+Some node must slip in one increment and come back, by slip or while open, in another one;
+amplitudes may be zero, which is where the guaranteed limit lies. All bounds are derived
+(`periodic_bounds`).
 
-Below the least such load factor no sequence of these increments dissipates in a periodic state. That is a statement about increments as long as the
-way between two corners: the exact path may stop and reverse slip in between. It is a number from floating-point branching, no proof in exact
+Below the least such load factor no sequence of these increments dissipates in a periodic state.
+That is a statement about increments as long as the way between two corners: the exact path may stop
+and reverse slip in between. It is a number from floating-point branching, no proof in exact
 arithmetic.
 """
 
@@ -22,7 +25,9 @@ import frictopt as fo
 from validation import oracles
 
 _NODES = 10  # more have too many signs
-_ROOM = 1e-6  # share by which load factors may exceed the highest one: the witness of a limit at it stays feasible
+# share by which load factors may exceed the highest one: the witness of a limit at it stays
+# feasible
+_ROOM = 1e-6
 _PAD = 1e-3  # bounds are widened by this share and by this dimensionless amount: above rounding
 _DEFINITE = 1e-6  # least eigenvalue of H, over that of friction 0, that counts as positive definite
 _SINGULAR = 1e-10  # least eigenvalue of S over its largest entry that counts as 0
@@ -95,7 +100,8 @@ def lower_bound(
     highest
         Largest load factor that is looked at, above 0.
     witnessed
-        Whether there is a sequence at `highest`, as where it is a guaranteed limit with a node on both its bounds.
+        Whether there is a sequence at `highest`, as where it is a guaranteed limit with a node on
+        both its bounds.
     slip_bound
         Largest slip at the corners; None for no bound.
     time_limit
@@ -114,22 +120,39 @@ def lower_bound(
     problem = _problem(system, cycle, f, bounds, highest, slip_bound)
     least, found, status = _least(problem, time_limit)
     if witnessed and np.isinf(least) and least > 0:
-        raise fo.SolverError(f"lower bound: {status}, although a sequence exists at load factor {highest:g}; a derived bound or the solver is wrong")
-    slips = problem.var_dict["slip"].value * oracles.units(system, cycle)[1] if np.isfinite(found) else None
+        raise fo.SolverError(
+            f"lower bound: {status}, although a sequence exists at load factor {highest:g}; a derived bound or the solver is wrong"
+        )
+    slips = (
+        problem.var_dict["slip"].value * oracles.units(system, cycle)[1]
+        if np.isfinite(found)
+        else None
+    )
     lifts_off = slips is not None and bool((problem.var_dict["opened"].value > 0.5).any())
-    return LowerBound(min(max(least, 0.0) * highest, highest), found * highest, status, slips, lifts_off)
+    return LowerBound(
+        min(max(least, 0.0) * highest, highest), found * highest, status, slips, lifts_off
+    )
 
 
-def periodic_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, highest: float) -> PeriodicBounds | None:
+def periodic_bounds(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, highest: float
+) -> PeriodicBounds | None:
     """Bounds of every state at a corner with a load factor from 0 to `highest`, whatever its residual slip; None where none can be derived.
 
-    Let `Z = S^-1` and `[q, p] = r^w + S [v, w]` with r^w the reactions of the closed contact. The lower half of `[v, w] = Z (r - r^w)`, multiplied by
-    p, and the contact condition `p' w = 0` give `p' Z_wv q + p' Z_ww p = p' z` with `z = (Z r^w)_w`. Friction writes `q = diag(sigma f) p` with each
-    sigma in [-1, 1], so that `p' H p = p' z` with H the symmetric part of `Z_ww + Z_wv diag(sigma f)`. Where H is positive definite for all 2^N signs
-    sigma, which holds for small enough friction, p lies in an ellipsoid; all quantities that bound it are convex in H and in z, so the signs and the
-    ends of the load range decide. Then q, and with Z slips and gaps, have bounds too.
+    Let `Z = S^-1` and `[q, p] = r^w + S [v, w]` with r^w the reactions of the closed contact. The
+    lower half of `[v, w] = Z (r - r^w)`, multiplied by p, and the contact condition `p' w = 0` give
+    `p' Z_wv q + p' Z_ww p = p' z` with `z = (Z r^w)_w`. Friction writes `q = diag(sigma f) p` with
+    each sigma in [-1, 1], so that `p' H p = p' z` with H the symmetric part of `Z_ww + Z_wv
+    diag(sigma f)`. Where H is positive definite for all 2^N signs sigma, which holds for small
+    enough friction, p lies in an ellipsoid; all quantities that bound it are convex in H and in z,
+    so the signs and the ends of the load range decide. Then q, and with Z slips and gaps, have
+    bounds too.
     """
-    (force, length), n, f = oracles.units(system, cycle), system.nodes, np.broadcast_to(np.asarray(friction, dtype=float), system.nodes)
+    (force, length), n, f = (
+        oracles.units(system, cycle),
+        system.nodes,
+        np.broadcast_to(np.asarray(friction, dtype=float), system.nodes),
+    )
     S = system.S * length / force
     if n > _NODES or np.linalg.eigvalsh(S)[0] <= _SINGULAR * np.abs(S).max():
         return None
@@ -145,7 +168,10 @@ def periodic_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
         if np.linalg.eigvalsh(H)[0] <= _DEFINITE * normal:
             return None
         inverse = np.linalg.inv(H)
-        share, size = np.maximum(share, np.diag(inverse)), max(size, float(((z @ inverse) * z).sum(axis=1).max()))
+        share, size = (
+            np.maximum(share, np.diag(inverse)),
+            max(size, float(((z @ inverse) * z).sum(axis=1).max())),
+        )
     p = (1 + _PAD) * np.sqrt(share * size) + _PAD
     centre, reach = -ends @ Z, np.abs(Z[:, :n]) @ (f * p)
     low = centre.min(axis=0) - reach + np.minimum(Z[:, n:], 0.0) @ p - _PAD
@@ -153,20 +179,37 @@ def periodic_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
     return PeriodicBounds(low[:n], high[:n], np.maximum(high[n:], 0.0), p)
 
 
-def _problem(system: fo.ContactSystem, cycle: fo.LoadCycle, f: Any, bounds: PeriodicBounds, highest: float, slip_bound: float | None) -> cp.Problem:
+def _problem(
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    f: Any,
+    bounds: PeriodicBounds,
+    highest: float,
+    slip_bound: float | None,
+) -> cp.Problem:
     """The mixed-integer program, in the units of `oracles.units`; load factors in units of `highest`."""
     n, corners, (force, length) = system.nodes, len(cycle.corners), oracles.units(system, cycle)
     before = np.roll(np.arange(corners), 1)
     load_factor = cp.Variable(name="load_factor")
     slip, gap = cp.Variable((corners, n), name="slip"), cp.Variable((corners, n), name="gap")
-    forward, backward, opened = (cp.Variable((corners, n), boolean=True, name=name) for name in ("forward", "backward", "opened"))
+    forward, backward, opened = (
+        cp.Variable((corners, n), boolean=True, name=name)
+        for name in ("forward", "backward", "opened")
+    )
     returns = cp.Variable(n, boolean=True, name="returns")
 
     def everywhere(row: Any) -> Any:
         return np.broadcast_to(row, (corners, n))
 
-    mean, cyclic = np.concatenate(cycle.mean_reaction(system)) / force, np.hstack(cycle.corner_reactions(system)) / force
-    r = np.tile(mean, (corners, 1)) + highest * cyclic * load_factor + cp.hstack([slip, gap]) @ (system.S * length / force)
+    mean, cyclic = (
+        np.concatenate(cycle.mean_reaction(system)) / force,
+        np.hstack(cycle.corner_reactions(system)) / force,
+    )
+    r = (
+        np.tile(mean, (corners, 1))
+        + highest * cyclic * load_factor
+        + cp.hstack([slip, gap]) @ (system.S * length / force)
+    )
     q, p, moved = r[:, :n], r[:, n:], slip - slip[before]
     bound, reach = cp.multiply(everywhere(f), p), everywhere(bounds.slip_high - bounds.slip_low)
     room = everywhere(2 * f * bounds.pressure_high)
@@ -203,10 +246,24 @@ def _least(problem: cp.Problem, time_limit: float) -> tuple[float, float, str]:
     for tolerance in _TOLERANCES:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            Highs.resetGlobalScheduler(True)  # else one thread is refused where a solution before has begun with several
-            problem.solve(solver="HIGHS", warm_start=False, highs_options=_HIGHS | tolerance | {"time_limit": time_limit})
+            Highs.resetGlobalScheduler(
+                True
+            )  # else one thread is refused where a solution before has begun with several
+            problem.solve(
+                solver="HIGHS",
+                warm_start=False,
+                highs_options=_HIGHS | tolerance | {"time_limit": time_limit},
+            )
         words.append(str(problem.status))
         if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE, cp.settings.USER_LIMIT):
-            found = float("inf") if any(variable.value is None for variable in problem.variables()) else float(problem.value)
+            found = (
+                float("inf")
+                if any(variable.value is None for variable in problem.variables())
+                else float(problem.value)
+            )
             return float(problem.solver_stats.extra_stats.mip_dual_bound), found, "; ".join(words)
-    return (float("inf") if set(words) == {cp.INFEASIBLE} else float("-inf")), float("inf"), "; ".join(words)
+    return (
+        (float("inf") if set(words) == {cp.INFEASIBLE} else float("-inf")),
+        float("inf"),
+        "; ".join(words),
+    )

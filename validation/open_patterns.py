@@ -9,14 +9,19 @@ from scipy.optimize import linprog
 import frictopt as fo
 
 
-def largest_with_open(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, opened: Any, most: float) -> tuple[float, Any, Any] | None:
+def largest_with_open(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, opened: Any, most: float
+) -> tuple[float, Any, Any] | None:
     """Load factor up to `most`, slips and gaps (K, N) that obey the law at the corners with the nodes `opened` (K, N) open; None if there are none.
 
     A node that is closed at two corners in a row has the same slip there.
     """
     n, corners = system.nodes, len(cycle.corners)
     f = np.broadcast_to(friction, n)
-    S, force = system.S / system.stiffness_scale, float(np.abs(system.reaction(cycle.mean)).sum()) or 1.0
+    S, force = (
+        system.S / system.stiffness_scale,
+        float(np.abs(system.reaction(cycle.mean)).sum()) or 1.0,
+    )
     gap = system.gap * system.stiffness_scale / force
     cyclic, size = most * np.hstack(cycle.corner_reactions(system)) / force, 1 + 2 * n * corners
     constant = np.concatenate(system.reaction(cycle.mean)) / force - S @ np.r_[np.zeros(n), gap]
@@ -38,17 +43,27 @@ def largest_with_open(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: A
                 equal.append((moved[i] - before[i], 0.0))
     (left, right), (rows, most_of_rows) = zip(*less, strict=True), zip(*equal, strict=True)
     bounds = [(0.0, 1.0)] + [(None, None)] * (size - 1)
-    exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}  # friction may be as little as the default ones
-    answer = linprog(np.r_[-1.0, np.zeros(size - 1)], left, right, rows, most_of_rows, bounds, options=exact)
+    exact = {
+        "primal_feasibility_tolerance": 1e-10,
+        "dual_feasibility_tolerance": 1e-10,
+    }  # friction may be as little as the default ones
+    answer = linprog(
+        np.r_[-1.0, np.zeros(size - 1)], left, right, rows, most_of_rows, bounds, options=exact
+    )
     if answer.status != 0:
         return None
     u = answer.x[1:].reshape(corners, 2, n) * force / system.stiffness_scale
     return most * float(answer.x[0]), u[:, 0], np.maximum(u[:, 1], 0.0)
 
 
-def every_pattern(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, most: float) -> list[tuple[float, Any, Any]]:
+def every_pattern(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, most: float
+) -> list[tuple[float, Any, Any]]:
     """The same for every pattern of open nodes that has one, largest load factor first."""
     shape = len(cycle.corners), system.nodes
-    patterns = (np.array(pattern).reshape(shape) for pattern in product((False, True), repeat=shape[0] * shape[1]))
+    patterns = (
+        np.array(pattern).reshape(shape)
+        for pattern in product((False, True), repeat=shape[0] * shape[1])
+    )
     found = [largest_with_open(system, cycle, friction, opened, most) for opened in patterns]
     return sorted((claim for claim in found if claim is not None), key=lambda claim: -claim[0])

@@ -1,6 +1,7 @@
 """Independent answers for comparison: plain linear programs, enumeration of all statuses, and the contact law in its own code.
 
-Nothing here uses the package's own methods, only the matrices, the bonded reactions and the numbers of an answer.
+Nothing here uses the package's own methods, only the matrices, the bonded reactions and the numbers
+of an answer.
 """
 
 from collections.abc import Sequence
@@ -13,10 +14,17 @@ from scipy.optimize import linprog
 import frictopt as fo
 
 _TIE = 1e-11  # corners whose rows differ by less than this share rule together
-_NONE = 1e-7  # dimensionless load factors up to this are rounding of 0, where safe ones reach further
-_SHARE = 1e-2  # of the length of the interval of safe load factors: what cannot be told apart where it is shorter
+_NONE = (
+    1e-7  # dimensionless load factors up to this are rounding of 0, where safe ones reach further
+)
+# of the length of the interval of safe load factors: what cannot be told apart where it is shorter
+_SHARE = 1e-2
 _GAVE_UP = 1, 4  # statuses of linprog: out of time, numerical trouble
-_TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10, "time_limit": 2.0}
+_TIGHT = {
+    "primal_feasibility_tolerance": 1e-10,
+    "dual_feasibility_tolerance": 1e-10,
+    "time_limit": 2.0,
+}
 
 
 def units(system: fo.ContactSystem, cycle: fo.LoadCycle) -> tuple[float, float]:
@@ -27,20 +35,39 @@ def units(system: fo.ContactSystem, cycle: fo.LoadCycle) -> tuple[float, float]:
 
 
 def redescribed(
-    system: fo.ContactSystem, order: Any = None, sense: float = 1.0, force: float = 1.0, length: float = 1.0, cases: Any = None
+    system: fo.ContactSystem,
+    order: Any = None,
+    sense: float = 1.0,
+    force: float = 1.0,
+    length: float = 1.0,
+    cases: Any = None,
 ) -> fo.ContactSystem:
     """The same contact with its nodes in another order, mirrored (sense -1), in other units, and with other unit loads (name -> unit)."""
-    order, unit = np.arange(system.nodes) if order is None else np.asarray(order), dict.fromkeys(system.bonded, 1.0) | (cases or {})
-    A, B, C = (block[np.ix_(order, order)] * (force / length) for block in (system.A, system.B, system.C))
-    loads = {name: (sense * q[order] * (force / unit[name]), p[order] * (force / unit[name])) for name, (q, p) in system.bonded.items()}
+    order, unit = (
+        np.arange(system.nodes) if order is None else np.asarray(order),
+        dict.fromkeys(system.bonded, 1.0) | (cases or {}),
+    )
+    A, B, C = (
+        block[np.ix_(order, order)] * (force / length) for block in (system.A, system.B, system.C)
+    )
+    loads = {
+        name: (sense * q[order] * (force / unit[name]), p[order] * (force / unit[name]))
+        for name, (q, p) in system.bonded.items()
+    }
     x = -system.x[::-1] if sense < 0 else system.x
-    return fo.ContactSystem.from_blocks(A, sense * B, C, x * length, loads, system.gap[order] * length)
+    return fo.ContactSystem.from_blocks(
+        A, sense * B, C, x * length, loads, system.gap[order] * length
+    )
 
 
 def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple[Any, Any, Any]:
     """Safe means `slope v + rate lam + level >= 0`: all corners, both senses, and pressure; in the units of `units`."""
     force, length = units(system, cycle)
-    A, B, f = system.A * length / force, system.B * length / force, np.broadcast_to(friction, system.nodes)
+    A, B, f = (
+        system.A * length / force,
+        system.B * length / force,
+        np.broadcast_to(friction, system.nodes),
+    )
     q0, p0 = (values / force for values in cycle.mean_reaction(system))
     slopes, rates, levels = [], [], []
     for q1, p1 in zip(*cycle.corner_reactions(system), strict=True):
@@ -50,7 +77,9 @@ def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple
     return np.vstack(slopes), np.concatenate(rates), np.concatenate(levels)
 
 
-def excess(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any) -> float:
+def excess(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any
+) -> float:
     """By how much a slip is not safe at a load factor: largest violation at any node and corner, over the force scale; at most 0 if it is safe.
 
     What the rounding of the terms can make of it is taken off.
@@ -60,7 +89,13 @@ def excess(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_fa
 
 
 def off_bounds(
-    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any, node: int, corners: tuple[int, ...]
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    friction: Any,
+    load_factor: float,
+    slip: Any,
+    node: int,
+    corners: tuple[int, ...],
 ) -> float:
     """How far a node is from its bound of forward slip at one corner, of backward slip at another, over the force scale; rounding as in `excess`."""
     slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
@@ -68,11 +103,17 @@ def off_bounds(
     return float(max(abs(slack[row]) - rounding[row] for row in (forward, backward)))
 
 
-def _slacks(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any) -> tuple[Any, Any]:
+def _slacks(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any
+) -> tuple[Any, Any]:
     """Values of the rows, and their rounding errors."""
     slope, rate, level = _rows(system, cycle, friction)
     v = np.asarray(slip) / units(system, cycle)[1]
-    rounding = 8 * np.finfo(float).eps * (np.abs(slope) @ np.abs(v) + np.abs(rate) * load_factor + np.abs(level))
+    rounding = (
+        8
+        * np.finfo(float).eps
+        * (np.abs(slope) @ np.abs(v) + np.abs(rate) * load_factor + np.abs(level))
+    )
     return slope @ v + rate * load_factor + level, rounding
 
 
@@ -81,7 +122,9 @@ def _both_bounds(nodes: int, node: int, corners: tuple[int, ...]) -> tuple[int, 
     return 3 * nodes * corners[0] + node, 3 * nodes * corners[1] + nodes + node
 
 
-def largest_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
+def largest_load_factor(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
+) -> float | None:
     """lambda_2 by one linear program on the plain rows; inf and nan as in `shakedown_limit`, None if the solver gives no answer."""
     slope, rate, level = _rows(system, cycle, friction)
     unit = float(np.abs(rate).max()) or 1.0
@@ -97,16 +140,22 @@ def least_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: A
     return -answer / unit if answer is not None else None
 
 
-def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
+def least_on_both_bounds(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
+) -> float | None:
     """Least load factor at which a safe slip holds some node on both its bounds, by one plain linear program per node whose bounds differ in corner.
 
-    A node that is there at the least safe load factor counts only if it is at a larger one too (a second program): at 0 both bounds of a node that
-    carries nothing coincide, and at one above 0 the slips have no room. Inf where no node ever is; None if the solver gives no answer.
+    A node that is there at the least safe load factor counts only if it is at a larger one too (a
+    second program): at 0 both bounds of a node that carries nothing coincide, and at one above 0
+    the slips have no room. Inf where no node ever is; None if the solver gives no answer.
     """
     slope, rate, level = _rows(system, cycle, friction)
     unit, least = float(np.abs(rate).max()) or 1.0, np.inf
     rows = np.column_stack([slope, -rate / unit])
-    lowest, most = _optimum(rows, level, (-np.inf, 0.0)), _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf))
+    lowest, most = (
+        _optimum(rows, level, (-np.inf, 0.0)),
+        _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf)),
+    )
     if lowest is None or most is None or np.isnan(lowest):
         return None if lowest is None or most is None else least
     none = min(_NONE, _SHARE * (most + lowest))
@@ -114,7 +163,9 @@ def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction
         equal = _both_bounds(system.nodes, node, corners)
         answer = _optimum(rows, level, (-np.inf, 0.0), equal)
         if answer is not None and answer > lowest - none:
-            highest = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, 1.0 - lowest), equal)
+            highest = _optimum(
+                np.column_stack([slope, rate / unit]), level, (0.0, 1.0 - lowest), equal
+            )
             answer = None if highest is None else answer if highest > none - lowest else np.nan
         if answer is None:
             return None
@@ -123,7 +174,12 @@ def least_on_both_bounds(system: fo.ContactSystem, cycle: fo.LoadCycle, friction
 
 
 def on_both_bounds(
-    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, node: int, corners: tuple[int, ...]
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    friction: Any,
+    load_factor: float,
+    node: int,
+    corners: tuple[int, ...],
 ) -> Any | None:
     """(N,) slip that holds a node on both its bounds at these corners, the others as far from theirs as possible; None if none is found."""
     slope, rate, level = _rows(system, cycle, friction)
@@ -131,7 +187,15 @@ def on_both_bounds(
     others = np.arange(len(slope)) % system.nodes != node
     left, right = -np.column_stack([slope, -others.astype(float)]), level + rate * load_factor
     bounds = [(None, None)] * system.nodes + [(0.0, 1.0)]
-    answer = linprog(-np.eye(system.nodes + 1)[-1], left, right, left[equal], right[equal], bounds, options=_TIGHT)
+    answer = linprog(
+        -np.eye(system.nodes + 1)[-1],
+        left,
+        right,
+        left[equal],
+        right[equal],
+        bounds,
+        options=_TIGHT,
+    )
     return answer.x[:-1] * units(system, cycle)[1] if answer.status == 0 else None
 
 
@@ -142,16 +206,24 @@ def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[i
     first, last = forward <= forward.min(axis=0) + tie, backward <= backward.min(axis=0) + tie
     alone = first & ~last, last & ~first
     found = np.flatnonzero(alone[0].any(axis=0) & alone[1].any(axis=0) & (friction > 0))
-    return [(int(i), (int(np.argmax(alone[0][:, i])), int(np.argmax(alone[1][:, i])))) for i in found]
+    return [
+        (int(i), (int(np.argmax(alone[0][:, i])), int(np.argmax(alone[1][:, i])))) for i in found
+    ]
 
 
-def largest_margin(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> float | None:
+def largest_margin(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
+) -> float | None:
     """Largest reserve, at most 1, of all rows of safe slip at a load factor, over the force scale; None if the solver gives no answer."""
     slope, rate, level = _rows(system, cycle, friction)
-    return _optimum(np.column_stack([slope, -np.ones(len(slope))]), level + rate * load_factor, (-np.inf, 1.0))
+    return _optimum(
+        np.column_stack([slope, -np.ones(len(slope))]), level + rate * load_factor, (-np.inf, 1.0)
+    )
 
 
-def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence[int] = ()) -> float | None:
+def _optimum(
+    rows: Any, level: Any, limits: tuple[float, float], equal: Sequence[int] = ()
+) -> float | None:
     """Largest last unknown z of `rows z + level >= 0`, `= 0` in some; inf or nan where there is none, None where no answer is accurate."""
     columns, equal = rows.shape[1], list(equal)
     little = 1 / np.clip(np.abs(level), 1e-6, 1.0)  # weights of rows whose nodes carry little
@@ -159,7 +231,16 @@ def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence
     said = []
     for weight, method in product((little, np.ones_like(little)), ("highs-ds", "highs-ipm")):
         left, right = -weight[:, None] * rows, weight * level
-        answer = linprog(-np.eye(columns)[-1], left, right, left[equal], right[equal], bounds, method=method, options=_TIGHT)
+        answer = linprog(
+            -np.eye(columns)[-1],
+            left,
+            right,
+            left[equal],
+            right[equal],
+            bounds,
+            method=method,
+            options=_TIGHT,
+        )
         if answer.status == 0:
             slack = little * (rows @ answer.x + level)
             if slack.min() > -1e-9 and (np.abs(slack[equal]) < 1e-9).all():
@@ -168,13 +249,22 @@ def _optimum(rows: Any, level: Any, limits: tuple[float, float], equal: Sequence
     told = (
         [status for status in said if status not in _GAVE_UP] if equal else said
     )  # there are many nodes, and a program that stops early does not affect the others
-    return {2: float("nan"), 3: float("inf")}.get(told[0]) if len(told) > 1 and len(set(told)) == 1 else None
+    return (
+        {2: float("nan"), 3: float("inf")}.get(told[0])
+        if len(told) > 1 and len(set(told)) == 1
+        else None
+    )
 
 
-def corner_loads(system: fo.ContactSystem, cycle: fo.LoadCycle, load_factor: float) -> tuple[Any, list[Any]]:
+def corner_loads(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, load_factor: float
+) -> tuple[Any, list[Any]]:
     """(2N,) bonded reactions of the mean load, and those of the corners."""
     mean = np.concatenate(system.reaction(cycle.mean))
-    return mean, [mean + load_factor * np.concatenate(pair) for pair in zip(*cycle.corner_reactions(system), strict=True)]
+    return mean, [
+        mean + load_factor * np.concatenate(pair)
+        for pair in zip(*cycle.corner_reactions(system), strict=True)
+    ]
 
 
 class Marched(NamedTuple):
@@ -196,7 +286,11 @@ class Stepper:
 
     def __init__(self, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> None:
         self.force, self.length = units(system, cycle)
-        self.S, self.f, n = system.S * self.length / self.force, np.asarray(friction, dtype=float), system.nodes
+        self.S, self.f, n = (
+            system.S * self.length / self.force,
+            np.asarray(friction, dtype=float),
+            system.nodes,
+        )
         self.gap, self.nodes = system.gap / self.length, n
         identity, solutions, statuses = np.eye(2 * n), [], []
         self.regular = True
@@ -205,7 +299,12 @@ class Stepper:
             for i, sense in enumerate(status):
                 tangential, normal = identity[i], identity[n + i]
                 if sense == 2:
-                    rows[i], rows[n + i], sides[i], sides[n + i] = self.S[i], self.S[n + i], -tangential, -normal
+                    rows[i], rows[n + i], sides[i], sides[n + i] = (
+                        self.S[i],
+                        self.S[n + i],
+                        -tangential,
+                        -normal,
+                    )
                 else:
                     rows[n + i] = normal
                     rows[i] = self.S[i] + sense * self.f[i] * self.S[n + i] if sense else tangential
@@ -225,14 +324,31 @@ class Stepper:
         r = trial + u @ self.S
         size = tolerance * max(1.0, float(np.abs(trial).max()))
         slides = (np.abs(self._status) == 1) & (self.f > 0)
-        wrong = np.maximum.reduce([-u[:, n:], -r[:, n:], np.abs(r[:, :n]) - self.f * r[:, n:], np.where(slides, -self._status * u[:, :n], 0.0)])
+        wrong = np.maximum.reduce(
+            [
+                -u[:, n:],
+                -r[:, n:],
+                np.abs(r[:, :n]) - self.f * r[:, n:],
+                np.where(slides, -self._status * u[:, :n], 0.0),
+            ]
+        )
         found: list[tuple[Any, Any]] = []
-        for state, forces in zip(u[(wrong <= size).all(axis=1)], r[(wrong <= size).all(axis=1)], strict=True):
+        for state, forces in zip(
+            u[(wrong <= size).all(axis=1)], r[(wrong <= size).all(axis=1)], strict=True
+        ):
             if all(np.abs(state - other).max() > 1e3 * size for other, _ in found):
                 found.append((state, forces))
         return found
 
-    def march(self, system: fo.ContactSystem, cycle: fo.LoadCycle, load_factor: float, start: Any, cycles: int, steps: int) -> Marched | None:
+    def march(
+        self,
+        system: fo.ContactSystem,
+        cycle: fo.LoadCycle,
+        load_factor: float,
+        start: Any,
+        cycles: int,
+        steps: int,
+    ) -> Marched | None:
         """Follow a transient as `frictopt.march` defines it, in increments; None where one of them has no state."""
         n = self.nodes
         mean, corners = corner_loads(system, cycle, load_factor)
@@ -243,7 +359,9 @@ class Stepper:
         for number in range(cycles * len(corners) + 1):
             target = mean if number == 0 else corners[(number - 1) % len(corners)]
             work = 0.0
-            for share in (1 - np.cos(np.pi * np.arange(1, steps + 1) / steps)) / 2:  # shorter near the corners, where most events are
+            for share in (
+                1 - np.cos(np.pi * np.arange(1, steps + 1) / steps)
+            ) / 2:  # shorter near the corners, where most events are
                 states = self.states(slip, before + share * (target - before))
                 if not states:
                     return None

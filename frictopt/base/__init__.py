@@ -1,9 +1,10 @@
 """What every room needs and no contact knows.
 
-`checks.py` checks input and words its errors, `tolerances.py` has the numbers that several files share,
-`progress.py` shows how far long work is and what an interrupt keeps, `results.py` has the bases of results:
-how they are printed, plotted and pickled. `files.py` reads and writes npz archives, `archive.py` keeps results
-in them, and `kinds.py` is the list in which classes register themselves to be kept.
+`checks.py` checks input and words its errors, `tolerances.py` has the numbers that several files
+share, `progress.py` shows how far long work is and what an interrupt keeps, `results.py` has the
+bases of results: how they are printed, plotted and pickled. `files.py` reads and writes npz
+archives, `archive.py` keeps results in them, and `kinds.py` is the list in which classes register
+themselves to be kept.
 """
 
 from .checks import (

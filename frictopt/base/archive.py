@@ -17,7 +17,9 @@ from .files import packed, unpacked
 from .kinds import KINDS
 
 _FORM = "frictopt result 1"
-_MADE: dict[str, Callable[[Any], object]] = {  # what a file may hold beside results and their parts, from its content
+_MADE: dict[
+    str, Callable[[Any], object]
+] = {  # what a file may hold beside results and their parts, from its content
     "tuple": tuple,
     "list": list,
     "frozenset": frozenset,
@@ -46,9 +48,17 @@ def load(path: str | Path) -> Any:
 
     def made(arrays: dict[str, Any]) -> object:
         text, things = json.loads(arrays.pop("text").tobytes())
-        return _Read([arrays[f"array {number}"] for number in range(len(arrays))], things).value(text)
+        return _Read([arrays[f"array {number}"] for number in range(len(arrays))], things).value(
+            text
+        )
 
-    return unpacked(path, _FORM, made, "a result", "give one that `save` of a result wrote; of a contact ContactSystem.load reads it")
+    return unpacked(
+        path,
+        _FORM,
+        made,
+        "a result",
+        "give one that `save` of a result wrote; of a contact ContactSystem.load reads it",
+    )
 
 
 def _names(kind: type[Any]) -> list[str]:
@@ -59,7 +69,12 @@ class _Written:
     """A result as JSON with the numbers of its arrays and parts. What stands in several places, as its contact, is written once."""
 
     def __init__(self) -> None:
-        self.arrays, self.things, self._numbers, self._kinds = list[Any](), list[Any](), dict[int, int](), KINDS
+        self.arrays, self.things, self._numbers, self._kinds = (
+            list[Any](),
+            list[Any](),
+            dict[int, int](),
+            KINDS,
+        )
 
     def text(self, value: Any, at: str) -> object:
         """A value that stands `at` a place: as it is if JSON knows it, else {its kind: its content}."""
@@ -73,23 +88,43 @@ class _Written:
         if isinstance(value, np.ndarray) and value.dtype.kind in "biufUM":
             return {"array": self._once(value, self.arrays, lambda: value)}
         if self._kinds.get(kind) is type(value):
-            return {"thing": self._once(value, self.things, lambda: {kind: self._fields(value, at)})}
+            return {
+                "thing": self._once(value, self.things, lambda: {kind: self._fields(value, at)})
+            }
         if isinstance(value, np.generic):
             return {"number": self.text(np.asarray(value), at)}
         if isinstance(value, pd.Series):
             return {"series": self.text((_row(value), _row(value.index)), at)}
         if isinstance(value, pd.DataFrame):
-            return {"table": self.text(([_row(column) for _, column in value.items()], _row(value.index), dict(value.attrs)), at)}
+            return {
+                "table": self.text(
+                    (
+                        [_row(column) for _, column in value.items()],
+                        _row(value.index),
+                        dict(value.attrs),
+                    ),
+                    at,
+                )
+            }
         if isinstance(value, range):
             return {kind: [value.start, value.stop, value.step]}
         if isinstance(value, tuple | list | frozenset | Mapping) and kind in _MADE:
-            return {kind: [self.text(part, f"{at}[{number}]") for number, part in enumerate(value.items() if isinstance(value, Mapping) else value)]}
+            return {
+                kind: [
+                    self.text(part, f"{at}[{number}]")
+                    for number, part in enumerate(
+                        value.items() if isinstance(value, Mapping) else value
+                    )
+                ]
+            }
         if isinstance(value, date) and kind in _MADE:
             return {kind: value.isoformat()}
         raise ModelError(f"{at}: a {kind} cannot be kept in a file; pickle the result instead")
 
     def _fields(self, value: Any, at: str) -> list[list[object]]:
-        return [[name, self.text(getattr(value, name), f"{at}.{name}")] for name in _names(type(value))]
+        return [
+            [name, self.text(getattr(value, name), f"{at}.{name}")] for name in _names(type(value))
+        ]
 
     def _once(self, value: object, written: list[Any], content: Callable[[], object]) -> int:
         if id(value) not in self._numbers:
@@ -108,7 +143,9 @@ class _Read:
             array.flags.writeable = False
         for thing in things:
             ((kind, content),) = thing.items()
-            self._parts["thing"].append(self._thing(self._kinds[kind], {name: self.value(text) for name, text in content}))
+            self._parts["thing"].append(
+                self._thing(self._kinds[kind], {name: self.value(text) for name, text in content})
+            )
 
     def value(self, text: Any) -> Any:
         """What a text of JSON stands for."""
@@ -128,14 +165,24 @@ class _Read:
         """A thing with its state. A field that a later version of its class has added takes its default."""
         names = _names(kind)
         if unknown := [name for name in state if name not in names]:
-            raise ValueError(f"another version of frictopt wrote it: {kind.__name__} has no field {unknown[0]!r}")
+            raise ValueError(
+                f"another version of frictopt wrote it: {kind.__name__} has no field {unknown[0]!r}"
+            )
         missing = [name for name in names if name not in state and name not in _optional(kind)]
         if missing:
-            raise ValueError(f"another version of frictopt wrote it: {kind.__name__} lacks its field {missing[0]!r}")
+            raise ValueError(
+                f"another version of frictopt wrote it: {kind.__name__} lacks its field {missing[0]!r}"
+            )
         if not is_dataclass(kind):
             return kind(**state)
         if len(state) < len(names):  # `__init__` also makes what follows from a default
-            return kind(**{one.name: state[one.name] for one in fields(kind) if one.init and one.name in state})
+            return kind(
+                **{
+                    one.name: state[one.name]
+                    for one in fields(kind)
+                    if one.init and one.name in state
+                }
+            )
         made = object.__new__(kind)
         getattr(made, "__setstate__", vars(made).update)(state)
         return made
@@ -145,7 +192,11 @@ def _optional(kind: type[Any]) -> set[str]:
     """Names of the fields that have a default, or that follow from others."""
     if not is_dataclass(kind):
         return set(kind._field_defaults)
-    has_default = {one.name for one in fields(kind) if one.default is not MISSING or one.default_factory is not MISSING}
+    has_default = {
+        one.name
+        for one in fields(kind)
+        if one.default is not MISSING or one.default_factory is not MISSING
+    }
     return has_default | {one.name for one in fields(kind) if not one.init}
 
 
@@ -157,7 +208,11 @@ def _row(row: Any) -> tuple[object, str, object]:
 
 
 def _index(name: object, kind: str, cells: Any) -> "pd.Index[Any]":
-    return pd.RangeIndex(cells, name=name) if isinstance(cells, range) else pd.Index(cells, dtype=kind, name=name)
+    return (
+        pd.RangeIndex(cells, name=name)
+        if isinstance(cells, range)
+        else pd.Index(cells, dtype=kind, name=name)
+    )
 
 
 def _series(row: tuple[Any, str, Any], index: tuple[Any, str, Any]) -> "pd.Series[Any]":
@@ -165,7 +220,9 @@ def _series(row: tuple[Any, str, Any], index: tuple[Any, str, Any]) -> "pd.Serie
     return pd.Series(cells, index=_index(*index), dtype=kind, name=name)
 
 
-def _table(rows: list[tuple[Any, str, Any]], index: tuple[Any, str, Any], attrs: dict[str, object]) -> pd.DataFrame:
+def _table(
+    rows: list[tuple[Any, str, Any]], index: tuple[Any, str, Any], attrs: dict[str, object]
+) -> pd.DataFrame:
     columns = [_series(row, index) for row in rows]
     made = pd.DataFrame({column.name: column for column in columns}, index=_index(*index))
     made.attrs.update(attrs)

@@ -33,7 +33,9 @@ def output(name: str | Path, *endings: str) -> Path:
 @contextmanager
 def to_its_end() -> Iterator[None]:
     """Write what a command prints as it ends (status 141 where nobody reads it, `| head`); SIGTERM interrupts it, or workers would outlive it."""
-    may = threading.current_thread() is threading.main_thread()  # no other one may say what signals do
+    may = (
+        threading.current_thread() is threading.main_thread()
+    )  # no other one may say what signals do
     before = signal.signal(signal.SIGTERM, signal.default_int_handler) if may else None
     try:
         try:
@@ -43,11 +45,16 @@ def to_its_end() -> Iterator[None]:
                 signal.signal(signal.SIGTERM, before)
             sys.stdout.flush()
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for Python flushes once more when it ends
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
+        )  # for Python flushes once more when it ends
         raise SystemExit(141) from None
 
 
-_OTHERS = {*WRITERS, *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split()}  # no archive stands under the name of another format
+_OTHERS = {
+    *WRITERS,
+    *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split(),
+}  # no archive stands under the name of another format
 
 
 def packed(path: str | Path, form: str, **arrays: Any) -> None:
@@ -60,16 +67,23 @@ def packed(path: str | Path, form: str, **arrays: Any) -> None:
         with Path(path).open("wb") as file:
             np.savez(file, allow_pickle=False, format=form, **arrays)
     except (OSError, TypeError, ValueError) as error:
-        raise ModelError(f"path: {str(path)!r} cannot be written ({error}); give a file that ends in .npz, in a folder that exists") from error
+        raise ModelError(
+            f"path: {str(path)!r} cannot be written ({error}); give a file that ends in .npz, in a folder that exists"
+        ) from error
 
 
-def unpacked(source: str | Path, form: str, made: Callable[[dict[str, Any]], T], what: str, remedy: str) -> T:
+def unpacked(
+    source: str | Path, form: str, made: Callable[[dict[str, Any]], T], what: str, remedy: str
+) -> T:
     """What is made of the arrays of an archive of that form; ModelError for any other file, and for a damaged one."""
     try:
         if not Path(source).is_file():
             raise FileNotFoundError("there is no such file")
         with zipfile.ZipFile(source) as archive:
-            if damaged := archive.testzip():  # every byte against its checksum: numpy reads no more of a member than its header says
+            if (
+                damaged := archive.testzip()
+                # every byte against its checksum: numpy reads no more of a member than its header says
+            ):
                 raise ValueError(f"{damaged} is damaged")
         with np.load(source, allow_pickle=False) as archive:
             arrays = dict(archive)

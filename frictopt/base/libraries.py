@@ -14,20 +14,35 @@ def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -
     try:
         return import_module(module)
     except ImportError as error:
-        raise ModelError(f"{name}: not installed; python -m pip install 'frictopt[{extra}]'") from error
+        raise ModelError(
+            f"{name}: not installed; python -m pip install 'frictopt[{extra}]'"
+        ) from error
 
 
-def by_library(name: str, read: Callable[[str], Any], file: Path, what: str, remedy: str = "give the file as the code wrote it") -> Any:
+def by_library(
+    name: str,
+    read: Callable[[str], Any],
+    file: Path,
+    what: str,
+    remedy: str = "give the file as the code wrote it",
+) -> Any:
     """What a library reads from a file."""
     if not file.is_file():
         raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
     try:
         return read(str(file))
     except ImportError as error:  # a format may need one more library
-        raise ModelError(f"{what}: {name} needs {error.name} for {str(file)!r}; python -m pip install {error.name}") from error
-    except (Exception, SystemExit) as error:  # libraries let through whatever a damaged file makes; meshio leaves the process
+        raise ModelError(
+            f"{what}: {name} needs {error.name} for {str(file)!r}; python -m pip install {error.name}"
+        ) from error
+    except (
+        Exception,
+        SystemExit,
+    ) as error:  # libraries let through whatever a damaged file makes; meshio leaves the process
         problem = str(error).strip() or type(error).__name__
-        raise ModelError(f"{what}: {name} cannot read {str(file)!r} ({problem}); {remedy}") from error
+        raise ModelError(
+            f"{what}: {name} cannot read {str(file)!r} ({problem}); {remedy}"
+        ) from error
 
 
 def file_path(argument: str, path: str | Path) -> Path:

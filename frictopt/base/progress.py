@@ -14,7 +14,11 @@ from weakref import WeakSet
 
 from .checks import flag
 
-_FIRST, _EVERY, _DRAWN = 2.0, 5.0, 1.0  # seconds before anything is shown, between two lines, and between two looks of a bar
+_FIRST, _EVERY, _DRAWN = (
+    2.0,
+    5.0,
+    1.0,
+)  # seconds before anything is shown, between two lines, and between two looks of a bar
 
 
 class _Here(threading.local):
@@ -59,19 +63,35 @@ class Bar:
         """That of tqdm; None: its own, where the screen shows a share of a known total."""
         if self.total is not None and self.screen:
             return None
-        of, units = "" if self.total is None else " of {total_fmt}", f" {self.unit}{'s' * (self.count != 1)}" * bool(self.unit)
+        of, units = (
+            "" if self.total is None else " of {total_fmt}",
+            f" {self.unit}{'s' * (self.count != 1)}" * bool(self.unit),
+        )
         return "{desc}: " + f"{{n_fmt}}{of}{units}, " * bool(of or units) + "{elapsed}{postfix}"
 
     def _made(self) -> Any:
         from tqdm import TqdmWarning
 
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", TqdmWarning)  # that ipywidgets is missing: then it is one of text
+            warnings.simplefilter(
+                "ignore", TqdmWarning
+            )  # that ipywidgets is missing: then it is one of text
             from tqdm.auto import tqdm
         if not self.screen:
             from tqdm.std import tqdm
-        where: dict[str, Any] = {"leave": not self.within, "dynamic_ncols": True} if self.screen else {"file": io.StringIO()}
-        made = tqdm(desc=self.what, unit=self.unit or "it", total=self.total, initial=self.done, bar_format=self._format, **where)
+        where: dict[str, Any] = (
+            {"leave": not self.within, "dynamic_ncols": True}
+            if self.screen
+            else {"file": io.StringIO()}
+        )
+        made = tqdm(
+            desc=self.what,
+            unit=self.unit or "it",
+            total=self.total,
+            initial=self.done,
+            bar_format=self._format,
+            **where,
+        )
         made.start_t = self.started
         return made
 
@@ -97,8 +117,9 @@ def bar_of(
 ) -> Iterator[Bar]:
     """The bar of a computation, which counts `unit`s and shows the `best` so far in words. One within another that is not shown is not shown either.
 
-    An interrupt (Ctrl-C), or each error of `on`, gets what `keeps` makes of them: the name of an attribute, its value, and a sentence about it. Of
-    bars within each other the outermost one that keeps anything does.
+    An interrupt (Ctrl-C), or each error of `on`, gets what `keeps` makes of them: the name of an
+    attribute, its value, and a sentence about it. Of bars within each other the outermost one that
+    keeps anything does.
     """
     outer = _here.bars[:]
     shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
@@ -110,7 +131,11 @@ def bar_of(
             _tell_of(bar, at_once)
         yield bar
     except on as error:  # no class of its own: the exit status stays Python's
-        if keeps and not any(one.keeps and one.keeps(error) for one in outer) and (kept := keeps(error)):
+        if (
+            keeps
+            and not any(one.keeps and one.keeps(error) for one in outer)
+            and (kept := keeps(error))
+        ):
             setattr(error, kept[0], kept[1])
             error.add_note(f"{what}: {kept[2]}")
         raise
@@ -144,12 +169,17 @@ def _tell() -> None:
             if not _under_way:
                 _teller = None
                 return
-            long = sorted((bar for bar in _under_way if now - bar.started >= _FIRST), key=lambda bar: bar.started)
+            long = sorted(
+                (bar for bar in _under_way if now - bar.started >= _FIRST),
+                key=lambda bar: bar.started,
+            )
             with suppress(OSError, ValueError):  # nobody reads them any more
                 for bar in long:
                     if bar.screen:
                         bar.look()
-                lines = [str(look) for bar in long if not (bar.screen or (look := bar.look()).disable)]
+                lines = [
+                    str(look) for bar in long if not (bar.screen or (look := bar.look()).disable)
+                ]
                 if lines and now >= line:
                     line = now + _EVERY
                     print(*lines, sep="; ", file=sys.stderr, flush=True)

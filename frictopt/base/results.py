@@ -70,11 +70,21 @@ class Shown(Portable):
     def __str__(self) -> str:
         answer = dict(self._answer())
         first, wide = next(iter(answer), ""), max(map(len, answer), default=0)
-        names = sorted(answer, key=lambda name: (name != first, name != "reason"))  # the reason second
-        return "\n".join([type(self).__name__, *(line for name in names for line in _lines(name, answer[name], wide))])
+        names = sorted(
+            answer, key=lambda name: (name != first, name != "reason")
+        )  # the reason second
+        return "\n".join(
+            [
+                type(self).__name__,
+                *(line for name in names for line in _lines(name, answer[name], wide)),
+            ]
+        )
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><th>{html.escape(name)}</th><td>{_html(value)}</td></tr>" for name, value in self._answer().items())
+        rows = "".join(
+            f"<tr><th>{html.escape(name)}</th><td>{_html(value)}</td></tr>"
+            for name, value in self._answer().items()
+        )
         return f"<table><caption>{type(self).__name__}</caption>{rows}</table>"
 
 
@@ -88,13 +98,15 @@ class Kept(Shown):
     def save(self, path: str | Path) -> None:
         """Write the result to a file, `limit.npz`, under exactly this name; `frictopt.results.load` gives it back.
 
-        The file is an npz archive of plain arrays and one text, no pickle: reading it runs no code of its own. All numbers, words and tables are
-        kept, also of the results and the contact in it. The cvxpy `problem` is not; it is None afterwards.
+        The file is an npz archive of plain arrays and one text, no pickle: reading it runs no code
+        of its own. All numbers, words and tables are kept, also of the results and the contact in
+        it. The cvxpy `problem` is not; it is None afterwards.
 
         Raises
         ------
         ModelError
-            The file cannot be written, or has the ending of something else, such as `.csv`; or the result holds what no file can keep.
+            The file cannot be written, or has the ending of something else, such as `.csv`; or the
+            result holds what no file can keep.
 
         Examples
         --------
@@ -120,7 +132,8 @@ class LimitKind(Enum):
     --------
     >>> import frictopt as fo
     >>> print(fo.LimitKind.UNBOUNDED.value)
-    there is no largest safe load factor: check that the corners of the cycle load the contact as they should
+    there is no largest safe load factor: check that the corners of the cycle load the contact as
+    they should
     """
 
     FINITE = "the limit is finite: stay below it, and not below the least safe load factor where that is above 0"
@@ -142,7 +155,9 @@ class Outcome(Enum):
     the contact stops slipping: its residual slip keeps every later cycle without dissipation
     """
 
-    SHAKEDOWN = "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
+    SHAKEDOWN = (
+        "the contact stops slipping: its residual slip keeps every later cycle without dissipation"
+    )
     CYCLIC_SLIP = "the contact slips back and forth for ever, the same in every cycle"
     RATCHETING = "the contact slips for ever and its slip drifts by the same amount in every cycle"
 
@@ -174,9 +189,11 @@ class SolveRecord:
     solver, attempts
         Name of the solver or method whose answer this is; all solver runs, in order.
     residual
-        Largest violation of what the result claims, recomputed from the result; each result says what it covers.
+        Largest violation of what the result claims, recomputed from the result; each result says
+        what it covers.
     left_out
-        Sentences that say what the computation left out, because it cannot change the answer. Empty with `simplify=False`.
+        Sentences that say what the computation left out, because it cannot change the answer. Empty
+        with `simplify=False`.
     seconds
         Wall time of the computation.
 
@@ -213,7 +230,8 @@ class Plotted:
     def plot(self, ax: Any = None) -> Any:
         """Draw a picture with matplotlib (extra `figures`), in `ax`, as many axes as it has panels, or None for a new figure; returns the axes.
 
-        ImportError without matplotlib; ModelError for another number of axes, or a contact in space that one map cannot show.
+        ImportError without matplotlib; ModelError for another number of axes, or a contact in space
+        that one map cannot show.
         """
         return self._pictures().draw(self, ax)
 
@@ -221,7 +239,9 @@ class Plotted:
         """The pictures of the room of this class; of a class of the user's own those of the class that it is derived from."""
         package = __name__.split(".")[0]
         modules = [base.__module__ for base in type(self).__mro__]
-        return pictures_of(next(module for module in modules if module.split(".")[0] == package), file)
+        return pictures_of(
+            next(module for module in modules if module.split(".")[0] == package), file
+        )
 
 
 def pictures_of(module: str, file: str = "pictures") -> Any:
@@ -237,7 +257,9 @@ def pictures_of(module: str, file: str = "pictures") -> Any:
     try:
         import_module("matplotlib")
     except ImportError as error:
-        raise ImportError("plots need matplotlib: python -m pip install 'frictopt[figures]'") from error
+        raise ImportError(
+            "plots need matplotlib: python -m pip install 'frictopt[figures]'"
+        ) from error
     package, room = module.split(".")[:2]
     return import_module(f"{package}.{room}.{file}")
 
@@ -254,34 +276,64 @@ def frame(columns: Mapping[str, object], units: str | None = None) -> Table:
 
 def components(name: str, values: Array) -> dict[str, Array]:
     """Columns of a table from values with one tangent, (N,), under their name, or with two, (N, 2), under the name and a number."""
-    return {name: values} if values.ndim == 1 else {f"{name}{axis + 1}": values[:, axis] for axis in range(values.shape[1])}
+    return (
+        {name: values}
+        if values.ndim == 1
+        else {f"{name}{axis + 1}": values[:, axis] for axis in range(values.shape[1])}
+    )
 
 
 def places(system: Any) -> dict[str, Array]:
     """Columns of a table with the places of the nodes: x along the interface in the plane; x, y, z in space."""
-    return {"x": system.x} if system.tangents == 1 else dict(zip("xyz", system.points.T, strict=True))
+    return (
+        {"x": system.x} if system.tangents == 1 else dict(zip("xyz", system.points.T, strict=True))
+    )
 
 
 def named_places(system: Any) -> dict[str, Array]:
     """The same after the contact of each node, where the system names its contacts."""
-    return places(system) if system.contact is None else {"contact": system.contact, **places(system)}
+    return (
+        places(system) if system.contact is None else {"contact": system.contact, **places(system)}
+    )
 
 
 def _html(value: object) -> str:
     """A value as HTML: a line for each entry of a mapping."""
-    lines = [f"{name}: {_text(part)}" for name, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
+    lines = (
+        [f"{name}: {_text(part)}" for name, part in value.items()]
+        if isinstance(value, Mapping)
+        else [_text(value)]
+    )
     return "<br>".join(html.escape(line) for line in lines)
 
 
 def _lines(name: str, value: object, wide: int) -> list[str]:
     """A name with its value in lines of a terminal, one or more for each entry of a mapping; names have a column of their own."""
-    texts = [f"{key}: {_text(part)}" for key, part in value.items()] if isinstance(value, Mapping) else [_text(value)]
+    texts = (
+        [f"{key}: {_text(part)}" for key, part in value.items()]
+        if isinstance(value, Mapping)
+        else [_text(value)]
+    )
     head = " " * (wide + 4)
-    lines = [line for text in texts for line in wrap(text, WIDE - len(head), break_long_words=False) or [""]]
-    return [f"  {name:<{wide}}  {lines[0]}".rstrip(), *(head + line for line in lines[1:])] if lines else [f"  {name}"]
+    lines = [
+        line
+        for text in texts
+        for line in wrap(text, WIDE - len(head), break_long_words=False) or [""]
+    ]
+    return (
+        [f"  {name:<{wide}}  {lines[0]}".rstrip(), *(head + line for line in lines[1:])]
+        if lines
+        else [f"  {name}"]
+    )
 
 
 def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
-    return value.name if isinstance(value, Enum) else repr(value) if isinstance(value, Shown) else str(value)
+    return (
+        value.name
+        if isinstance(value, Enum)
+        else repr(value)
+        if isinstance(value, Shown)
+        else str(value)
+    )

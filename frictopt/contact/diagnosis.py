@@ -39,28 +39,46 @@ def counted(system: ContactSystem, which: Booleans) -> str:
 
 def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
     """The forces q, p of each contact in a state, as a text (in space the resultants of q); within rounding of the size `force` they are none."""
-    names = np.array(["the contact"] * system.nodes if system.contact is None else [f"contact {str(name)!r}" for name in system.contact])
+    names = np.array(
+        ["the contact"] * system.nodes
+        if system.contact is None
+        else [f"contact {str(name)!r}" for name in system.contact]
+    )
     texts = []
     for name in dict.fromkeys(names.tolist()):
         own, floor = names == name, CONDENSATION * force
-        sums = [float(part[own].sum()) for part in (p, friction * p, *(q * system.stretch).reshape(len(p), -1).T)]
+        sums = [
+            float(part[own].sum())
+            for part in (p, friction * p, *(q * system.stretch).reshape(len(p), -1).T)
+        ]
         P, most, *Q = (total if abs(total) > floor else 0.0 for total in sums)
-        pressed = f"a normal force of {P:.3g} on {int((p[own] > floor).sum())} of {int(own.sum())} nodes"
-        texts.append(f"{name} has {pressed} and a shear force of {hypot(*Q):.3g}, of at most f p = {most:.3g}")
+        pressed = (
+            f"a normal force of {P:.3g} on {int((p[own] > floor).sum())} of {int(own.sum())} nodes"
+        )
+        texts.append(
+            f"{name} has {pressed} and a shear force of {hypot(*Q):.3g}, of at most f p = {most:.3g}"
+        )
     return ", ".join(texts)
 
 
-def growth_diagnosis(friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float) -> str:
+def growth_diagnosis(
+    friction: Array, corners: tuple[Array, Array], slipped: tuple[Array, Array], rounding: float
+) -> str:
     """Why the load may grow without end, from `slipped`, the reactions of the slip that then grows with it.
 
-    `corners` are the reactions there, shear (K, N) or (K, N, 2) and normal, without the mean; `rounding` is a force that counts as none.
+    `corners` are the reactions there, shear (K, N) or (K, N, 2) and normal, without the mean;
+    `rounding` is a force that counts as none.
     """
     if not any(part.any() for part in corners):
         return "the corners carry no load"
     if _within(friction, *corners, rounding):
         return "at no node does the cyclic shear exceed f p, so the residual slip stays bounded"
     text = "a slip that grows with the load keeps every node within its friction bound"
-    locks = f" and wedges the contact tighter (self-locking with f = {float(friction.max()):g})" if _within(friction, *slipped, rounding) else ""
+    locks = (
+        f" and wedges the contact tighter (self-locking with f = {float(friction.max()):g})"
+        if _within(friction, *slipped, rounding)
+        else ""
+    )
     return f"{text}{locks}; assembly may not leave one so large: slip_bound limits it"
 
 
@@ -76,9 +94,13 @@ def settled(system: ContactSystem, p: Array) -> tuple[Booleans, Array] | None:
     opened = p < -CONDENSATION * force
     for _ in range(_MOST_SETS):
         w = np.zeros(system.nodes)
-        w[opened] = np.linalg.lstsq(system.C[np.ix_(opened, opened)] / stiff, -p[opened] / force, rcond=CONDENSATION)[0]
+        w[opened] = np.linalg.lstsq(
+            system.C[np.ix_(opened, opened)] / stiff, -p[opened] / force, rcond=CONDENSATION
+        )[0]
         left = p / force + system.C @ w / stiff
-        if np.abs(left[opened]).max(initial=0.0) > np.sqrt(CONDENSATION):  # nothing holds the open part
+        if np.abs(left[opened]).max(initial=0.0) > np.sqrt(
+            CONDENSATION
+        ):  # nothing holds the open part
             return None
         again = np.where(opened, w > 0, left < -CONDENSATION)
         if (again == opened).all():

@@ -26,9 +26,14 @@ from ..base import (
 from ..base.checks import Names
 from ..errors import ModelError
 
-_ORTHONORMAL = 10 * CONDENSATION  # error of the frames of the pairs up to which they are orthonormal, as for given normals
-_HELD = CONDENSATION  # eigenvalue of the stiffness of open nodes, over the largest, from which on they are held: the data have this error
-_SOFTEST = 1e-150  # stiffness of a spring, and largest compliance: the product of two larger numbers overflows
+_ORTHONORMAL = (
+    10 * CONDENSATION
+)  # error of the frames of the pairs up to which they are orthonormal, as for given normals
+# eigenvalue of the stiffness of open nodes, over the largest, from which on they are held: the data
+# have this error
+_HELD = CONDENSATION
+# stiffness of a spring, and largest compliance: the product of two larger numbers overflows
+_SOFTEST = 1e-150
 _BLOCK = 256  # rows and columns that are factored at once
 
 
@@ -51,11 +56,21 @@ def checked_frames(frames: object, n: int, axes: int) -> Array:
     checked = finite_array("frames", frames, (n, axes, axes))
     errors = np.abs(checked @ checked.transpose(0, 2, 1) - np.eye(axes)).max(axis=(1, 2))
     if errors.max() > _ORTHONORMAL:
-        raise ModelError(f"frames: the directions of node {int(errors.argmax())} are not orthonormal; give unit tangents and the unit normal")
+        raise ModelError(
+            f"frames: the directions of node {int(errors.argmax())} are not orthonormal; give unit tangents and the unit normal"
+        )
     return checked
 
 
-def above_zero(name: str, values: object, shape: tuple[int, ...], remedy: str, *, zero: bool = False, none: float | None = None) -> Array:
+def above_zero(
+    name: str,
+    values: object,
+    shape: tuple[int, ...],
+    remedy: str,
+    *,
+    zero: bool = False,
+    none: float | None = None,
+) -> Array:
     """Check finite numbers of a shape, above 0 or, with `zero`, from 0 on; None, or empty: each is `none`, if that is given."""
     if none is not None and (values is None or real_array(name, values).size == 0):
         return frozen(np.full(shape, none))
@@ -68,7 +83,12 @@ def checked_strength(argument: str, strength: object, n: int) -> Array:
     """Check shear strengths, one number or (n,), > 0 and up to infinity; None, or empty: none."""
     if strength is None or (given := real_array(argument, strength)).size == 0:
         return frozen(np.full(n, np.inf))
-    check_entries(argument, given, given > 0, "give a largest shear > 0, inf for none; a surface that bears none has friction 0")  # NaN is not, too
+    check_entries(
+        argument,
+        given,
+        given > 0,
+        "give a largest shear > 0, inf for none; a surface that bears none has friction 0",
+    )  # NaN is not, too
     return frozen(for_each(argument, given, n))
 
 
@@ -83,18 +103,30 @@ def checked_springs(argument: str, stiffness: object, n: int) -> Array:
 
 def compliances(tangential: object, normal: object, width: Array, tangents: int) -> Array:
     """(M,) compliances of the springs of a surface with some stiffness, one number or one a node, at nodes of some width."""
-    along, across = (1 / (checked_springs(name, k, len(width)) * width) for name, k in (("tangential", tangential), ("normal", normal)))
+    along, across = (
+        1 / (checked_springs(name, k, len(width)) * width)
+        for name, k in (("tangential", tangential), ("normal", normal))
+    )
     return np.concatenate([*[along] * tangents, across])
 
 
-def checked_bonded(argument: str, bonded: object, n: int, tangents: int) -> Mapping[str, tuple[Array, Array]]:
+def checked_bonded(
+    argument: str, bonded: object, n: int, tangents: int
+) -> Mapping[str, tuple[Array, Array]]:
     """Check bonded reactions, load case name -> (q, p) or all of them in the order of S, and return the pairs read-only."""
     if not (cases := checked_cases(argument, bonded, "(q, p)")):
         raise ModelError(f"{argument}: no load case; give at least one, name -> (q, p)")
-    return MappingProxyType({name: checked_pair(f"{argument}[{name!r}]", given, n, tangents) for name, given in cases.items()})
+    return MappingProxyType(
+        {
+            name: checked_pair(f"{argument}[{name!r}]", given, n, tangents)
+            for name, given in cases.items()
+        }
+    )
 
 
-def checked_bolts(argument: str, bolts: object, cases: Mapping[str, object]) -> Mapping[str, tuple[float, float]]:
+def checked_bolts(
+    argument: str, bolts: object, cases: Mapping[str, object]
+) -> Mapping[str, tuple[float, float]]:
     """Check locked bolts, load case name -> (force, shortening), and return them read-only."""
     found = {}
     for case, pair in checked_cases(argument, bolts, "(force, shortening)").items():
@@ -111,7 +143,12 @@ def checked_sizes(argument: str, sizes: object, cases: Mapping[str, object]) -> 
     given = checked_cases(argument, sizes, "size of its forces")
     for case in given:
         choice(f"{argument}: load case", case, cases)
-    return MappingProxyType({case: finite_number(f"{argument}[{case!r}]", size, above=0.0) for case, size in given.items()})
+    return MappingProxyType(
+        {
+            case: finite_number(f"{argument}[{case!r}]", size, above=0.0)
+            for case, size in given.items()
+        }
+    )
 
 
 def checked_pair(argument: str, given: Any, n: int, tangents: int) -> tuple[Array, Array]:
@@ -120,7 +157,9 @@ def checked_pair(argument: str, given: Any, n: int, tangents: int) -> tuple[Arra
     try:
         q, p = given if (pair := np.ndim(given[0]) > 0) else (None, None)
     except (TypeError, ValueError, IndexError, KeyError) as error:
-        raise ModelError(f"{argument}: {shown(given)} is no pair; give (q, p), arrays of shapes {shape} and {(n,)}") from error
+        raise ModelError(
+            f"{argument}: {shown(given)} is no pair; give (q, p), arrays of shapes {shape} and {(n,)}"
+        ) from error
     if not pair:
         q, p = parted(finite_array(argument, given, ((tangents + 1) * n,)), tangents + 1)
     return finite_array(f"{argument} q", q, shape), finite_array(f"{argument} p", p, (n,))
@@ -151,13 +190,17 @@ def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
             end = float(x[piece][-1])
     if (falls := np.diff(x) <= 0).any():
         i = int(falls.argmax())
-        raise ModelError(f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes along the interface")
+        raise ModelError(
+            f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes along the interface"
+        )
     return np.asarray(x)
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
     """The symmetric part of a matrix that is symmetric up to rounding."""
-    asymmetry = [float(np.abs(row - column).max()) for row, column in zip(matrix, matrix.T, strict=True)]  # no copy of what fills the memory
+    asymmetry = [
+        float(np.abs(row - column).max()) for row, column in zip(matrix, matrix.T, strict=True)
+    ]  # no copy of what fills the memory
     if max(asymmetry) > CONDENSATION * max(matrix.max(), -matrix.min()):
         i = int(np.argmax(asymmetry))
         j = int(np.abs(matrix[i] - matrix[:, i]).argmax())
@@ -177,13 +220,17 @@ def check_semi_definite(name: str, S: Array) -> None:
     if scale == 0:
         return
     slack = CONDENSATION * len(S)
-    try:  # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the eigenvalues
+    # a Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the
+    # eigenvalues
+    try:
         factor = S / scale
         factor[np.diag_indices_from(S)] += slack
         for start in range(0, len(S), _BLOCK):  # in place, as three copies would fill the memory
             block, done = slice(start, start + _BLOCK), slice(start)
             factor[start:, block] -= factor[start:, done] @ factor[block, done].T
-            factor[start:, block] = np.linalg.solve(np.linalg.cholesky(factor[block, block]), factor[start:, block].T).T
+            factor[start:, block] = np.linalg.solve(
+                np.linalg.cholesky(factor[block, block]), factor[start:, block].T
+            ).T
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(
@@ -196,9 +243,11 @@ def check_semi_definite(name: str, S: Array) -> None:
 def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array, Array]:
     """Stiffness `(1 + S G)^-1 S` and reactions `(1 + S G)^-1 R` with a spring in series with each motion; and what it adds to the compliance.
 
-    S (M, M), R (M, k), compliances `give` (M,) of the springs, the diagonal of G, and sizes `own` (M,) of S of each motion, > 0. In the factors of
-    `S = F F^T` the inverse is that of `1 + F^T G F`: no spring is too stiff or too soft for it, and rigid motions stay free. The added compliance,
-    `R^T (G^-1 + S)^-1 R`, is twice the energy that least squares of the strains of bodies and springs leave.
+    S (M, M), R (M, k), compliances `give` (M,) of the springs, the diagonal of G, and sizes `own`
+    (M,) of S of each motion, > 0. In the factors of `S = F F^T` the inverse is that of `1 + F^T G
+    F`: no spring is too stiff or too soft for it, and rigid motions stay free. The added
+    compliance, `R^T (G^-1 + S)^-1 R`, is twice the energy that least squares of the strains of
+    bodies and springs leave.
     """
     root = np.sqrt(own)
     values, vectors = np.linalg.eigh(S / np.outer(root, root))
@@ -206,8 +255,13 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
     sizes, V = np.sqrt(values[strained]), vectors[:, strained]
     F = root[:, None] * V * sizes
     spring = np.sqrt(give)[:, None]
-    rows, loads = np.vstack([spring * F, np.eye(F.shape[1])]), np.vstack([spring * R, np.zeros((F.shape[1], R.shape[1]))])
-    falling = np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")  # so the factors lose least
+    rows, loads = (
+        np.vstack([spring * F, np.eye(F.shape[1])]),
+        np.vstack([spring * R, np.zeros((F.shape[1], R.shape[1]))]),
+    )
+    falling = np.argsort(
+        -np.abs(rows).max(axis=1, initial=0.0), kind="stable"
+    )  # so the factors lose least
     Q, factor = np.linalg.qr(rows[falling])
     strain = np.linalg.solve(factor, Q.T @ loads[falling])
     half, left = np.linalg.solve(factor.T, F.T), loads - rows @ strain
@@ -217,7 +271,8 @@ def in_series(S: Array, own: Array, R: Array, give: Array) -> tuple[Array, Array
 def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
     """Bonded reactions R (M, k) and compliance L (k, k) of load cases with overlaps D (N, k), too.
 
-    An overlap stores the energy of the closed contact that holds it; the displacement of its load case is the one that gives this energy back.
+    An overlap stores the energy of the closed contact that holds it; the displacement of its load
+    case is the one that gives this energy back.
     """
     held, p = S[:, -len(D) :] @ D, R[-len(D) :]
     return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]
@@ -232,8 +287,16 @@ def following(S: Array, opened: Booleans, bonded: Sequence[tuple[Array, Array]])
     values, vectors = np.linalg.eigh(S[np.ix_(out, out)])
     held = values > _HELD * max(values[-1], np.finfo(float).tiny)
     loads = [joined(*pair) for pair in bonded]
-    driven = [r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads]  # a way aside that no load takes does not matter
-    if max(np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()) :, ~held])) > _HELD:
+    driven = [
+        r[out] @ vectors[:, ~held] / (np.abs(r).max() or 1.0) for r in loads
+    ]  # a way aside that no load takes does not matter
+    if (
+        max(
+            np.abs(part).max(initial=0.0)
+            for part in (*driven, vectors[-int(opened.sum()) :, ~held])
+        )
+        > _HELD
+    ):
         return None
     give = np.zeros_like(S)
     give[np.ix_(out, out)] = (vectors[:, held] / values[held]) @ vectors[:, held].T

@@ -19,7 +19,11 @@ from .system import ContactSystem
 def parts(system: ContactSystem) -> list[tuple[str, slice]]:
     """Name and nodes of each contact, in their order along x."""
     names = system.contact
-    return [("", slice(None))] if names is None else [(str(names[nodes][0]), nodes) for nodes in runs(names)]
+    return (
+        [("", slice(None))]
+        if names is None
+        else [(str(names[nodes][0]), nodes) for nodes in runs(names)]
+    )
 
 
 def node_at(system: ContactSystem, node: int) -> str:
@@ -29,14 +33,23 @@ def node_at(system: ContactSystem, node: int) -> str:
     return f"node {node} at ({', '.join(f'{place:.3g}' for place in system.points[node])})"
 
 
-def lines(ax: Axes, system: ContactSystem, values: Array, *, label: str | None = None, **look: Any) -> None:
+def lines(
+    ax: Axes, system: ContactSystem, values: Array, *, label: str | None = None, **look: Any
+) -> None:
     """Draw values of the nodes as lines that do not join one contact to the next."""
     for number, (_, nodes) in enumerate(parts(system)):
         ax.plot(system.x[nodes], values[nodes], label=label if number == 0 else None, **look)
 
 
 def lines_or_band(
-    ax: Axes, system: ContactSystem, values: Array, names: Sequence[str], ruling: Sequence[int] = (), what: str = "", band: str = GREY, **more: Any
+    ax: Axes,
+    system: ContactSystem,
+    values: Array,
+    names: Sequence[str],
+    ruling: Sequence[int] = (),
+    what: str = "",
+    band: str = GREY,
+    **more: Any,
 ) -> dict[int, Look]:
     """Draw (K, N) values as a line for each corner; of more corners than there are looks, the ruling ones as lines and all of them as a band.
 
@@ -48,10 +61,20 @@ def lines_or_band(
         low, high = np.fmin.reduce(values), np.fmax.reduce(values)  # NaN counts where all are
         for number, (_, nodes) in enumerate(parts(system)):
             label = f"{what}all {len(values)} corners" if number == 0 else None
-            ax.fill_between(system.x[nodes], low[nodes], high[nodes], color=band, alpha=0.35, lw=0.6, label=label)
+            ax.fill_between(
+                system.x[nodes],
+                low[nodes],
+                high[nodes],
+                color=band,
+                alpha=0.35,
+                lw=0.6,
+                label=label,
+            )
     looks = {corner: line(number) for number, corner in enumerate(drawn)}
     for corner, look in looks.items():
-        lines(ax, system, values[corner], label=f"{what}{names[corner]}", **{**look, **POINTS, **more})
+        lines(
+            ax, system, values[corner], label=f"{what}{names[corner]}", **{**look, **POINTS, **more}
+        )
     return looks
 
 
@@ -66,7 +89,11 @@ def label_contacts(ax: Axes, system: ContactSystem, *, names: bool = True) -> No
         ax.axvline((system.x[left][-1] + system.x[right][0]) / 2, color=BLACK, lw=0.6)
     if names:
         above, labels = ax.secondary_xaxis("top"), [name for name, _ in found]
-        above.set_xticks([float(system.x[nodes].mean()) for _, nodes in found], labels, **slanted(labels, "left", "bottom"))
+        above.set_xticks(
+            [float(system.x[nodes].mean()) for _, nodes in found],
+            labels,
+            **slanted(labels, "left", "bottom"),
+        )
         above.tick_params(length=0)
 
 
@@ -81,7 +108,9 @@ def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
 
 def work_label(system: ContactSystem) -> str:
     """Name of the axis of the work of friction per cycle."""
-    return f"work of friction per cycle\n(force times length{' per depth' * (system.tangents == 1)})"
+    return (
+        f"work of friction per cycle\n(force times length{' per depth' * (system.tangents == 1)})"
+    )
 
 
 def friction_bounds(ax: Axes, of: str = "(f p)") -> None:
@@ -93,13 +122,37 @@ def friction_bounds(ax: Axes, of: str = "(f p)") -> None:
 
 def ratios(shear: Array, bound: Array) -> Array:
     """Shear over its friction bound; NaN where a node bears nothing but rounding."""
-    return np.asarray(np.divide(shear, bound, out=np.full(shear.shape, np.nan), where=bound > RESIDUAL * np.abs(bound).max()))
+    return np.asarray(
+        np.divide(
+            shear,
+            bound,
+            out=np.full(shear.shape, np.nan),
+            where=bound > RESIDUAL * np.abs(bound).max(),
+        )
+    )
 
 
-def circle(ax: Axes, x: ArrayLike, ratio: ArrayLike, sense: ArrayLike, area: ArrayLike, color: str, label: str | None) -> None:
+def circle(
+    ax: Axes,
+    x: ArrayLike,
+    ratio: ArrayLike,
+    sense: ArrayLike,
+    area: ArrayLike,
+    color: str,
+    label: str | None,
+) -> None:
     """Circle nodes at q / (f p); where that is not defined, at the bound of their sense of slip."""
     places = np.where(np.isfinite(ratio), ratio, np.negative(sense))
-    ax.scatter(x, places, s=area, facecolors="none", edgecolors=color, linewidths=1.2, zorder=3, label=label)
+    ax.scatter(
+        x,
+        places,
+        s=area,
+        facecolors="none",
+        edgecolors=color,
+        linewidths=1.2,
+        zorder=3,
+        label=label,
+    )
 
 
 def open_marks(ax: Axes, x: Array, label: str, **look: Any) -> None:
@@ -108,7 +161,9 @@ def open_marks(ax: Axes, x: Array, label: str, **look: Any) -> None:
         ax.scatter(x, np.zeros(len(x)), marker="v", s=20, zorder=3, label=label, **look)
 
 
-Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]  # by corner: nodes that limit the load, their senses of slip, areas of their circles
+Circles: TypeAlias = dict[
+    int, tuple[Any, Any, Any]
+]  # by corner: nodes that limit the load, their senses of slip, areas of their circles
 ONE_NODE = 60  # of the circle round a node that stands alone
 INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
 
@@ -128,7 +183,8 @@ def shear_ratios(
 ) -> Axes | AxesArray:
     """Shear over friction bound of reactions at K corners, with circles at some of them; of many corners, those with the largest circles.
 
-    Where the bound is zero up to rounding, no ratio is drawn. In space maps of the corner `at`, with the circles of all, and the slip as arrows.
+    Where the bound is zero up to rounding, no ratio is drawn. In space maps of the corner `at`,
+    with the circles of all, and the slip as arrows.
     """
     bound, of = most_shear(system, friction, p), r"\min(f p, c)" if system.capped else "(f p)"
     if slip is not None:
@@ -141,7 +197,17 @@ def shear_ratios(
         for nodes, _, area in circles.values():
             np.add.at(areas, np.ravel(nodes), area)
         circled = (areas, what) if circles else None
-        return face_map(panels, system, ratio, name, most=most, slip=slip, slip_name="residual slip", opened=opened, circled=circled)
+        return face_map(
+            panels,
+            system,
+            ratio,
+            name,
+            most=most,
+            slip=slip,
+            slip_name="residual slip",
+            opened=opened,
+            circled=circled,
+        )
     (axes,), ratio, label = panels, ratios(q, bound), what or None
     friction_bounds(axes, of)
     ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
@@ -150,7 +216,9 @@ def shear_ratios(
             nodes, senses, areas = circles[corner]
             circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, look["color"], label)
             label = None
-    most = np.clip(1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0)  # beyond, nodes with almost no pressure would hide all others
+    most = np.clip(
+        1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0
+    )  # beyond, nodes with almost no pressure would hide all others
     axes.set_ylim(-most, most)
     label_contacts(axes, system)
     if opened is not None:

@@ -34,7 +34,9 @@ from . import files, parts
 from .parts import joined, parted
 
 _RATIO = "give a ratio above 0"
-_SOFTER = 1e18  # than the bodies, which springs in some directions may be while others are not: beyond, rounding hides what these carry
+# than the bodies, which springs in some directions may be while others are not: beyond, rounding
+# hides what these carry
+_SOFTER = 1e18
 
 
 @kept
@@ -42,66 +44,85 @@ _SOFTER = 1e18  # than the bodies, which springs in some directions may be while
 class ContactSystem(Shown, Plotted):
     """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
 
-    Each pair has one normal and t tangents, t = 1 in the plane and 2 in space. The reactions `r = [q, p]` of body 2 on body 1 follow from the
-    relative motion `u = [v, w - gap]` of body 1 with respect to body 2::
+    Each pair has one normal and t tangents, t = 1 in the plane and 2 in space. The reactions `r =
+    [q, p]` of body 2 on body 1 follow from the relative motion `u = [v, w - gap]` of body 1 with
+    respect to body 2::
 
         q = q^w + A v + B^T (w - gap)         along the tangents
         p = p^w + B v + C (w - gap)           normal, compression positive
 
-    with the slip `v`, the gap `w`, and the bonded reactions `q^w, p^w` (interface glued) linear in the loads. Slips and shear forces are (N,) in the
-    plane and (N, 2) in space. In the plane forces are per unit depth, and the tangent is the normal turned by -90 degrees. Theory, eq. (1).
+    with the slip `v`, the gap `w`, and the bonded reactions `q^w, p^w` (interface glued) linear in
+    the loads. Slips and shear forces are (N,) in the plane and (N, 2) in space. In the plane forces
+    are per unit depth, and the tangent is the normal turned by -90 degrees. Theory, eq. (1).
 
     Parameters
     ----------
     S
-        (M, M) stiffness `[[A, B^T], [B, C]]`, M = (t + 1) N, force per length; symmetric and positive semi-definite. Its unknowns are ordered by
-        component: first v of all nodes (v along the first tangent, then along the second one), then w.
+        (M, M) stiffness `[[A, B^T], [B, C]]`, M = (t + 1) N, force per length; symmetric and
+        positive semi-definite. Its unknowns are ordered by component: first v of all nodes (v along
+        the first tangent, then along the second one), then w.
     points
-        (N, t + 1) coordinates of the nodes, length. In the plane they follow each other along the tangents, one contact after the other.
+        (N, t + 1) coordinates of the nodes, length. In the plane they follow each other along the
+        tangents, one contact after the other.
     bonded
-        Load case name -> the bonded reactions under the unit load, force: `(q, p)`, or all of them in the order of S, (M,).
+        Load case name -> the bonded reactions under the unit load, force: `(q, p)`, or all of them
+        in the order of S, (M,).
     gap
         (N,) initial gap `g0 >= 0`, length; None for a complete contact (no gap).
     frames
-        (N, t + 1, t + 1) directions of each pair: its rows are the tangents and the normal, which points from body 2 into body 1. None: the axes.
+        (N, t + 1, t + 1) directions of each pair: its rows are the tangents and the normal, which
+        points from body 2 into body 1. None: the axes.
     contact
-        (N,) name of the contact that each node belongs to; the nodes of one contact follow each other. None: not known, as in all that follows.
+        (N,) name of the contact that each node belongs to; the nodes of one contact follow each
+        other. None: not known, as in all that follows.
     width
         (N,) tributary lengths (areas in space) > 0: reactions over width are mean tractions.
     E_star
-        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It is only a unit of dimensionless results.
+        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It is only
+        a unit of dimensionless results.
     compliance
-        (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`, for `displacements` alone: entry j, k is the
-        displacement of load case j under the unit load k, that is the work of the unit load j in it.
+        (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`,
+        for `displacements` alone: entry j, k is the displacement of load case j under the unit load
+        k, that is the work of the unit load j in it.
     bolts
-        Load case name of a locked bolt -> (force, shortening): what it is tightened to, and by how much its unit amplitude shortens it, length; both
-        above 0. The work of the unit load of such a case is minus the tension times the shortening, see `tension`.
+        Load case name of a locked bolt -> (force, shortening): what it is tightened to, and by how
+        much its unit amplitude shortens it, length; both above 0. The work of the unit load of such
+        a case is minus the tension times the shortening, see `tension`.
     load_size
-        Load case name -> size of its unit load, force, > 0: the integral of the size of its tractions and forces per volume. The displacement of the
-        load case over its size is a length: the mean motion, along the load, of what the load acts on. `condense` of a model finds it.
+        Load case name -> size of its unit load, force, > 0: the integral of the size of its
+        tractions and forces per volume. The displacement of the load case over its size is a
+        length: the mean motion, along the load, of what the load acts on. `condense` of a model
+        finds it.
     shear_strength
-        (N,) largest size of the shear force at each node, force, > 0: the strength of the surface times the area. inf: friction alone bounds it. See
-        `with_shear_strength`, which also says what knows it.
+        (N,) largest size of the shear force at each node, force, > 0: the strength of the surface
+        times the area. inf: friction alone bounds it. See `with_shear_strength`, which also says
+        what knows it.
     stretch
-        In the shape of slips, > 0: slips of this system are so many times those along its tangents, shear forces as much less. 1, unless friction
-        differs along the tangents, see `with_orthotropic_friction`.
+        In the shape of slips, > 0: slips of this system are so many times those along its tangents,
+        shear forces as much less. 1, unless friction differs along the tangents, see
+        `with_orthotropic_friction`.
     units
-        Names of the units of force and length, such as "N, mm", for the axes of pictures and `attrs["units"]` of tables; no number depends on them.
+        Names of the units of force and length, such as "N, mm", for the axes of pictures and
+        `attrs["units"]` of tables; no number depends on them.
 
     Attributes
     ----------
     nodes, tangents, slip_shape
-        Numbers N of node pairs, and t of tangents of a pair; shape of a slip of all nodes, (N,) or (N, 2).
+        Numbers N of node pairs, and t of tangents of a pair; shape of a slip of all nodes, (N,) or
+        (N, 2).
     stiffness_scale
-        Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale of slips.
+        Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale
+        of slips.
     own_stiffness
-        (M,) diagonal of S; where a direction has no more than rounding, the largest of its node (the scale of all where that is zero).
+        (M,) diagonal of S; where a direction has no more than rounding, the largest of its node
+        (the scale of all where that is zero).
 
     Raises
     ------
     ModelError
-        Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to rounding (rounding asymmetry is removed),
-        negative gap, frames that are not orthonormal, nodes in the plane that are not in their order, no load case, a contact in several pieces,
+        Wrong shape or type, entries not finite, S not symmetric or not positive semi-definite up to
+        rounding (rounding asymmetry is removed), negative gap, frames that are not orthonormal,
+        nodes in the plane that are not in their order, no load case, a contact in several pieces,
         width not positive, a compliance that is not symmetric.
 
     Examples
@@ -142,20 +163,43 @@ class ContactSystem(Shown, Plotted):
         if n == 0:
             raise ModelError("points: no nodes; a contact needs at least one node pair")
         if axes not in (2, 3):
-            raise ModelError(f"points: shape {points.shape}; give (N, 2) in the plane or (N, 3) in space")
+            raise ModelError(
+                f"points: shape {points.shape}; give (N, 2) in the plane or (N, 3) in space"
+            )
         S = parts.symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
         parts.check_semi_definite("S", S)
-        gap = parts.above_zero("gap", self.gap, (n,), "the bodies cannot overlap before loading, give gap >= 0", zero=True, none=0.0)
+        gap = parts.above_zero(
+            "gap",
+            self.gap,
+            (n,),
+            "the bodies cannot overlap before loading, give gap >= 0",
+            zero=True,
+            none=0.0,
+        )
         bonded, L = parts.checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
         own, scale = np.diag(S).reshape(axes, n), float(np.trace(S) / len(S)) or 1.0
         most = np.where(own.max(axis=0) > 0, own.max(axis=0), scale)
-        vars(self).update(S=S, points=points, bonded=bonded, gap=gap, nodes=n, tangents=axes - 1, slip_shape=(n,) if axes == 2 else (n, 2))
+        vars(self).update(
+            S=S,
+            points=points,
+            bonded=bonded,
+            gap=gap,
+            nodes=n,
+            tangents=axes - 1,
+            slip_shape=(n,) if axes == 2 else (n, 2),
+        )
         vars(self).update(
             frames=parts.checked_frames(self.frames, n, axes),
             contact=None if self.contact is None else checked_contact("contact", self.contact, n),
-            width=None if self.width is None else parts.above_zero("width", self.width, (n,), "give the length or area that the node collects, > 0"),
+            width=None
+            if self.width is None
+            else parts.above_zero(
+                "width", self.width, (n,), "give the length or area that the node collects, > 0"
+            ),
             E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
-            compliance=None if L is None else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
+            compliance=None
+            if L is None
+            else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
             bolts=parts.checked_bolts("bolts", self.bolts, bonded),
             load_size=parts.checked_sizes("load_size", self.load_size, bonded),
             shear_strength=parts.checked_strength("shear_strength", self.shear_strength, n),
@@ -197,19 +241,46 @@ class ContactSystem(Shown, Plotted):
         n = len(line)
         if n == 0:
             raise ModelError("x: no nodes; a contact needs at least one node pair")
-        A, B, C = (finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True))
+        A, B, C = (
+            finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True)
+        )
         A, C = parts.symmetrised("A", A), parts.symmetrised("C", C)
         points = np.column_stack([line, np.zeros(n)])
-        more: dict[str, Any] = {"gap": gap, "contact": contact, "width": width, "E_star": E_star, "compliance": compliance, "units": units}
-        return cls(np.block([[A, B.T], [B, C]]), points, bonded, bolts={} if bolts is None else bolts, **more)
+        more: dict[str, Any] = {
+            "gap": gap,
+            "contact": contact,
+            "width": width,
+            "E_star": E_star,
+            "compliance": compliance,
+            "units": units,
+        }
+        return cls(
+            np.block([[A, B.T], [B, C]]),
+            points,
+            bonded,
+            bolts={} if bolts is None else bolts,
+            **more,
+        )
 
     def _answer(self) -> Mapping[str, object]:
         names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
         several = {"contacts": names} if len(names) > 1 else {}
         place = {"x": f"{self.x[0]:g} .. {self.x[-1]:g}"} if self.tangents == 1 else {"tangents": 2}
         units = {} if self.units is None else {"units": self.units}
-        strong = {name: True for name, has in (("shear_strength", self.capped), ("orthotropic", self.orthotropic)) if has}
-        return {"nodes": self.nodes, **place, **several, "loads": sorted(self.bonded), "gap": bool(self.gap.any()), **strong, **units}
+        strong = {
+            name: True
+            for name, has in (("shear_strength", self.capped), ("orthotropic", self.orthotropic))
+            if has
+        }
+        return {
+            "nodes": self.nodes,
+            **place,
+            **several,
+            "loads": sorted(self.bonded),
+            "gap": bool(self.gap.any()),
+            **strong,
+            **units,
+        }
 
     def to_frame(self) -> Table:
         """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
@@ -220,14 +291,19 @@ class ContactSystem(Shown, Plotted):
         if self.contact is not None:
             columns["contact"] = self.contact
         for name, values in (("point", self.points), ("normal", self.normals)):
-            columns |= {f"{name}_{axis}": column for axis, column in zip("xyz", values.T, strict=False)}
-        return frame(columns if self.width is None else {**columns, "width": self.width}, units=self.units)
+            columns |= {
+                f"{name}_{axis}": column for axis, column in zip("xyz", values.T, strict=False)
+            }
+        return frame(
+            columns if self.width is None else {**columns, "width": self.width}, units=self.units
+        )
 
     @property
     def x(self) -> Array:
         """(N,) coordinates along the interface in the plane, rising, length; ModelError in space.
 
-        On a straight line the coordinate along its tangent, else the arc length, one contact after the other.
+        On a straight line the coordinate along its tangent, else the arc length, one contact after
+        the other.
         """
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
@@ -269,7 +345,9 @@ class ContactSystem(Shown, Plotted):
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
         """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
-        return parted(joined(*self.reaction(loads)) - self.S[:, -self.nodes :] @ self.gap, self.tangents + 1)
+        return parted(
+            joined(*self.reaction(loads)) - self.S[:, -self.nodes :] @ self.gap, self.tangents + 1
+        )
 
     @property
     def _reactions(self) -> Array:
@@ -279,15 +357,17 @@ class ContactSystem(Shown, Plotted):
     def displacements(self, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
         """(..., cases) displacements of all load cases at states of the contact, in the order of `bonded`. Theory, "Joints".
 
-        The displacement of a load case of forces is the work of its unit load: of a single force the displacement of its point along it, of a
-        pressure the mean displacement times the area. That of moved supports is their force, of an interference the force that presses it shut, both
-        negative. So the area of all loops together, of amplitude against displacement, is the work of friction.
+        The displacement of a load case of forces is the work of its unit load: of a single force
+        the displacement of its point along it, of a pressure the mean displacement times the area.
+        That of moved supports is their force, of an interference the force that presses it shut,
+        both negative. So the area of all loops together, of amplitude against displacement, is the
+        work of friction.
 
         Parameters
         ----------
         amplitudes, slip, gap
-            (..., cases) amplitudes of the load cases; slip v, (..., N) or (..., N, 2), and gap w, (..., N), length. ModelError for other shapes, and
-            for a system without `compliance`.
+            (..., cases) amplitudes of the load cases; slip v, (..., N) or (..., N, 2), and gap w,
+            (..., N), length. ModelError for other shapes, and for a system without `compliance`.
 
         Examples
         --------
@@ -298,8 +378,14 @@ class ContactSystem(Shown, Plotted):
         [3.0, 2.25]
         """
         if self.compliance is None:
-            raise ModelError("compliance: not known; `condense` finds it, else give that of the load cases on the glued bodies to the system")
-        loads, v, w = real_array("amplitudes", amplitudes), real_array("slip", slip), real_array("gap", gap)
+            raise ModelError(
+                "compliance: not known; `condense` finds it, else give that of the load cases on the glued bodies to the system"
+            )
+        loads, v, w = (
+            real_array("amplitudes", amplitudes),
+            real_array("slip", slip),
+            real_array("gap", gap),
+        )
         shapes = v.shape[v.ndim - len(self.slip_shape) :], w.shape[-1:], loads.shape[-1:]
         if shapes != (self.slip_shape, (self.nodes,), (len(self.bonded),)):
             raise ModelError(
@@ -311,7 +397,8 @@ class ContactSystem(Shown, Plotted):
     def tension(self, case: str, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
         """(...,) tension of the locked bolt of a load case, force, at states of the contact that are given as for `displacements`. Theory, eq. (25).
 
-        It is linear in loads, slip and gap. ModelError for a load case of no locked bolt, and where `displacements` has one.
+        It is linear in loads, slip and gap. ModelError for a load case of no locked bolt, and where
+        `displacements` has one.
 
         Examples
         --------
@@ -327,7 +414,10 @@ class ContactSystem(Shown, Plotted):
                 "amplitude, whatever other loads do"
             )
         _, shortening = self.bolts[case]
-        return np.asarray(-self.displacements(amplitudes, slip, gap)[..., list(self.bonded).index(case)] / shortening)
+        return np.asarray(
+            -self.displacements(amplitudes, slip, gap)[..., list(self.bonded).index(case)]
+            / shortening
+        )
 
     def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`. Its compliance is not known."""
@@ -339,9 +429,10 @@ class ContactSystem(Shown, Plotted):
     def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
         """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
 
-        An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a gap of minus the overlap, `(B^T d, C d)`; they add
-        to those that the system has of that name. ModelError for overlaps that are negative or not finite, a bad name, or that of
-        a locked bolt.
+        An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a
+        gap of minus the overlap, `(B^T d, C d)`; they add to those that the system has of that
+        name. ModelError for overlaps that are negative or not finite, a bad name, or that of a
+        locked bolt.
 
         Examples
         --------
@@ -350,16 +441,34 @@ class ContactSystem(Shown, Plotted):
         >>> node.with_interference({"fit": 0.1}).bonded["fit"][1].tolist()
         [0.2]
         """
-        given, less = checked_cases("cases", cases, "overlap"), "give overlaps >= 0, and an opening as a gap"
+        given, less = (
+            checked_cases("cases", cases, "overlap"),
+            "give overlaps >= 0, and an opening as a gap",
+        )
         if bolt := next((name for name in given if name in self.bolts), None):
-            raise ModelError(f"cases: {bolt!r} is a locked bolt, whose load case is its shortening alone; give the overlap a load case of its own")
-        overlaps = {case: per_node(f"cases[{case!r}]", overlap, self.nodes, less) for case, overlap in given.items()}
+            raise ModelError(
+                f"cases: {bolt!r} is a locked bolt, whose load case is its shortening alone; give the overlap a load case of its own"
+            )
+        overlaps = {
+            case: per_node(f"cases[{case!r}]", overlap, self.nodes, less)
+            for case, overlap in given.items()
+        }
         names, k = list({**self.bonded, **overlaps}), len(self.bonded)
-        more, L = (0, len(names) - k), np.zeros((k, k)) if self.compliance is None else self.compliance
+        more, L = (
+            (0, len(names) - k),
+            np.zeros((k, k)) if self.compliance is None else self.compliance,
+        )
         D = np.column_stack([overlaps.get(name, np.zeros(self.nodes)) for name in names])
-        R, L = parts.overlapping(self.S, np.pad(self._reactions, ((0, 0), more)), np.pad(L, more), D)
+        R, L = parts.overlapping(
+            self.S, np.pad(self._reactions, ((0, 0), more)), np.pad(L, more), D
+        )
         sizes = {name: size for name, size in self.load_size.items() if name not in overlaps}
-        return replace(self, bonded=dict(zip(names, R.T, strict=True)), compliance=None if self.compliance is None else L, load_size=sizes)
+        return replace(
+            self,
+            bonded=dict(zip(names, R.T, strict=True)),
+            compliance=None if self.compliance is None else L,
+            load_size=sizes,
+        )
 
     def with_gap(self, gap: Any) -> Self:
         """Copy with another initial gap, (N,) or None."""
@@ -368,8 +477,9 @@ class ContactSystem(Shown, Plotted):
     def with_shear_strength(self, strength: ArrayLike) -> Self:
         """Copy whose surfaces shear off: beside friction, `|q| <= strength * width` at each node, whatever the pressure. Theory, eq. (35).
 
-        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and what follows such transients know it; they go in increments,
-        also in the plane. What does not know it refuses such a system.
+        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and what follows
+        such transients know it; they go in increments, also in the plane. What does not know it
+        refuses such a system.
 
         Parameters
         ----------
@@ -390,28 +500,35 @@ class ContactSystem(Shown, Plotted):
         [2.0, 1.25]
         """
         width = checked_width(self, "a strength acts on it")
-        return replace(self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * width)
+        return replace(
+            self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * width
+        )
 
     def with_orthotropic_friction(self, ratio: ArrayLike) -> Self:
         """Copy for friction that differs along the two tangents: f along the first, `ratio` times f along the second. Theory, eq. (36).
 
-        Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz 1978). The copy has a stretched second tangent:
-        its slips v2 are `ratio` times those of the joint, its shear forces q2 as much less, and their work is the same. There the ellipse is the
-        circle `|q| <= f p`, and friction opposes slip. So all questions answer it, with f along the first tangent: loads, works, pressures, gaps,
-        stiffness, damping and which nodes slip or open are those of the joint. Slips and shear forces, in arrays and columns named so, go back by
-        `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`, `largest_slip`, `sliding_distance`) are stretched, too, and
-        a shear strength is that along the first tangent. `by_contact`, `fretting_table`, `recover` and pictures of slips go back by themselves.
-        Give load cases and springs first.
+        Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz
+        1978). The copy has a stretched second tangent: its slips v2 are `ratio` times those of the
+        joint, its shear forces q2 as much less, and their work is the same. There the ellipse is
+        the circle `|q| <= f p`, and friction opposes slip. So all questions answer it, with f along
+        the first tangent: loads, works, pressures, gaps, stiffness, damping and which nodes slip or
+        open are those of the joint. Slips and shear forces, in arrays and columns named so, go back
+        by `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`,
+        `largest_slip`, `sliding_distance`) are stretched, too, and a shear strength is that along
+        the first tangent. `by_contact`, `fretting_table`, `recover` and pictures of slips go back
+        by themselves. Give load cases and springs first.
 
         Parameters
         ----------
         ratio
-            Friction along the second tangent over that along the first, `system.frames` has both; one number or (N,), > 0.
+            Friction along the second tangent over that along the first, `system.frames` has both;
+            one number or (N,), > 0.
 
         Raises
         ------
         ModelError
-            A contact in the plane, or one that is orthotropic already; a ratio of another shape, or not positive.
+            A contact in the plane, or one that is orthotropic already; a ratio of another shape, or
+            not positive.
 
         Examples
         --------
@@ -425,28 +542,37 @@ class ContactSystem(Shown, Plotted):
         """
         checked_round(self, "give one ratio to the system that it was made of")
         if self.tangents == 1:
-            raise ModelError("ratio: a contact in the plane has one tangent; give its friction, one or one per node")
-        second = parts.above_zero("ratio", per_node("ratio", ratio, self.nodes), (self.nodes,), _RATIO)
+            raise ModelError(
+                "ratio: a contact in the plane has one tangent; give its friction, one or one per node"
+            )
+        second = parts.above_zero(
+            "ratio", per_node("ratio", ratio, self.nodes), (self.nodes,), _RATIO
+        )
         stretch = np.column_stack([np.ones(self.nodes), second])
         give = joined(1 / stretch, np.ones(self.nodes))
         bonded = {name: give * joined(*pair) for name, pair in self.bonded.items()}
         return replace(self, S=give[:, None] * self.S * give, bonded=bonded, stretch=stretch)
 
-    def with_contact_stiffness(self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf) -> Self:
+    def with_contact_stiffness(
+        self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf
+    ) -> Self:
         """Copy whose surfaces give: a spring in series with each node, along its tangents and its normal, between the body and the contact.
 
-        The springs are the asperities of real surfaces. Slip and gap are then those of the contact itself, without what the springs give. At the
-        corner of a complete contact, which is singular without them, limits converge as the mesh is refined. Theory, "Joints".
+        The springs are the asperities of real surfaces. Slip and gap are then those of the contact
+        itself, without what the springs give. At the corner of a complete contact, which is
+        singular without them, limits converge as the mesh is refined. Theory, "Joints".
 
         Parameters
         ----------
         tangential, normal
-            Stiffness of the surface, force per length^3, one number or (N,); times the `width` of a node it is that of its springs. inf: rigid.
+            Stiffness of the surface, force per length^3, one number or (N,); times the `width` of a
+            node it is that of its springs. inf: rigid.
 
         Raises
         ------
         ModelError
-            No `width`; a stiffness of another shape, not positive, below 1e-150, or 1e18 times softer than the bodies while others are not.
+            No `width`; a stiffness of another shape, not positive, below 1e-150, or 1e18 times
+            softer than the bodies while others are not.
 
         Examples
         --------
@@ -457,13 +583,20 @@ class ContactSystem(Shown, Plotted):
         ([[0.5]], [[2.0]], [0.5])
         """
         checked_round(self, "give springs of surfaces to the one that it was made of")
-        give = parts.compliances(tangential, normal, checked_width(self, "the springs of a node act on it"), self.tangents)
+        give = parts.compliances(
+            tangential,
+            normal,
+            checked_width(self, "the springs of a node act on it"),
+            self.tangents,
+        )
         if not give.any():
             return self
         soft = give * self.own_stiffness
         if soft.max() > _SOFTER * max(soft.min(), 1.0):
             name = ("tangential", "normal")[int(soft.argmax() >= self.tangents * self.nodes)]
-            raise ModelError(f"{name}: {soft.max():.1e} times softer than the bodies, while others are not; give at most {_SOFTER:g} times")
+            raise ModelError(
+                f"{name}: {soft.max():.1e} times softer than the bodies, while others are not; give at most {_SOFTER:g} times"
+            )
         S, R, more = parts.in_series(self.S, self.own_stiffness, self._reactions, give)
         L = None if self.compliance is None else self.compliance + more
         return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
@@ -471,7 +604,8 @@ class ContactSystem(Shown, Plotted):
     def save(self, path: str | Path) -> None:
         """Write an npz archive of plain arrays (no pickle) under exactly its name, `joint.npz` or `joint_f0.3`.
 
-        ModelError if the file cannot be written, or has the ending of something else, such as `.csv`.
+        ModelError if the file cannot be written, or has the ending of something else, such as
+        `.csv`.
         """
         files.write(path, self)
 
@@ -486,13 +620,19 @@ def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> Ar
     known = checked_system(system).bonded
     if unknown := {name for load in loads for name in load} - set(known):
         raise ModelError(f"load case {min(unknown)!r}: unknown; this system has {sorted(known)}")
-    return np.array([[load.get(name, 0.0) for name in known] for load in loads]) @ system._reactions.T
+    return (
+        np.array([[load.get(name, 0.0) for name in known] for load in loads]) @ system._reactions.T
+    )
 
 
 def checked_system(system: object) -> ContactSystem:
     """Check that `system` is a contact system."""
     if not isinstance(system, ContactSystem):
-        remedy = "call its .condense(), which makes one" if hasattr(system, "condense") else "the condense() of a scene or a model makes one"
+        remedy = (
+            "call its .condense(), which makes one"
+            if hasattr(system, "condense")
+            else "the condense() of a scene or a model makes one"
+        )
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem ({remedy})")
     return system
 
@@ -500,7 +640,9 @@ def checked_system(system: object) -> ContactSystem:
 def checked_width(system: ContactSystem, why: str) -> Array:
     """The widths of the nodes of a contact, for what needs them."""
     if system.width is None:
-        raise ModelError(f"width: not known, and {why}; give it, as `condense(..., width=job.areas(pairs[:, 1]))`")
+        raise ModelError(
+            f"width: not known, and {why}; give it, as `condense(..., width=job.areas(pairs[:, 1]))`"
+        )
     return system.width
 
 
@@ -508,7 +650,9 @@ def checked_round(system: object, remedy: str) -> ContactSystem:
     """Check that friction of a contact system is the same along all tangents, for what needs lengths along them as they are; else a remedy."""
     checked = checked_system(system)
     if checked.orthotropic:
-        raise ModelError(f"system: its friction is orthotropic, and its second tangent is stretched; {remedy}")
+        raise ModelError(
+            f"system: its friction is orthotropic, and its second tangent is stretched; {remedy}"
+        )
     return checked
 
 
@@ -527,5 +671,7 @@ def checked_plane(system: object, instead: str) -> ContactSystem:
     """Check that `system` is a contact system in the plane; `instead` is what answers in space, in words."""
     checked = checked_system(system)
     if checked.tangents != 1:
-        raise ModelError(f"system: a contact in space; this is answered for contacts in the plane; {instead}")
+        raise ModelError(
+            f"system: a contact in space; this is answered for contacts in the plane; {instead}"
+        )
     return checked

@@ -27,7 +27,12 @@ from .elasticity import (
 )
 
 _UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
-_THOUSANDFOLD = 500.0, 5000.0  # GPa and MPa differ by 1000, and metals by up to 5; polymers on steel by less, rubber on steel by more
+_THOUSANDFOLD = (
+    500.0,
+    5000.0,
+    # GPa and MPa differ by 1000, and metals by up to 5; polymers on steel by less, rubber on steel by
+    # more
+)
 _SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
 
 
@@ -38,20 +43,23 @@ class Body:
     Parameters
     ----------
     mesh
-        The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane, `MeshTet` or `MeshHex` in space; or with curved sides `MeshTri2`,
-        `MeshQuad2`, `MeshTet2` or `MeshHex2`, the elements of which are quadratic.
+        The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane, `MeshTet` or `MeshHex`
+        in space; or with curved sides `MeshTri2`, `MeshQuad2`, `MeshTet2` or `MeshHex2`, the
+        elements of which are quadratic.
     material
         Its material.
     element
-        "linear"; "quadratic": displacements are quadratic in each element, and `mesh` becomes the mesh with nodes amid its sides; or
-        "mean_dilatation": linear quadrilaterals and hexahedra that do not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock,
+        "linear"; "quadratic": displacements are quadratic in each element, and `mesh` becomes the
+        mesh with nodes amid its sides; or "mean_dilatation": linear quadrilaterals and hexahedra
+        that do not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock,
         quadratic ones do not. None: as the mesh is.
 
     Raises
     ------
     ModelError
-        Elements that are not convex, turned inside out or without area or volume, others than these, a quadratic mesh with linear elements, a mesh of
-        several parts that share no edge (in space no face), nodes that belong to no element.
+        Elements that are not convex, turned inside out or without area or volume, others than
+        these, a quadratic mesh with linear elements, a mesh of several parts that share no edge (in
+        space no face), nodes that belong to no element.
 
     Examples
     --------
@@ -62,7 +70,8 @@ class Body:
     3
     >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
     >>> fo.Body(mesh)
-    Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0, nu=0.3, density=None))
+    Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0,
+    nu=0.3, density=None))
     >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
     6
     >>> fo.Body(mesh, element="quadratic").boundary_nodes("contact", "interface").size
@@ -76,12 +85,21 @@ class Body:
     def __post_init__(self) -> None:
         check_kind(self.mesh)
         straight = type(self.mesh) in QUADRATIC
-        element = choice("element", ("linear" if straight else "quadratic") if self.element is None else self.element, ELEMENT_NAMES)
+        element = choice(
+            "element",
+            ("linear" if straight else "quadratic") if self.element is None else self.element,
+            ELEMENT_NAMES,
+        )
         if element != "quadratic" and not straight:
-            raise ModelError(f"element: {element!r}, but the mesh is a {type(self.mesh).__name__} with quadratic elements; leave `element` out")
+            raise ModelError(
+                f"element: {element!r}, but the mesh is a {type(self.mesh).__name__} with quadratic elements; leave `element` out"
+            )
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
-        vars(self).update(element=element, mesh=quadratic(self.mesh) if element == "quadratic" and straight else self.mesh)
+        vars(self).update(
+            element=element,
+            mesh=quadratic(self.mesh) if element == "quadratic" and straight else self.mesh,
+        )
         _check_elements(self.mesh)
 
     def __repr__(self) -> str:
@@ -93,12 +111,20 @@ class Body:
         """Facets of the boundary of that name, which lie on the outline of the mesh; error messages call it `argument`."""
         boundaries = self.mesh.boundaries or {}
         if not isinstance(name, str) or name not in boundaries:
-            hint = "; a Contact takes the boundary 'contact' of both bodies unless others are named" if shown(name) == "'contact'" else ""
-            raise ModelError(f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}")
+            hint = (
+                "; a Contact takes the boundary 'contact' of both bodies unless others are named"
+                if shown(name) == "'contact'"
+                else ""
+            )
+            raise ModelError(
+                f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}"
+            )
         facets = np.unique(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
             hint = "name facets of its outline (`split_bodies` gives bodies that share nodes their own)"
-            raise ModelError(f"{argument}: boundary {name!r} has no facets, or facets inside the body; {hint}")
+            raise ModelError(
+                f"{argument}: boundary {name!r} has no facets, or facets inside the body; {hint}"
+            )
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
@@ -120,7 +146,9 @@ def check_kind(mesh: Mesh) -> None:
     kinds = [*QUADRATIC, *QUADRATIC.values()]
     if type(mesh) not in kinds:
         names = ", ".join(kind.__name__ for kind in kinds)
-        raise ModelError(f"mesh: a {type(mesh).__name__}; give one of scikit-fem with elements of one shape, linear or quadratic: {names}")
+        raise ModelError(
+            f"mesh: a {type(mesh).__name__}; give one of scikit-fem with elements of one shape, linear or quadratic: {names}"
+        )
 
 
 def _check_elements(mesh: Mesh) -> None:
@@ -130,12 +158,20 @@ def _check_elements(mesh: Mesh) -> None:
     sizes = _sizes(mesh)
     bad = ~((sizes > 0).all(axis=0) | (sizes < 0).all(axis=0))
     if (i := first_of(bad)) is not None:
-        repair = "repair the mesh" if type(mesh) in QUADRATIC else "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
+        repair = (
+            "repair the mesh"
+            if type(mesh) in QUADRATIC
+            else "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
+        )
         size = "area" if mesh.dim() == 2 else "volume"
-        raise ModelError(f"mesh: {bad.sum()} elements are not convex or have no {size}, the first is {i}; {repair}")
+        raise ModelError(
+            f"mesh: {bad.sum()} elements are not convex or have no {size}, the first is {i}; {repair}"
+        )
     if parts := parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]).max():
         share = "edge" if mesh.dim() == 2 else "face"
-        raise ModelError(f"mesh: {parts + 1} parts that share no {share}; give one connected body (merge nodes that coincide)")
+        raise ModelError(
+            f"mesh: {parts + 1} parts that share no {share}; give one connected body (merge nodes that coincide)"
+        )
     if loose := mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs)):
         raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")
 
@@ -147,11 +183,14 @@ def _sizes(mesh: Mesh) -> Array:
     return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, nodes], slopes)))
 
 
-def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName | None = None) -> dict[str, Body]:
+def split_bodies(
+    mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName | None = None
+) -> dict[str, Body]:
     """Split a mesh with a named subdomain for each body into bodies with nodes of their own.
 
-    Each body keeps the named boundaries of the mesh that it has facets on. The facets that it shares with another body become one more boundary, of
-    the name of that body: between a pin and a plate that share nodes the contact is `Contact("pin", "plate", "plate", "pin")`.
+    Each body keeps the named boundaries of the mesh that it has facets on. The facets that it
+    shares with another body become one more boundary, of the name of that body: between a pin and a
+    plate that share nodes the contact is `Contact("pin", "plate", "plate", "pin")`.
 
     Parameters
     ----------
@@ -170,8 +209,8 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
     Raises
     ------
     ModelError
-        Another kind of mesh, a subdomain that is unknown, elements in none or in two of the subdomains, a boundary called as another body, or what
-        `Body` refuses.
+        Another kind of mesh, a subdomain that is unknown, elements in none or in two of the
+        subdomains, a boundary called as another body, or what `Body` refuses.
 
     Examples
     --------
@@ -194,12 +233,18 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
             shared = inner[own & (sides == other).any(axis=0)]
             if other != number and len(shared):
                 if neighbour in boundaries:
-                    raise ModelError(f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets with; call it otherwise")
+                    raise ModelError(
+                        f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets with; call it otherwise"
+                    )
                 boundaries[neighbour] = shared
         part = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
         kept = {boundary: facets for boundary, facets in part.boundaries.items() if len(facets)}
         try:
-            bodies[name] = Body(replace(part, doflocs=points_from(mesh, elements, part), _boundaries=kept), material, element)
+            bodies[name] = Body(
+                replace(part, doflocs=points_from(mesh, elements, part), _boundaries=kept),
+                material,
+                element,
+            )
         except ModelError as error:
             raise ModelError(f"body {name!r}: {error}") from error
     return bodies
@@ -208,18 +253,30 @@ def split_bodies(mesh: Mesh, materials: Mapping[str, Material], *, element: Elem
 def _owners(mesh: Mesh, materials: Mapping[str, Material]) -> Integers:
     """(elements,) number of the subdomain that each element is in, in the order of the materials."""
     if not isinstance(materials, Mapping) or not materials:
-        raise ModelError(f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material")
+        raise ModelError(
+            f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material"
+        )
     subdomains, owner = mesh.subdomains or {}, np.full(mesh.t.shape[1], -1)
     for number, name in enumerate(materials):
         if name not in subdomains:
-            hint = "" if subdomains else "; name each body in the mesh (gmsh: a physical group of its volumes, in the plane of its surfaces)"
-            raise ModelError(f"materials: subdomain {name!r} is unknown; this mesh names {sorted(subdomains)}{hint}")
+            hint = (
+                ""
+                if subdomains
+                else "; name each body in the mesh (gmsh: a physical group of its volumes, in the plane of its surfaces)"
+            )
+            raise ModelError(
+                f"materials: subdomain {name!r} is unknown; this mesh names {sorted(subdomains)}{hint}"
+            )
         elements = np.asarray(subdomains[name])
         if np.any(owner[elements] >= 0):
-            raise ModelError(f"materials: subdomain {name!r} shares elements with {list(materials)[owner[elements].max()]!r}; give each to one body")
+            raise ModelError(
+                f"materials: subdomain {name!r} shares elements with {list(materials)[owner[elements].max()]!r}; give each to one body"
+            )
         owner[elements] = number
     if owner.min() < 0:
-        raise ModelError(f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name all subdomains, or remove these")
+        raise ModelError(
+            f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name all subdomains, or remove these"
+        )
     return owner
 
 
@@ -228,27 +285,43 @@ def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]
     for name, body in bodies.items():
         check_text("bodies: name", name, "a printable text")
         if not isinstance(body, Body):
-            raise ModelError(f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)")
+            raise ModelError(
+                f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)"
+            )
     named = {body.mesh.dim(): name for name, body in reversed(list(bodies.items()))}
     if len(named) > 1:
-        raise ModelError(f"bodies: {named[2]!r} is plane, {named[3]!r} in space; give meshes of one dimension")
+        raise ModelError(
+            f"bodies: {named[2]!r} is plane, {named[3]!r} in space; give meshes of one dimension"
+        )
     usual: Kinematics = "space" if 3 in named else "plane_strain"
     found = choice("kinematics", usual if kinematics is None else kinematics, KINEMATICS)
     if (found == "space") != (3 in named):
-        raise ModelError(f"kinematics: {found!r} with bodies {'in space' if 3 in named else 'in the plane'}; leave it out, or give other meshes")
+        raise ModelError(
+            f"kinematics: {found!r} with bodies {'in space' if 3 in named else 'in the plane'}; leave it out, or give other meshes"
+        )
     for name, body in bodies.items() if found == "axisymmetric" else ():
         radius = body.mesh.p[0]
         if radius.min() < 0:
-            raise ModelError(f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0")
+            raise ModelError(
+                f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0"
+            )
         if body.element == "mean_dilatation":
-            raise ModelError(f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements")
+            raise ModelError(
+                f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements"
+            )
     return found
 
 
 def units_apart(names: Sequence[str], bodies: Sequence[Body]) -> Iterator[str]:
     """Warnings of moduli or sizes of two bodies that may be in different units."""
-    E, sizes = [body.material.E for body in bodies], [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies]
-    for what, (a, b), most, units in (("E", E, _UNITS_APART, "Pa or MPa"), ("size", sizes, _SIZES_APART, "mm or m")):
+    E, sizes = (
+        [body.material.E for body in bodies],
+        [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies],
+    )
+    for what, (a, b), most, units in (
+        ("E", E, _UNITS_APART, "Pa or MPa"),
+        ("size", sizes, _SIZES_APART, "mm or m"),
+    ):
         if max(a, b) >= most * min(a, b):
             yield f"bodies: {what} = {a:g} of {names[0]!r} and {b:g} of {names[1]!r}; are both in the same unit ({units})?"
     ratio = max(E) / min(E)

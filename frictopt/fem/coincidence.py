@@ -1,10 +1,11 @@
 """Which points coincide: coordinates have the digits of their file.
 
-This is the only place that says how far apart two points may be that are one. A coordinate may be off by half a unit in
-the last of its digits. All coordinates of a mesh that have the same sign have as many digits, or as many decimals, as they
-can be written with, whichever leaves the larger unit: a minus may take the place of a digit in a file. Fewer than six
-digits are those of round numbers, which are exact. These, and coordinates of more than twelve digits, such as those of a
-mesh that was turned, may be off by a share of the size of the mesh.
+This is the only place that says how far apart two points may be that are one. A coordinate may be
+off by half a unit in the last of its digits. All coordinates of a mesh that have the same sign have
+as many digits, or as many decimals, as they can be written with, whichever leaves the larger unit:
+a minus may take the place of a digit in a file. Fewer than six digits are those of round numbers,
+which are exact. These, and coordinates of more than twelve digits, such as those of a mesh that was
+turned, may be off by a share of the size of the mesh.
 """
 
 import numpy as np
@@ -13,15 +14,21 @@ from skfem import Mesh
 
 from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers
 
-_FEWEST, _MOST = 6, 12  # digits; with more, the share of the size of the mesh is larger than the last digit
+_FEWEST, _MOST = (
+    6,
+    12,
+)  # digits; with more, the share of the size of the mesh is larger than the last digit
 _SAMPLE = 100  # coordinates that tell at once that a mesh has many digits
-_WRITTEN = 8 * np.finfo(float).eps  # relative error of a decimal number, also after a change of units by a power of ten
+_WRITTEN = (
+    8 * np.finfo(float).eps
+)  # relative error of a decimal number, also after a change of units by a power of ten
 
 
 def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     """(nodes, d) error of each coordinate of a mesh (nodes, d).
 
-    The corners are the nodes that were written with these digits; None: all. Nodes amid edges may have been computed.
+    The corners are the nodes that were written with these digits; None: all. Nodes amid edges may
+    have been computed.
     """
     written = (points if corners is None else points[corners]).ravel()
     unit = np.zeros(points.shape)
@@ -29,9 +36,12 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
         sizes, own = sign * written[sign * written > 0], sign * points >= 0
         largest = np.full(sizes.shape, _place(sizes.max(initial=0.0)))
         by_decimals = _unit(largest[:1], _digits(sizes, largest)).max(initial=0.0)
-        by_digits = np.where(points[own] == 0, 0.0, _unit(_place(sign * points[own]), _digits(sizes, _place(sizes))))
+        by_digits = np.where(
+            points[own] == 0, 0.0, _unit(_place(sign * points[own]), _digits(sizes, _place(sizes)))
+        )
         unit[own] = np.maximum(unit[own], np.maximum(by_decimals, by_digits))
-    # Two roundings of one number may differ by a whole unit: a little more than half of it is allowed to each.
+    # Two roundings of one number may differ by a whole unit: a little more than half of it is
+    # allowed to each.
     rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())
     return np.asarray(np.maximum((1 + COUNTS) / 2 * unit, rounding))
 

@@ -10,7 +10,9 @@ from .elasticity import Kinematics, boundary_forces, volume_forces
 from .loads import BodyForce, Pressure, Traction, components
 
 
-def load_sizes(loads: Mapping[str, Sequence[object]], bodies: Mapping[str, Body], kinematics: Kinematics) -> dict[str, float]:
+def load_sizes(
+    loads: Mapping[str, Sequence[object]], bodies: Mapping[str, Body], kinematics: Kinematics
+) -> dict[str, float]:
     """Load case name -> integral of the size of its tractions and forces per volume; load cases that consist of these alone, and have a size."""
     sizes = dict[str, float]()
     for name, parts in loads.items():
@@ -23,9 +25,17 @@ def load_sizes(loads: Mapping[str, Sequence[object]], bodies: Mapping[str, Body]
 
 def _size(part: Traction | Pressure | BodyForce, body: Body, kinematics: Kinematics) -> float:
     if isinstance(part, BodyForce):
-        return float(volume_forces(body.mesh, lambda points: np.linalg.norm(components(part, points), axis=0)[None], kinematics).sum())
+        return float(
+            volume_forces(
+                body.mesh,
+                lambda points: np.linalg.norm(components(part, points), axis=0)[None],
+                kinematics,
+            ).sum()
+        )
 
     def size(points: Array, normals: Array) -> Array:
         return np.asarray(np.linalg.norm(part._on_face(points, normals), axis=0)[None])
 
-    return float(boundary_forces(body.mesh, body.boundary(part.boundary, "loads"), size, kinematics).sum())
+    return float(
+        boundary_forces(body.mesh, body.boundary(part.boundary, "loads"), size, kinematics).sum()
+    )

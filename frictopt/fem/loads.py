@@ -11,10 +11,19 @@ from skfem import Basis
 from ..base import Array, check_text, finite_array, finite_number, shown
 from ..errors import ModelError
 from .bodies import Body
-from .elasticity import Amount, Kinematics, basis_of, boundary_forces, element_means, gradient_forces, volume_forces
+from .elasticity import (
+    Amount,
+    Kinematics,
+    basis_of,
+    boundary_forces,
+    element_means,
+    gradient_forces,
+    volume_forces,
+)
 from .supports import Place, axis_of, checked_axis, checked_place
 
-# `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric those of the whole circumference.
+# `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric
+# those of the whole circumference.
 
 
 class Part:
@@ -27,18 +36,26 @@ class Part:
             value = getattr(self, name)
             if kind is str:
                 check_text(name, value, "a name of the model or its mesh")
-            elif kind is float or (kind in (Amount, Amount | None) and value is not None and not callable(value)):
+            elif kind is float or (
+                kind in (Amount, Amount | None) and value is not None and not callable(value)
+            ):
                 object.__setattr__(self, name, finite_number(name, value))
             elif isinstance(value, type):
-                raise ModelError(f"{name}: {shown(value)}; give a number or a function of x and y, and z in space")
+                raise ModelError(
+                    f"{name}: {shown(value)}; give a number or a function of x and y, and z in space"
+                )
 
 
 def components(load: Any, points: Array) -> Array:
     """(d, ...) values of x, y and z of a load at points (d, ...)."""
     kind = type(load).__name__
     if len(points) == 2 and load.z != 0:
-        raise ModelError(f"{kind} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone")
-    return np.array([values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]])
+        raise ModelError(
+            f"{kind} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone"
+        )
+    return np.array(
+        [values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]]
+    )
 
 
 def values_at(name: str, amount: Amount, points: Array) -> Array:
@@ -50,10 +67,14 @@ def values_at(name: str, amount: Amount, points: Array) -> Array:
         given = amount(*points)
     except Exception as error:  # whatever a function of the user's raises
         axes = "two arrays, x and y" if len(points) == 2 else "three arrays, x, y and z"
-        raise ModelError(f"{name}: the function raised {type(error).__name__}: {error}; it gets {axes}") from error
+        raise ModelError(
+            f"{name}: the function raised {type(error).__name__}: {error}; it gets {axes}"
+        ) from error
     values = finite_array(f"{name}, of the function", given)
     if values.shape not in ((), shape):
-        raise ModelError(f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one value for each point")
+        raise ModelError(
+            f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one value for each point"
+        )
     return np.broadcast_to(values, shape)
 
 
@@ -76,7 +97,8 @@ class Traction(_Forces):
     Raises
     ------
     ModelError
-        A body or a boundary that is no text, no traction, or one that is neither a finite number nor a function.
+        A body or a boundary that is no text, no traction, or one that is neither a finite number
+        nor a function.
 
     Examples
     --------
@@ -93,7 +115,9 @@ class Traction(_Forces):
     z: Amount | None = None
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        return boundary_forces(body.mesh, body.boundary(self.boundary, "traction"), self._on_face, kinematics)
+        return boundary_forces(
+            body.mesh, body.boundary(self.boundary, "traction"), self._on_face, kinematics
+        )
 
     def _on_face(self, points: Array, _normals: Array) -> Array:
         return components(self, points)
@@ -106,7 +130,8 @@ class Pressure(Part):
     Raises
     ------
     ModelError
-        A body or a boundary that is no text, an amount that is neither a finite number nor a function.
+        A body or a boundary that is no text, an amount that is neither a finite number nor a
+        function.
 
     Examples
     --------
@@ -120,7 +145,9 @@ class Pressure(Part):
     amount: Amount = 1.0
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        return boundary_forces(body.mesh, body.boundary(self.boundary, "pressure"), self._on_face, kinematics)
+        return boundary_forces(
+            body.mesh, body.boundary(self.boundary, "pressure"), self._on_face, kinematics
+        )
 
     def _on_face(self, points: Array, normals: Array) -> Array:
         return -values_at("pressure", self.amount, points) * normals
@@ -157,8 +184,9 @@ class BodyForce(_Forces):
 class Centrifugal(Part):
     """Centrifugal force of a body that spins: density times the square of the angular speed times the distance from an axis.
 
-    In the plane the axis is normal to it and goes through the centre; of an axisymmetric model it is the axis, x = 0. An amplitude of the load case
-    multiplies the force, which goes with the square of the speed.
+    In the plane the axis is normal to it and goes through the centre; of an axisymmetric model it
+    is the axis, x = 0. An amplitude of the load case multiplies the force, which goes with the
+    square of the speed.
 
     Parameters
     ----------
@@ -176,7 +204,8 @@ class Centrifugal(Part):
     Raises
     ------
     ModelError
-        A body that is no text, numbers that are not finite, a negative density, an axis without direction.
+        A body that is no text, numbers that are not finite, a negative density, an axis without
+        direction.
 
     Examples
     --------
@@ -200,12 +229,18 @@ class Centrifugal(Part):
         d = body.mesh.dim()
         centre, axis = axis_of(self, d)
         if kinematics == "axisymmetric" and centre[0] != 0:
-            raise ModelError(f"centre: {self.centre}; axisymmetric bodies spin about their axis, x = 0")
+            raise ModelError(
+                f"centre: {self.centre}; axisymmetric bodies spin about their axis, x = 0"
+            )
         along = np.array([0.0, 1.0]) if kinematics == "axisymmetric" else axis[:d]
 
         def force(points: Array) -> Array:
             arm = points - centre.reshape(-1, 1, 1)
-            return self.density * self.speed**2 * np.asarray(arm - np.multiply.outer(along, np.einsum("a,a...->...", along, arm)))
+            return (
+                self.density
+                * self.speed**2
+                * np.asarray(arm - np.multiply.outer(along, np.einsum("a,a...->...", along, arm)))
+            )
 
         return volume_forces(body.mesh, force, kinematics)
 
@@ -242,7 +277,8 @@ class Expansion(Part):
     def _tension(self, body: Body, kinematics: Kinematics, basis: Basis) -> Array:
         """The tension in the plane that the expansion takes off the stress of the strains, at the integration points of a basis.
 
-        Where the first Lame constant resists the mean dilatation of an element, it is the mean expansion that takes off its part.
+        Where the first Lame constant resists the mean dilatation of an element, it is the mean
+        expansion that takes off its part.
         """
         lam, mu = body.material._plane_lame(kinematics)
         strain = self._strain(basis)
@@ -259,8 +295,12 @@ class NodalForces(Part):
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         if np.shape(self.forces) != body.mesh.p.shape:
-            hint = "give the load of a mode to the model whose modes were found, with the same bolts"
-            raise ModelError(f"forces: shape {np.shape(self.forces)}, and body {self.body!r} has (d, nodes) = {body.mesh.p.shape}; {hint}")
+            hint = (
+                "give the load of a mode to the model whose modes were found, with the same bolts"
+            )
+            raise ModelError(
+                f"forces: shape {np.shape(self.forces)}, and body {self.body!r} has (d, nodes) = {body.mesh.p.shape}; {hint}"
+            )
         return finite_array("forces", self.forces)
 
 
@@ -273,9 +313,11 @@ class Displacement(Part):
     Parameters
     ----------
     body, where
-        Body and place of the nodes, as in a `Support`; a support holds them in every direction that is given here.
+        Body and place of the nodes, as in a `Support`; a support holds them in every direction that
+        is given here.
     x, y, z
-        Displacements, each a number or a function of the coordinates (arrays); None: zero, or free if no support holds the nodes.
+        Displacements, each a number or a function of the coordinates (arrays); None: zero, or free
+        if no support holds the nodes.
 
     Raises
     ------

@@ -19,19 +19,24 @@ from .recovery import BodyFields, Steady
 _CELLS = {2: "line", 3: "triangle", 4: "quad"}
 
 
-def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | Steady, *, every: bool = False) -> None:
+def write_paraview(
+    path: str | Path, model: ContactModel, result: BodyFields | Steady, *, every: bool = False
+) -> None:
     """Write all bodies of a model and the face of its contact as one file that ParaView opens, at one state or over a steady cycle.
 
-    The bodies have the fields displacement, stress, strain (symmetric tensors) and von_mises. The face of the contact, that of bodies 1, has the
-    vectors displacement, normal, slip (of body 1 relative to body 2) and shear (traction on body 1), pressure, gap, and contact, the number in the
-    order of the model. Over a cycle it also has status (2 open, 1 has slipped since the state before in the file, 0 stuck), work and work_density
-    (work of friction since the cycle began, of the node, and by area). Beside the file stands a folder of its name with the parts. The extra `mesh`
-    of the installation brings meshio.
+    The bodies have the fields displacement, stress, strain (symmetric tensors) and von_mises. The
+    face of the contact, that of bodies 1, has the vectors displacement, normal, slip (of body 1
+    relative to body 2) and shear (traction on body 1), pressure, gap, and contact, the number in
+    the order of the model. Over a cycle it also has status (2 open, 1 has slipped since the state
+    before in the file, 0 stuck), work and work_density (work of friction since the cycle began, of
+    the node, and by area). Beside the file stands a folder of its name with the parts. The extra
+    `mesh` of the installation brings meshio.
 
     Parameters
     ----------
     path
-        The file: `.vtm` for fields, `.pvd` for a steady state, whose time is the number of corners visited since the last one.
+        The file: `.vtm` for fields, `.pvd` for a steady state, whose time is the number of corners
+        visited since the last one.
     model
         The model that was condensed.
     result
@@ -42,7 +47,8 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | S
     Raises
     ------
     ModelError
-        A path of another ending, or that cannot be written, a result of another kind, a model that the steady state does not belong to.
+        A path of another ending, or that cannot be written, a result of another kind, a model that
+        the steady state does not belong to.
 
     Examples
     --------
@@ -60,10 +66,14 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | S
     """
     file = file_path("path", path)
     if not isinstance(model, ContactModel):
-        raise ModelError(f"model: a {type(model).__name__}; give the ContactModel that was condensed, of a scene its .model()")
+        raise ModelError(
+            f"model: a {type(model).__name__}; give the ContactModel that was condensed, of a scene its .model()"
+        )
     ending = ".vtm" if isinstance(result, BodyFields) else ".pvd"
     if not isinstance(result, BodyFields | Steady):
-        raise ModelError(f"result: a {type(result).__name__}; give fields of ContactModel.recover, or a steady state")
+        raise ModelError(
+            f"result: a {type(result).__name__}; give fields of ContactModel.recover, or a steady state"
+        )
     if file.suffix.lower() != ending:
         raise ModelError(f"path: {file.name!r}; give a file name that ends in {ending}")
     if isinstance(result, BodyFields):
@@ -72,36 +82,61 @@ def write_paraview(path: str | Path, model: ContactModel, result: BodyFields | S
     for number, (time, fields, more) in enumerate(model._over(result, every=every)):
         part = file.with_suffix("") / f"{number:04d}.vtm"
         _write_state(part, model, fields, more)
-        entries.append({"timestep": f"{time:.9g}", "part": "0", "file": part.relative_to(file.parent).as_posix()})
+        entries.append(
+            {
+                "timestep": f"{time:.9g}",
+                "part": "0",
+                "file": part.relative_to(file.parent).as_posix(),
+            }
+        )
     _write_list(file, "Collection", entries)
 
 
-def _write_state(file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, NDArray[Any]]) -> None:
+def _write_state(
+    file: Path, model: ContactModel, fields: BodyFields, more: Mapping[str, NDArray[Any]]
+) -> None:
     """Write one state, with more values at the nodes of the contact."""
     folder, entries = file.with_suffix(""), []
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ModelError(f"path: the folder {str(folder)!r} cannot be made ({error}); give a place where files may be written") from error
+        raise ModelError(
+            f"path: the folder {str(folder)!r} cannot be made ({error}); give a place where files may be written"
+        ) from error
     for i, name in enumerate(fields.bodies):
         part = folder / f"{i}_{''.join(letter if letter.isalnum() else '_' for letter in name)}.vtu"
         fields.save(part, name)
-        entries.append({"index": str(i), "name": name, "file": part.relative_to(file.parent).as_posix()})
+        entries.append(
+            {"index": str(i), "name": name, "file": part.relative_to(file.parent).as_posix()}
+        )
     part = folder / "contact.vtu"
     contact_face(model, fields, more).write(part)
-    entries.append({"index": str(len(entries)), "name": "contact", "file": part.relative_to(file.parent).as_posix()})
+    entries.append(
+        {
+            "index": str(len(entries)),
+            "name": "contact",
+            "file": part.relative_to(file.parent).as_posix(),
+        }
+    )
     _write_list(file, "vtkMultiBlockDataSet", entries)
 
 
-def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[str, NDArray[Any]]) -> Any:
+def contact_face(
+    model: ContactModel, fields: BodyFields | None, more: Mapping[str, NDArray[Any]]
+) -> Any:
     """The face of the contacts, that of bodies 1, with fields and more values at its nodes, as a mesh of meshio.
 
-    A node at the tip of a crack, which is in no pair, moves with its body and does not slip; all else there is that of the nearest pair. A node on
-    the cut of a sector that is a turned copy has the values of the node that it copies, turned.
+    A node at the tip of a crack, which is in no pair, moves with its body and does not slip; all
+    else there is that of the nearest pair. A node on the cut of a sector that is a turned copy has
+    the values of the node that it copies, turned.
     """
     (cells, tips), points, pairs = _faces(model), model._parts.points, model._parts.pairs.nodes
-    mesh = library().Mesh(_in_space(points[np.r_[pairs, tips]]), [(_CELLS[own.shape[1]], own) for own in cells])
-    mesh.cell_data["contact"] = [np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)]
+    mesh = library().Mesh(
+        _in_space(points[np.r_[pairs, tips]]), [(_CELLS[own.shape[1]], own) for own in cells]
+    )
+    mesh.cell_data["contact"] = [
+        np.full(len(own), number, dtype=np.int32) for number, own in enumerate(cells)
+    ]
     if fields is None:
         return mesh
     width, frames = model._parts.width, fields._frames
@@ -118,9 +153,13 @@ def contact_face(model: ContactModel, fields: BodyFields | None, more: Mapping[s
     mesh.point_data.update({name: values[own] for name, values in mesh.point_data.items()})
     mesh.point_data["displacement"][len(pairs) :] = _in_space(moved[tips])
     for name in mesh.point_data.keys() & {"slip", "gap", "work"}:
-        mesh.point_data[name][len(pairs) + np.flatnonzero(distance > 2 * model._parts.errors.max())] = 0.0
+        mesh.point_data[name][
+            len(pairs) + np.flatnonzero(distance > 2 * model._parts.errors.max())
+        ] = 0.0
     for name in ("normal", "slip", "shear"):
-        mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), : points.shape[1]] @= sector.turn.T
+        mesh.point_data[name][
+            len(pairs) + np.flatnonzero(originals != tips), : points.shape[1]
+        ] @= sector.turn.T
     return mesh
 
 
@@ -130,14 +169,21 @@ def _faces(model: ContactModel) -> tuple[list[Integers], Integers]:
     at, near = parts.points[parts.pairs.nodes], 2 * parts.errors.max()
     for number, contact in enumerate(model.contacts):
         body, own = parts.bodies[contact.body_1], np.flatnonzero(parts.contact == number)
-        corners = parts.first_node[contact.body_1] + facets_around(body.mesh, body.boundary(contact.boundary_1, "contacts"))
+        corners = parts.first_node[contact.body_1] + facets_around(
+            body.mesh, body.boundary(contact.boundary_1, "contacts")
+        )
         pair = np.full(len(parts.points), -1)
         pair[parts.pairs.nodes[own]] = own
-        distance, nearest = cKDTree(at).query(parts.points[corners])  # a corner may be in a pair of another contact
+        distance, nearest = cKDTree(at).query(
+            parts.points[corners]
+        )  # a corner may be in a pair of another contact
         place = np.where((pair[corners] < 0) & (distance <= near), nearest, pair[corners])
         found.append((corners, place))
     tips = np.unique(np.concatenate([corners[place < 0] for corners, place in found]))
-    return [np.where(place < 0, len(at) + np.searchsorted(tips, corners), place) for corners, place in found], tips
+    return [
+        np.where(place < 0, len(at) + np.searchsorted(tips, corners), place)
+        for corners, place in found
+    ], tips
 
 
 def _in_space(vectors: Array) -> Array:

@@ -11,7 +11,19 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from skfem import BilinearForm
 
-from ..base import COUNTS, Array, Plotted, Shown, choice, finite_number, first_of, frozen, place, shown, whole_number
+from ..base import (
+    COUNTS,
+    Array,
+    Plotted,
+    Shown,
+    choice,
+    finite_number,
+    first_of,
+    frozen,
+    place,
+    shown,
+    whole_number,
+)
 from ..base.libraries import library
 from ..errors import ModelError, ModelWarning
 from . import schur
@@ -24,7 +36,12 @@ from .loads import Expansion
 from .supports import Seam
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
-_ARMS = {"triangle": [1, 2], "quad": [1, 3], "tetra": [1, 2, 3], "hexahedron": [1, 3, 4]}  # in the order of VTK, next to the first node
+_ARMS = {
+    "triangle": [1, 2],
+    "quad": [1, 3],
+    "tetra": [1, 2, 3],
+    "hexahedron": [1, 3, 4],
+}  # in the order of VTK, next to the first node
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
 
 
@@ -43,20 +60,23 @@ class Steady(Protocol):
 class BodyFields(Shown, Plotted):
     """Displacements, strains and stresses in the bodies at one state of the contact.
 
-    Stresses and strains are discontinuous from element to element; nodal ones are their projections onto the displacements' own functions (least
-    squares). At sharp corners of a contact they are a property of the mesh.
+    Stresses and strains are discontinuous from element to element; nodal ones are their projections
+    onto the displacements' own functions (least squares). At sharp corners of a contact they are a
+    property of the mesh.
 
     Attributes
     ----------
     displacement
         Body name -> (d, nodes) displacements x, y (and z in space), length.
     stress, strain
-        Body name -> nodal values, rows xx, yy, xy (of the tensor), zz, and in space xz and yz, see `stress_of`. In the plane zz is normal to it, or
-        the hoop direction of an axisymmetric body. Stress tension positive.
+        Body name -> nodal values, rows xx, yy, xy (of the tensor), zz, and in space xz and yz, see
+        `stress_of`. In the plane zz is normal to it, or the hoop direction of an axisymmetric body.
+        Stress tension positive.
     bodies
         Body name -> body.
     q, p
-        Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the state; (N,), the shear (N, 2) in space.
+        Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the
+        state; (N,), the shear (N, 2) in space.
     slip, gap
         Slip, in the shape of q, and gap (N,) of the state.
     units
@@ -86,9 +106,16 @@ class BodyFields(Shown, Plotted):
     _sides: tuple[csr_matrix, csr_matrix]
 
     def _answer(self) -> Mapping[str, object]:
-        of, values = max(((name, von_mises(rows)) for name, rows in self.stress.items()), key=lambda one: float(one[1].max()))
+        of, values = max(
+            ((name, von_mises(rows)) for name, rows in self.stress.items()),
+            key=lambda one: float(one[1].max()),
+        )
         at = place(self.bodies[of].mesh.p[:, values.argmax()])
-        return {"bodies": list(self.displacement), "nodes": len(self.p), "largest_von_mises": f"{values.max():.6g} in {of} at {at}"}
+        return {
+            "bodies": list(self.displacement),
+            "nodes": len(self.p),
+            "largest_von_mises": f"{values.max():.6g} in {of} at {at}",
+        }
 
     def stress_of(self, body: str, component: str) -> Array:
         """(nodes,) nodal values of a stress in a body: "xx", "yy", "zz", "xy", in space "yz", "xz", or "von Mises", force per area, tension positive.
@@ -122,7 +149,10 @@ class BodyFields(Shown, Plotted):
             A side that is neither 1 nor 2.
         """
         d, tangents = self._frames.shape[1], self._frames[:, :-1]
-        found = (np.einsum("nia,nab,njb->nij", tangents, tensors[:, :d, :d], tangents) for tensors in self.tensors_at_contact(side))
+        found = (
+            np.einsum("nia,nab,njb->nij", tangents, tensors[:, :d, :d], tangents)
+            for tensors in self.tensors_at_contact(side)
+        )
         stress, strain = (frozen(one[:, 0, 0] if d == 2 else one) for one in found)
         return stress, strain
 
@@ -166,7 +196,9 @@ class BodyFields(Shown, Plotted):
         try:
             whole.write(path)
         except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
-            raise ModelError(f"path: {shown(path)} cannot be written ({error}); give a file that ends in .vtu, in a folder that exists") from error
+            raise ModelError(
+                f"path: {shown(path)} cannot be written ({error}); give a file that ends in .vtu, in a folder that exists"
+            ) from error
 
     def _in_meshio(self, body: str) -> Any:
         """The mesh of one body in space with its fields, of meshio."""
@@ -185,7 +217,12 @@ class BodyFields(Shown, Plotted):
 def von_mises(stress: Array) -> Array:
     """(nodes,) von Mises stress, of the components (xx, yy, xy, zz, in space xz and yz, nodes)."""
     xx, yy, _, zz = stress[:4]
-    return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (stress[[2, *range(4, len(stress))]] ** 2).sum(axis=0)))
+    return np.asarray(
+        np.sqrt(
+            ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2
+            + 3 * (stress[[2, *range(4, len(stress))]] ** 2).sum(axis=0)
+        )
+    )
 
 
 def in_meshio(mesh: Any) -> Any:
@@ -206,19 +243,29 @@ def in_meshio(mesh: Any) -> Any:
 class Viewed(Plotted):
     """Base of models that PyVista shows."""
 
-    def view(self, result: object = None, show: str = "von_mises", *, scale: float = 0.0, plotter: Any = None) -> Any:
+    def view(
+        self,
+        result: object = None,
+        show: str = "von_mises",
+        *,
+        scale: float = 0.0,
+        plotter: Any = None,
+    ) -> Any:
         """The bodies, the faces of the contacts and a field on them as a scene of PyVista (extra `view`).
 
-        `.show()` of what is returned opens a window, or in a notebook a view to turn with the mouse. `.screenshot("joint.png")` writes a picture;
-        with `pyvista.OFF_SCREEN = True` it needs no screen.
+        `.show()` of what is returned opens a window, or in a notebook a view to turn with the
+        mouse. `.screenshot("joint.png")` writes a picture; with `pyvista.OFF_SCREEN = True` it
+        needs no screen.
 
         Parameters
         ----------
         result
-            Fields that `recover` gave, or a steady state of the condensed model, at its last corner; None: the meshes, with the contacts in black.
+            Fields that `recover` gave, or a steady state of the condensed model, at its last
+            corner; None: the meshes, with the contacts in black.
         show
-            Of the bodies "von_mises" or "displacement"; of the contacts, seen through the bodies, "pressure", "shear", "slip", "gap", and of a steady
-            state "work_density", the work of friction per cycle and area. Of vectors the length.
+            Of the bodies "von_mises" or "displacement"; of the contacts, seen through the bodies,
+            "pressure", "shear", "slip", "gap", and of a steady state "work_density", the work of
+            friction per cycle and area. Of vectors the length.
         scale
             The bodies are drawn under so many times their displacements.
         plotter
@@ -233,7 +280,8 @@ class Viewed(Plotted):
         ImportError
             pyvista is not installed.
         ModelError
-            A result of another kind or of another model, a field that it does not have, or no plotter.
+            A result of another kind or of another model, a field that it does not have, or no
+            plotter.
 
         Examples
         --------
@@ -254,7 +302,9 @@ class Recovery:
     def __init__(self, parts: Assembly) -> None:
         K, (T, front) = parts.glued.K, fronts(parts.glued)
         self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
-        _, self._factors = eliminated(parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True)
+        _, self._factors = eliminated(
+            parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True
+        )
 
     def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
         """(size,) displacements under forces, and relative motions z (d N,); and reactions (d N,)."""
@@ -264,26 +314,57 @@ class Recovery:
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
 
-def strain_and_stress(name: str, body: Body, kind: Kinematics, u: Array, loads: Sequence[tuple[float, Expansion]], seam: Seam | None) -> list[Array]:
+def strain_and_stress(
+    name: str,
+    body: Body,
+    kind: Kinematics,
+    u: Array,
+    loads: Sequence[tuple[float, Expansion]],
+    seam: Seam | None,
+) -> list[Array]:
     """(components, nodes) nodal strain and stress of a body, with its part of expansions, amplitude and load; of a sector with its seam."""
     basis, d, (lam, mu) = basis_of(body.mesh), len(u), body.material._plane_lame(kind)
-    x, own = np.asarray(basis.global_coordinates())[0], [(amplitude, part) for amplitude, part in loads if part.body == name]
-    fields, strain, nothing = [basis.interpolate(component) for component in u], np.zeros((3, 3, *x.shape)), np.zeros_like(x)
+    x, own = (
+        np.asarray(basis.global_coordinates())[0],
+        [(amplitude, part) for amplitude, part in loads if part.body == name],
+    )
+    fields, strain, nothing = (
+        [basis.interpolate(component) for component in u],
+        np.zeros((3, 3, *x.shape)),
+        np.zeros_like(x),
+    )
     slopes = np.array([np.asarray(field.grad) for field in fields])
     strain[:d, :d] = (slopes + slopes.swapaxes(0, 1)) / 2
     if kind == "axisymmetric":
         strain[2, 2] = np.asarray(fields[0]) / x
-    volume = element_means(basis, np.trace(strain)) if body.element == "mean_dilatation" else np.trace(strain)
-    tension = lam * volume - sum((amplitude * part._tension(body, kind, basis) for amplitude, part in own), nothing)
+    volume = (
+        element_means(basis, np.trace(strain))
+        if body.element == "mean_dilatation"
+        else np.trace(strain)
+    )
+    tension = lam * volume - sum(
+        (amplitude * part._tension(body, kind, basis) for amplitude, part in own), nothing
+    )
     stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
     if kind == "plane_stress":
         free = sum((amplitude * part._strain(basis) for amplitude, part in own), nothing)
         strain[2, 2] = -body.material.nu / body.material.E * (stress[0, 0] + stress[1, 1]) + free
         stress[2, 2] = 0.0
     solve = splu(mass := BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc()).solve
-    entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in _COMPONENTS[: 4 if d == 2 else 6]]
-    moments = ([MOMENTS.assemble(basis, amount=tensor.reshape(9, *x.shape)[i]) for i in entries] for tensor in (strain, stress))
-    return [frozen([solve(moment) for moment in own] if seam is None else on_seam(mass, own, entries, seam)) for own in moments]
+    entries = [
+        3 * "xyz".index(pair[0]) + "xyz".index(pair[1])
+        for pair in _COMPONENTS[: 4 if d == 2 else 6]
+    ]
+    moments = (
+        [MOMENTS.assemble(basis, amount=tensor.reshape(9, *x.shape)[i]) for i in entries]
+        for tensor in (strain, stress)
+    )
+    return [
+        frozen(
+            [solve(moment) for moment in own] if seam is None else on_seam(mass, own, entries, seam)
+        )
+        for own in moments
+    ]
 
 
 def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:

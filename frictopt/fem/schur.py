@@ -12,7 +12,11 @@ from ..base import ROUNDING, Array, Integers, bar_of
 
 _LEAF = 64  # parts of at most this many nodes are not cut further
 _FAR, _NEAR, _SEPARATOR = 0, 1, 2  # sides of a cut
-_NO_STIFFNESS = ROUNDING / 10  # stiffness of an unknown, over its own, up to which nothing is left of it when others are eliminated
+_NO_STIFFNESS = (
+    ROUNDING / 10
+    # stiffness of an unknown, over its own, up to which nothing is left of it when others are
+    # eliminated
+)
 _COLUMNS = 128  # of what an elimination leaves: so many are added to the next front at once
 
 Factor: TypeAlias = tuple[Integers, Integers, Array, Array]
@@ -22,12 +26,18 @@ Factor: TypeAlias = tuple[Integers, Integers, Array, Array]
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
     """Divide the nodes of a mesh into fronts, so that the elimination of one front after the other makes little fill (George 1973).
 
-    Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest edges; the nodes on the near side of a
-    crossed edge separate the halves and are a front, eliminated after both. Parts that are not cut further are fronts.
+    Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest
+    edges; the nodes on the near side of a crossed edge separate the halves and are a front,
+    eliminated after both. Parts that are not cut further are fronts.
 
-    The (n, n) pattern of the graph is the adjacency of the nodes, the points are (d, n). Returned are the (n,) fronts in the order of elimination.
+    The (n, n) pattern of the graph is the adjacency of the nodes, the points are (d, n). Returned
+    are the (n,) fronts in the order of elimination.
     """
-    pattern, front, side = graph.tocoo(), np.zeros(graph.shape[0], dtype=np.intp), np.zeros(graph.shape[0], dtype=np.int8)
+    pattern, front, side = (
+        graph.tocoo(),
+        np.zeros(graph.shape[0], dtype=np.intp),
+        np.zeros(graph.shape[0], dtype=np.int8),
+    )
     once, numbers = pattern.row < pattern.col, count()
 
     def divide(nodes: Integers, edges: Integers) -> None:
@@ -55,11 +65,13 @@ def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
 def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Array, list[Factor]]:
     """Multifrontal Cholesky factorisation of all but the last unknowns of a sparse matrix (Duff & Reid 1983).
 
-    A front is a dense matrix: some unknowns that are eliminated together, and the later ones that they are joined to. What the elimination leaves
-    to these waits for the front of the first of them; fronts that are done are dropped. In the end the kept unknowns are left.
+    A front is a dense matrix: some unknowns that are eliminated together, and the later ones that
+    they are joined to. What the elimination leaves to these waits for the front of the first of
+    them; fronts that are done are dropped. In the end the kept unknowns are left.
 
-    `front` (unknowns,) is the number of the front that eliminates each, from 0 on; -1: kept. Returned are the (kept, kept) Schur complement
-    `K_rr - K_ri K_ii^-1 K_ir`, in the order of K, and, with `keep`, the factors for `solve`. Raises LinAlgError, with the unknown at which that
+    `front` (unknowns,) is the number of the front that eliminates each, from 0 on; -1: kept.
+    Returned are the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in the order of K,
+    and, with `keep`, the factors for `solve`. Raises LinAlgError, with the unknown at which that
     shows, where the eliminated part is not positive definite.
     """
     fronts = int(front.max(initial=-1)) + 1
@@ -81,7 +93,9 @@ def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Ar
                 raise LinAlgError(int(order[first + none.argmax()]))
             if len(rest):
                 below = blas.dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                waiting[front[rest[0]]].append((rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1)))
+                waiting[front[rest[0]]].append(
+                    (rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1))
+                )
             if keep:
                 factors.append((order[first:last], order[rest], own, below))
             bar.update(last - first)
@@ -100,17 +114,27 @@ def solve(factors: Sequence[Factor], F: Array) -> Array:
     return u
 
 
-def _assembled(upper: csr_matrix, first: int, last: int, left: list[tuple[Integers, Array]], place: Integers) -> tuple[Integers, Array, Array, Array]:
+def _assembled(
+    upper: csr_matrix, first: int, last: int, left: list[tuple[Integers, Array]], place: Integers
+) -> tuple[Integers, Array, Array, Array]:
     """The later unknowns of a front, and its blocks: own, later by own, later by later; of symmetric ones the lower triangle.
 
-    What fronts before left to it, unknowns and matrix, is dropped once it is added; `place` (unknowns,) is written anew.
+    What fronts before left to it, unknowns and matrix, is dropped once it is added; `place`
+    (unknowns,) is written anew.
     """
     size, ends = last - first, upper.indptr[first : last + 1]
-    row, value, column = upper.indices[ends[0] : ends[-1]], upper.data[ends[0] : ends[-1]], np.repeat(np.arange(size), np.diff(ends))
+    row, value, column = (
+        upper.indices[ends[0] : ends[-1]],
+        upper.data[ends[0] : ends[-1]],
+        np.repeat(np.arange(size), np.diff(ends)),
+    )
     rest = np.unique(np.concatenate([row, *(unknowns for unknowns, _ in left)]))
     rest = rest[np.searchsorted(rest, last) :]
     place[first:last], place[rest] = np.arange(size), np.arange(len(rest))
-    own, below, after = (np.zeros(shape, order="F") for shape in ((size, size), (len(rest), size), (len(rest), len(rest))))
+    own, below, after = (
+        np.zeros(shape, order="F")
+        for shape in ((size, size), (len(rest), size), (len(rest), len(rest)))
+    )
     inside = row < last
     own[place[row[inside]], column[inside]] = value[inside]
     below[place[row[~inside]], column[~inside]] = value[~inside]
@@ -124,9 +148,15 @@ def _assembled(upper: csr_matrix, first: int, last: int, left: list[tuple[Intege
     return rest, own, below, after
 
 
-def _add(A: Array, update: Array, rows: Integers, columns: Integers, *, lower: bool = False) -> None:
+def _add(
+    A: Array, update: Array, rows: Integers, columns: Integers, *, lower: bool = False
+) -> None:
     """Add a matrix to rows and columns of A, all in increasing order; where `lower`, at least the lower triangle."""
     entries = A.reshape(-1, order="F")
     for i in range(0, len(columns), _COLUMNS):
         some, part = slice(i, i + _COLUMNS), slice(i if lower else 0, None)
-        np.add.at(entries, (columns[some, None] * len(A) + rows[part]).ravel(), update.T[some, part].ravel())
+        np.add.at(
+            entries,
+            (columns[some, None] * len(A) + rows[part]).ravel(),
+            update.T[some, part].ravel(),
+        )

@@ -27,7 +27,14 @@ from ..base import (
     frozen,
     warns_of_odd_values,
 )
-from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined
+from ..contact import (
+    ContactSystem,
+    LoadCycle,
+    checked_cycle,
+    checked_system,
+    friction_coefficients,
+    joined,
+)
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
 from ..study.dissipation_range import dissipation_range
@@ -45,35 +52,43 @@ class BackboneCurve(Kept, Plotted):
     Attributes
     ----------
     load_factor, outcome
-        (K,) load factors, and what happens there: "SHAKEDOWN", "CYCLIC_SLIP" or "RATCHETING", see `Outcome`; "SLIDES_OFF" where statics balances the
-        loads with no forces within friction, "FAILED" where no steady state is found. `note` says why, and the numbers there are NaN.
+        (K,) load factors, and what happens there: "SHAKEDOWN", "CYCLIC_SLIP" or "RATCHETING", see
+        `Outcome`; "SLIDES_OFF" where statics balances the loads with no forces within friction,
+        "FAILED" where no steady state is found. `note` says why, and the numbers there are NaN.
     work, exponent
-        (K,) work of friction per cycle, and `d ln work / d ln load_factor` from the neighbouring load factors, NaN where one of them has no work.
+        (K,) work of friction per cycle, and `d ln work / d ln load_factor` from the neighbouring
+        load factors, NaN where one of them has no work.
     slipping, slip_range
-        (K,) share of the contact that slips, see `SteadyState.slipping_share`, and the largest distance of two slips of a node while it is closed.
+        (K,) share of the contact that slips, see `SteadyState.slipping_share`, and the largest
+        distance of two slips of a node while it is closed.
     displacement, stiffness
-        (K,) half the range of the displacement of the load over the cycle, and the load factor over it, the secant stiffness. This displacement is
-        the work of the load per load factor, see `ContactSystem.displacements`: a length only of a single force of size 1 at load factor 1.
+        (K,) half the range of the displacement of the load over the cycle, and the load factor over
+        it, the secant stiffness. This displacement is the work of the load per load factor, see
+        `ContactSystem.displacements`: a length only of a single force of size 1 at load factor 1.
     damping
         (K,) damping ratio `work / (2 pi load_factor displacement)`.
     frequency
-        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, of the load of a mass-normalised mode, which has a `natural_frequency`; NaN of
-        every other load, for then the stiffness is not that of a modal mass of 1.
+        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, of the load of a
+        mass-normalised mode, which has a `natural_frequency`; NaN of every other load, for then the
+        stiffness is not that of a modal mass of 1.
     steady_states
         (K,) the steady states, None where there is none.
     by_contact
-        DataFrame, one row for each load factor and contact: columns load_factor, contact, slipping, work, slip_range.
+        DataFrame, one row for each load factor and contact: columns load_factor, contact, slipping,
+        work, slip_range.
     gross_slip
-        Load factor of `fo.gross_slip`, the end of the curve: above it the bodies slide off. NaN if no load factor, or no solver, has one.
+        Load factor of `fo.gross_slip`, the end of the curve: above it the bodies slide off. NaN if
+        no load factor, or no solver, has one.
     self_stress
-        Whether contact forces balance themselves, as in a press fit: `gross_slip` is then the load factor at which the transient from no slip slides
-        off, if statics has no lower one.
+        Whether contact forces balance themselves, as in a press fit: `gross_slip` is then the load
+        factor at which the transient from no slip slides off, if statics has no lower one.
     least_damping, most_damping, least_frequency, most_frequency
-        (K,) the least and the largest values of all steady states found over the residual slips, see `dissipation_range`: they occur; the true range
-        may be wider. NaN without a range, and the frequencies where `frequency` is.
+        (K,) the least and the largest values of all steady states found over the residual slips,
+        see `dissipation_range`: they occur; the true range may be wider. NaN without a range, and
+        the frequencies where `frequency` is.
     guaranteed_limit, shakedown_limit
-        Load factors below which the damping is zero from every start, and above which it is from none, while nodes stay closed and have friction.
-        NaN without a range.
+        Load factors below which the damping is zero from every start, and above which it is from
+        none, while nodes stay closed and have friction. NaN without a range.
     natural_frequency
         Frequency of the glued contact, at amplitude zero; NaN where none was given.
     note
@@ -125,17 +140,22 @@ class BackboneCurve(Kept, Plotted):
     def motion(self) -> Array:
         """(K,) half the range of the mean motion of what the load acts on, along the load, over the cycle, length.
 
-        It is the displacement over the size of the load at load factor 1. NaN where that is not known: of loads that are no tractions or forces per
-        volume, and of systems that no model was condensed to, see `load_size` of `ContactSystem`.
+        It is the displacement over the size of the load at load factor 1. NaN where that is not
+        known: of loads that are no tractions or forces per volume, and of systems that no model was
+        condensed to, see `load_size` of `ContactSystem`.
         """
         return self.displacement / size_of(self.system, self.cycle)
 
-    def load_at(self, *, slipping: float | None = None, work: float | None = None, progress: bool = True) -> SteadyState:
+    def load_at(
+        self, *, slipping: float | None = None, work: float | None = None, progress: bool = True
+    ) -> SteadyState:
         """The steady state near the load factor at which so large a share of the contact slips, or the work per cycle is so large.
 
-        The load factor is interpolated between the two neighbours on the curve where the number first rises to the asked one: work between the
-        logarithms of both. One transient follows what happens there. Its `slipping_share` and `dissipation` are what was seen, which is not quite
-        what was asked: the share moves in steps of nodes, and between distant load factors work is no power of the load.
+        The load factor is interpolated between the two neighbours on the curve where the number
+        first rises to the asked one: work between the logarithms of both. One transient follows
+        what happens there. Its `slipping_share` and `dissipation` are what was seen, which is not
+        quite what was asked: the share moves in steps of nodes, and between distant load factors
+        work is no power of the load.
 
         Parameters
         ----------
@@ -161,7 +181,11 @@ class BackboneCurve(Kept, Plotted):
         >>> round(half.load_factor, 2), round(half.slipping_share, 2)
         (0.57, 0.52)
         """
-        given = {name: value for name, value in {"slipping": slipping, "work": work}.items() if value is not None}
+        given = {
+            name: value
+            for name, value in {"slipping": slipping, "work": work}.items()
+            if value is not None
+        }
         if len(given) != 1:
             raise ModelError(f"slipping, work: {slipping}, {work}; give one of the two")
         ((name, value),) = given.items()
@@ -169,11 +193,24 @@ class BackboneCurve(Kept, Plotted):
         found = np.flatnonzero((seen[:-1] <= asked) & (asked <= seen[1:]))  # NaN is neither
         if not len(found):
             ends = f"{np.nanmin(seen):.6g} to {np.nanmax(seen):.6g} at the load factors {self.load_factor[0]:g} to {self.load_factor[-1]:g}"
-            raise ModelError(f"{name}: {asked:g}, and the curve has {ends}; give a value in between, or ask for a curve of other load_factors")
+            raise ModelError(
+                f"{name}: {asked:g}, and the curve has {ends}; give a value in between, or ask for a curve of other load_factors"
+            )
         pair = slice(found[0], found[0] + 2)
-        of, to = (np.log, np.exp) if name == "work" and seen[found[0]] > 0 else (np.positive, np.positive)
+        of, to = (
+            (np.log, np.exp)
+            if name == "work" and seen[found[0]] > 0
+            else (np.positive, np.positive)
+        )
         factor = to(np.interp(of(asked), of(seen[pair]), of(self.load_factor[pair])))
-        return steady_state(self.system, self.cycle, self.friction, float(factor), steps=self.steps, progress=progress)
+        return steady_state(
+            self.system,
+            self.cycle,
+            self.friction,
+            float(factor),
+            steps=self.steps,
+            progress=progress,
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """The DataFrame of the load factors, one row each: columns load_factor, outcome, .., most_frequency; `attrs["note"]` is the note."""
@@ -183,22 +220,60 @@ class BackboneCurve(Kept, Plotted):
         return table
 
     def _answer(self) -> Mapping[str, object]:
-        known = {name: float(np.nanmax(getattr(self, name))) for name in SEEN if not np.isnan(getattr(self, name)).all()}
-        named = {name: value for name in ("natural_frequency", "guaranteed_limit", "shakedown_limit") if (value := getattr(self, name)) >= 0}
-        largest = {f"largest_{name}": known[name] for name in ("work", "slipping", "slip_range", "damping") if name in known}
-        least = {"least_frequency": float(np.nanmin(self.frequency))} if "frequency" in known else {}
-        count = {"load_factors": len(self.load_factor), "outcomes": ", ".join(dict.fromkeys(self.outcome))}
-        return {**count, **largest, **least, **named, "gross_slip": self.gross_slip, "residual": self.residual, "note": self.note}
+        known = {
+            name: float(np.nanmax(getattr(self, name)))
+            for name in SEEN
+            if not np.isnan(getattr(self, name)).all()
+        }
+        named = {
+            name: value
+            for name in ("natural_frequency", "guaranteed_limit", "shakedown_limit")
+            if (value := getattr(self, name)) >= 0
+        }
+        largest = {
+            f"largest_{name}": known[name]
+            for name in ("work", "slipping", "slip_range", "damping")
+            if name in known
+        }
+        least = (
+            {"least_frequency": float(np.nanmin(self.frequency))} if "frequency" in known else {}
+        )
+        count = {
+            "load_factors": len(self.load_factor),
+            "outcomes": ", ".join(dict.fromkeys(self.outcome)),
+        }
+        return {
+            **count,
+            **largest,
+            **least,
+            **named,
+            "gross_slip": self.gross_slip,
+            "residual": self.residual,
+            "note": self.note,
+        }
 
 
 def size_of(system: ContactSystem, cycle: LoadCycle) -> float:
     """Size of the cyclic load at load factor 1, force, by its first corner; NaN where it is not known."""
-    return sum(abs(amplitude) * system.load_size.get(case, np.nan) for case, amplitude in cycle.corners[0].items() if amplitude) or np.nan
+    return (
+        sum(
+            abs(amplitude) * system.load_size.get(case, np.nan)
+            for case, amplitude in cycle.corners[0].items()
+            if amplitude
+        )
+        or np.nan
+    )
 
 
-_SAME_MODE = 1e-2  # two natural frequencies of one mode differ by less: codes write them with few digits
+_SAME_MODE = (
+    1e-2  # two natural frequencies of one mode differ by less: codes write them with few digits
+)
 _SLIDES_OFF, _FAILED = "SLIDES_OFF", "FAILED"  # outcomes of load factors without a steady state
-_FROM, _TO, _COUNT = 0.05, 0.95, 8  # load factors that are followed unless others are asked for, over the sliding-off load
+_FROM, _TO, _COUNT = (
+    0.05,
+    0.95,
+    8,
+)  # load factors that are followed unless others are asked for, over the sliding-off load
 
 
 @warns_of_odd_values
@@ -215,10 +290,12 @@ def backbone_curve(
 ) -> BackboneCurve:
     """What grows with the load: work of friction, slipping share, slip, stiffness and damping of a joint (Festjens et al. 2013, Allen et al. 2016).
 
-    Each load factor has a quasi-static steady cycle, followed from no residual slip: no dynamics, no Masing's rule. Work and slipping share of a
-    bolted joint settle with the mesh where its limits do not. For a mode of a structure the load is that of `modal_load`: the load factor is then the
-    modal force, the displacement the modal amplitude. Say so by the `natural_frequency` of the mode: other loads have no frequency. Displacement,
-    stiffness and damping need two opposed corners around a mean load, and a `compliance`; the rest needs neither. Theory, "Joints".
+    Each load factor has a quasi-static steady cycle, followed from no residual slip: no dynamics,
+    no Masing's rule. Work and slipping share of a bolted joint settle with the mesh where its
+    limits do not. For a mode of a structure the load is that of `modal_load`: the load factor is
+    then the modal force, the displacement the modal amplitude. Say so by the `natural_frequency` of
+    the mode: other loads have no frequency. Displacement, stiffness and damping need two opposed
+    corners around a mean load, and a `compliance`; the rest needs neither. Theory, "Joints".
 
     Parameters
     ----------
@@ -227,22 +304,27 @@ def backbone_curve(
     load_factors
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the sliding-off load.
     natural_frequency
-        That of the glued contact, or with the nodes open that the mean load leaves open, in cycles per unit of time, where the load of amplitude 1 is
-        that of a mass-normalised mode. It may differ by 1 % from what the compliance says, which counts. None: no mode, no frequency.
+        That of the glued contact, or with the nodes open that the mean load leaves open, in cycles
+        per unit of time, where the load of amplitude 1 is that of a mass-normalised mode. It may
+        differ by 1 % from what the compliance says, which counts. None: no mode, no frequency.
     range
-        Whether to search the residual slips for the least and the most damping, and to find both limits. Up to a guaranteed limit that is proven the
-        damping is zero, and there is no search. In space it takes hundreds of transients for each load factor, see `dissipation_range`.
+        Whether to search the residual slips for the least and the most damping, and to find both
+        limits. Up to a guaranteed limit that is proven the damping is zero, and there is no search.
+        In space it takes hundreds of transients for each load factor, see `dissipation_range`.
     steps, progress
-        Number of increments from corner to corner (None: the exact path in the plane, 20 in space), and whether to show a bar after two seconds.
+        Number of increments from corner to corner (None: the exact path in the plane, 20 in space),
+        and whether to show a bar after two seconds.
 
     Raises
     ------
     ModelError
-        Bad input: load factors that do not rise, or None where nothing slides off; with a natural frequency or a range a load without displacement,
-        and a natural frequency that contradicts the compliance.
+        Bad input: load factors that do not rise, or None where nothing slides off; with a natural
+        frequency or a range a load without displacement, and a natural frequency that contradicts
+        the compliance.
     NoContinuation, SolverError
-        No load factor has a steady state; see `gross_slip`, and with a range `shakedown_limit` and `guaranteed_limit`. After Ctrl-C the attribute
-        `curve` of the error has the load factors that are finished.
+        No load factor has a steady state; see `gross_slip`, and with a range `shakedown_limit` and
+        `guaranteed_limit`. After Ctrl-C the attribute `curve` of the error has the load factors
+        that are finished.
 
     Examples
     --------
@@ -253,18 +335,27 @@ def backbone_curve(
     >>> bool((curve.least_damping <= curve.damping).all() and (curve.damping <= curve.most_damping).all())
     True
     """
-    f, searched = np.array(friction_coefficients(friction, checked_system(system).nodes)), flag("range", range)
+    f, searched = (
+        np.array(friction_coefficients(friction, checked_system(system).nodes)),
+        flag("range", range),
+    )
     system.reaction(checked_cycle(cycle).mean)
     cycle.corner_reactions(system)  # says which load case is unknown
     system, load = with_compliance(system, cycle, f, natural_frequency)
     if searched and load.none:
-        raise ModelError(f"range: True, and there is no damping to have one: {load.none}; leave the range out")
+        raise ModelError(
+            f"range: True, and there is no damping to have one: {load.none}; leave the range out"
+        )
     try:
         gross: GrossSlip | SolverError = gross_slip(system, cycle, f)
     except SolverError as error:  # the curve does without it
         gross = error
     factors = _checked_factors(load_factors, gross)
-    limits = (shakedown_limit(system, cycle, f).load_factor, guaranteed_limit(system, cycle, f)) if searched else None
+    limits = (
+        (shakedown_limit(system, cycle, f).load_factor, guaranteed_limit(system, cycle, f))
+        if searched
+        else None
+    )
     return Asked(system, cycle, f, load, gross, limits, steps).followed(factors, progress)
 
 
@@ -291,9 +382,18 @@ class _Load:
         """Columns of the curve that follow from the displacement of the load over a steady cycle."""
         half, factor = self._half_range(steady), steady.load_factor
         stiffness = factor / half
-        frequency = np.sqrt(stiffness) / (2 * np.pi) if np.isfinite(self.natural_frequency) else np.nan
-        damping = steady.dissipation / half / factor / (2 * np.pi)  # the product of two tiny ones would be 0
-        return {"displacement": half, "stiffness": stiffness, "frequency": frequency, "damping": damping}
+        frequency = (
+            np.sqrt(stiffness) / (2 * np.pi) if np.isfinite(self.natural_frequency) else np.nan
+        )
+        damping = (
+            steady.dissipation / half / factor / (2 * np.pi)
+        )  # the product of two tiny ones would be 0
+        return {
+            "displacement": half,
+            "stiffness": stiffness,
+            "frequency": frequency,
+            "damping": damping,
+        }
 
     def _half_range(self, steady: SteadyState) -> float:
         if self.none or steady.outcome is Outcome.RATCHETING:
@@ -301,7 +401,10 @@ class _Load:
         if steady.outcome is Outcome.SHAKEDOWN and steady.friction.all() and not steady.open.any():
             return self.compliance * steady.load_factor
         path = steady.states()
-        return float(np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction) / 2)
+        return float(
+            np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction)
+            / 2
+        )
 
 
 @dataclass(frozen=True)
@@ -321,9 +424,19 @@ class Asked:
         seen = list[_Seen]()
 
         def kept(_: object) -> tuple[str, BackboneCurve, str] | None:
-            return ("curve", self.curve(seen), f"{len(seen)} of {len(factors)} load factors are in the attribute `curve`") if seen else None
+            return (
+                (
+                    "curve",
+                    self.curve(seen),
+                    f"{len(seen)} of {len(factors)} load factors are in the attribute `curve`",
+                )
+                if seen
+                else None
+            )
 
-        with bar_of(progress, "backbone curve", "load factor", total=len(factors), keeps=kept) as bar:
+        with bar_of(
+            progress, "backbone curve", "load factor", total=len(factors), keeps=kept
+        ) as bar:
             for factor in factors:
                 seen.append(self.follow(float(factor)))
                 bar.update()
@@ -339,25 +452,49 @@ class Asked:
             contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
             measured = [self.load.measured(steady)]
         except (NoContinuation, SolverError) as error:
-            return _Seen({"load_factor": factor, "outcome": _SLIDES_OFF if self._slides_off(factor) else _FAILED}, error=error)
-        row = {"load_factor": factor, "outcome": steady.outcome.name, "work": steady.dissipation, "slipping": steady.slipping_share}
-        row |= {"slip_range": contacts["slip_range"].max(), "residual": steady.residual, **measured[0]}
+            return _Seen(
+                {
+                    "load_factor": factor,
+                    "outcome": _SLIDES_OFF if self._slides_off(factor) else _FAILED,
+                },
+                error=error,
+            )
+        row = {
+            "load_factor": factor,
+            "outcome": steady.outcome.name,
+            "work": steady.dissipation,
+            "slipping": steady.slipping_share,
+        }
+        row |= {
+            "slip_range": contacts["slip_range"].max(),
+            "residual": steady.residual,
+            **measured[0],
+        }
         if self.limits is not None:
             if not (self.limits[1].proven and factor <= self.limits[1].load_factor):
                 found = dissipation_range(*asked, steps=self.steps)
                 row["residual"] = max(steady.residual, found.residual)
                 measured += [self.load.measured(state) for state in found.steady_states]
             ends = pd.DataFrame(measured).agg(["min", "max"])
-            row |= {f"{end}_{name}": ends[name][of] for name in ("damping", "frequency") for end, of in (("least", "min"), ("most", "max"))}
+            row |= {
+                f"{end}_{name}": ends[name][of]
+                for name in ("damping", "frequency")
+                for end, of in (("least", "min"), ("most", "max"))
+            }
         return _Seen(row, contacts.assign(load_factor=factor), steady)
 
     def _slides_off(self, factor: float) -> bool:
         """Whether statics says so, also of the mean load alone, for which the numbers are NaN."""
-        return isinstance(self.gross, GrossSlip) and not self.gross.least <= factor <= self.gross.load_factor
+        return (
+            isinstance(self.gross, GrossSlip)
+            and not self.gross.least <= factor <= self.gross.load_factor
+        )
 
     def curve(self, seen: Sequence[_Seen]) -> BackboneCurve:
         """The curve of what is seen at some load factors."""
-        table = pd.DataFrame([one.row for one in seen]).reindex(columns=["load_factor", "outcome", "residual", *SEEN, *RANGES])
+        table = pd.DataFrame([one.row for one in seen]).reindex(
+            columns=["load_factor", "outcome", "residual", *SEEN, *RANGES]
+        )
         logs, factors = np.log(table["work"].where(table["work"] > 0)), table["load_factor"]
         contacts = pd.concat([one.by_contact for one in seen], ignore_index=True)
         return BackboneCurve(
@@ -365,7 +502,9 @@ class Asked:
             outcome=tuple(table["outcome"]),
             steady_states=tuple(one.steady for one in seen),
             exponent=frozen(np.gradient(logs, np.log(factors)) if len(seen) > 1 else [np.nan]),
-            by_contact=contacts.reindex(columns=["load_factor", "contact", "slipping", "work", "slip_range"]),
+            by_contact=contacts.reindex(
+                columns=["load_factor", "contact", "slipping", "work", "slip_range"]
+            ),
             gross_slip=self.gross.load_factor if isinstance(self.gross, GrossSlip) else np.nan,
             guaranteed_limit=np.nan if self.limits is None else self.limits[1].load_factor,
             shakedown_limit=np.nan if self.limits is None else self.limits[0],
@@ -390,10 +529,14 @@ class Asked:
             notes.append("shares are of the nodes: the system has no width")
         if isinstance(self.gross, SolverError):
             notes.append(f"no sliding-off load: {self.gross}")
-        elif beyond := [f"{one.row['load_factor']:g}" for one in seen if one.row["outcome"] == _SLIDES_OFF]:
+        elif beyond := [
+            f"{one.row['load_factor']:g}" for one in seen if one.row["outcome"] == _SLIDES_OFF
+        ]:
             notes.append(f"load factors {', '.join(beyond)}: {self.gross.reason}")
         if isinstance(self.gross, GrossSlip) and self.gross.self_stress is not None:
-            notes.append("statics cannot know how far the fit presses: the sliding-off load is that of transients from no slip")
+            notes.append(
+                "statics cannot know how far the fit presses: the sliding-off load is that of transients from no slip"
+            )
         for one in seen:
             at = f"load factor {one.row['load_factor']:g}"
             if one.row["outcome"] == _FAILED:
@@ -409,7 +552,9 @@ def _checked_factors(load_factors: ArrayLike | None, gross: GrossSlip | SolverEr
         if isinstance(gross, SolverError):
             raise gross
         if not 0 < gross.load_factor < np.inf:
-            raise ModelError(f"load_factors: None, and the load that slides the bodies off is {gross.load_factor:g}; give load factors")
+            raise ModelError(
+                f"load_factors: None, and the load that slides the bodies off is {gross.load_factor:g}; give load factors"
+            )
         return gross.load_factor * np.geomspace(_FROM, _TO, _COUNT)
     return rising_factors(load_factors)
 
@@ -418,14 +563,24 @@ def rising_factors(load_factors: ArrayLike) -> Array:
     """Check load factors that rise from above 0."""
     factors = np.array(finite_numbers("load_factors", load_factors, least=0.0))
     if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
-        raise ModelError(f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0")
+        raise ModelError(
+            f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0"
+        )
     return factors
 
 
-def with_compliance(system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None) -> tuple[ContactSystem, _Load]:
+def with_compliance(
+    system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None
+) -> tuple[ContactSystem, _Load]:
     """The contact with a compliance, its own or one of which the load has what its natural frequency says; and the load."""
-    given = None if natural_frequency is None else finite_number("natural_frequency", natural_frequency, above=0.0)
-    first, *others = (np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners)
+    given = (
+        None
+        if natural_frequency is None
+        else finite_number("natural_frequency", natural_frequency, above=0.0)
+    )
+    first, *others = (
+        np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners
+    )
     if cycle.fixed or len(others) != 1 or not np.array_equal(first, -others[0]) or not first.any():
         remedy = "give two opposed corners, [{'mode': 1.0}, {'mode': -1.0}], around a mean load, and no fixed part"
         if given is not None:
@@ -433,20 +588,34 @@ def with_compliance(system: ContactSystem, cycle: LoadCycle, friction: Array, na
         return system, _Load(none=f"the corners are not two opposed ones; {remedy}")
     if system.compliance is None:
         if given is None:
-            return system, _Load(none="the system has no compliance, which `condense` finds; of a mode give the natural_frequency")
+            return system, _Load(
+                none="the system has no compliance, which `condense` finds; of a mode give the natural_frequency"
+            )
         compliance = (2 * np.pi * given) ** -2
-        return replace(system, compliance=compliance * np.outer(first, first) / (first @ first) ** 2), _Load(first, compliance, given)
+        return replace(
+            system, compliance=compliance * np.outer(first, first) / (first @ first) ** 2
+        ), _Load(first, compliance, given)
     compliance = float(first @ system.compliance @ first)
     reactions = joined(*system.reaction(cycle.corners[0]))
-    own = np.abs(first) @ np.abs(system.compliance) @ np.abs(first) + reactions @ reactions / system.stiffness_scale
+    own = (
+        np.abs(first) @ np.abs(system.compliance) @ np.abs(first)
+        + reactions @ reactions / system.stiffness_scale
+    )
     if not compliance > ROUNDING * own:  # other load cases may have any size, so they do not count
         if given is not None:
-            raise ModelError(f"corners: the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces")
-        return system, _Load(none=f"the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces")
+            raise ModelError(
+                f"corners: the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces"
+            )
+        return system, _Load(
+            none=f"the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces"
+        )
     if given is None:
         return system, _Load(first, compliance)
     softness = [compliance, compliance + _of_open_nodes(system, cycle, friction)]
-    own = min((1 / (2 * np.pi * np.sqrt(each)) for each in softness), key=lambda each: abs(each / given - 1))
+    own = min(
+        (1 / (2 * np.pi * np.sqrt(each)) for each in softness),
+        key=lambda each: abs(each / given - 1),
+    )
     if abs(own / given - 1) > _SAME_MODE:
         raise ModelError(
             f"natural_frequency: {given:g}, and the compliance of the load says {own:g}; give the load of a mass-normalised mode (`modal_load`), or "

@@ -17,15 +17,33 @@ from numpy.typing import ArrayLike
 from ..base import ROUNDING, Array, Booleans, Kept, Outcome, Plotted, bar_of, warns_of_odd_values
 from ..base.files import output
 from ..base.results import WIDE
-from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
+from ..contact import (
+    ContactState,
+    ContactSystem,
+    LoadCycle,
+    checked_cycle,
+    checked_system,
+    friction_coefficients,
+)
 from ..contact.diagnosis import counted
 from ..errors import ModelError, NoContinuation, SolverError
-from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit, gross_slip, guaranteed_limit, required_friction, shakedown_limit
+from ..limits import (
+    GrossSlip,
+    GuaranteedLimit,
+    RequiredFriction,
+    ShakedownLimit,
+    gross_slip,
+    guaranteed_limit,
+    required_friction,
+    shakedown_limit,
+)
 from ..transients import SteadyState
 from ..transients.march import mean_state
 from .backbone import Asked, BackboneCurve, rising_factors, size_of, with_compliance
 
-_MANY = 20  # nodes that slip, from which on their work and share settle with the mesh to some per cent
+_MANY = (
+    20  # nodes that slip, from which on their work and share settle with the mesh to some per cent
+)
 _CORNERS = 4  # whose forces are shown
 _MEASURES = "work: of friction, per cycle; slipping: share of all contacts; slip_range: largest of all nodes; damping: ratio."
 _HEAD = """<!doctype html>
@@ -52,8 +70,8 @@ class Report(Kept):
     mean_state
         The state under the mean load alone, from no slip.
     gross_slip, curve, limit, guaranteed, required
-        Results of `gross_slip`, `backbone_curve` (with both limits, for its picture), `shakedown_limit`, `guaranteed_limit`, `required_friction`;
-        None where `missing` says why.
+        Results of `gross_slip`, `backbone_curve` (with both limits, for its picture),
+        `shakedown_limit`, `guaranteed_limit`, `required_friction`; None where `missing` says why.
 
     Examples
     --------
@@ -79,12 +97,26 @@ class Report(Kept):
     required: RequiredFriction | None = None
 
     def _answer(self) -> Mapping[str, object]:
-        return {"nodes": self.system.nodes, **{row.number.replace(" ", "_"): row.value for row in self.numbers.itertuples()}}
+        return {
+            "nodes": self.system.nodes,
+            **{row.number.replace(" ", "_"): row.value for row in self.numbers.itertuples()},
+        }
 
     @property
     def steady(self) -> SteadyState | None:
         """The steady state at load factor 1, from no slip; None where there is none."""
-        return None if self.curve is None else next((one for one in self.curve.steady_states if one is not None and one.load_factor == 1), None)
+        return (
+            None
+            if self.curve is None
+            else next(
+                (
+                    one
+                    for one in self.curve.steady_states
+                    if one is not None and one.load_factor == 1
+                ),
+                None,
+            )
+        )
 
     @property
     def kind(self) -> str:
@@ -96,7 +128,10 @@ class Report(Kept):
             return "The mean load opens all nodes."
         if mean.open.any():
             told = f"The mean load leaves {counted(self.system, mean.open)} open. Pressure falls to zero beside them."
-            return told + " There the last closed node decides every limit, which falls as elements shrink: limits change with the mesh."
+            return (
+                told
+                + " There the last closed node decides every limit, which falls as elements shrink: limits change with the mesh."
+            )
         told = "All nodes are closed under the mean load"
         if steady is None:
             return told + "."
@@ -126,34 +161,88 @@ class Report(Kept):
             yield "gross-slip load", slides.load_factor, "load factor", settles, slides.reason
         if steady is not None:
             slipping = int(steady.slipping.sum())
-            as_slip = "yes" if slipping >= _MANY else f"once more nodes slip, {slipping} do here" if slipping else "unless nodes slip on finer meshes"
-            told = f"of friction, from assembly without slip, at load factor 1: {steady.outcome.value}"
+            as_slip = (
+                "yes"
+                if slipping >= _MANY
+                else f"once more nodes slip, {slipping} do here"
+                if slipping
+                else "unless nodes slip on finer meshes"
+            )
+            told = (
+                f"of friction, from assembly without slip, at load factor 1: {steady.outcome.value}"
+            )
             if steady.steps:
                 told += f"; finer increments may change it by {steady.step_error:.1g} of it"
             elif steady.unproven:
-                told += f"; at {steady.unproven} events it is not proven that there is no other way on"
+                told += (
+                    f"; at {steady.unproven} events it is not proven that there is no other way on"
+                )
             yield "work per cycle", steady.dissipation, units["work"], as_slip, told
-            of = "the area of all contacts" if self.system.width is not None else "the nodes of all contacts"
-            yield "share that slips", steady.slipping_share, "of 1", as_slip, f"of {of}, in each cycle of this steady state"
-            yield "largest slip range", float(self.contacts["slip_range"].max()), units["slip_range"], as_slip, "in each cycle of this steady state"
+            of = (
+                "the area of all contacts"
+                if self.system.width is not None
+                else "the nodes of all contacts"
+            )
+            yield (
+                "share that slips",
+                steady.slipping_share,
+                "of 1",
+                as_slip,
+                f"of {of}, in each cycle of this steady state",
+            )
+            yield (
+                "largest slip range",
+                float(self.contacts["slip_range"].max()),
+                units["slip_range"],
+                as_slip,
+                "in each cycle of this steady state",
+            )
             if np.isfinite(motion := self._motion):
                 meaning = "half the range of the mean motion of what the load acts on, along the load, in this steady state"
                 yield "motion of the load", motion, units["motion"], "yes", meaning
         if limit is not None:
-            name = "shakedown limit" + " with these nodes open" * (lifts and self.system.tangents == 2)
-            yield name, limit.load_factor, "load factor", by_nodes, f"{limit.reason}. It covers {limit.covers}"
+            name = "shakedown limit" + " with these nodes open" * (
+                lifts and self.system.tangents == 2
+            )
+            yield (
+                name,
+                limit.load_factor,
+                "load factor",
+                by_nodes,
+                f"{limit.reason}. It covers {limit.covers}",
+            )
         if self.guaranteed is not None:
-            yield "guaranteed limit", self.guaranteed.load_factor, "load factor", by_nodes, self.guaranteed.reason
+            yield (
+                "guaranteed limit",
+                self.guaranteed.load_factor,
+                "load factor",
+                by_nodes,
+                self.guaranteed.reason,
+            )
         if self.required is not None:
-            yield "required friction", self.required.required, "coefficient", by_nodes, f"at load factor 1: {self.required.reason}"
+            yield (
+                "required friction",
+                self.required.required,
+                "coefficient",
+                by_nodes,
+                f"at load factor 1: {self.required.reason}",
+            )
 
     @property
     def _units(self) -> dict[str, str]:
         """Units of the columns of tables; a column without a unit is a share, a ratio or a name."""
         force, length = (self.system.units or "force, length").split(", ")
         deep, area = (" per depth", length) if self.system.tangents == 1 else ("", f"{length}^2")
-        units = {"work": f"{force} {length}{deep}", "slip_range": length, "motion": length, "area": area}
-        units |= {"stiffness": f"{force}{deep} per {length}", "displacement": f"{force} {length}{deep} per load factor"}
+        units = {
+            "work": f"{force} {length}{deep}",
+            "slip_range": length,
+            "motion": length,
+            "area": area,
+        }
+        units |= {
+            "stiffness": f"{force}{deep} per {length}",
+            "displacement": f"{force} {length}{deep} per load factor",
+        }
         return units | dict.fromkeys(("P", "Q", "fP"), f"{force}{deep}")
 
     def _with_units(self, table: pd.DataFrame) -> pd.DataFrame:
@@ -172,13 +261,21 @@ class Report(Kept):
         known, size = curve.to_frame().drop(columns="stiffness"), size_of(self.system, self.cycle)
         if np.isfinite(size):
             known = known.drop(columns="displacement")
-            known.insert(known.columns.get_loc("motion") + 1, "stiffness", size * curve.load_factor / curve.motion)
+            known.insert(
+                known.columns.get_loc("motion") + 1,
+                "stiffness",
+                size * curve.load_factor / curve.motion,
+            )
         return known.dropna(axis=1, how="all")
 
     @property
     def _motion(self) -> float:
         """Half the range of the motion of the load at load factor 1; NaN where it is not known."""
-        return np.nan if self.curve is None else float(self.curve.motion[self.curve.load_factor == 1].max(initial=-np.inf))
+        return (
+            np.nan
+            if self.curve is None
+            else float(self.curve.motion[self.curve.load_factor == 1].max(initial=-np.inf))
+        )
 
     @property
     def _lifts(self) -> bool:
@@ -209,7 +306,9 @@ class Report(Kept):
         elif slides is not None and slides.least * (1 - ROUNDING) > 1:
             yield f"At your load nothing rests: below load factor {slides.least:.4g} the mean load slides bodies off."
         elif slides is not None and slides.load_factor < np.inf:
-            fit = " in a transient from no slip: statics cannot know how far the fit presses" * (slides.self_stress is not None)
+            fit = " in a transient from no slip: statics cannot know how far the fit presses" * (
+                slides.self_stress is not None
+            )
             yield f"Your load is {1 / slides.load_factor:.1%} of the gross-slip load, at which bodies slide off{fit}."
 
     def _on_slip(self, enough: bool) -> Iterator[str]:
@@ -249,9 +348,19 @@ class Report(Kept):
             contacts = self.contacts if few else self.contacts.filter(regex=r"^(?!f?[PQ]_\d)")
             yield "Contacts at load factor 1", [told] * few, self._with_units(contacts), self.steady
         if self.curve is not None:
-            yield "What grows with the load", [_MEASURES], self._with_units(self._growing(self.curve)), self.curve
+            yield (
+                "What grows with the load",
+                [_MEASURES],
+                self._with_units(self._growing(self.curve)),
+                self.curve,
+            )
         if self.missing:
-            yield "Without an answer", [f"{name}: {why}" for name, why in self.missing.items()], None, None
+            yield (
+                "Without an answer",
+                [f"{name}: {why}" for name, why in self.missing.items()],
+                None,
+                None,
+            )
 
     @property
     def _title(self) -> str:
@@ -264,21 +373,34 @@ class Report(Kept):
 
     @property
     def _loads(self) -> str:
-        mean = ", ".join(f"{name} = {value:.4g}" for name, value in self.cycle.mean.items()) or "none"
+        mean = (
+            ", ".join(f"{name} = {value:.4g}" for name, value in self.cycle.mean.items()) or "none"
+        )
         names = self.cycle.corner_names
         return f"Mean load: {mean}. Corners at load factor 1: {'; '.join(names[:_CORNERS])}{'; ...' * (len(names) > _CORNERS)}."
 
     def __str__(self) -> str:
         lines = [self._title, fill(self._loads, WIDE)]
         for title, sentences, table, _ in self._sections():
-            lines += ["", title, "-" * len(title), *(fill(sentence, WIDE) for sentence in sentences)]
+            lines += [
+                "",
+                title,
+                "-" * len(title),
+                *(fill(sentence, WIDE) for sentence in sentences),
+            ]
             if title == "Numbers":
                 for row in self.numbers.itertuples():
                     lines.append(f"{row.number}: {row.value:.5g} {row.unit}".rstrip())
                     meaning = f"{row.meaning}. Settles with the mesh: {row.settles}."
-                    lines.append(fill(meaning, WIDE, initial_indent="    ", subsequent_indent="    "))
+                    lines.append(
+                        fill(meaning, WIDE, initial_indent="    ", subsequent_indent="    ")
+                    )
             elif table is not None:
-                lines.append(table.to_string(index=False, float_format="{:.4g}".format, line_width=WIDE - 4).rstrip())
+                lines.append(
+                    table.to_string(
+                        index=False, float_format="{:.4g}".format, line_width=WIDE - 4
+                    ).rstrip()
+                )
         return "\n".join(lines)
 
     def save(self, path: str | Path) -> None:
@@ -294,20 +416,38 @@ class Report(Kept):
         if Path(path).suffix.lower() not in (".html", ".htm"):
             super().save(path)
             return
-        file, parts = output(path), [_HEAD, f"<h1>{escape(self._title)}</h1><p>{escape(self._loads)}</p>"]
+        file, parts = (
+            output(path),
+            [_HEAD, f"<h1>{escape(self._title)}</h1><p>{escape(self._loads)}</p>"],
+        )
         from ..plots.draw import png  # imported here, for matplotlib is slow to import
 
         for title, sentences, table, shown in self._sections():
-            parts += [f"<h2>{title}</h2>", *(f"<p>{escape(sentence).replace('`', '')}</p>" for sentence in sentences)]
-            parts += [] if table is None else [table.to_html(index=False, float_format="{:.4g}".format, border=0)]
-            parts += [] if shown is None else [f'<img alt="{title}" src="data:image/png;base64,{b64encode(png(shown)).decode()}">']
+            parts += [
+                f"<h2>{title}</h2>",
+                *(f"<p>{escape(sentence).replace('`', '')}</p>" for sentence in sentences),
+            ]
+            parts += (
+                []
+                if table is None
+                else [table.to_html(index=False, float_format="{:.4g}".format, border=0)]
+            )
+            parts += (
+                []
+                if shown is None
+                else [
+                    f'<img alt="{title}" src="data:image/png;base64,{b64encode(png(shown)).decode()}">'
+                ]
+            )
         file.write_text("\n".join(parts), encoding="utf-8")
 
 
 LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
 """Load factors of the curve, unless others are asked for; scaled down where the contact slides off before the last one."""
 
-_BELOW = 0.95  # share of the gross-slip load up to which the curve goes: nearer to it many cycles pass before the slip is steady
+# share of the gross-slip load up to which the curve goes: nearer to it many cycles pass before the
+# slip is steady
+_BELOW = 0.95
 _STEPS = 2  # increments from corner to corner in space
 _PARTS = {  # as they are called -> attribute of the report
     "mean load": "mean_state",
@@ -317,7 +457,9 @@ _PARTS = {  # as they are called -> attribute of the report
     "guaranteed limit": "guaranteed",
     "required friction": "required",
 }
-_SEARCHED = "not asked, for with open nodes in space its search takes minutes: call `fo.{}` yourself"
+_SEARCHED = (
+    "not asked, for with open nodes in space its search takes minutes: call `fo.{}` yourself"
+)
 
 
 @warns_of_odd_values
@@ -332,22 +474,27 @@ def report(
 ) -> Report:
     """All that frictopt has to say of a joint under its loads, the user's load being that of load factor 1.
 
-    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off (`gross_slip`); what grows with the load, from no slip
-    (`backbone_curve`), with the steady state at load factor 1; shakedown and guaranteed limit; the friction that would keep the contact stuck
-    (`required_friction`); and advice. A part without an answer stands there with the reason. Where the mean load leaves nodes open in space, the
-    shakedown limit is that with these nodes open, and guaranteed limit and required friction are left out, for they search for minutes: ask
-    `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves. These two do not know a shear strength.
+    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off
+    (`gross_slip`); what grows with the load, from no slip (`backbone_curve`), with the steady state
+    at load factor 1; shakedown and guaranteed limit; the friction that would keep the contact stuck
+    (`required_friction`); and advice. A part without an answer stands there with the reason. Where
+    the mean load leaves nodes open in space, the shakedown limit is that with these nodes open, and
+    guaranteed limit and required friction are left out, for they search for minutes: ask
+    `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves. These two do not know
+    a shear strength.
 
     Parameters
     ----------
     system, cycle, friction
         The contact, its load cycle, and its coefficient of friction, one or one per node.
     load_factors
-        (K,) load factors of the curve, > 0 and rising, to which 1 is added; None: 1/4, 1/2, 1 and 2, or less, where 2 is above 95 % of the
-        gross-slip load.
+        (K,) load factors of the curve, > 0 and rising, to which 1 is added; None: 1/4, 1/2, 1 and
+        2, or less, where 2 is above 95 % of the gross-slip load.
     steps, progress
-        Number of increments from corner to corner (None: the exact path in the plane, 2 in space, whose `step_error` says what they leave), and
-        whether to show a bar after two seconds. Ctrl-C stays a KeyboardInterrupt with an attribute `report`, which holds what is known by then.
+        Number of increments from corner to corner (None: the exact path in the plane, 2 in space,
+        whose `step_error` says what they leave), and whether to show a bar after two seconds.
+        Ctrl-C stays a KeyboardInterrupt with an attribute `report`, which holds what is known by
+        then.
 
     Raises
     ------
@@ -390,30 +537,55 @@ def report(
     def kept(_: object) -> tuple[str, Report, str]:
         left = [part for part, name in _PARTS.items() if name not in found and part not in missing]
         known = Report(system, cycle, f, missing | dict.fromkeys(left, "interrupted"), **found)
-        return "report", known, f"what is known by then is the attribute `report`, without {', '.join(left)}"
+        return (
+            "report",
+            known,
+            f"what is known by then is the attribute `report`, without {', '.join(left)}",
+        )
 
     with bar_of(progress, "report", "part", total=len(_PARTS), best=lambda: at, keeps=kept) as bar:
         mean = ask("mean load", lambda: mean_state(system, cycle, f))
         slides = ask("gross-slip load", lambda: gross_slip(system, cycle, f))
         most = np.inf if slides is None else slides.load_factor
         if factors is None:
-            factors = (min(1.0, _BELOW * most / LOAD_FACTORS[-1]) if most > 0 else 1.0) * np.array(LOAD_FACTORS)
+            factors = (min(1.0, _BELOW * most / LOAD_FACTORS[-1]) if most > 0 else 1.0) * np.array(
+                LOAD_FACTORS
+            )
         rests = 1 <= most * (1 + ROUNDING)
         joint, load = with_compliance(system, cycle, f, None)
-        asked = Asked(joint, cycle, f, load, slides or SolverError(missing["gross-slip load"]), None, steps)
+        asked = Asked(
+            joint, cycle, f, load, slides or SolverError(missing["gross-slip load"]), None, steps
+        )
         curve = ask("curve", lambda: asked.followed(np.union1d(factors, [1.0] * rests), True))
-        if curve and rests and not any(steady and steady.load_factor == 1 for steady in curve.steady_states):
+        if (
+            curve
+            and rests
+            and not any(steady and steady.load_factor == 1 for steady in curve.steady_states)
+        ):
             missing["steady state at load factor 1"] = curve.note
         opened = in_space and mean is not None and bool(mean.open.any())
-        ask("shakedown limit", lambda: limit_of(mean.open) if opened else shakedown_limit(system, cycle, f))
+        ask(
+            "shakedown limit",
+            lambda: limit_of(mean.open) if opened else shakedown_limit(system, cycle, f),
+        )
         if opened:
-            missing |= {part: _SEARCHED.format(part.replace(" ", "_")) for part in ("guaranteed limit", "required friction")}
+            missing |= {
+                part: _SEARCHED.format(part.replace(" ", "_"))
+                for part in ("guaranteed limit", "required friction")
+            }
         elif system.capped:
-            missing |= dict.fromkeys(("guaranteed limit", "required friction"), "not known of a surface with a shear strength")
+            missing |= dict.fromkeys(
+                ("guaranteed limit", "required friction"),
+                "not known of a surface with a shear strength",
+            )
         else:
             ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
             ask("required friction", lambda: required_friction(system, cycle, 1.0))
     if curve:
-        limits = {name: found[of].load_factor for name, of in (("shakedown_limit", "limit"), ("guaranteed_limit", "guaranteed")) if of in found}
+        limits = {
+            name: found[of].load_factor
+            for name, of in (("shakedown_limit", "limit"), ("guaranteed_limit", "guaranteed"))
+            if of in found
+        }
         found["curve"] = replace(curve, **limits)
     return Report(system, cycle, f, missing, **found)

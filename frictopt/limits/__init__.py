@@ -1,11 +1,12 @@
 """Limits of a load cycle as linear and cone programs.
 
-In come a system, a load cycle and friction; out go limits with proofs. Every program stands in `models.py`, in the
-symbols of the paper. A public question stands in the file of its name with its answer: `shakedown.py`,
-`guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`, `design.py`, `gross_slip.py`.
-`question.py` poses a question, `programs.py` has what its program needs, `safe_model.py` the models that users
-extend, `answered.py` what all answers share (multipliers as a `Mechanism`), `patterns.py` and `lift_off.py` the
-search of open nodes, `critical_state.py` the critical nodes of the guaranteed limit.
+In come a system, a load cycle and friction; out go limits with proofs. Every program stands in
+`models.py`, in the symbols of the paper. A public question stands in the file of its name with its
+answer: `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
+`design.py`, `gross_slip.py`. `question.py` poses a question, `programs.py` has what its program
+needs, `safe_model.py` the models that users extend, `answered.py` what all answers share
+(multipliers as a `Mechanism`), `patterns.py` and `lift_off.py` the search of open nodes,
+`critical_state.py` the critical nodes of the guaranteed limit.
 """
 
 from ..base import LimitKind

@@ -1,15 +1,19 @@
 """The mean state of a node in which its cyclic load leaves it no room: on its bound at opposed corners, or at three that surround.
 
-The pressure rho that it needs, with the shear c, is in the theory, eq. (10): the smallest disc that holds the discs with centres `-q1_k` and radii
-`-f p1_k` has the centre c and the radius `f rho`. If a part of the cycle is fixed, each two corners that govern at some load factor have a state of
-their own, affine in it.
+The pressure rho that it needs, with the shear c, is in the theory, eq. (10): the smallest disc that
+holds the discs with centres `-q1_k` and radii `-f p1_k` has the centre c and the radius `f rho`. If
+a part of the cycle is fixed, each two corners that govern at some load factor have a state of their
+own, affine in it.
 
-One slip mechanism for each node j bounds the load factor at which it can be critical. For multipliers with `A d + B^T (f a) = 0`, `a = abs(d)` at all
-other nodes and a_j = -1, the sum of `d q + f a p` is that of the mean load. With h(d) the largest `-(d q1 + f abs(d) p1)` of a corner::
+One slip mechanism for each node j bounds the load factor at which it can be critical. For
+multipliers with `A d + B^T (f a) = 0`, `a = abs(d)` at all other nodes and a_j = -1, the sum of `d
+q + f a p` is that of the mean load. With h(d) the largest `-(d q1 + f abs(d) p1)` of a corner::
 
-    resistance = sum of d q0 + f a p0   >=   lam drive,       drive = d_j c - f rho + sum of h(d) over the others
+    resistance = sum of d q0 + f a p0   >=   lam drive,       drive = d_j c - f rho + sum of h(d)
+    over the others
 
-A fixed-point iteration looks for such multipliers; where it does not converge (large friction) the bound of node j is 0.
+A fixed-point iteration looks for such multipliers; where it does not converge (large friction) the
+bound of node j is 0.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -32,14 +36,30 @@ from .programs import Program, listed_rows, tractions
 from .question import Question
 
 _TIE = ROUNDING  # corners whose rows differ by less than this share rule together
-_SUBSETS = (0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3)  # of a new disc and three old ones that touch the smallest one
+_SUBSETS = (
+    (0,),
+    (0, 1),
+    (0, 2),
+    (0, 3),
+    (0, 1, 2),
+    (0, 1, 3),
+    (0, 2, 3),
+)  # of a new disc and three old ones that touch the smallest one
 _EXCHANGES = 4  # for each disc, at most; mostly three in all do
 _SETTLED = RESIDUAL  # change of a screening mechanism, over its size, that counts as none
-_SCREENING = CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
-_SPARE = 1e3 * RESIDUAL  # share by which a screening mechanism slips more than it must, so that it is admissible before it settles
+_SCREENING = (
+    CONDENSATION  # relative rounding of a screening bound, which feels the errors of the data
+)
+_SPARE = (
+    1e3 * RESIDUAL
+    # share by which a screening mechanism slips more than it must, so that it is admissible before it
+    # settles
+)
 _MOST = 300  # iterations
 _MEANS = 3  # of slides; with more the bounds hardly rise
-_NEAR = 1e-2  # share of the largest slip that a smaller one counts as in these means, which settle then
+_NEAR = (
+    1e-2  # share of the largest slip that a smaller one counts as in these means, which settle then
+)
 _LARGE = 1e6  # a mechanism of this size is on its way to infinity
 
 
@@ -48,7 +68,9 @@ class CriticalState:
     """What a slip adds to the shear forces and the pressure of a node where it is critical, (t + 1,): `[A v, B v] = at_zero + lam rate`."""
 
     node: int
-    corners: tuple[int, ...]  # at which it is on its bound; in the plane one of forward and one of backward slip
+    corners: tuple[
+        int, ...
+    ]  # at which it is on its bound; in the plane one of forward and one of backward slip
     at_zero: Array
     rate: Array
 
@@ -76,7 +98,10 @@ def critical_states(task: Question) -> list[list[CriticalState]]:
     def state(i: int) -> CriticalState:
         corners = tuple(np.flatnonzero(rules[:, i]).tolist())
         if q.ndim == 2:
-            corners = next(k for k in corners if q[k, i] < 0), next(k for k in corners if q[k, i] > 0)
+            corners = (
+                next(k for k in corners if q[k, i] < 0),
+                next(k for k in corners if q[k, i] > 0),
+            )
         return CriticalState(i, corners, -np.r_[q0[i], p0[i]], np.r_[shear[i], bound[i] / f[i]])
 
     return [[state(i)] if cyclic[i] else [] for i in range(len(f))]
@@ -92,11 +117,22 @@ def _of_pairs(task: Question) -> list[list[CriticalState]]:
         which[ruling(-(sense * q0 + fp0), -(sense * q1 + fp1))] = True
     found: list[list[CriticalState]] = []
     for i, friction in enumerate(f):
-        ends = product(*(np.flatnonzero(which[:, i]).tolist() for which in rules)) if friction > 0 else ()
-        pairs = [(k, j) for k, j in ends if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()]
+        ends = (
+            product(*(np.flatnonzero(which[:, i]).tolist() for which in rules))
+            if friction > 0
+            else ()
+        )
+        pairs = [
+            (k, j)
+            for k, j in ends
+            if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()
+        ]
         states = []
         for k, j in pairs:
-            at_zero, rate = (_at_both_bounds(friction, q[[k, j], i], p[[k, j], i]) for q, p in ((q0, p0), (q1, p1)))
+            at_zero, rate = (
+                _at_both_bounds(friction, q[[k, j], i], p[[k, j], i])
+                for q, p in ((q0, p0), (q1, p1))
+            )
             states.append(CriticalState(i, (k, j), at_zero, rate))
         found.append(states)
     return found
@@ -111,10 +147,13 @@ def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
 class NeededByNode:
     """What the loads of the node where `node` is 1 need, for the friction that stands in `f`: values of parameters that follow from these two.
 
-    `corners` are those of its critical state, if parts of the load cycle are fixed: each pair of them has a state of its own.
+    `corners` are those of its critical state, if parts of the load cycle are fixed: each pair of
+    them has a state of its own.
     """
 
-    def __init__(self, f: cp.Parameter, node: cp.Parameter, parts: Sequence[Array], fixed: bool) -> None:
+    def __init__(
+        self, f: cp.Parameter, node: cp.Parameter, parts: Sequence[Array], fixed: bool
+    ) -> None:
         self.f, self.node, self.fixed = f, node, fixed
         self._parts = parts  # q0, p0, q1, p1
         self.corners: tuple[int, ...] = ()
@@ -122,7 +161,10 @@ class NeededByNode:
     def parameters(self, tangents: int) -> dict[str, cp.Parameter]:
         """The shear c and the pressure rho for a load factor of 1, and, with fixed parts, -c0 and -rho0 at load factor 0."""
         shape = () if tangents == 1 else (tangents,)
-        found = {"c": cp.CallbackParam(self.shear, shape, name="c"), "rho": cp.CallbackParam(self.pressure, name="rho")}
+        found = {
+            "c": cp.CallbackParam(self.shear, shape, name="c"),
+            "rho": cp.CallbackParam(self.pressure, name="rho"),
+        }
         if self.fixed:
             found["c0"] = cp.CallbackParam(partial(self._of_pair, 0, 0), name="c0")
             found["rho0"] = cp.CallbackParam(partial(self._of_pair, 0, 1), name="rho0")
@@ -146,7 +188,9 @@ class NeededByNode:
         index = int(self.node.value.argmax())
         friction = float(self.f.value[index])
         if not friction > 0:
-            raise ModelError(f"f: {friction:g} at node {index}, which without friction is never critical; give it friction, or ask guaranteed_limit")
+            raise ModelError(
+                f"f: {friction:g} at node {index}, which without friction is never critical; give it friction, or ask guaranteed_limit"
+            )
         return friction
 
     def _of_cycle(self) -> tuple[Array, Array]:
@@ -170,7 +214,9 @@ def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
     rows = np.arange(len(radii))
     touch = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
     centre, radius = centres[rows, touch[:, 0]], radii.max(axis=1)
-    size = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2)) + np.abs(radii).max(axis=1)
+    size = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2)) + np.abs(
+        radii
+    ).max(axis=1)
     for _ in range(_EXCHANGES * radii.shape[1]):
         reach = np.linalg.norm(centres - centre[:, None], axis=-1) + radii
         out = np.flatnonzero(reach.max(axis=1) > radius + ROUNDING * size)
@@ -184,18 +230,28 @@ def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
                 holds = (np.linalg.norm(held - found[:, None], axis=-1) + by).max(axis=1)
                 less = holds < radius[out]  # not where there is no such disc, which is nan
                 centre[out[less]], radius[out[less]] = found[less], holds[less]
-                touch[out[less]] = np.resize(four[less][:, subset], (int(less.sum()), 3)) if len(subset) == 3 else four[less][:, (subset * 3)[:3]]
+                touch[out[less]] = (
+                    np.resize(four[less][:, subset], (int(less.sum()), 3))
+                    if len(subset) == 3
+                    else four[less][:, (subset * 3)[:3]]
+                )
     return centre, (np.linalg.norm(centres - centre[:, None], axis=-1) + radii).max(axis=1)
 
 
 def _touching(centres: Array, radii: Array) -> list[Array]:
     """Centres (n, 2) of the discs that one, two or three discs, (n, m, 2) and (n, m), touch from within; nan where there is none."""
-    first, apart, larger = centres[:, 0], centres[:, 1:] - centres[:, :1], radii[:, 1:] - radii[:, :1]
+    first, apart, larger = (
+        centres[:, 0],
+        centres[:, 1:] - centres[:, :1],
+        radii[:, 1:] - radii[:, :1],
+    )
     right = np.stack([((apart**2).sum(axis=-1) - larger**2) / 2, larger], axis=-1)
     u, w = np.moveaxis(np.linalg.pinv(apart) @ right, 2, 0)
     a, b, c = 1 - (w**2).sum(axis=-1), (u * w).sum(axis=-1), (u**2).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        if apart.shape[1] == 1:  # where the larger one nearly holds the other, all digits of a are lost
+        if (
+            apart.shape[1] == 1
+        ):  # where the larger one nearly holds the other, all digits of a are lost
             distance = np.linalg.norm(apart[:, 0], axis=-1)
             return [first + apart[:, 0] * ((distance + larger[:, 0]) / (2 * distance))[:, None]]
         root = b + np.copysign(np.sqrt(b**2 + a * c), b)
@@ -215,19 +271,31 @@ def load_factor_bounds(task: Question) -> Array:
         following = (1 + _SPARE) * net + _SETTLED * size
         np.fill_diagonal(following, -1.0)
         np.fill_diagonal(net, -1.0)
-        done = (net <= total).all(axis=0) & (np.abs(following - total) <= _SETTLED * size).all(axis=0)
+        done = (net <= total).all(axis=0) & (np.abs(following - total) <= _SETTLED * size).all(
+            axis=0
+        )
         lost = ~(total.max(axis=0) < _LARGE)
         if (done | lost).all():
             break
         total = np.where(done | lost, total, following)
-    d, fa, (shear, bound) = net_slips(total) / unit, task.friction[:, None] * total / unit, needed(task.friction, *task.parts[2:])
+    d, fa, (shear, bound) = (
+        net_slips(total) / unit,
+        task.friction[:, None] * total / unit,
+        needed(task.friction, *task.parts[2:]),
+    )
     (q0,), (p0,), q1, p1 = task.parts
     held = np.array([_work(d, q0), fa * p0[:, None]])
     driven = _work(d, shear) + total / unit * bound[:, None]
     if len(d) > 1:
-        others = np.max([-_work(d, q) - fa * p[:, None] for q, p in zip(q1, p1, strict=True)], axis=0)
+        others = np.max(
+            [-_work(d, q) - fa * p[:, None] for q, p in zip(q1, p1, strict=True)], axis=0
+        )
         driven = np.where(np.eye(n, dtype=bool), driven, others)
-    resistance, drive, terms = held.sum(axis=(0, 1)), driven.sum(axis=0), np.abs(held).sum(axis=(0, 1))
+    resistance, drive, terms = (
+        held.sum(axis=(0, 1)),
+        driven.sum(axis=0),
+        np.abs(held).sum(axis=(0, 1)),
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         least = np.where(drive < 0, resistance / drive, np.inf) * (1 - _SCREENING)
     return np.asarray(np.where(done & (resistance < -_SCREENING * terms), least, 0.0))
@@ -242,7 +310,10 @@ def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
     """The net slips (t, n, n) that balance given total slips (n, n), by means weighted by the slips before; free slides go until friction resists."""
     n, t, m = task.system.nodes, task.system.tangents, len(change.loaded)
     rows, (normal, *_) = t * n, change.blocks.values()
-    rows_of_shear, to_pressure = change.product[:, :m].toarray() / np.tile(task.node_unit, t)[:, None], normal[:, :m] / task.node_unit[:, None]
+    rows_of_shear, to_pressure = (
+        change.product[:, :m].toarray() / np.tile(task.node_unit, t)[:, None],
+        normal[:, :m] / task.node_unit[:, None],
+    )
     loaded = change.loaded
     others = np.setdiff1d(np.arange(rows), loaded)
     right = np.hstack([to_pressure.T * task.friction, rows_of_shear[others].T])
@@ -250,7 +321,9 @@ def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
     solved = -np.linalg.solve(rows_of_shear[loaded].T, right)
     follow[loaded], rigid[loaded], rigid[others] = solved[:, :n], solved[:, n:], np.eye(rows - m)
     pairs = (rigid[:, :, None] * rigid[:, None]).reshape(rows, -1)
-    hold = np.tile(np.maximum(task.friction * task.r0[0, -1] / task.node_unit, 0.0), rows // n)[:, None]
+    hold = np.tile(np.maximum(task.friction * task.r0[0, -1] / task.node_unit, 0.0), rows // n)[
+        :, None
+    ]
 
     def net(total: Array) -> Array:
         slips = follow @ total
@@ -258,7 +331,14 @@ def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
             size = np.linalg.norm(slips.reshape(shape), axis=0)
             weight = hold / np.tile(np.maximum(size, _NEAR * size.max() or 1.0), (shape[0], 1))
             square = (weight.T @ pairs).reshape(n, rows - m, rows - m)
-            slips = slips - rigid @ (np.linalg.pinv(square, hermitian=True) @ (rigid.T @ (weight * slips)).T[..., None])[..., 0].T
+            slips = (
+                slips
+                - rigid
+                @ (
+                    np.linalg.pinv(square, hermitian=True)
+                    @ (rigid.T @ (weight * slips)).T[..., None]
+                )[..., 0].T
+            )
         return np.asarray(slips.reshape(shape))
 
     return net
@@ -279,9 +359,16 @@ def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
     return corners, nodes
 
 
-_COINCIDE = 1e3 * RESIDUAL  # dimensionless load factors up to this cannot be told from zero: residuals move them so far
+_COINCIDE = (
+    1e3 * RESIDUAL
+)  # dimensionless load factors up to this cannot be told from zero: residuals move them so far
 
-SOLVED, NEVER, COINCIDE_ALONE, LEFT_OUT = "solved", "never critical", "only at the least safe load factor", "left out by its bound"
+SOLVED, NEVER, COINCIDE_ALONE, LEFT_OUT = (
+    "solved",
+    "never critical",
+    "only at the least safe load factor",
+    "left out by its bound",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,18 +381,35 @@ class NodeClaim:
     residual: float
     motion: Mechanism | None = None  # see `critical_motion`; None where another node has less
     program: Program | None = None  # that it is the answer of; None where there is no slip
-    values: Mapping[cp.Variable, Array] = field(default_factory=dict)  # what then stands in its variables
+    values: Mapping[cp.Variable, Array] = field(
+        default_factory=dict
+    )  # what then stands in its variables
     solver: str = ""
     how: str = SOLVED  # how it is known
-    above: tuple[float, Array] | None = None  # if it is the least safe load factor: a larger one, and the slip there; those between mix the two
+    above: tuple[float, Array] | None = (
+        # if it is the least safe load factor: a larger one, and the slip there; those between mix
+        # the two
+        None
+    )
 
 
 class CriticalSearch:
     """The problems of all nodes over the safe slips of a question, compiled once for each sense and for any friction. `records` are in order."""
 
-    def __init__(self, x: Unknowns, task: Question, own: Mapping[str, Row], solver: str | None) -> None:
-        self._x, self._task, self._own, self._solver, self.records = x, task, own, solver, list[SolveRecord]()
-        self._node, self._loose, self._f = (cp.Parameter(task.system.nodes, nonneg=True, name=name) for name in ("node", "loose", "f"))
+    def __init__(
+        self, x: Unknowns, task: Question, own: Mapping[str, Row], solver: str | None
+    ) -> None:
+        self._x, self._task, self._own, self._solver, self.records = (
+            x,
+            task,
+            own,
+            solver,
+            list[SolveRecord](),
+        )
+        self._node, self._loose, self._f = (
+            cp.Parameter(task.system.nodes, nonneg=True, name=name)
+            for name in ("node", "loose", "f")
+        )
         self._most = cp.Parameter(name="most")
         self._needed = NeededByNode(self._f, self._node, task.parts, task.fixed)
         self._parameters = self._needed.parameters(task.system.tangents)
@@ -319,16 +423,22 @@ class CriticalSearch:
         """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below that `found`."""
         unit = self._task.load_unit
         claim = self._solved(state, found)
-        least, step = ends[0], _COINCIDE * min(unit, ends[1] - ends[0])  # small beside the interval of safe load factors
+        least, step = (
+            ends[0],
+            _COINCIDE * min(unit, ends[1] - ends[0]),
+        )  # small beside the interval of safe load factors
         beyond = least + step  # cannot be told from the least safe one
         if claim.load_factor > (beyond if least > 0 else 0.0):
             return claim
-        # it counts if the node can be critical above too: the load factors at which it can are an interval, for the problem is convex
+        # it counts if the node can be critical above too: the load factors at which it can are an
+        # interval, for the problem is convex
         self._most.value = unit + least
         highest = self._solved(state, np.inf, highest=True)
         if highest.load_factor > max(beyond, claim.load_factor + step):
             return replace(claim, above=(highest.load_factor, frozen(highest.slip)))
-        return NodeClaim(state, np.inf, np.full_like(claim.slip, np.nan), highest.residual, how=COINCIDE_ALONE)
+        return NodeClaim(
+            state, np.inf, np.full_like(claim.slip, np.nan), highest.residual, how=COINCIDE_ALONE
+        )
 
     def restore(self, claim: NodeClaim) -> None:
         """Put an answer into its program, which may have been solved for other nodes since."""
@@ -337,7 +447,12 @@ class CriticalSearch:
 
     def _set(self, state: CriticalState) -> None:
         task, own = self._task, (np.arange(self._task.system.nodes) == state.node).astype(float)
-        self._node.value, self._loose.value, self._f.value, self._needed.corners = own, own * task.node_unit, task.friction, state.corners
+        self._node.value, self._loose.value, self._f.value, self._needed.corners = (
+            own,
+            own * task.node_unit,
+            task.friction,
+            state.corners,
+        )
 
     def _solved(self, state: CriticalState, found: float, highest: bool = False) -> NodeClaim:
         self._set(state)
@@ -345,9 +460,21 @@ class CriticalSearch:
 
         def never() -> NodeClaim | None:
             none = program.chain.contradiction()
-            return None if none is None else NodeClaim(state, np.inf, np.full(program.task.system.slip_shape, np.nan), none.residual, how=NEVER)
+            return (
+                None
+                if none is None
+                else NodeClaim(
+                    state,
+                    np.inf,
+                    np.full(program.task.system.slip_shape, np.nan),
+                    none.residual,
+                    how=NEVER,
+                )
+            )
 
-        claim, record = program.chain.solve(lambda: _claimed(program, state, found), self._solver, no_optimum=never)
+        claim, record = program.chain.solve(
+            lambda: _claimed(program, state, found), self._solver, no_optimum=never
+        )
         self.records.append(record)
         return replace(claim, solver=record.solver)
 
@@ -359,8 +486,19 @@ class CriticalSearch:
                 return stuck(x, self._f, corners, None if task.fixed else self._loose)
 
             program = listed_rows(task, x, self._f, every=bool(self._own), friction=friction)
-            program.own, rows = self._own, program.rows + ([(x.load_factor <= self._most).set_label("at_most")] if highest else [])
-            problem = critical(x, self._node, self._load(), (given["c"], given["rho"]), cp.Maximize if highest else cp.Minimize, rows)
+            program.own, rows = (
+                self._own,
+                program.rows
+                + ([(x.load_factor <= self._most).set_label("at_most")] if highest else []),
+            )
+            problem = critical(
+                x,
+                self._node,
+                self._load(),
+                (given["c"], given["rho"]),
+                cp.Maximize if highest else cp.Minimize,
+                rows,
+            )
             self._programs[highest] = program.compiled(problem, task.load_unit)
         self._programs[highest].ask(self._task, self._task.load_unit)
         return self._programs[highest]
@@ -369,37 +507,70 @@ class CriticalSearch:
         """What the node carries at load factor 0, by the names of the shear and of the normal forces."""
         if self._task.fixed:
             return [self._parameters["c0"], self._parameters["rho0"]]
-        return [at_node(self._node, named(self._task.parts[part][0], name)) for part, name in enumerate(("q0", "p0"))]
+        return [
+            at_node(self._node, named(self._task.parts[part][0], name))
+            for part, name in enumerate(("q0", "p0"))
+        ]
 
 
 def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
     """The claim that stands in a program; if it does not pass, the claim that the node is not critical below `found`, if multipliers prove that."""
-    task, slip, load_factor, proof = program.task, program.slip, program.load_factor, program.chain.proof
+    task, slip, load_factor, proof = (
+        program.task,
+        program.slip,
+        program.load_factor,
+        program.chain.proof,
+    )
     (q, p), node = task.change(slip), state.node
-    off = float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max()) / task.force
-    residual, least = np.max([task.violation(load_factor, slip), off, proof.gap, program.own_violation]), proof.bound - proof.defect
+    off = (
+        float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max())
+        / task.force
+    )
+    residual, least = (
+        np.max([task.violation(load_factor, slip), off, proof.gap, program.own_violation]),
+        proof.bound - proof.defect,
+    )
     if not residual <= RESIDUAL and found < least < np.inf:
         return NodeClaim(state, least, np.full_like(slip, np.nan), 0.0, how=LEFT_OUT)
     motion = critical_motion(program, state) if load_factor < found else None
-    return NodeClaim(state, load_factor, slip, float(np.nan_to_num(residual, nan=np.inf)), motion, program, standing(program.problem))
+    return NodeClaim(
+        state,
+        load_factor,
+        slip,
+        float(np.nan_to_num(residual, nan=np.inf)),
+        motion,
+        program,
+        standing(program.problem),
+    )
 
 
 def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     """The rates of a node's load factor with all reactions, as slips and lifts of either sign, from the multipliers of its solved program.
 
-    Other nodes: the mechanism of their rows, reversed. The node itself: slips along or against `q_k` at its corners, which open by friction; what is
-    across two opposed corners moves the state between them by its lever.
+    Other nodes: the mechanism of their rows, reversed. The node itself: slips along or against
+    `q_k` at its corners, which open by friction; what is across two opposed corners moves the state
+    between them by its lever.
     """
     task, f, node, corners = program.task, program.task.friction, state.node, list(state.corners)
     others = program.motion
     moves = -others.moves
-    y = np.concatenate([np.ravel(row.dual_value) for row in program.problem.constraints if row.label in ("critical_q", "critical_p")])
+    y = np.concatenate(
+        [
+            np.ravel(row.dual_value)
+            for row in program.problem.constraints
+            if row.label in ("critical_q", "critical_p")
+        ]
+    )
     q = task.states(program.load_factor, program.slip)[1][corners, :-1, node]
     size = np.linalg.norm(q, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         ways = np.column_stack([q / size[:, None], np.full(len(corners), -f[node])])
         levers = (size.sum() - size) / ((len(corners) - 1) * size.sum())
-    shares = np.linalg.lstsq(ways.T, y, rcond=None)[0] if np.isfinite(ways).all() else np.full(len(corners), np.nan)
+    shares = (
+        np.linalg.lstsq(ways.T, y, rcond=None)[0]
+        if np.isfinite(ways).all()
+        else np.full(len(corners), np.nan)
+    )
     own = np.zeros_like(moves)
     own[corners, :, node] = shares[:, None] * ways + levers[:, None] * (y - shares @ ways)
     if task.give is not None:  # open nodes follow

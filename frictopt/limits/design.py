@@ -1,5 +1,6 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit, or the cheapest ones for a given load."""
-# One file because the answer, the model that asks for it and the judge that makes it name each other.
+# One file because the answer, the model that asks for it and the judge that makes it name each
+# other.
 
 from __future__ import annotations
 
@@ -14,7 +15,20 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, GROWN, Array, Booleans, SolveRecord, bar_of, checked_loads, flag, frozen, listed, shown, warns_of_odd_values
+from ..base import (
+    CONDENSATION,
+    GROWN,
+    Array,
+    Booleans,
+    SolveRecord,
+    bar_of,
+    checked_loads,
+    flag,
+    frozen,
+    listed,
+    shown,
+    warns_of_odd_values,
+)
 from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError, SolverError
 from ..solve.problem import Duals, Explained, put_back
@@ -34,7 +48,9 @@ _NAMED = 4  # unbounded parts of a design that an error names
 
 def preload_reactions(system: ContactSystem, preloads: Sequence[str]) -> Array:
     """(M, J) reactions of unit amplitudes of the load cases that a design chooses, force; refused where they are rounding."""
-    bolts = np.array([joined(*system.bonded[name]) for name in preloads]).reshape(len(preloads), len(system.S))
+    bolts = np.array([joined(*system.bonded[name]) for name in preloads]).reshape(
+        len(preloads), len(system.S)
+    )
     largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
     for name, size in zip(preloads, np.abs(bolts).mean(axis=1), strict=True):
         if 0 < size < CONDENSATION * largest:
@@ -46,7 +62,9 @@ def preload_reactions(system: ContactSystem, preloads: Sequence[str]) -> Array:
 
 
 def built_in(
-    system: ContactSystem, cycles: Sequence[tuple[LoadCycle, Mapping[str, float]]], profile: Array | None
+    system: ContactSystem,
+    cycles: Sequence[tuple[LoadCycle, Mapping[str, float]]],
+    profile: Array | None,
 ) -> tuple[ContactSystem, tuple[LoadCycle, ...]]:
     """Contact, and load cycles each with its preloads in its mean load, with a profile in the gap, or as an overlap where it adds material."""
     overlap = dict[str, float]()
@@ -56,12 +74,21 @@ def built_in(
         if gap.min() < 0:
             system = system.with_interference({PROFILE: np.maximum(-gap, 0.0)})
             overlap[PROFILE] = 1.0
-    added = [(cycle, {name: cycle.mean.get(name, 0.0) + amount for name, amount in preload.items()}) for cycle, preload in cycles]
-    return system, tuple(replace(cycle, mean={**cycle.mean, **preload, **overlap}) for cycle, preload in added)
+    added = [
+        (cycle, {name: cycle.mean.get(name, 0.0) + amount for name, amount in preload.items()})
+        for cycle, preload in cycles
+    ]
+    return system, tuple(
+        replace(cycle, mean={**cycle.mean, **preload, **overlap}) for cycle, preload in added
+    )
 
 
 def added(
-    asked: Question, acting: Array, preload: cp.Variable | None, profile: cp.Variable | None, suffix: str = ""
+    asked: Question,
+    acting: Array,
+    preload: cp.Variable | None,
+    profile: cp.Variable | None,
+    suffix: str = "",
 ) -> tuple[list[cp.Expression], list[Row]]:
     """What preloads of these reactions and a profile add to q, p, and to gaps and slips of open nodes; and rows that define it.
 
@@ -69,30 +96,59 @@ def added(
     """
     system, n, moved = asked.system, asked.system.nodes, asked.open.any()
     parts, rows = list[list[cp.Expression]](), list[Row]()
-    for chosen, r, names in ((preload, acting, ("q_j", "p_j", "w_j", "v_j")), (profile, -system.S[:, -n:], ("-B.T", "-C", "-w", "-v"))):
+    for chosen, r, names in (
+        (preload, acting, ("q_j", "p_j", "w_j", "v_j")),
+        (profile, -system.S[:, -n:], ("-B.T", "-C", "-w", "-v")),
+    ):
         if chosen is not None:
             left = asked.carried(r.T).reshape(r.shape[::-1]).T
             follow = -(asked.give @ r) if asked.give is not None else np.zeros_like(r)
             open_slip = follow[:-n][np.tile(asked.open, system.tangents)]
-            matrices = (left[:-n], left[-n:], *((follow[-n:][asked.open], open_slip) if moved else ()))
-            terms = [named(matrix, name + suffix) @ chosen for matrix, name in zip(matrices, names, strict=False)]
+            matrices = (
+                left[:-n],
+                left[-n:],
+                *((follow[-n:][asked.open], open_slip) if moved else ()),
+            )
+            terms = [
+                named(matrix, name + suffix) @ chosen
+                for matrix, name in zip(matrices, names, strict=False)
+            ]
             if chosen is profile:  # dense: equations of their own do not go through cvxpy
-                unknown = [cp.Variable(len(part), name=f"{name}_g{suffix}") for part, name in zip(matrices, "qpwv", strict=False)]
-                rows += [defines(part, product) for part, product in zip(unknown, terms, strict=True)]
+                unknown = [
+                    cp.Variable(len(part), name=f"{name}_g{suffix}")
+                    for part, name in zip(matrices, "qpwv", strict=False)
+                ]
+                rows += [
+                    defines(part, product) for part, product in zip(unknown, terms, strict=True)
+                ]
                 terms = list(unknown)
             parts.append(terms)
     q, *others = (sum(each[1:], each[0]) for each in zip(*parts, strict=True))
-    return [q if system.tangents == 1 else cp.reshape(q, system.slip_shape, order="F"), *others], rows
+    return [
+        q if system.tangents == 1 else cp.reshape(q, system.slip_shape, order="F"),
+        *others,
+    ], rows
 
 
-def refused(program: Program, entries: Mapping[cp.Variable | None, Iterable[object]], units: Mapping[cp.Variable, Any], chosen: bool) -> None:
+def refused(
+    program: Program,
+    entries: Mapping[cp.Variable | None, Iterable[object]],
+    units: Mapping[cp.Variable, Any],
+    chosen: bool,
+) -> None:
     """Raise why there is no best design; None where that cannot be proven. `entries` are the names of those of each unknown of the design."""
     if none := program.chain.contradiction():
         ruling, own = program.ruling(none.ruling), {row.id for row in program.own.values()}
-        safe = "no design is safe at any load factor with all nodes closed" if none.ruling - own else "they contradict each other"
+        safe = (
+            "no design is safe at any load factor with all nodes closed"
+            if none.ruling - own
+            else "they contradict each other"
+        )
         error = NoneSafeError if none.ruling - own else ModelError
         if not ruling:
-            raise error(f"preloads: {safe}; press nodes that are open, or ask `shakedown_limit` of designs of your own")
+            raise error(
+                f"preloads: {safe}; press nodes that are open, or ask `shakedown_limit` of designs of your own"
+            )
         raise error(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one")
     growth = program.chain.growth()
     if growth is None:
@@ -101,12 +157,20 @@ def refused(program: Program, entries: Mapping[cp.Variable | None, Iterable[obje
     for variable, names in entries.items():
         if variable is not None:
             along = np.ravel(program.chain.value_along(growth, variable) / units[variable])
-            found |= {f"{variable.name()}[{name!r}]": value for name, value in zip(names, along.tolist(), strict=True)}
+            found |= {
+                f"{variable.name()}[{name!r}]": value
+                for name, value in zip(names, along.tolist(), strict=True)
+            }
     largest, goal = max(map(abs, found.values())), "objective" if chosen else "load_factor"
     if not largest > GROWN:
-        raise ModelError(f"{goal}: it grows without end whatever the design; bound it by a constraint, or give another objective")
+        raise ModelError(
+            f"{goal}: it grows without end whatever the design; bound it by a constraint, or give another objective"
+        )
     grows = {name: value for name, value in found.items() if abs(value) > GROWN * largest}
-    named_parts = [f"{name} has no {'upper' if value > 0 else 'lower'} bound" for name, value in [*grows.items()][:_NAMED]]
+    named_parts = [
+        f"{name} has no {'upper' if value > 0 else 'lower'} bound"
+        for name, value in [*grows.items()][:_NAMED]
+    ]
     more = f" and {len(grows) - _NAMED} more" if len(grows) > _NAMED else ""
     raise ModelError(
         f"{goal}: it grows without end with the design: {', '.join(named_parts)}{more}; bound them by constraints, or say what they cost"
@@ -117,29 +181,36 @@ def refused(program: Program, entries: Mapping[cp.Variable | None, Iterable[obje
 class Design(Answered, Explained):
     """A best design, built into a contact that every other function takes: `system` and `cycle`.
 
-    Its profile is in the initial gap of the system; where it adds material, in an overlap, the load case "profile". The largest load factor can be
-    above one from which some starts slip for ever: ask `guaranteed_limit(design.system, design.cycle, friction)` too.
+    Its profile is in the initial gap of the system; where it adds material, in an overlap, the load
+    case "profile". The largest load factor can be above one from which some starts slip for ever:
+    ask `guaranteed_limit(design.system, design.cycle, friction)` too.
 
     Attributes
     ----------
     load_factor, objective
-        The largest load factor that is safe with the design in all scenarios, their least shakedown limit, and None; or the load factor that an
-        objective of your own chooses, which is no limit, and the largest value of the objective.
+        The largest load factor that is safe with the design in all scenarios, their least shakedown
+        limit, and None; or the load factor that an objective of your own chooses, which is no
+        limit, and the largest value of the objective.
     bound
-        Upper bound of the load factor (or objective) of all designs that the constraints admit with the same nodes open, not of others, from the
-        multipliers alone. It equals the value up to `residual`, but where larger designs open other nodes and do not count (`reason`).
+        Upper bound of the load factor (or objective) of all designs that the constraints admit with
+        the same nodes open, not of others, from the multipliers alone. It equals the value up to
+        `residual`, but where larger designs open other nodes and do not count (`reason`).
     preload
         Series: amplitude that the design adds to the mean load, for each load case that was free.
     profile
-        (N,) material taken off at each node, length; negative: added. None where the faces were not free.
+        (N,) material taken off at each node, length; negative: added. None where the faces were not
+        free.
     slip, slips
-        (N,) or (N, 2) a residual slip that is safe at the load factor, length; and one for each scenario, of which `slip` is the first.
+        (N,) or (N, 2) a residual slip that is safe at the load factor, length; and one for each
+        scenario, of which `slip` is the first.
     prices
-        Name of each constraint of your own -> the rate, >= 0, at which the load factor (the objective) grows as the constraint gives way, in your
-        units and its shape; of an equation the rate with its right side. Where the best design is not unique it is one of several.
+        Name of each constraint of your own -> the rate, >= 0, at which the load factor (the
+        objective) grows as the constraint gives way, in your units and its shape; of an equation
+        the rate with its right side. Where the best design is not unique it is one of several.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the contact law by the slips at all corners with the
-        design built in, the excess over your constraints, dimensionless, and the relative distance of `bound`.
+        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the
+        contact law by the slips at all corners with the design built in, the excess over your
+        constraints, dimensionless, and the relative distance of `bound`.
     problem
         The solved cvxpy problem. A later solve of the same `DesignModel` overwrites its values.
 
@@ -182,9 +253,15 @@ class Design(Answered, Explained):
     @property
     def touches(self) -> bool:
         """Whether a closed node may want to open: a corner leaves it without pressure, or the mean load alone would pull it open."""
-        states = [(task, task.states(self.load_factor, slip)[1][:, -1]) for task, slip in zip(self._tasks, self.slips, strict=True)]
+        states = [
+            (task, task.states(self.load_factor, slip)[1][:, -1])
+            for task, slip in zip(self._tasks, self.slips, strict=True)
+        ]
         bare = (p.min(axis=0) <= TOUCHES * task.force for task, p in states)
-        return any(((no_pressure | (task.r0[:, -1].max(axis=0) < 0)) & ~task.open).any() for no_pressure, (task, _) in zip(bare, states, strict=True))
+        return any(
+            ((no_pressure | (task.r0[:, -1].max(axis=0) < 0)) & ~task.open).any()
+            for no_pressure, (task, _) in zip(bare, states, strict=True)
+        )
 
     @property
     def reason(self) -> str:
@@ -201,64 +278,90 @@ class Design(Answered, Explained):
 
     def _answer(self) -> Mapping[str, object]:
         chosen = () if self.objective is None else ("objective",)
-        shown = {name: getattr(self, name) for name in ("load_factor", *chosen, "bound", "largest_slip", "residual")}
-        shaped = {} if self.profile is None else {"profile": f"{self.profile.min():.4g} .. {self.profile.max():.4g}"}
-        return {**shown, **{f"preload {name}": amount for name, amount in self.preload.items()}, **shaped, "reason": self.reason}
+        shown = {
+            name: getattr(self, name)
+            for name in ("load_factor", *chosen, "bound", "largest_slip", "residual")
+        }
+        shaped = (
+            {}
+            if self.profile is None
+            else {"profile": f"{self.profile.min():.4g} .. {self.profile.max():.4g}"}
+        )
+        return {
+            **shown,
+            **{f"preload {name}": amount for name, amount in self.preload.items()},
+            **shaped,
+            "reason": self.reason,
+        }
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "best design", self.value, None, self.reason
 
 
-def no_larger(preload: cp.Variable | None, profile: cp.Variable | None, share: float, of: Design) -> list[Row]:
+def no_larger(
+    preload: cp.Variable | None, profile: cp.Variable | None, share: float, of: Design
+) -> list[Row]:
     """Rows by which no preload is larger than a share of the largest one of a design, and the profile no deeper."""
     rows = list[Row]()
     for part, size in ((preload, of.preload.to_numpy()), (profile, of.profile)):
         if part is not None and size is not None:
-            rows.append((cp.abs(part) <= share * float(np.abs(size).max())).set_label(f"size_{part.name()}"))
+            rows.append(
+                (cp.abs(part) <= share * float(np.abs(size).max())).set_label(f"size_{part.name()}")
+            )
     return rows
 
 
-_PRESSED = 10.0  # mean normal force of the preloads where the search begins, over that of the contact
+_PRESSED = (
+    10.0  # mean normal force of the preloads where the search begins, over that of the contact
+)
 
 
 class DesignModel(SafeModel):
     """Preloads, fit and profile of a contact as unknowns beside its residual slip, for constraints and objectives of your own.
 
-    Reactions are linear in them, so the best design is the same convex program as the shakedown limit, with the same proof, for given open nodes. All
-    are closed at first. If the best design leaves a node bare, or none is safe, design and pattern are sought in turn until the open nodes are those
-    that `shakedown_limit` leaves open under the chosen loads; one that carries less there does not count. Theory, eq. (32).
+    Reactions are linear in them, so the best design is the same convex program as the shakedown
+    limit, with the same proof, for given open nodes. All are closed at first. If the best design
+    leaves a node bare, or none is safe, design and pattern are sought in turn until the open nodes
+    are those that `shakedown_limit` leaves open under the chosen loads; one that carries less there
+    does not count. Theory, eq. (32).
 
     Parameters
     ----------
     system, cycle, slip_bound, solver
         See `ShakedownModel`.
     preloads
-        Names of load cases whose amplitudes in the mean load are free: bolt forces, pressures, temperatures, interferences. The design adds to what
-        the mean load of the cycle has of them.
+        Names of load cases whose amplitudes in the mean load are free: bolt forces, pressures,
+        temperatures, interferences. The design adds to what the mean load of the cycle has of them.
     profile
         Whether material may be taken off the faces, a depth at each node.
     scenarios
-        More pairs (load cycle, friction) under which the design has to hold, each with a residual slip of its own; all share the load factor. Or
-        (load cycle, friction, shares): load case name -> share of its preload that acts, for bolts that scatter or loosen. While the same nodes are
-        open, safe in all combinations of the least and the largest shares is safe in all between.
+        More pairs (load cycle, friction) under which the design has to hold, each with a residual
+        slip of its own; all share the load factor. Or (load cycle, friction, shares): load case
+        name -> share of its preload that acts, for bolts that scatter or loosen. While the same
+        nodes are open, safe in all combinations of the least and the largest shares is safe in all
+        between.
 
     Attributes
     ----------
     load_factor, slip, q, p
         As in `ShakedownModel`, with the design.
     preload
-        (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None without.
+        (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None
+        without.
     profile
-        (N,) material taken off, length: it adds to the gap, so q loses `B^T g` and p loses `C g`. Negative: material added. None without.
+        (N,) material taken off, length: it adds to the gap, so q loses `B^T g` and p loses `C g`.
+        Negative: material added. None without.
 
     Raises
     ------
     ModelError
-        Wrong types, unknown load cases, preloads that make no reactions but rounding, nothing to choose among, a scenario that is no pair.
+        Wrong types, unknown load cases, preloads that make no reactions but rounding, nothing to
+        choose among, a scenario that is no pair.
 
     Examples
     --------
-    Two bolts, each of which presses one of two nodes that the load shears: how tight, if they have 3 in all?
+    Two bolts, each of which presses one of two nodes that the load shears: how tight, if they have
+    3 in all?
 
     >>> import cvxpy as cp
     >>> import frictopt as fo
@@ -286,34 +389,53 @@ class DesignModel(SafeModel):
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, solver=solver)
         names, self._shaped = listed("preloads", preloads), flag("profile", profile)
-        if unknown := [name for name in names if not (isinstance(name, str) and name in system.bonded)]:
-            raise ModelError(f"preloads: {shown(unknown[0])} is no load case; this system has {shown(list(system.bonded))}")
+        if unknown := [
+            name for name in names if not (isinstance(name, str) and name in system.bonded)
+        ]:
+            raise ModelError(
+                f"preloads: {shown(unknown[0])} is no load case; this system has {shown(list(system.bonded))}"
+            )
         if len(set(names)) < len(names):
             raise ModelError(f"preloads: {shown(names)}; name each load case once")
         if self._shaped and PROFILE in system.bonded:
-            raise ModelError(f"profile: the system has a load case {PROFILE!r}, which is the name of an overlap that a design adds; rename it")
+            raise ModelError(
+                f"profile: the system has a load case {PROFILE!r}, which is the name of an overlap that a design adds; rename it"
+            )
         self._preloads = tuple(names)
-        self._others = [self._scenario(s, given) for s, given in enumerate(listed("scenarios", scenarios))]
+        self._others = [
+            self._scenario(s, given) for s, given in enumerate(listed("scenarios", scenarios))
+        ]
         if not (names or self._shaped):
-            raise ModelError("preloads, profile: none, so nothing is to be chosen; name load cases, or give profile=True")
+            raise ModelError(
+                "preloads, profile: none, so nothing is to be chosen; name load cases, or give profile=True"
+            )
         self._reactions = preload_reactions(system, names)
         self.preload = cp.Variable(len(names), name="preload") if names else None
         self.profile = cp.Variable(system.nodes, name="profile") if self._shaped else None
 
     def _scenario(self, s: int, given: Any) -> tuple[Question, Mapping[str, float]]:
         if not isinstance(given, tuple) or len(given) not in (2, 3):
-            raise ModelError(f"scenarios[{s}]: {shown(given)}; give (load cycle, friction), or these and the shares of the preloads")
+            raise ModelError(
+                f"scenarios[{s}]: {shown(given)}; give (load cycle, friction), or these and the shares of the preloads"
+            )
         cycle, friction, shares = given if len(given) == 3 else (*given, {})
         shares = checked_loads(f"scenarios[{s}]", shares)
         if unknown := sorted(set(shares) - set(self._preloads)):
-            raise ModelError(f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(self._preloads))}")
+            raise ModelError(
+                f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(self._preloads))}"
+            )
         return pose(self._asked.system, cycle, friction, slip_bound=self._asked.most), shares
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
-        return [*super()._unknowns, *(part for part in (self.preload, self.profile) if part is not None)]
+        return [
+            *super()._unknowns,
+            *(part for part in (self.preload, self.profile) if part is not None),
+        ]
 
-    def _listed(self, task: Question, own: Sequence[cp.Constraint], opened: Sequence[Booleans]) -> list[Program]:
+    def _listed(
+        self, task: Question, own: Sequence[cp.Constraint], opened: Sequence[Booleans]
+    ) -> list[Program]:
         """The rows of the first scenario and of all others, each with its open nodes."""
         listed_all = list[Program]()
         for (posed, shares), out in zip(((task, {}), *self._others), opened, strict=True):
@@ -322,11 +444,15 @@ class DesignModel(SafeModel):
             first, suffix, x, f = not listed_all, "", self._x, self._f
             if not first:
                 suffix = f"_{len(listed_all)}"
-                x = unknowns(asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, suffix)
+                x = unknowns(
+                    asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, suffix
+                )
                 f = cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{suffix}")
             acting = self._reactions * [shares.get(name, 1.0) for name in self._preloads]
             more, rows = added(asked, acting, self.preload, self.profile, suffix)
-            program = listed_rows(asked, x, f, every=True, more=dict.fromkeys(range(len(asked.r1)), more[:3]))
+            program = listed_rows(
+                asked, x, f, every=True, more=dict.fromkeys(range(len(asked.r1)), more[:3])
+            )
             program.rows += rows
             if first:
                 program.own = own_rows(own, self._unknowns)
@@ -337,28 +463,37 @@ class DesignModel(SafeModel):
     @warns_of_odd_values
     @in_turn
     def solve(
-        self, friction: ArrayLike, constraints: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, *, progress: bool = True
+        self,
+        friction: ArrayLike,
+        constraints: Sequence[cp.Constraint] = (),
+        objective: cp.Expression | None = None,
+        *,
+        progress: bool = True,
     ) -> Design:
         """The design with the largest load factor, or the largest objective, under constraints of your own.
 
         Parameters
         ----------
         friction, constraints
-            As in `ShakedownModel.solve`, constraints also on `preload` and `profile`. With the same nodes open more friction never lowers the load
-            factor.
+            As in `ShakedownModel.solve`, constraints also on `preload` and `profile`. With the same
+            nodes open more friction never lowers the load factor.
         objective
-            What shall be largest, instead of the load factor: a concave cvxpy expression on the same.
+            What shall be largest, instead of the load factor: a concave cvxpy expression on the
+            same.
         progress
-            Whether to show after two seconds how far it is, see `shakedown_limit`. Ctrl-C stays a KeyboardInterrupt; once there is a design, its
-            attribute `design` is the best one by then.
+            Whether to show after two seconds how far it is, see `shakedown_limit`. Ctrl-C stays a
+            KeyboardInterrupt; once there is a design, its attribute `design` is the best one by
+            then.
 
         Raises
         ------
         ModelError
-            Bad friction; constraints that contradict each other, which are named; a design that grows without end, whose direction is named;
-            constraints that are not convex, need other cones, or are on another model; such an objective.
+            Bad friction; constraints that contradict each other, which are named; a design that
+            grows without end, whose direction is named; constraints that are not convex, need other
+            cones, or are on another model; such an objective.
         SolverError
-            No solver gave an answer that passes the checks, or every design that was found opens other nodes under its mean load and carries less.
+            No solver gave an answer that passes the checks, or every design that was found opens
+            other nodes under its mean load and carries less.
 
         Examples
         --------
@@ -407,42 +542,69 @@ class DesignModel(SafeModel):
     ) -> Design:
         """The best design with given nodes open in each scenario.
 
-        `of`: no preload is larger than a share of the largest one of this design, and so is the profile.
+        `of`: no preload is larger than a share of the largest one of this design, and so is the
+        profile.
         """
         (program, *_), chosen = (every := self._listed(task, own, opened)), objective is not None
         problem = models.shakedown(self._x, [row for each in every for row in each.rows])
         if objective is not None:
-            problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
+            problem = cp.Problem(
+                cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints
+            )
         if of is not None:
-            problem = cp.Problem(problem.objective, [*problem.constraints, *no_larger(self.preload, self.profile, share, of)])
+            problem = cp.Problem(
+                problem.objective,
+                [*problem.constraints, *no_larger(self.preload, self.profile, share, of)],
+            )
         program.compiled(problem, 1.0 if chosen else task.load_unit, self._units(every), every[1:])
         entries = {self.preload: self._preloads, self.profile: range(task.system.nodes)}
         none = partial(refused, program, entries, self._units([program]), chosen)
-        claim, record = program.chain.solve(lambda: self._judged(every, chosen), self._solver, no_optimum=none)
+        claim, record = program.chain.solve(
+            lambda: self._judged(every, chosen), self._solver, no_optimum=none
+        )
         return answered(claim, record, program)
 
     def _limits(self, tasks: Sequence[Question]) -> list[ShakedownLimit]:
         """The limit of each scenario with a design built in, of the best pattern of open nodes; none where one has no answer."""
         closed = [with_open(task, np.zeros_like(task.open)) or task for task in tasks]
         with suppress(SolverError):
-            return [ShakedownModel(one.system, one.cycle, slip_bound=one.most, solver=self._solver).of_any_set(one) for one in closed]
+            return [
+                ShakedownModel(
+                    one.system, one.cycle, slip_bound=one.most, solver=self._solver
+                ).of_any_set(one)
+                for one in closed
+            ]
         return []
 
     def _where_pressed(self, task: Question, own: Sequence[cp.Constraint]) -> Sets | None:
         """The patterns under preloads that press as much as the constraints admit, within many times the forces of the contact: another start."""
         more, rows = added(task, self._reactions, self.preload, self.profile)
-        program = listed_rows(task, self._x, self._f, every=True, friction=lambda x, corners: [], more=dict.fromkeys(range(len(task.r1)), more[:3]))
+        program = listed_rows(
+            task,
+            self._x,
+            self._f,
+            every=True,
+            friction=lambda x, corners: [],
+            more=dict.fromkeys(range(len(task.r1)), more[:3]),
+        )
         program.own, n = own_rows(own, self._unknowns), task.system.nodes
         if self.preload is None:
             self.profile.save_value(np.zeros(n))
         else:
             pressing = self._reactions[-n:].sum(axis=0) @ self.preload
-            problem = cp.Problem(cp.Maximize(pressing), [*program.rows, *rows, pressing <= _PRESSED * n * task.force])
+            problem = cp.Problem(
+                cp.Maximize(pressing), [*program.rows, *rows, pressing <= _PRESSED * n * task.force]
+            )
             program.compiled(problem, n * task.force, self._units([program]))
         with suppress(SolverError):
             if self.preload is not None:
                 program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
-            return [limit.open for limit in self._limits(self._built([task, *(posed for posed, _ in self._others)])[2])]
+            return [
+                limit.open
+                for limit in self._limits(
+                    self._built([task, *(posed for posed, _ in self._others)])[2]
+                )
+            ]
         return None
 
     def _built(self, asked: Sequence[Question]) -> tuple[Array, Array | None, tuple[Question, ...]]:
@@ -450,10 +612,29 @@ class DesignModel(SafeModel):
         preload = np.zeros(0) if self.preload is None else frozen(self.preload.value + 0.0)  # no -0
         profile = None if self.profile is None else frozen(self.profile.value + 0.0)
         amounts = dict(zip(self._preloads, preload.tolist(), strict=True))
-        acting = [amounts, *({name: a * shares.get(name, 1.0) for name, a in amounts.items()} for _, shares in self._others)]
-        system, cycles = built_in(self._asked.system, [(one.cycle, loads) for one, loads in zip(asked, acting, strict=True)], profile)
-        posed = [pose(system, cycle, one.friction, slip_bound=self._asked.most) for cycle, one in zip(cycles, asked, strict=True)]
-        return preload, profile, tuple(with_open(task, one.open) or task for task, one in zip(posed, asked, strict=True))
+        acting = [
+            amounts,
+            *(
+                {name: a * shares.get(name, 1.0) for name, a in amounts.items()}
+                for _, shares in self._others
+            ),
+        ]
+        system, cycles = built_in(
+            self._asked.system,
+            [(one.cycle, loads) for one, loads in zip(asked, acting, strict=True)],
+            profile,
+        )
+        posed = [
+            pose(system, cycle, one.friction, slip_bound=self._asked.most)
+            for cycle, one in zip(cycles, asked, strict=True)
+        ]
+        return (
+            preload,
+            profile,
+            tuple(
+                with_open(task, one.open) or task for task, one in zip(posed, asked, strict=True)
+            ),
+        )
 
     def _units(self, every: Sequence[Program]) -> dict[cp.Variable, Any]:
         """Units of the design, which make reactions of about the force of the contact at a node, and of the other scenarios."""
@@ -464,7 +645,11 @@ class DesignModel(SafeModel):
         if self.profile is not None:
             units[self.profile] = task.force / task.system.own_stiffness[-task.system.nodes :]
         for program in every[1:]:
-            units |= {variable: unit for variable, unit in program.units.items() if variable is not self.load_factor}
+            units |= {
+                variable: unit
+                for variable, unit in program.units.items()
+                if variable is not self.load_factor
+            }
         return units
 
     def _judged(self, every: Sequence[Program], chosen: bool) -> Design:
@@ -473,13 +658,19 @@ class DesignModel(SafeModel):
         preload, profile, tasks = self._built([one.task for one in every])
         slips = [frozen(task.rested(one.slip)) for task, one in zip(tasks, every, strict=True)]
         load_factor, proof = program.load_factor, program.chain.proof
-        unsafe = max(task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True))
-        residual = float(np.nan_to_num(np.max([unsafe, proof.gap, program.own_violation]), nan=np.inf))
+        unsafe = max(
+            task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True)
+        )
+        residual = float(
+            np.nan_to_num(np.max([unsafe, proof.gap, program.own_violation]), nan=np.inf)
+        )
         return Design(
             load_factor=load_factor,
             objective=proof.value if chosen else None,
             bound=proof.bound + proof.defect,
-            preload=pd.Series(preload, index=pd.Index(self._preloads, name="load", dtype=object), name="preload"),
+            preload=pd.Series(
+                preload, index=pd.Index(self._preloads, name="load", dtype=object), name="preload"
+            ),
             profile=profile,
             slip=slips[0],
             slips=tuple(slips),

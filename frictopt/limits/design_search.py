@@ -20,7 +20,10 @@ class NoneSafeError(ModelError):
 
 _MOST = 8  # sets of open nodes
 _GAINS = 1e-7  # relative difference that counts
-_SHARE, _SHARES = 0.25, 8  # of the size of a design that opens other nodes, by which it is made smaller, and how often
+_SHARE, _SHARES = (
+    0.25,
+    8,
+)  # of the size of a design that opens other nodes, by which it is made smaller, and how often
 _HALVES = 24  # of the interval between a size that counts and one that does not
 _BUT = "but under its mean load other nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
 
@@ -40,11 +43,16 @@ class Found:
 class DesignSearch:
     """Designs that count: with each built in, `shakedown_limit` finds no less than it promises.
 
-    `of_sets` gives the best design with given open nodes, maybe of a share of the size of another one. `limits_of` gives the limits
-    with a design built in, none where one has no answer. `tell` counts the programs.
+    `of_sets` gives the best design with given open nodes, maybe of a share of the size of another
+    one. `limits_of` gives the limits with a design built in, none where one has no answer. `tell`
+    counts the programs.
     """
 
-    def __init__(self, of_sets: Callable[..., Design], limits_of: Callable[[Sequence[Question]], list[ShakedownLimit]]) -> None:
+    def __init__(
+        self,
+        of_sets: Callable[..., Design],
+        limits_of: Callable[[Sequence[Question]], list[ShakedownLimit]],
+    ) -> None:
         self._of_sets, self._limits_of = of_sets, limits_of
         self.tell: Callable[[], object] = lambda: None
         self.found, self._refused = list[Found](), list[Exception]()
@@ -57,7 +65,11 @@ class DesignSearch:
 
     def alternate(self, opened: Sets | None) -> None:
         """Design and open nodes in turn, until these stay."""
-        while opened and len(self._tried) < _MOST and (key := np.array(opened).tobytes()) not in self._tried:
+        while (
+            opened
+            and len(self._tried) < _MOST
+            and (key := np.array(opened).tobytes()) not in self._tried
+        ):
             self._tried[key] = None
             self.tell()
             try:
@@ -91,7 +103,8 @@ class DesignSearch:
     def _smaller(self, opened: Sets, most: Design) -> None:
         """The largest size up to that of a design at which the best one counts, by bisection.
 
-        Near no design the nodes are open that are so without it. A size at which nothing obeys the constraints is too small.
+        Near no design the nodes are open that are so without it. A size at which nothing obeys the
+        constraints is too small.
         """
         low, high = (0.0, -np.inf), (1.0, most.value)  # share of the size, and value
         share = _SHARE
@@ -107,7 +120,11 @@ class DesignSearch:
             else:
                 high = share, design.value
             settled = np.isfinite(low[1]) and high[1] - low[1] <= _GAINS * abs(low[1])
-            if settled or high[0] < _SHARE**_SHARES or (self.best and self.best.design.value >= high[1]):
+            if (
+                settled
+                or high[0] < _SHARE**_SHARES
+                or (self.best and self.best.design.value >= high[1])
+            ):
                 return
             share = (low[0] + high[0]) / 2 if low[0] else high[0] * _SHARE
 

@@ -35,7 +35,8 @@ from .programs import outer_corners
 from .question import Question, pose
 from .self_stress import _sliding_off, self_stress
 
-_MOVES = 1e-4  # of the largest motion: what is less is told as none, for answers of cone programs have this error
+# of the largest motion: what is less is told as none, for answers of cone programs have this error
+_MOVES = 1e-4
 _FIT = COUNTS  # of the largest motion, up to which nodes move as one body
 _TOLD = 3  # motions that a reason names
 
@@ -47,28 +48,35 @@ class GrossSlip(Explained):
     Attributes
     ----------
     load_factor
-        Above it no state of rest exists, from no start, whatever slips and opens. Inf where the loads drive no motion that the contact alone holds;
-        NaN where no load factor has a state of rest. With a `self_stress`: above it the transient from no slip slides off, if that is less.
+        Above it no state of rest exists, from no start, whatever slips and opens. Inf where the
+        loads drive no motion that the contact alone holds; NaN where no load factor has a state of
+        rest. With a `self_stress`: above it the transient from no slip slides off, if that is less.
     bound
-        That of statics from above, also with a `self_stress`: `phi` times the reactions at load factor 0, over minus those of the cyclic load.
+        That of statics from above, also with a `self_stress`: `phi` times the reactions at load
+        factor 0, over minus those of the cyclic load.
     least
-        Below it no state of rest exists either; above 0 where the loads that the load factor leaves as they are slide a body off.
+        Below it no state of rest exists either; above 0 where the loads that the load factor leaves
+        as they are slide a body off.
     corner, loads
         The corner that governs, and its loads in words; -1 and "" where none does.
     phi
-        (t + 1, N) the motion that proves it, of body 1 relative to body 2: slips along the tangents, then lifts; the largest node has the size 1. It
-        strains nothing, lifts each node by at least f times its slip, and the loads do work in it. 0 where there is none.
+        (t + 1, N) the motion that proves it, of body 1 relative to body 2: slips along the
+        tangents, then lifts; the largest node has the size 1. It strains nothing, lifts each node
+        by at least f times its slip, and the loads do work in it. 0 where there is none.
     motion
-        The same, one row for each contact that moves: columns contact, nodes (that move), x and y (and z), the direction of the slide or in space the
-        axis of the turn, slide (along it), lift (off a flat face), turn (angle, in the plane from x to y), at_x, at_y (and at_z), a point that does
-        not turn, else NaN. NaN where the nodes of a contact do not move as one body.
+        The same, one row for each contact that moves: columns contact, nodes (that move), x and y
+        (and z), the direction of the slide or in space the axis of the turn, slide (along it), lift
+        (off a flat face), turn (angle, in the plane from x to y), at_x, at_y (and at_z), a point
+        that does not turn, else NaN. NaN where the nodes of a contact do not move as one body.
     reason
         Why it is so, in words.
     self_stress
-        (t + 1, N) contact forces within friction that balance themselves, their pressures adding up to 1: shear along the tangents, then pressure.
-        None if there are none, or the cyclic loads drive no body. With them statics cannot know how far a fit presses.
+        (t + 1, N) contact forces within friction that balance themselves, their pressures adding up
+        to 1: shear along the tangents, then pressure. None if there are none, or the cyclic loads
+        drive no body. With them statics cannot know how far a fit presses.
     record, problem
-        How it was found; its `residual`, at most 1e-9, is the largest error of both proofs. The cvxpy problem of the corner, in your units, or None.
+        How it was found; its `residual`, at most 1e-9, is the largest error of both proofs. The
+        cvxpy problem of the corner, in your units, or None.
 
     Examples
     --------
@@ -110,7 +118,13 @@ def motion_table(system: ContactSystem, phi: Array) -> pd.DataFrame:
     for name in dict.fromkeys(names[moving].tolist()):
         own = moving & (names == name)
         contact = "the contact" if system.contact is None else name
-        rows.append({"contact": contact, "nodes": int(own.sum()), **_as_one(system.points[own], system.normals[own], moves[own])})
+        rows.append(
+            {
+                "contact": contact,
+                "nodes": int(own.sum()),
+                **_as_one(system.points[own], system.normals[own], moves[own]),
+            }
+        )
     axes = "xyz"[: system.tangents + 1]
     columns = ["contact", "nodes", *axes, "slide", "lift", "turn", *(f"at_{axis}" for axis in axes)]
     return frame({name: [row[name] for row in rows] for name in columns}, units=system.units)
@@ -120,7 +134,10 @@ def _as_one(points: Array, normals: Array, moves: Array) -> dict[str, float]:
     """The rigid motion (n, axes) of points, as columns of the table; NaN where it is none."""
     (n, axes), centre = points.shape, points.mean(axis=0)
     arms = points - centre
-    turns = np.stack([arms[:, ::-1] * [-1, 1]] if axes == 2 else [np.cross(axis, arms) for axis in np.eye(3)], axis=-1)
+    turns = np.stack(
+        [arms[:, ::-1] * [-1, 1]] if axes == 2 else [np.cross(axis, arms) for axis in np.eye(3)],
+        axis=-1,
+    )
     basis = np.concatenate([np.tile(np.eye(axes), (n, 1, 1)), turns], axis=-1).reshape(n * axes, -1)
     found = np.linalg.lstsq(basis, moves.ravel())[0]
     shift, spin, along, at = found[:axes], found[axes:], np.zeros(axes), np.full(axes, np.nan)
@@ -139,7 +156,12 @@ def _as_one(points: Array, normals: Array, moves: Array) -> dict[str, float]:
         slide = float(np.linalg.norm(shift))
         along = shift / slide if slide > _MOVES else along
     names = "xyz"[:axes]
-    columns = {**dict(zip(names, along.tolist(), strict=True)), "slide": slide, "lift": lift, "turn": turn}
+    columns = {
+        **dict(zip(names, along.tolist(), strict=True)),
+        "slide": slide,
+        "lift": lift,
+        "turn": turn,
+    }
     return columns | {f"at_{name}": value for name, value in zip(names, at.tolist(), strict=True)}
 
 
@@ -151,11 +173,18 @@ def moves_told(motion: pd.DataFrame) -> str:
         if np.isnan(row["slide"]):
             text = "not as one body"
         elif row["turn"]:
-            text = f"by a turn about {at}" if len(axes) == 2 else f"by a turn about the axis {along} through {at}"
+            text = (
+                f"by a turn about {at}"
+                if len(axes) == 2
+                else f"by a turn about the axis {along} through {at}"
+            )
         else:
             text = f"along {along}" if row["slide"] > _MOVES else "off"
         told.setdefault(text, []).append(str(row["contact"]))
-    said = [f"{', '.join(names[:_TOLD])}{', ...' * (len(names) > _TOLD)} {text}" for text, names in told.items()]
+    said = [
+        f"{', '.join(names[:_TOLD])}{', ...' * (len(names) > _TOLD)} {text}"
+        for text, names in told.items()
+    ]
     return f"body 1 moves at {'; '.join(said[:_TOLD])}{'; ...' * (len(said) > _TOLD)}"
 
 
@@ -164,34 +193,44 @@ def _point(values: list[float]) -> str:
 
 
 @warns_of_odd_values
-def gross_slip(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None = None, *, progress: bool = True) -> GrossSlip:
+def gross_slip(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Any,
+    contacts: Iterable[str] | None = None,
+    *,
+    progress: bool = True,
+) -> GrossSlip:
     """The load factor above which no state of rest exists, from no start, whatever slips and opens: bodies slide off, turn over or lift off.
 
-    By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, and within the shear strength of the surface have to
-    balance the loads at each corner. Stiffness, gaps and residual slips do not matter, so the answer settles with the mesh. It is inf where supports
-    hold the bodies. A contact may slip for ever far below it, and wedged bodies may slide off below it too: Coulomb's law does not choose forces as
-    statics does. Theory, eq. (33).
+    By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, and
+    within the shear strength of the surface have to balance the loads at each corner. Stiffness,
+    gaps and residual slips do not matter, so the answer settles with the mesh. It is inf where
+    supports hold the bodies. A contact may slip for ever far below it, and wedged bodies may slide
+    off below it too: Coulomb's law does not choose forces as statics does. Theory, eq. (33).
 
-    If contact forces can balance themselves or press against supports, as in a press fit, a clip, a joint with a locked bolt or under a body that
-    supports guide along its face, statics cannot know how far the fit presses. Then transients from no slip are followed, and the answer is the load
-    factor at which they slide off, if that is less; `reason` says so. It is found to 2e-4 of it, in space to 2e-3 with two increments from corner to
-    corner, which may take minutes.
+    If contact forces can balance themselves or press against supports, as in a press fit, a clip, a
+    joint with a locked bolt or under a body that supports guide along its face, statics cannot know
+    how far the fit presses. Then transients from no slip are followed, and the answer is the load
+    factor at which they slide off, if that is less; `reason` says so. It is found to 2e-4 of it, in
+    space to 2e-3 with two increments from corner to corner, which may take minutes.
 
     Parameters
     ----------
     system, cycle, friction
         See `shakedown_limit`.
     contacts
-        Names of the contacts, of `system.contact`, in which friction counts; pressure counts in all. `["flange"]` gives the slip load of this joint,
-        friction times the clamping force, without the heads of its bolts. None: all.
+        Names of the contacts, of `system.contact`, in which friction counts; pressure counts in
+        all. `["flange"]` gives the slip load of this joint, friction times the clamping force,
+        without the heads of its bolts. None: all.
     progress
         Whether to show after two seconds that it is still at work.
 
     Raises
     ------
     ModelError, SolverError
-        Bad input, contacts that the system does not have; no solver gave an answer that passes the checks; with forces that balance themselves, see
-        also `steady_state`.
+        Bad input, contacts that the system does not have; no solver gave an answer that passes the
+        checks; with forces that balance themselves, see also `steady_state`.
 
     Examples
     --------
@@ -219,19 +258,26 @@ def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> flo
     return _of_corners(*_asked(system, cycle, friction, None)).load_factor
 
 
-def _asked(system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None) -> tuple[Question, str]:
+def _asked(
+    system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None
+) -> tuple[Question, str]:
     """The question, with friction in some contacts alone, and that in words."""
     task = pose(system, cycle, friction, strong=True)
     if contacts is None:
         return task, ""
     names, among = _checked(system, contacts)
-    return replace(task, friction=frozen(task.friction * among)), f"with friction at {', '.join(names)} alone, "
+    return replace(
+        task, friction=frozen(task.friction * among)
+    ), f"with friction at {', '.join(names)} alone, "
 
 
 def _of_corners(task: Question, only: str) -> GrossSlip:
     """The answer of statics, of what each corner allows."""
     system, cycle = task.system, task.cycle
-    N, bounds = nodal_motions(rigid_motions(system.S, system.own_stiffness)), "friction" + " and the strength of the surface" * system.capped
+    N, bounds = (
+        nodal_motions(rigid_motions(system.S, system.own_stiffness)),
+        "friction" + " and the strength of the surface" * system.capped,
+    )
     r1 = reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
     r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)
     corners = outer_corners(cycle) if N.size else []
@@ -239,21 +285,33 @@ def _of_corners(task: Question, only: str) -> GrossSlip:
     answers = [_statics(task, N, k, r0[k], r1[k], cp.Maximize) for k in corners] or [held]
     load = [f"the load at the corner ({name})" for name in cycle.corner_names]
     if none := next((answer for answer in answers if np.isnan(answer.value)), None):
-        unbalanced = f"{only}forces within {bounds} cannot balance {load[none.corner]}: {_moves(task, none)}"
-        return _result(task, none, np.nan, f"no load factor has a state of rest, nor has 0: {unbalanced}", answers)
+        unbalanced = (
+            f"{only}forces within {bounds} cannot balance {load[none.corner]}: {_moves(task, none)}"
+        )
+        return _result(
+            task,
+            none,
+            np.nan,
+            f"no load factor has a state of rest, nor has 0: {unbalanced}",
+            answers,
+        )
     most = min(answer.value for answer in answers)
     governs = next(answer for answer in answers if answer.value <= most * (1 + RESIDUAL))
     lower = list[_Answer]()
     for k in corners:  # without fixed parts none is at 0 if the first one is
         *q, p = r0[k].reshape(-1, system.nodes)
-        rests = (np.linalg.norm(q, axis=0) <= most_shear(system, task.friction, p)).all()  # the closed contact, at load factor 0
+        rests = (
+            np.linalg.norm(q, axis=0) <= most_shear(system, task.friction, p)
+        ).all()  # the closed contact, at load factor 0
         if not rests and (task.fixed or not lower or lower[0].value > 0):
             lower.append(_statics(task, N, k, r0[k], r1[k], cp.Minimize))
     first = max(lower, key=lambda answer: answer.value, default=held)
     least = first.value if lower else 0.0
     if least > most * (1 + RESIDUAL):
         why = f"no load factor has a state of rest: {only}{load[first.corner]} needs at least {least:.4g}, {load[governs.corner]} at most {most:.4g}"
-        return _result(task, replace(governs, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower])
+        return _result(
+            task, replace(governs, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower]
+        )
     if governs is held:
         why = "supports hold the bodies: no motion of theirs is left to the contact alone"
     elif most == np.inf:
@@ -285,15 +343,31 @@ class _Answer:
 
 def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any) -> _Answer:
     """The largest or least load factor at which forces balance corner k, r0 + load_factor r1, (M,), in the rigid motions N (M, m); nan where none."""
-    held, drives = (float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0 for r in (r0, r1))
+    held, drives = (
+        float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0
+        for r in (r0, r1)
+    )
     load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
     unit, n = _load_unit(task, N, r0, r1) if held and drives else 1.0, task.system.nodes
-    f, strength = cp.Parameter(n, nonneg=True, name="f", value=task.friction), task.system.shear_strength
+    f, strength = (
+        cp.Parameter(n, nonneg=True, name="f", value=task.friction),
+        task.system.shear_strength,
+    )
     rows = models.gross_slip(N, load, f, strength, task.system.slip_shape, sense)
     problem = Problem(rows.objective, rows.constraints)
-    load_factor, q, p = (next(each for each in problem.variables() if each.name() == name) for name in ("load_factor", "q", "p"))
-    sheared = task.node_unit * np.where((task.friction > 0) & (task.friction < 1), task.friction, 1.0)
-    chain = Chain(problem, {load_factor: unit, q: sheared.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit}, unit=unit, defines=False)
+    load_factor, q, p = (
+        next(each for each in problem.variables() if each.name() == name)
+        for name in ("load_factor", "q", "p")
+    )
+    sheared = task.node_unit * np.where(
+        (task.friction > 0) & (task.friction < 1), task.friction, 1.0
+    )
+    chain = Chain(
+        problem,
+        {load_factor: unit, q: sheared.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit},
+        unit=unit,
+        defines=False,
+    )
 
     def still(value: float, bound: float, residual: float) -> _Answer:
         return _Answer(k, value, bound, np.zeros(len(N)), SolveRecord(residual=residual), problem)
@@ -303,15 +377,23 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
         S, phi = task.system.S, N @ problem.constraints[0].dual_value
         phi = phi / (float(np.linalg.norm(phi.reshape(-1, n), axis=0).max()) or np.nan)
         *v, w = phi.reshape(-1, n)
-        lack = float(np.where(strength < np.inf, -w, task.friction * np.linalg.norm(v, axis=0) - w).max())  # what is strained off need not rise
+        lack = float(
+            np.where(strength < np.inf, -w, task.friction * np.linalg.norm(v, axis=0) - w).max()
+        )  # what is strained off need not rise
         strain = float(np.abs(S @ phi).max()) / (float(np.diag(S).max()) or 1.0)
         worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
         return _Answer(k, value, bound, phi, SolveRecord(residual=worst), problem)
 
     def answered() -> _Answer:
         value = float(load_factor.value)
-        found = value if value > ZERO_LOAD_FACTOR * unit else 0.0, chain.proof.bound, max(chain.proof.gap, chain.violation)
-        return still(*found) if sense is cp.Minimize and not found[0] else moving(*found)  # no motion proves that it is at least 0
+        found = (
+            value if value > ZERO_LOAD_FACTOR * unit else 0.0,
+            chain.proof.bound,
+            max(chain.proof.gap, chain.violation),
+        )
+        return (
+            still(*found) if sense is cp.Minimize and not found[0] else moving(*found)
+        )  # no motion proves that it is at least 0
 
     def none() -> _Answer | None:
         if no := chain.contradiction():
@@ -326,7 +408,9 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
 def _load_unit(task: Question, N: Array, r0: Array, r1: Array) -> float:
     """Load factor at which the cyclic load reaches the friction of the mean load, or in the normal motions the mean load itself."""
     friction, shear = min(float(task.friction.max()), 1.0) or 1.0, len(r1) - task.system.nodes
-    sheared, swung = (float(np.linalg.norm(part)) for part in (N[:shear].T @ r1[:shear], N[shear:].T @ r1[shear:]))
+    sheared, swung = (
+        float(np.linalg.norm(part)) for part in (N[:shear].T @ r1[:shear], N[shear:].T @ r1[shear:])
+    )
     return friction * float(np.linalg.norm(N.T @ r0)) / (sheared + friction * swung)
 
 
@@ -334,10 +418,14 @@ def _checked(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str],
     """Names of contacts of the system, at least one, and which nodes (N,) belong to them."""
     names = listed("contacts", contacts)
     if system.contact is None:
-        raise ModelError(f"contacts: {shown(names)}, but the system has no names of contacts; give them as its `contact`, or leave contacts out")
+        raise ModelError(
+            f"contacts: {shown(names)}, but the system has no names of contacts; give them as its `contact`, or leave contacts out"
+        )
     known = list(dict.fromkeys(system.contact.tolist()))
     if not names or (unknown := [name for name in names if name not in known]):
-        raise ModelError(f"contacts: {shown(unknown[0] if names else names)}; give some of {known}, or None for all")
+        raise ModelError(
+            f"contacts: {shown(unknown[0] if names else names)}; give some of {known}, or None for all"
+        )
     return names, np.isin(system.contact, names)
 
 
@@ -345,12 +433,21 @@ def _moves(task: Question, answer: _Answer) -> str:
     return moves_told(motion_table(task.system, answer.phi.reshape(-1, task.system.nodes)))
 
 
-def _result(task: Question, governs: _Answer, least: float, reason: str, answers: Sequence[_Answer]) -> GrossSlip:
+def _result(
+    task: Question, governs: _Answer, least: float, reason: str, answers: Sequence[_Answer]
+) -> GrossSlip:
     records, phi = [answer.record for answer in answers], governs.phi.reshape(-1, task.system.nodes)
     attempts = tuple(attempt for record in records for attempt in record.attempts)
-    worst, seconds = max(record.residual for record in records), sum(record.seconds for record in records)
+    worst, seconds = (
+        max(record.residual for record in records),
+        sum(record.seconds for record in records),
+    )
     idle = len(task.cycle.corners) - len({answer.corner for answer in answers})
-    left_out = (f"corners: {idle} of {len(task.cycle.corners)} are within the hull of the others",) if idle and governs.problem else ()
+    left_out = (
+        (f"corners: {idle} of {len(task.cycle.corners)} are within the hull of the others",)
+        if idle and governs.problem
+        else ()
+    )
     return GrossSlip(
         load_factor=governs.value,
         bound=governs.bound,
@@ -360,12 +457,16 @@ def _result(task: Question, governs: _Answer, least: float, reason: str, answers
         phi=phi,
         motion=motion_table(task.system, phi),
         reason=reason,
-        record=replace(governs.record, attempts=attempts, residual=worst, left_out=left_out, seconds=seconds),
+        record=replace(
+            governs.record, attempts=attempts, residual=worst, left_out=left_out, seconds=seconds
+        ),
         problem=governs.problem,
     )
 
 
-def beyond_statics(found: GrossSlip, system: ContactSystem, cycle: LoadCycle, friction: Array) -> GrossSlip:
+def beyond_statics(
+    found: GrossSlip, system: ContactSystem, cycle: LoadCycle, friction: Array
+) -> GrossSlip:
     """An answer of statics, corrected by transients if contact forces can balance themselves, and the cyclic loads drive the bodies."""
     if found.problem is None or np.isnan(found.load_factor) or not friction.any():
         return found
@@ -377,7 +478,11 @@ def beyond_statics(found: GrossSlip, system: ContactSystem, cycle: LoadCycle, fr
     slides_off, why = _sliding_off(system, cycle, friction, found.load_factor)
     unknown = f"contact forces balance themselves here, so statics cannot know how far the fit presses: {found.reason}"
     if not why:
-        return replace(found, self_stress=forces, reason=f"{unknown}; transients from no slip go on up to there")
+        return replace(
+            found,
+            self_stress=forces,
+            reason=f"{unknown}; transients from no slip go on up to there",
+        )
     if slides_off == 0:
         reason = f"from no slip the transient finds no way on at any load factor ({why}); {unknown}"
         return replace(found, self_stress=forces, load_factor=np.nan, reason=reason)

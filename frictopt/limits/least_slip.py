@@ -1,7 +1,8 @@
 """The least slip of a cycle above a shakedown limit, from the multipliers of the limit; theory, "Above the limit".
 
-At corner k of any cycle the state obeys the rows of the limit at that corner, whatever it slips in between; g_k and h_k are their sums, weighted by
-the multipliers. In space slips no further than D from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
+At corner k of any cycle the state obeys the rows of the limit at that corner, whatever it slips in
+between; g_k and h_k are their sums, weighted by the multipliers. In space slips no further than D
+from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
 """
 
 from __future__ import annotations
@@ -11,21 +12,35 @@ from typing import Any
 
 import numpy as np
 
-from ..base import RESIDUAL, ROUNDING, Array, Kept, Plotted, components, finite_array, frame, frozen, places
+from ..base import (
+    RESIDUAL,
+    ROUNDING,
+    Array,
+    Kept,
+    Plotted,
+    components,
+    finite_array,
+    frame,
+    frozen,
+    places,
+)
 from ..contact import ContactSystem, LoadCycle, lengths, parted
 from ..errors import SolverError
 from .answered import Mechanism
 from .question import Question
 
-_WEIGHT = ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
+_WEIGHT = (
+    ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastSlip(Kept, Plotted):
     """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; where nodes are open, while these carry nothing.
 
-    The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w` are slips and gaps at the corners of one cycle,
-    also of one that is not yet periodic. A bound that is not positive says nothing.
+    The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w`
+    are slips and gaps at the corners of one cycle, also of one that is not yet periodic. A bound
+    that is not positive says nothing.
 
     Attributes
     ----------
@@ -34,14 +49,16 @@ class LeastSlip(Kept, Plotted):
     bound
         `lam - lambda_2`, with the upper bound of lambda_2 that the multipliers prove.
     g, h
-        (K, N) or (K, N, 2) weights of the slip and (K, N) of the gap at the corners, 1 over length. Those of the slip sum to zero over the corners:
-        only slip from corner to corner counts. Those of the gap are idle while all nodes are closed.
+        (K, N) or (K, N, 2) weights of the slip and (K, N) of the gap at the corners, 1 over length.
+        Those of the slip sum to zero over the corners: only slip from corner to corner counts.
+        Those of the gap are idle while all nodes are closed.
     weight
-        (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the sum over the corners of `abs(g)`; in space that
-        sum over sqrt(3), where more than two corners weigh.
+        (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the
+        sum over the corners of `abs(g)`; in space that sum over sqrt(3), where more than two
+        corners weigh.
     residual
-        Largest entry of the sum of g over the corners, over the largest stress that the mechanism's motions make one by one; or the residual of the
-        limit if that is larger.
+        Largest entry of the sum of g over the corners, over the largest stress that the mechanism's
+        motions make one by one; or the residual of the limit if that is larger.
 
     Examples
     --------
@@ -80,25 +97,36 @@ class LeastSlip(Kept, Plotted):
             Other shapes, or numbers that are not finite.
         """
         slip = finite_array("slip", slip, self.g.shape)
-        opened = 0.0 if gap is None else float(np.sum(self.h * finite_array("gap", gap, self.h.shape)))
+        opened = (
+            0.0 if gap is None else float(np.sum(self.h * finite_array("gap", gap, self.h.shape)))
+        )
         return float(np.sum(self.g * slip)) + opened
 
     def to_frame(self) -> Any:
         """The nodes that must slip, largest weight first: no closed cycle exists in which all of them stick.
 
-        Columns: node; its place; weight; alone, the slip between corners that the node would need if no other one slipped, length; its weight `g` at
-        each corner, named by the loads of the corner, in space `g1` and `g2`.
+        Columns: node; its place; weight; alone, the slip between corners that the node would need
+        if no other one slipped, length; its weight `g` at each corner, named by the loads of the
+        corner, in space `g1` and `g2`.
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
         alone = max(self.bound, 0.0) / self.weight[nodes]
         corners = zip(self.cycle.corner_names, self.g, strict=True)
-        weights = {f"{name} at {loads}": column for loads, g in corners for name, column in components("g", g[nodes]).items()}
+        weights = {
+            f"{name} at {loads}": column
+            for loads, g in corners
+            for name, column in components("g", g[nodes]).items()
+        }
         where = {name: values[nodes] for name, values in places(self.system).items()}
-        return frame({"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights})
+        return frame(
+            {"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights}
+        )
 
 
-def least_slip(task: Question, motion: Mechanism, limit: float, load_factor: float, residual: float) -> LeastSlip:
+def least_slip(
+    task: Question, motion: Mechanism, limit: float, load_factor: float, residual: float
+) -> LeastSlip:
     """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
     system, axes = task.system, task.system.tangents + 1
     g, h = parted(motion.moves.reshape(len(motion.moves), -1) @ system.S, axes)
@@ -108,10 +136,22 @@ def least_slip(task: Question, motion: Mechanism, limit: float, load_factor: flo
     g = np.where(np.abs(g) > _WEIGHT * terms, g, 0.0)
     sizes = lengths(g, h)
     round_corners = (sizes > 0).sum(axis=0) > 2 if system.tangents > 1 else False
-    weight, residual = sizes.sum(axis=0) / np.where(round_corners, np.sqrt(3.0), 2.0), max(unbalanced, residual)
+    weight, residual = (
+        sizes.sum(axis=0) / np.where(round_corners, np.sqrt(3.0), 2.0),
+        max(unbalanced, residual),
+    )
     if not residual <= RESIDUAL:
         raise SolverError(
             f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
             "very different sizes"
         )
-    return LeastSlip(load_factor, load_factor - limit, frozen(g), frozen(h), frozen(weight), system, task.cycle, residual)
+    return LeastSlip(
+        load_factor,
+        load_factor - limit,
+        frozen(g),
+        frozen(h),
+        frozen(weight),
+        system,
+        task.cycle,
+        residual,
+    )

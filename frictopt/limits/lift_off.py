@@ -1,7 +1,8 @@
 """Nodes that open and close in each cycle, where the load goes to and fro between two corners: the limit of a given order of openings and closings.
 
-At event m the load is at an unknown part of the way between the corners, so the order is a linear program, in space a cone program (theory, "Nodes
-that open and close in each cycle"). Each instant (corner or event) has A, B and loads of the nodes that are closed before or after it.
+At event m the load is at an unknown part of the way between the corners, so the order is a linear
+program, in space a cone program (theory, "Nodes that open and close in each cycle"). Each instant
+(corner or event) has A, B and loads of the nodes that are closed before or after it.
 """
 
 from collections.abc import Callable
@@ -53,7 +54,8 @@ class Order(NamedTuple):
 class LiftOff(Question):
     """A question with nodes that open and close in each cycle; `open` are those that are open all through it.
 
-    `way` (M,) is the part of the way from the first corner to the last at each instant; `sets` have the nodes open that are open at each instant.
+    `way` (M,) is the part of the way from the first corner to the last at each instant; `sets` have
+    the nodes open that are open at each instant.
     """
 
     order: Order
@@ -63,7 +65,10 @@ class LiftOff(Question):
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Slips and gaps, and reactions, at the corners and events; see `Question.instants`."""
         found = {each: each.states(load_factor, slip) for each in dict.fromkeys(self.sets)}
-        blends = [[(1 - s) * part[0] + s * part[-1] for part in found[each]] for each, s in zip(self.sets, self.way, strict=True)]
+        blends = [
+            [(1 - s) * part[0] + s * part[-1] for part in found[each]]
+            for each, s in zip(self.sets, self.way, strict=True)
+        ]
         return np.array([u for u, _ in blends]), np.array([r for _, r in blends])
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
@@ -84,7 +89,9 @@ class LiftOff(Question):
     def statuses(self) -> tuple[Booleans, Booleans]:
         """See `Question.statuses`."""
         opened = np.array([each.open for each in self.sets])
-        touching = np.array([among(nodes, len(self.open)) for nodes in [Nodes(), *self.order.events, Nodes()]])
+        touching = np.array(
+            [among(nodes, len(self.open)) for nodes in [Nodes(), *self.order.events, Nodes()]]
+        )
         return ~(opened | touching), opened
 
     @cached_property
@@ -92,14 +99,27 @@ class LiftOff(Question):
         """Loads of the cycle at the corners and events, at load factor 1."""
         first, last = self.cycle.corners
         cases = dict.fromkeys([*first, *last])
-        blends = [{case: (1 - s) * first.get(case, 0.0) + s * last.get(case, 0.0) for case in cases} for s in self.way.tolist()]
+        blends = [
+            {case: (1 - s) * first.get(case, 0.0) + s * last.get(case, 0.0) for case in cases}
+            for s in self.way.tolist()
+        ]
         return LoadCycle(self.cycle.mean, blends).corner_names
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
         """See `Question.events`."""
-        found = zip(self.order.events, self.order.between, self.way[1:-1].tolist(), self.names[1:-1], strict=False)
-        return [(i, "closes" if i in opened else "opens", way, name) for nodes, opened, way, name in found for i in sorted(nodes)]
+        found = zip(
+            self.order.events,
+            self.order.between,
+            self.way[1:-1].tolist(),
+            self.names[1:-1],
+            strict=False,
+        )
+        return [
+            (i, "closes" if i in opened else "opens", way, name)
+            for nodes, opened, way, name in found
+            for i in sorted(nodes)
+        ]
 
     @property
     def open_share(self) -> Array:
@@ -110,18 +130,28 @@ class LiftOff(Question):
     @property
     def pattern(self) -> str:
         """See `Question.pattern`."""
-        count, opened = len(frozenset().union(*self.order.events)), ", these nodes open" * bool(self.open.any())
-        return f" with {count} nodes that open and close in this order{opened} and the others closed"
+        count, opened = (
+            len(frozenset().union(*self.order.events)),
+            ", these nodes open" * bool(self.open.any()),
+        )
+        return (
+            f" with {count} nodes that open and close in this order{opened} and the others closed"
+        )
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """Largest violation of the contact law at the corners and events, by what a node carries where it opens or closes, and by their order."""
         r = self.instants(load_factor, slip)[1]
-        touching = [np.abs(r[m][:, sorted(nodes)]).max() / self.force for m, nodes in enumerate(self.order.events, start=1)]
+        touching = [
+            np.abs(r[m][:, sorted(nodes)]).max() / self.force
+            for m, nodes in enumerate(self.order.events, start=1)
+        ]
         off = np.max([super().violation(load_factor, slip), *touching, -np.diff(self.way).min()])
         return float(np.nan_to_num(off, nan=np.inf))
 
 
-def with_order(task: Question, order: Order, of_set: Callable[[Nodes], Question | None]) -> LiftOff | None:
+def with_order(
+    task: Question, order: Order, of_set: Callable[[Nodes], Question | None]
+) -> LiftOff | None:
     """The question with an order of events, not yet on their places; `of_set` gives it with some nodes open. None if the others do not hold them."""
     sets = [each for nodes in order.through if (each := of_set(nodes))]
     always = of_set(frozenset.intersection(*order.through))
@@ -135,39 +165,73 @@ class Ordered(Program):
     """The listing of an order of events at unknown places, with a goal of this `unit`; `friction` as `models.stuck`; a load factor may be given."""
 
     def __init__(
-        self, asked: LiftOff, goal: Callable[[Program], cp.Problem], unit: float, friction: Callable[..., list[Row]] = stuck, load_factor: Any = None
+        self,
+        asked: LiftOff,
+        goal: Callable[[Program], cp.Problem],
+        unit: float,
+        friction: Callable[..., list[Row]] = stuck,
+        load_factor: Any = None,
     ) -> None:
         sets, self._asked, self.own = asked.sets, asked, {}
-        self.x, self.corners = unknowns(asked.system.slip_shape, range(len(sets)), load_factor), list(range(len(sets)))
+        self.x, self.corners = (
+            unknowns(asked.system.slip_shape, range(len(sets)), load_factor),
+            list(range(len(sets))),
+        )
         self.f = cp.Parameter(asked.system.nodes, nonneg=True, name="f", value=asked.friction)
         self.way = [cp.Variable(name=f"way[{m}]") for m in self.corners[1:-1]]
-        of_sets = [(each, [m for m, one in enumerate(sets) if one is each]) for each in dict.fromkeys(sets)]
-        self._parts = [self._part(each, instants, number, friction) for number, (each, instants) in enumerate(of_sets)]
+        of_sets = [
+            (each, [m for m, one in enumerate(sets) if one is each]) for each in dict.fromkeys(sets)
+        ]
+        self._parts = [
+            self._part(each, instants, number, friction)
+            for number, (each, instants) in enumerate(of_sets)
+        ]
         touching = {m: sorted(nodes) for m, nodes in enumerate(asked.order.events, start=1)}
         self.rows = [row for part in self._parts for row in part.rows]
         self.rows += events(self.x, touching) + ordered(self.x.load_factor, self.way)
-        units = {variable: size for part in self._parts for variable, size in part.units.items()} | dict.fromkeys(self.way, asked.load_unit)
+        units = {
+            variable: size for part in self._parts for variable, size in part.units.items()
+        } | dict.fromkeys(self.way, asked.load_unit)
         self.chain = self._parts[0].compiled(goal(self), unit, units, self._parts[1:]).chain
 
-    def _part(self, task: Question, instants: list[int], number: int, friction: Callable[..., list[Row]]) -> Program:
+    def _part(
+        self, task: Question, instants: list[int], number: int, friction: Callable[..., list[Row]]
+    ) -> Program:
         """The rows of instants with the same nodes open before and after."""
         of, last, x = f"_{number}" * (number > 0), len(self.corners) - 1, self.x
         first, then = task.loads(0), task.loads(1)
-        changes = [named(then[f"{part}1[1]"] - first[f"{part}1[0]"], f"d{part}{of}") for part in "qpw"]
-        more = {m: [times(self.way[m - 1], change) for change in changes] for m in instants if 0 < m < last}
-        mine = replace(unknowns(task.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p)
-        contact = SimpleNamespace(A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first)
+        changes = [
+            named(then[f"{part}1[1]"] - first[f"{part}1[0]"], f"d{part}{of}") for part in "qpw"
+        ]
+        more = {
+            m: [times(self.way[m - 1], change) for change in changes]
+            for m in instants
+            if 0 < m < last
+        }
+        mine = replace(
+            unknowns(task.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p
+        )
+        contact = SimpleNamespace(
+            A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first
+        )
         rows = rest(contact, mine, instants, more)
         return Program(task, mine, self.f, instants, rows + friction(mine, self.f, instants))
 
     @property
     def task(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution
         """The question, with the events where they are in the solution."""
-        return self.placed([float(part.value) for part in self.way], float(self.x.load_factor.value))
+        return self.placed(
+            [float(part.value) for part in self.way], float(self.x.load_factor.value)
+        )
 
     def placed(self, way: list[float], load_factor: float) -> LiftOff:
         """The question with its events at these parts of the load factor."""
-        return replace(self._asked, way=np.array([0.0, *(part / load_factor if load_factor > 0 else 0.0 for part in way), 1.0]))
+        return replace(
+            self._asked,
+            way=np.array(
+                [0.0, *(part / load_factor if load_factor > 0 else 0.0 for part in way), 1.0]
+            ),
+        )
 
     @property
     def slip(self) -> Array:
@@ -178,4 +242,8 @@ class Ordered(Program):
     def motion(self) -> Mechanism:
         """See `Program.motion`."""
         opened = np.array([each.open for each in self._asked.sets])
-        return Mechanism(np.sum([part.motion.moves for part in self._parts], axis=0), self._asked.friction * ~opened, open=opened)
+        return Mechanism(
+            np.sum([part.motion.moves for part in self._parts], axis=0),
+            self._asked.friction * ~opened,
+            open=opened,
+        )

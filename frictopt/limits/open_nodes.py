@@ -20,16 +20,23 @@ _BESIDE = 1.5  # distances of the nearest node within which others are its neigh
 def open_under_mean(task: Question) -> list[Booleans]:
     """(N,) which nodes the mean load leaves open, from no slip; no sets where none opens, or the load settles nowhere.
 
-    With fixed parts that differ: those that any corner leaves open at load factor 0, and those that all corners do.
+    With fixed parts that differ: those that any corner leaves open at load factor 0, and those that
+    all corners do.
     """
     from ..transients.march import open_at_rest  # here, because a closed contact needs none
 
     found = list[Booleans]()
     for loads in task.cycle.unscaled if task.fixed else task.cycle.unscaled[:1]:
         with suppress(ModelError, NoContinuation):
-            found.append(open_at_rest(task.system, LoadCycle(loads, task.cycle.corners), task.friction))
+            found.append(
+                open_at_rest(task.system, LoadCycle(loads, task.cycle.corners), task.friction)
+            )
     found += [np.logical_and.reduce(found)] if found else []
-    return [np.array(opened) for opened in sorted({tuple(each.tolist()) for each in found}, reverse=True) if any(opened)]
+    return [
+        np.array(opened)
+        for opened in sorted({tuple(each.tolist()) for each in found}, reverse=True)
+        if any(opened)
+    ]
 
 
 def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:
@@ -37,7 +44,11 @@ def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:
     apart = np.linalg.norm(system.points - system.points[node], axis=1)
     apart[node] = np.inf
     pressure = p.min(axis=0) / (1.0 if system.width is None else system.width)
-    if opened[node] or apart[opened].min(initial=np.inf) > _BESIDE * apart.min() or pressure[node] > pressure[~opened].mean():
+    if (
+        opened[node]
+        or apart[opened].min(initial=np.inf) > _BESIDE * apart.min()
+        or pressure[node] > pressure[~opened].mean()
+    ):
         return ""
     where = f"node {node}{in_contact(system, node)} beside the open ones"
     return f"; {where} governs, where pressure falls to zero: the limit belongs to the mesh, and falls as elements shrink there"
@@ -47,16 +58,27 @@ def stays_closed(task: Question, load_factor: float) -> bool:
     """Whether each node's least normal force is proven positive (`ShakedownLimit.stays_closed`), by one convex program each, least pressed first.
 
     Then no slip that friction holds takes the pressure off a node, at any load of the cycle.
-    The loads are means of the mean load and of the corners: `r0 + sum of shares[k] r1_k`, with shares that sum to the load factor at most.
+    The loads are means of the mean load and of the corners: `r0 + sum of shares[k] r1_k`, with
+    shares that sum to the load factor at most.
     """
     asked = pose(task.system, LoadCycle(task.cycle.mean, [{}]), task.friction)
     x = unknowns(task.system.slip_shape, [0], cp.Parameter(name="none", value=0.0))
     shares = [cp.Variable(name=f"share[{k}]") for k in range(len(task.r1))]
     node, f = (cp.Parameter(task.system.nodes, nonneg=True, name=name) for name in ("node", "f"))
-    q1, p1 = ([named(part, f"{name}[{k}]") for k, part in enumerate(parts)] for name, parts in zip(("q1", "p1"), task.parts[2:], strict=True))
-    more = [called(sum(map(times, shares, parts), start=cp.Constant(0)), f"shares * {name}1") for name, parts in (("q", q1), ("p", p1))]
+    q1, p1 = (
+        [named(part, f"{name}[{k}]") for k, part in enumerate(parts)]
+        for name, parts in zip(("q1", "p1"), task.parts[2:], strict=True)
+    )
+    more = [
+        called(sum(map(times, shares, parts), start=cp.Constant(0)), f"shares * {name}1")
+        for name, parts in (("q", q1), ("p", p1))
+    ]
     program = listed_rows(asked, x, f, every=True, more={0: more})
-    program.compiled(least_pressure(x, node, shares, load_factor, program.rows), task.force, dict.fromkeys(shares, task.load_unit))
+    program.compiled(
+        least_pressure(x, node, shares, load_factor, program.rows),
+        task.force,
+        dict.fromkeys(shares, task.load_unit),
+    )
 
     def judged() -> SolveRecord:
         return SolveRecord(residual=program.chain.proof.gap)

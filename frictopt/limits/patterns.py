@@ -1,9 +1,10 @@
 """Which nodes stay open in a state of rest, or open and close in each cycle: a search near the settled mean load (theory, "Contacts that open").
 
-The largest limit over all sets is no design number: sets far from the settled state obey the law too, and nothing leads there. The limit of a given
-set never falls as friction grows, so sets of less friction are good starts; one of more friction is a start from the other side. A new order has
-what it came from as its limiting case, so that the load factors in between are safe too. The answer is judged as every other state of rest; its
-bound is that of its set.
+The largest limit over all sets is no design number: sets far from the settled state obey the law
+too, and nothing leads there. The limit of a given set never falls as friction grows, so sets of
+less friction are good starts; one of more friction is a start from the other side. A new order has
+what it came from as its limiting case, so that the load factors in between are safe too. The answer
+is judged as every other state of rest; its bound is that of its set.
 """
 
 from collections.abc import Callable, Iterator
@@ -23,23 +24,43 @@ from .question import Question, with_open
 
 Limit: TypeAlias = Any  # a ShakedownLimit: its file asks this one for the open nodes
 
-_SHARES = 1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02  # of the friction, with which the mean load may open other nodes
+_SHARES = (
+    1.0,
+    1.5,
+    0.7,
+    0.5,
+    0.35,
+    0.2,
+    0.1,
+    0.02,
+)  # of the friction, with which the mean load may open other nodes
 _GOVERNS = 0.02  # part of the largest motion from which on a node governs
 _GAINS = 1e-7  # relative gain that counts
 _MOST = 60  # programs
 _GROUP, _FEW = 4, 16  # nodes that are flipped at once in space, where more than few of them rule
-_WORK = 20_000  # programs, times their slips, in which the order of openings is looked for, or sets beside a second start
-_MOVES = 1e-6  # part of the largest motion from which on a node at an end of the way may open or close there
+# programs, times their slips, in which the order of openings is looked for, or sets beside a second
+# start
+_WORK = 20_000
+# part of the largest motion from which on a node at an end of the way may open or close there
+_MOVES = 1e-6
 
 
-def best_pattern(of_set: Callable[[Question, float], Limit], closed: Limit, at: float, enough: float) -> Limit:
+def best_pattern(
+    of_set: Callable[[Question, float], Limit], closed: Limit, at: float, enough: float
+) -> Limit:
     """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
 
-    `closed` is the one with all nodes closed, the answer if it is safe from the mean load on and no node that governs it wants to open. Sets that are
-    safe only above `at`, or above the end of the best one, do not count; the first limit not below `enough` ends the search. Under a static load
+    `closed` is the one with all nodes closed, the answer if it is safe from the mean load on and no
+    node that governs it wants to open. Sets that are safe only above `at`, or above the end of the
+    best one, do not count; the first limit not below `enough` ends the search. Under a static load
     nodes stay: sets would go on until the body slides off.
     """
-    task, best, tried, turns = closed._task, closed, {closed.open.tobytes()}, not closed._task.static
+    task, best, tried, turns = (
+        closed._task,
+        closed,
+        {closed.open.tobytes()},
+        not closed._task.static,
+    )
 
     def counts(limit: Limit) -> bool:
         return not (np.isnan(limit.load_factor) or limit.least > at)
@@ -51,15 +72,21 @@ def best_pattern(of_set: Callable[[Question, float], Limit], closed: Limit, at: 
             return None
         tried.add(opened.tobytes())
         bar.update()
-        with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
-            rest = None if opened.all() else with_open(task, opened)  # a contact that is open for ever is none
+        with suppress(
+            FrictoptError
+        ):  # one without an answer that passes the checks is none of those known to rest
+            rest = (
+                None if opened.all() else with_open(task, opened)
+            )  # a contact that is open for ever is none
             limit = None if rest is None else of_set(rest, above)
             if limit is None or not counts(limit) or limit.load_factor <= above:
                 return None
             if not counts(best):
                 best = limit
             elif limit.load_factor > best.load_factor * (1 + _GAINS):
-                if limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS):  # between them none is safe
+                if limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (
+                    1 + _GAINS
+                ):  # between them none is safe
                     return None
                 best = replace(limit, least=min(best.least, limit.least))
             return limit
@@ -75,7 +102,9 @@ def best_pattern(of_set: Callable[[Question, float], Limit], closed: Limit, at: 
         climb(closed)
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
-            starts = [limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))]
+            starts = [
+                limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))
+            ]
             climb(max(starts, key=lambda limit: limit.load_factor, default=None))
             if starts and len(tried) * closed.slip.size < _WORK:
                 climb(starts[-1])  # that of least friction, from which other sets are near
@@ -89,7 +118,13 @@ def _search(what: str, best: Callable[[], Limit]) -> AbstractContextManager[Bar]
         reached = best().load_factor
         return "none safe so far" if np.isnan(reached) else f"at least {reached:.4g} so far"
 
-    return bar_of(True, what, "program", best=told, keeps=lambda _: ("limit", best(), "the best limit by then is in the attribute `limit`"))
+    return bar_of(
+        True,
+        what,
+        "program",
+        best=told,
+        keeps=lambda _: ("limit", best(), "the best limit by then is in the attribute `limit`"),
+    )
 
 
 def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
@@ -97,8 +132,11 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
     for share in _SHARES:
         try:
             opened = open_under_mean(replace(task, friction=share * task.friction))
-        except SolverError:  # of the way to the mean load: the search has one set less to begin with
-            # If nothing else is known to rest, an unknown way is no proof that nothing rests. A body that slides off has no way.
+        except (
+            SolverError
+        ):  # of the way to the mean load: the search has one set less to begin with
+            # If nothing else is known to rest, an unknown way is no proof that nothing rests. A
+            # body that slides off has no way.
             if share == 1.0 and not safe and not _slides_off(task):
                 raise
             continue
@@ -110,13 +148,16 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
 def _slides_off(task: Question) -> bool:
     """Whether the mean load slides a body off at the pressures of the closed contact."""
     statics = Statics(task.system, task.friction)
-    return any(statics.slides_off("the mean load", forces.ravel()) is not None for forces in task.r0)
+    return any(
+        statics.slides_off("the mean load", forces.ravel()) is not None for forces in task.r0
+    )
 
 
 def _next_to(best: Limit) -> Iterator[Booleans]:
     """Sets next to one: the nodes that govern its limit opened or closed, all at once, one by one, or in space in small groups.
 
-    And those of them at its border; and the whole border from outside or inside, as a mechanism may govern on one side only.
+    And those of them at its border; and the whole border from outside or inside, as a mechanism may
+    govern on one side only.
     """
     task = best._task
     moved = best._motion.parts(task.system).sum(axis=(0, 1))
@@ -130,17 +171,25 @@ def _next_to(best: Limit) -> Iterator[Booleans]:
     size = 1 if plane or len(ruling) <= _FEW else _GROUP
     edge, inner = ruling[border[ruling]], ruling[~border[ruling]]
     sides = [np.flatnonzero(border & (best.open == state)) for state in (False, True) if plane]
-    groups = [ruling, edge, *sides, *(part[k : k + size] for part in (edge, inner) for k in range(0, len(part), size))]
+    groups = [
+        ruling,
+        edge,
+        *sides,
+        *(part[k : k + size] for part in (edge, inner) for k in range(0, len(part), size)),
+    ]
     for nodes in groups:
         opened = best.open.copy()
         opened[nodes] ^= True
         yield opened
 
 
-def best_order(best: Limit, of_order: Callable[[LiftOff, float], Limit], at: float = np.inf) -> Limit:
+def best_order(
+    best: Limit, of_order: Callable[[LiftOff, float], Limit], at: float = np.inf
+) -> Limit:
     """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better.
 
-    `of_order` asks for that of an order, which counts above a load factor; the first not below `at` is enough.
+    `of_order` asks for that of an order, which counts above a load factor; the first not below `at`
+    is enough.
     """
     task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
     most = min(_MOST, _WORK // best.slip.size)
@@ -155,7 +204,9 @@ def best_order(best: Limit, of_order: Callable[[LiftOff, float], Limit], at: flo
             return False
         tried.add(pivot)
         bar.update()
-        with suppress(FrictoptError):  # one without an answer that passes the checks is none of those known to rest
+        with suppress(
+            FrictoptError
+        ):  # one without an answer that passes the checks is none of those known to rest
             asked = with_order(task, pivot, of_set)
             limit = None if asked is None else of_order(asked, best.load_factor * (1 + _GAINS))
             if limit is not None and limit.load_factor > best.load_factor * (1 + _GAINS):
@@ -172,7 +223,10 @@ def best_order(best: Limit, of_order: Callable[[LiftOff, float], Limit], at: flo
 def check_events(events: object, task: Question, given: bool) -> None:
     """Refuse to search nodes that open and close in each cycle where there is no such search; `given`: open nodes, or rows of the user's own."""
     reasons = {
-        "the load cycle has not two corners, between which it goes to and fro": len(task.cycle.corners) != 2,
+        "the load cycle has not two corners, between which it goes to and fro": len(
+            task.cycle.corners
+        )
+        != 2,
         "its corners differ at load factor 0 (fixed)": task.fixed,
         "the slip is bounded": task.most is not None,
         "the surface has a shear strength": task.system.capped,
@@ -191,7 +245,10 @@ def _nodes(chosen: Booleans) -> Nodes:
 def _pivots(best: Limit, order: Order) -> Iterator[Order]:
     """Orders next to one, by nodes that want to open or close at a corner, and by its own events."""
     task, (start, events), sets = best._task, order, order.between
-    (u, r), moved = task.states(best.load_factor, best.slip), best._motion.parts(task.system).sum(axis=0)[[0, -1]]
+    (u, r), moved = (
+        task.states(best.load_factor, best.slip),
+        best._motion.parts(task.system).sum(axis=0)[[0, -1]],
+    )
     bare, shut = r[:, -1] <= TOUCHES * task.force, u[:, -1] <= TOUCHES * task.clearance
     ruling = moved > _MOVES * moved.max()
     opening = [_nodes(bare[k] & ruling[k]) - sets[k] for k in (0, -1)]

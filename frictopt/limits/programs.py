@@ -24,9 +24,33 @@ from .question import Question
 
 _INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
 _MOST_AXES = 6  # in which hulls are looked for: with more, each corner has rows
-_KINDS = {"nonneg", "nonpos", "pos", "neg", "bounds", "symmetric"}  # of variables of the user's own that cvxpy turns into linear rows
-_NAMES = {"slip", "load_factor", "q", "p", "q_r", "p_r", "margin", "preload", "profile"}  # of unknowns of models, before the number of the corner
-_CONES = cp.constraints.Equality, cp.constraints.Zero, cp.constraints.Inequality, cp.constraints.NonPos, cp.constraints.NonNeg, cp.SOC
+_KINDS = {
+    "nonneg",
+    "nonpos",
+    "pos",
+    "neg",
+    "bounds",
+    "symmetric",
+}  # of variables of the user's own that cvxpy turns into linear rows
+_NAMES = {
+    "slip",
+    "load_factor",
+    "q",
+    "p",
+    "q_r",
+    "p_r",
+    "margin",
+    "preload",
+    "profile",
+}  # of unknowns of models, before the number of the corner
+_CONES = (
+    cp.constraints.Equality,
+    cp.constraints.Zero,
+    cp.constraints.Inequality,
+    cp.constraints.NonPos,
+    cp.constraints.NonNeg,
+    cp.SOC,
+)
 
 _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = WeakKeyDictionary()
 
@@ -46,7 +70,9 @@ def tractions(task: Question, dense: Sequence[Row] | None = None) -> Change:
     free, give = free_slips(task)
     dense = rest(task, unknowns(task.system.slip_shape, ()), ()) if dense is None else dense
     sizes = task.force / (task.system.own_stiffness[: len(free)] @ free**2)
-    return by_inverse(dense[0], dense[1:], free, give, np.tile(task.shear_unit, task.system.tangents), sizes)
+    return by_inverse(
+        dense[0], dense[1:], free, give, np.tile(task.shear_unit, task.system.tangents), sizes
+    )
 
 
 @dataclass(eq=False)
@@ -62,15 +88,24 @@ class Program:
     chain: Chain = field(init=False)  # the way to its answer
 
     def compiled(
-        self, problem: cp.Problem, unit: float, units: Mapping[cp.Variable, Any] | None = None, others: Sequence["Program"] = ()
+        self,
+        problem: cp.Problem,
+        unit: float,
+        units: Mapping[cp.Variable, Any] | None = None,
+        others: Sequence["Program"] = (),
     ) -> "Program":
         """With the problem of a goal over its rows and those of others, the `unit` of its objective, and `units` of variables besides its own."""
         problem = Problem(problem.objective, [*problem.constraints, *self.own.values()])
         by_slip = dict[cp.Variable, list[Program]]()
         for each in (self, *others):
             by_slip.setdefault(each.x.slip, []).append(each)
-        changes = [tractions(same[0].task, [row for each in same for row in each.dense]) for same in by_slip.values()]
-        self.chain = Chain(problem, {**self.units, **(units or {})}, changes, self.task.simplify, unit)
+        changes = [
+            tractions(same[0].task, [row for each in same for row in each.dense])
+            for same in by_slip.values()
+        ]
+        self.chain = Chain(
+            problem, {**self.units, **(units or {})}, changes, self.task.simplify, unit
+        )
         return self
 
     @property
@@ -88,7 +123,9 @@ class Program:
         """Units of the unknowns."""
         task, x, n = self.task, self.x, self.task.system.nodes
         each = task.shear_unit if task.system.tangents == 1 else task.shear_unit[:, None]
-        slip = (np.tile(task.shear_unit, task.system.tangents) / task.system.own_stiffness[:-n]).reshape(x.slip.shape, order="F")
+        slip = (
+            np.tile(task.shear_unit, task.system.tangents) / task.system.own_stiffness[:-n]
+        ).reshape(x.slip.shape, order="F")
         units: dict[cp.Variable, Any] = {x.slip: slip, x.q_r: each, x.p_r: task.node_unit}
         units |= {x.load_factor: task.load_unit} if isinstance(x.load_factor, cp.Variable) else {}
         units |= {q: each for q in x.q.values()} | {p: task.node_unit for p in x.p.values()}
@@ -115,9 +152,13 @@ class Program:
             slip -= self._slide(slip)
         if task.most is not None:
             slip[task.most == 0] = 0.0
-            size = lengths(slip, task.most)  # cut to the bound that it exceeds by no more than the tolerance of solvers
+            size = lengths(
+                slip, task.most
+            )  # cut to the bound that it exceeds by no more than the tolerance of solvers
             if task.beyond(slip) <= RESIDUAL:
-                slip = np.where(size > task.most, slip.T / np.where(size > 0, size, 1.0) * task.most, slip.T).T
+                slip = np.where(
+                    size > task.most, slip.T / np.where(size > 0, size, 1.0) * task.most, slip.T
+                ).T
         return task.rested(slip)
 
     def _slide(self, slip: Array) -> Array:
@@ -125,11 +166,20 @@ class Program:
         (free, _), task = free_slips(self.task), self.task
         opens, found = task.W @ free, free.T @ slip.T.ravel()
         opens = np.where(np.abs(opens) > CONDENSATION, opens, 0.0) / task.clearance
-        lack = opens @ found - np.min([gap.value for gap in self.x.gap.values()], axis=0) / task.clearance
+        lack = (
+            opens @ found
+            - np.min([gap.value for gap in self.x.gap.values()], axis=0) / task.clearance
+        )
         columns, last = np.vstack([opens.T, lack]), np.eye(len(found) + 1)[-1]
-        *way, share = columns @ nnls(columns, last)[0] - last  # the problem of least distance of Lawson & Hanson
+        *way, share = (
+            columns @ nnls(columns, last)[0] - last
+        )  # the problem of least distance of Lawson & Hanson
         least = -np.array(way) / share if share else found
-        slide = free @ (found - least) if (opens @ least >= lack - RESIDUAL).all() else np.zeros(len(free))
+        slide = (
+            free @ (found - least)
+            if (opens @ least >= lack - RESIDUAL).all()
+            else np.zeros(len(free))
+        )
         return np.asarray(slide.reshape(slip.T.shape).T)
 
     @property
@@ -149,7 +199,9 @@ class Program:
         at = np.flatnonzero(task.open) + system.tangents * n
         for k, gap in self.x.gap.items():
             press[k, at] = np.maximum(rows[label("apart", gap)].dual_value, 0.0)
-        moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(moves.shape)
+        moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(
+            moves.shape
+        )
         return Mechanism(moves, task.friction * ~task.open, open=task.open)
 
     @property
@@ -170,18 +222,32 @@ class Program:
 
     def prices(self) -> dict[str, Array]:
         """Rate of the objective as each of the user's constraints gives way, in the user's units: >= 0; of an equation with its right side."""
-        return {name: 0.0 + np.asarray(dual_of(row)) for name, row in self.own.items()}  # a number where it has no axes
+        return {
+            name: 0.0 + np.asarray(dual_of(row)) for name, row in self.own.items()
+        }  # a number where it has no axes
 
 
 def listed_rows(
-    task: Question, x: Unknowns, f: cp.Parameter, *, every: bool = False, friction: Callable[..., list[Row]] | None = None, more: More | None = None
+    task: Question,
+    x: Unknowns,
+    f: cp.Parameter,
+    *,
+    every: bool = False,
+    friction: Callable[..., list[Row]] | None = None,
+    more: More | None = None,
 ) -> Program:
     """The rows of a question: at the corners that are no mean of others, unless all are asked for."""
-    corners = outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
+    corners = (
+        outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
+    )
     x = replace(x)  # each listing has gaps of its own
     rows = rest(task, x, corners, more)
     rows += stuck(x, f, corners) if friction is None else friction(x, corners)
-    rows += [row for k in corners for row in strong(x.q[k], task.system.shear_strength, label("strength", x.q[k]))]
+    rows += [
+        row
+        for k in corners
+        for row in strong(x.q[k], task.system.shear_strength, label("strength", x.q[k]))
+    ]
     rows += within(x, named(task.most, f"slip_bound{x.suffix}")) if task.most is not None else []
     f.value = task.friction
     return Program(task, x, f, corners, rows)
@@ -196,7 +262,9 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
     ]
     count = len(cycle.corners)
     points = np.array(columns).reshape(-1, count).T
-    points = (points - points.mean(axis=0)) / np.where(np.ptp(points, axis=0) > 0, np.ptp(points, axis=0), 1.0)
+    points = (points - points.mean(axis=0)) / np.where(
+        np.ptp(points, axis=0) > 0, np.ptp(points, axis=0), 1.0
+    )
     size, ways = np.linalg.svd(points, full_matrices=False)[1:]
     along = points @ ways[size > _INSIDE * max(size.max(initial=0.0), 1.0)].T
     if along.shape[1] == 0:
@@ -230,9 +298,13 @@ def check_rows(name: str, row: Row, mine: set[int]) -> None:
         )
     for variable in row.variables():
         if variable.id not in mine and (part := variable.name().split("[")[0]) in _NAMES:
-            raise ModelError(f"{name}: it is on the {part} of another model; use those of the model that solves")
+            raise ModelError(
+                f"{name}: it is on the {part} of another model; use those of the model that solves"
+            )
         if variable.attributes["boolean"] or variable.attributes["integer"]:
-            raise ModelError(f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: solve `problem` with it by cvxpy")
+            raise ModelError(
+                f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: solve `problem` with it by cvxpy"
+            )
         if more := {kind for kind, on in variable.attributes.items() if on} - _KINDS:
             raise ModelError(
                 f"{name}: variable {variable.name()} is {', '.join(sorted(more))}; give one without this attribute, and constraints in its place"
@@ -244,7 +316,9 @@ def check_rows(name: str, row: Row, mine: set[int]) -> None:
                 f"{name}: it needs a {type(cone).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
                 "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
             )
-        if isinstance(cone, cp.SOC) and cone.axis and cone.args[1].ndim > 2:  # cvxpy fails at axis 2, and mixes up the entries at axis 1
+        if (
+            isinstance(cone, cp.SOC) and cone.axis and cone.args[1].ndim > 2
+        ):  # cvxpy fails at axis 2, and mixes up the entries at axis 1
             raise ModelError(
                 f"{name}: it has norms along axis {cone.axis} of {cone.args[1].ndim} axes, which cvxpy does not compile rightly; give them for each "
                 "corner k: cp.norm(model.q[k], 2, axis=1) <= c"
@@ -254,8 +328,17 @@ def check_rows(name: str, row: Row, mine: set[int]) -> None:
 def check_values(name: str, row: Row | cp.Expression) -> None:
     """Refuse parameters without a value, and numbers that are not finite or not real."""
     for leaf in (*row.parameters(), *row.constants()):
-        told = f"{name}: parameter {leaf.name()}" if isinstance(leaf, cp.Parameter) else f"{name}: a constant"
+        told = (
+            f"{name}: parameter {leaf.name()}"
+            if isinstance(leaf, cp.Parameter)
+            else f"{name}: a constant"
+        )
         if leaf.value is None:
             raise ModelError(f"{told} has no value; give it one before solving")
-        if leaf.is_complex() or not np.isfinite(leaf.value.data if issparse(leaf.value) else leaf.value).all():
-            raise ModelError(f"{told} is not finite or not real; give finite real numbers, and leave out rows that bound nothing")
+        if (
+            leaf.is_complex()
+            or not np.isfinite(leaf.value.data if issparse(leaf.value) else leaf.value).all()
+        ):
+            raise ModelError(
+                f"{told} is not finite or not real; give finite real numbers, and leave out rows that bound nothing"
+            )

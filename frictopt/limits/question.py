@@ -26,9 +26,13 @@ from ..contact.diagnosis import in_contact
 from ..contact.parts import following
 from ..errors import ModelError
 
-_MOST_SHEAR = 1e6  # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs need
+# a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs
+# need
+_MOST_SHEAR = 1e6
 _OF_TENSION = 0.01  # friction with which a tension counts in a margin, at nodes that have less
-_NO_PRESSURE = 1e-6  # units of nodes are their pressures unless these are below this share of the mean one: an answer has its error
+# units of nodes are their pressures unless these are below this share of the mean one: an answer
+# has its error
+_NO_PRESSURE = 1e-6
 
 
 @kept
@@ -48,7 +52,9 @@ class Question:
     def bonded(self) -> tuple[Array, Array]:
         """Closed reactions, all gaps pressed shut: (K, M) at load factor 0, (1, M) where they are the same at all corners, and what 1 adds."""
         unscaled = self.cycle.unscaled
-        unscaled = unscaled if any(loads != unscaled[0] for loads in unscaled) else unscaled[:1]  # equal fixed parts are a mean load
+        unscaled = (
+            unscaled if any(loads != unscaled[0] for loads in unscaled) else unscaled[:1]
+        )  # equal fixed parts are a mean load
         shut = self.system.S[:, -self.system.nodes :] @ self.system.gap
         return reactions(self.system, unscaled) - shut, reactions(self.system, self.cycle.corners)
 
@@ -65,14 +71,22 @@ class Question:
     def moved(self, chosen: Booleans, first: int) -> Array:
         """What some of the slips and gaps, from a `first` one on, are by the slips of the closed nodes."""
         t = self.system.tangents * self.system.nodes
-        moved = np.zeros((0, t)) if self.give is None else -(self.give[first:][: len(chosen)][chosen] @ self.system.S[:, :t])
+        moved = (
+            np.zeros((0, t))
+            if self.give is None
+            else -(self.give[first:][: len(chosen)][chosen] @ self.system.S[:, :t])
+        )
         moved[:, np.tile(self.open, self.system.tangents)] = 0.0
         return np.asarray(moved)
 
     @cached_property
     def give(self) -> Array | None:
         """(M, M) compliance of the open nodes alone, zero elsewhere; None where all are closed."""
-        return following(self.system.S, self.open, [*self.system.bonded.values()]) if self.open.any() else None
+        return (
+            following(self.system.S, self.open, [*self.system.bonded.values()])
+            if self.open.any()
+            else None
+        )
 
     @cached_property
     def S(self) -> Array:
@@ -99,7 +113,12 @@ class Question:
 
     def carried(self, r: Array) -> Array:
         """(K, t + 1, N) reactions of the closed nodes, of closed reactions (K, M)."""
-        r = r if self.give is None else (r - (r @ self.give) @ self.system.S) * ~np.tile(self.open, self.system.tangents + 1)
+        r = (
+            r
+            if self.give is None
+            else (r - (r @ self.give) @ self.system.S)
+            * ~np.tile(self.open, self.system.tangents + 1)
+        )
         return r.reshape(len(r), -1, self.system.nodes)
 
     @cached_property
@@ -107,7 +126,9 @@ class Question:
         """(K, O) or (1, O), and (K, O) gaps of the open nodes where nothing slips: at load factor 0, and what a load factor of 1 adds, length."""
         if self.give is None:
             return np.zeros((1, 0)), np.zeros((len(self.bonded[1]), 0))
-        at_zero, cyclic = (-(r @ self.give)[:, -self.system.nodes :][:, self.open] for r in self.bonded)
+        at_zero, cyclic = (
+            -(r @ self.give)[:, -self.system.nodes :][:, self.open] for r in self.bonded
+        )
         return at_zero, cyclic
 
     @property
@@ -135,7 +156,9 @@ class Question:
     @cached_property
     def parts(self) -> tuple[Array, Array, Array, Array]:
         """Reactions `q0, p0, q1, p1`: the shear forces (K, N) or (K, N, 2), the normal ones (K, N)."""
-        (q0, p0), (q1, p1) = (parted(r.reshape(len(r), -1), self.system.tangents + 1) for r in (self.r0, self.r1))
+        (q0, p0), (q1, p1) = (
+            parted(r.reshape(len(r), -1), self.system.tangents + 1) for r in (self.r0, self.r1)
+        )
         return q0, p0, q1, p1
 
     @cached_property
@@ -144,13 +167,20 @@ class Question:
         closed = ~self.open
         held, sheared = (np.linalg.norm(r[:, :-1, closed], axis=1) for r in (self.r0, self.r1))
         pressed, swung = np.abs(self.r0[:, -1, closed]), np.abs(self.r1[:, -1, closed])
-        return float(pressed.mean() or max(held.mean(), sheared.mean(), swung.mean()) or 1.0) if closed.any() else 1.0
+        return (
+            float(pressed.mean() or max(held.mean(), sheared.mean(), swung.mean()) or 1.0)
+            if closed.any()
+            else 1.0
+        )
 
     @cached_property
     def mean_bound(self) -> float:
         """Mean friction bound at load factor 0, the unit of margins; `force` where there is no friction."""
         closed, p0 = ~self.open, self.r0[:, -1]
-        bound, size = (float((self.friction * p)[:, closed].mean()) if closed.any() else 0.0 for p in (p0, np.abs(p0)))
+        bound, size = (
+            float((self.friction * p)[:, closed].mean()) if closed.any() else 0.0
+            for p in (p0, np.abs(p0))
+        )
         return bound if bound > CONDENSATION * size else self.force  # a shear alone leaves rounding
 
     @cached_property
@@ -164,17 +194,32 @@ class Question:
         closed, f = ~self.open, self.friction
         if not closed.any():
             return 1.0
-        sheared, swung = np.linalg.norm(self.r1[:, :-1, closed], axis=1), np.abs(self.r1[:, -1, closed])
-        demand = float(sheared.mean() + (f[closed] * swung).mean()) + float(swung[:, f[closed] == 0].sum()) / closed.sum()
+        sheared, swung = (
+            np.linalg.norm(self.r1[:, :-1, closed], axis=1),
+            np.abs(self.r1[:, -1, closed]),
+        )
+        demand = (
+            float(sheared.mean() + (f[closed] * swung).mean())
+            + float(swung[:, f[closed] == 0].sum()) / closed.sum()
+        )
         size = float((f * np.abs(self.r0[:, -1]))[:, closed].mean())
         return (size or self.force) / demand if demand > 0 else 1.0
 
     @cached_property
     def node_unit(self) -> Array:
         """(N,) force unit of each node: its pressure under the mean load, or what else acts on it; of an open one the mean."""
-        (sheared, swung), (held, pressed) = ((np.linalg.norm(r[:, :-1], axis=1), np.abs(r[:, -1])) for r in (self.r1, self.r0))
-        pressure, acts = pressed.max(axis=0), np.maximum(held.max(axis=0), np.maximum(sheared, swung).max(axis=0))
-        unit = np.where(pressure > _NO_PRESSURE * self.force, pressure, np.maximum(acts, _NO_PRESSURE * self.force))
+        (sheared, swung), (held, pressed) = (
+            (np.linalg.norm(r[:, :-1], axis=1), np.abs(r[:, -1])) for r in (self.r1, self.r0)
+        )
+        pressure, acts = (
+            pressed.max(axis=0),
+            np.maximum(held.max(axis=0), np.maximum(sheared, swung).max(axis=0)),
+        )
+        unit = np.where(
+            pressure > _NO_PRESSURE * self.force,
+            pressure,
+            np.maximum(acts, _NO_PRESSURE * self.force),
+        )
         return np.where(self.open, self.force, unit)
 
     @property
@@ -186,7 +231,11 @@ class Question:
     @property
     def pattern(self) -> str:
         """Which states of the nodes an answer is about, as a part of a sentence: it says nothing of others."""
-        return " with these nodes open and the others closed" if self.open.any() else " with all nodes closed"
+        return (
+            " with these nodes open and the others closed"
+            if self.open.any()
+            else " with all nodes closed"
+        )
 
     @property
     def clearance(self) -> float:
@@ -243,30 +292,55 @@ class Question:
 
     def rested(self, slip: Array) -> Array:
         """A slip of the closed nodes with that of the open ones under the mean load."""
-        return slip if self.give is None else np.asarray(Question.states(self, 0.0, slip)[0][0, :-1].T.reshape(slip.shape))  # nothing else opens
+        return (
+            slip
+            if self.give is None
+            else np.asarray(Question.states(self, 0.0, slip)[0][0, :-1].T.reshape(slip.shape))
+        )  # nothing else opens
 
     def beyond(self, slip: Array) -> float:
         """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
         if self.most is None:
             return 0.0
         sizes = np.where(self.open, 0.0, lengths(slip, self.most))
-        return float(((sizes - self.most) / max(float(self.most.max()), float(sizes.max()), np.finfo(float).tiny)).max())
+        return float(
+            (
+                (sizes - self.most)
+                / max(float(self.most.max()), float(sizes.max()), np.finfo(float).tiny)
+            ).max()
+        )
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far a slip is from being safe: its largest violation of the contact law over the corners, or of its bound."""
-        S, gap = self.system.S, np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0))
+        S, gap = (
+            self.system.S,
+            np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0)),
+        )
         u, r = (part.reshape(len(part), -1) for part in self.instants(load_factor, slip))
-        off = off_law(self.system, self.friction, self.at_instants(load_factor) + S @ gap, u - gap, r, self.force)
+        off = off_law(
+            self.system,
+            self.friction,
+            self.at_instants(load_factor) + S @ gap,
+            u - gap,
+            r,
+            self.force,
+        )
         return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
 
 
 def pose(
-    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, simplify: bool = True, slip_bound: Any = None, strong: bool = False
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    *,
+    simplify: bool = True,
+    slip_bound: Any = None,
+    strong: bool = False,
 ) -> Question:
     """Check a limit problem and pose it with all nodes closed; `slip_bound` is one largest slip, or one per node, None for no bound.
 
-    Refused: wrong types, unknown load cases, bad friction, a bad slip bound, a mean load whose shear hides its pressure; and a shear strength unless
-    the question is `strong`, which knows it.
+    Refused: wrong types, unknown load cases, bad friction, a bad slip bound, a mean load whose
+    shear hides its pressure; and a shear strength unless the question is `strong`, which knows it.
     """
     nodes = (checked_system(system) if strong else checked_uncapped(system, "this question")).nodes
     checked_cycle(cycle)

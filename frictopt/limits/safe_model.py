@@ -39,7 +39,8 @@ def in_turn(question: F) -> F:
 class SafeModel:
     """Base of models that take constraints of the user's own: what they decide on, in the user's units.
 
-    Threads ask in turn. The unknowns hold the last answer, None where that has no slip. A copy is a new model, with unknowns of its own.
+    Threads ask in turn. The unknowns hold the last answer, None where that has no slip. A copy is a
+    new model, with unknowns of its own.
     """
 
     _given = False  # whether the load factor is
@@ -56,11 +57,21 @@ class SafeModel:
     """(K, N) normal forces at the corners, compression positive, force, for constraints of your own; 0 at open nodes."""
 
     def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        *,
+        slip_bound: ArrayLike | None = None,
+        simplify: bool = True,
+        solver: str | None = None,
     ) -> None:
-        self._asked = pose(system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound, strong=self._strong)
+        self._asked = pose(
+            system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound, strong=self._strong
+        )
         self._solver = solver
-        self._posed = partial(pose, system, cycle, simplify=simplify, slip_bound=self._asked.most, strong=self._strong)  # by its friction
+        self._posed = partial(
+            pose, system, cycle, simplify=simplify, slip_bound=self._asked.most, strong=self._strong
+        )  # by its friction
         self._turn = RLock()
         solver_order(solver, LP if system.tangents == 1 else SOCP)
         given = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
@@ -68,7 +79,10 @@ class SafeModel:
         self._f = cp.Parameter(system.nodes, nonneg=True, name="f")
         self.load_factor, self.slip = self._x.load_factor, self._x.slip
         q, p = list(self._x.q.values()), list(self._x.p.values())
-        self.q, self.p = called(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q"), called(cp.vstack(p), "p")
+        self.q, self.p = (
+            called(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q"),
+            called(cp.vstack(p), "p"),
+        )
         self._programs: dict[object, Any] = {}
 
     def __repr__(self) -> str:
@@ -76,7 +90,9 @@ class SafeModel:
 
     def __init_subclass__(cls) -> None:
         warns_of_odd_values(cls)
-        cls.__signature__ = (asked := signature(cls.__init__)).replace(parameters=[*asked.parameters.values()][1:])  # else it is that of __new__
+        cls.__signature__ = (asked := signature(cls.__init__)).replace(
+            parameters=[*asked.parameters.values()][1:]
+        )  # else it is that of __new__
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Keep what it is made of, for its copies."""
@@ -90,10 +106,19 @@ class SafeModel:
     @property
     def _unknowns(self) -> list[cp.Variable]:
         """Those that the user's constraints may be on."""
-        return [self.slip, *self._x.q.values(), *self._x.p.values()] + ([] if self._given else [self.load_factor])
+        return [self.slip, *self._x.q.values(), *self._x.p.values()] + (
+            [] if self._given else [self.load_factor]
+        )
 
     def _program(
-        self, task: Question, own: Sequence[Any], objective: Any, goal: Callable[[Program], cp.Problem], name: str, unit: float, **listing: Any
+        self,
+        task: Question,
+        own: Sequence[Any],
+        objective: Any,
+        goal: Callable[[Program], cp.Problem],
+        name: str,
+        unit: float,
+        **listing: Any,
     ) -> Program:
         """The program of a goal, maybe with constraints and an objective of the user's own; compiled once for all frictions."""
         key = name, task.open.tobytes(), objective is None, *map(id, own), id(objective)
@@ -105,12 +130,19 @@ class SafeModel:
                 listed.rows += self._rested(task)
             problem = goal(listed)
             if objective is not None:
-                problem = cp.Problem(cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints)
-            for old in list(self._programs)[:-1]:  # two at a time, with own rows and without: each has dense matrices
+                problem = cp.Problem(
+                    cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints
+                )
+            for old in list(self._programs)[
+                :-1
+            ]:  # two at a time, with own rows and without: each has dense matrices
                 del self._programs[old]
             self._programs[key] = listed.compiled(problem, unit)
         program: Program = self._programs[key]
-        for place, part in (*program.own.items(), *[("objective", objective)] * (objective is not None)):
+        for place, part in (
+            *program.own.items(),
+            *[("objective", objective)] * (objective is not None),
+        ):
             check_values(place, part)  # which may be others than when it was compiled
         program.ask(task, unit)
         return program
@@ -120,22 +152,34 @@ class SafeModel:
         t = task.system.tangents * task.system.nodes
         out = np.tile(task.open, task.system.tangents)
         still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
-        moved, chosen, slip = cp.Variable(len(still), name="v_r"), named(np.eye(t)[out], "open"), vec(self.slip)
+        moved, chosen, slip = (
+            cp.Variable(len(still), name="v_r"),
+            named(np.eye(t)[out], "open"),
+            vec(self.slip),
+        )
         follows = chosen @ slip == named(still, "v0") + moved + more
         return [defines(moved, named(task.moved(out, 0), "V") @ slip), follows.set_label("open")]
 
     def _shown(self, answer: A, **more: Array | float) -> A:
         """An answer, whose values stand in the user's unknowns from now on."""
         q, p = answer.reactions
-        values = {self.slip: answer.slip, **{self._x.q[k]: q[k] for k in self._x.q}, **{self._x.p[k]: p[k] for k in self._x.p}}
+        values = {
+            self.slip: answer.slip,
+            **{self._x.q[k]: q[k] for k in self._x.q},
+            **{self._x.p[k]: p[k] for k in self._x.p},
+        }
         for variable, value in {**values, self.load_factor: answer.load_factor}.items():
-            variable.save_value(np.asarray(value) if np.isfinite(value).all() else None)  # cvxpy refuses nan
+            variable.save_value(
+                np.asarray(value) if np.isfinite(value).all() else None
+            )  # cvxpy refuses nan
         return answer
 
 
 def checked_objective(objective: Any, known: Sequence[cp.Variable]) -> cp.Expression:
     """An objective of the user's own, to be largest."""
     if not isinstance(objective, cp.Expression) or objective.size != 1:
-        raise ModelError(f"objective: {shown(objective)}; give a scalar cvxpy expression to be largest, of slip, load_factor, q and p")
+        raise ModelError(
+            f"objective: {shown(objective)}; give a scalar cvxpy expression to be largest, of slip, load_factor, q and p"
+        )
     check_rows("objective", cp.Variable() <= objective, {variable.id for variable in known})
     return cp.reshape(objective, (), order="C")

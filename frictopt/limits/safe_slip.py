@@ -27,7 +27,9 @@ from .safe_model import SafeModel, in_turn
 from .shakedown import ShakedownLimit, ShakedownModel
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
-_NO_MARGIN = ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
+_NO_MARGIN = (
+    ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,18 +41,22 @@ class SafeSlip(Proven):
     load_factor
         The load factor that was asked for.
     slip
-        (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least unsafe one if none is safe). See `largest_slip`.
+        (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least
+        unsafe one if none is safe). See `largest_slip`.
     margin
-        Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds at load factor 0 (gaps shut), at most 1; negative: none is
-        safe. At nodes with friction below 0.01 a tension counts as well, as if it were 0.01; with open nodes their gap, in what the mean friction
-        bound does to the mean normal stiffness. Nodes that just touch where they open or close (`events`) have none.
+        Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds at load
+        factor 0 (gaps shut), at most 1; negative: none is safe. At nodes with friction below 0.01 a
+        tension counts as well, as if it were 0.01; with open nodes their gap, in what the mean
+        friction bound does to the mean normal stiffness. Nodes that just touch where they open or
+        close (`events`) have none.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of: the shortfall of the slip's reserve, recomputed, and the distance of
-        `bound`.
+        How it was found. Its `residual`, at most 1e-9, is the largest of: the shortfall of the
+        slip's reserve, recomputed, and the distance of `bound`.
     constraints
-        Names of the constraints of your own: slip, margin and margin bound are those of the program with them.
+        Names of the constraints of your own: slip, margin and margin bound are those of the program
+        with them.
     problem
         The solved cvxpy problem. A later solve of the same `SafeSlipModel` overwrites its values.
 
@@ -81,14 +87,22 @@ class SafeSlip(Proven):
     def reason(self) -> str:
         """What the slip does, or why there is none: which nodes stay open, or which way the mean load pulls."""
         task, bound = self._task, [] if self._task.most is None else ["the slip bound"]
-        within = f" within {' and '.join([*bound, *self.constraints])}" if bound or self.constraints else ""
+        within = (
+            f" within {' and '.join([*bound, *self.constraints])}"
+            if bound or self.constraints
+            else ""
+        )
         opened = int(self.open.sum())
         if self.exists:
             if moving := self.events["node"].nunique():
                 return f"this slip{within} keeps all nodes stuck while they are closed; {moving} of them open and close in each cycle (events)"
             others = f"the {self.system.nodes - opened} closed nodes" if opened else "every node"
             return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
-        left = f" with all nodes closed, or with the {opened} open that the search finds; with others open one may be" if opened else task.pattern
+        left = (
+            f" with all nodes closed, or with the {opened} open that the search finds; with others open one may be"
+            if opened
+            else task.pattern
+        )
         mean = unscaled_diagnosis(task.system, task.cycle, task.friction)
         return f"no residual slip{within} is safe at this load factor{left}; shakedown_limit says which have one; without residual slip {mean}"
 
@@ -96,13 +110,23 @@ class SafeSlip(Proven):
     def certificate(self) -> pd.DataFrame | None:
         """Why no slip is safe (Farkas's lemma); None if one is, and under constraints of your own.
 
-        A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the loads, while no residual slip does work
-        on them, or with a slip bound too little. Under constraints of your own such slips alone prove nothing: `bound` covers all.
+        A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the
+        loads, while no residual slip does work on them, or with a slip bound too little. Under
+        constraints of your own such slips alone prove nothing: `bound` covers all.
         """
-        return None if self.exists or self.constraints else self._motion.table(self.system, self.cycle.corner_names)
+        return (
+            None
+            if self.exists or self.constraints
+            else self._motion.table(self.system, self.cycle.corner_names)
+        )
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
-        return "safe residual slip", self.margin, self._motion.table(self.system, self.cycle.corner_names), self.reason
+        return (
+            "safe residual slip",
+            self.margin,
+            self._motion.table(self.system, self.cycle.corner_names),
+            self.reason,
+        )
 
 
 class SafeSlipModel(SafeModel):
@@ -128,33 +152,68 @@ class SafeSlipModel(SafeModel):
     """The margin, see `SafeSlip`, a cvxpy variable for constraints of your own."""
 
     def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, *, slip_bound: ArrayLike | None = None, simplify: bool = True, solver: str | None = None
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        *,
+        slip_bound: ArrayLike | None = None,
+        simplify: bool = True,
+        solver: str | None = None,
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._shakedown = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = None  # what was asked last, and the limit then
+        self._shakedown = ShakedownModel(
+            system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
+        )
+        self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = (
+            None  # what was asked last, and the limit then
+        )
         self.margin = cp.Variable(name="margin")
-        self._spare, self._press = (cp.Parameter(system.nodes, nonneg=True, name=name) for name in ("mean_bound", "mean_pressure"))
+        self._spare, self._press = (
+            cp.Parameter(system.nodes, nonneg=True, name=name)
+            for name in ("mean_bound", "mean_pressure")
+        )
         self._apart = cp.Parameter(nonneg=True, name="clearance")
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
         return [*super()._unknowns, self.margin]
 
-    def _safe(self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()) -> SafeSlip:
+    def _safe(
+        self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()
+    ) -> SafeSlip:
         """The slip with the largest margin, with given nodes open."""
 
         def friction(x: models.Unknowns, corners: list[int]) -> list[Row]:
-            spare, press = (dict.fromkeys(corners, models.times(self.margin, unit)) for unit in (self._spare, self._press))
+            spare, press = (
+                dict.fromkeys(corners, models.times(self.margin, unit))
+                for unit in (self._spare, self._press)
+            )
             return models.inside(x, self._f, corners, spare, press, self.margin * self._apart)
 
-        self._spare.value, self._press.value = task.mean_bound * ~task.open, task.mean_pressure * ~task.open
+        self._spare.value, self._press.value = (
+            task.mean_bound * ~task.open,
+            task.mean_pressure * ~task.open,
+        )
         self._apart.value, self.load_factor.value = task.clearance, load_factor
-        program = self._program(task, own, None, lambda each: models.safe_slip(self.margin, each.rows), "safe slip", 1.0, friction=friction)
+        program = self._program(
+            task,
+            own,
+            None,
+            lambda each: models.safe_slip(self.margin, each.rows),
+            "safe slip",
+            1.0,
+            friction=friction,
+        )
         try:
-            claim, record = program.chain.solve(lambda: judged(program, self.margin, load_factor), self._solver)
+            claim, record = program.chain.solve(
+                lambda: judged(program, self.margin, load_factor), self._solver
+            )
         except NoOptimum:
-            ruling = () if not own or not (none := program.chain.contradiction()) else program.ruling(none.ruling)
+            ruling = (
+                ()
+                if not own or not (none := program.chain.contradiction())
+                else program.ruling(none.ruling)
+            )
             if ruling:
                 asked = f"no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it"
                 raise ModelError(f"{', '.join(ruling)}: {asked}") from None
@@ -164,7 +223,13 @@ class SafeSlipModel(SafeModel):
     @warns_of_odd_values
     @in_turn
     def solve(
-        self, friction: ArrayLike, load_factor: float, constraints: Sequence[cp.Constraint] = (), *, events: bool = False, progress: bool = True
+        self,
+        friction: ArrayLike,
+        load_factor: float,
+        constraints: Sequence[cp.Constraint] = (),
+        *,
+        events: bool = False,
+        progress: bool = True,
     ) -> SafeSlip:
         """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
 
@@ -173,19 +238,30 @@ class SafeSlipModel(SafeModel):
         friction, load_factor, events, progress
             See `safe_slip`.
         constraints
-            cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see `ShakedownModel.solve`; `bound` and `residual` cover them.
+            cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see
+            `ShakedownModel.solve`; `bound` and `residual` cover them.
 
         Raises
         ------
         ModelError, SolverError
-            As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load; constraints that no slip obeys, safe or not.
+            As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load;
+            constraints that no slip obeys, safe or not.
         """
         with bar_of(progress, "safe slip"):
-            safe = self.of_pattern(self._posed(friction), load_factor, listed("constraints", constraints), events)
+            safe = self.of_pattern(
+                self._posed(friction), load_factor, listed("constraints", constraints), events
+            )
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
-    def of_pattern(self, task: Question, load_factor: float, own: Sequence[Row] = (), events: bool = False, enough: float = np.inf) -> SafeSlip:
+    def of_pattern(
+        self,
+        task: Question,
+        load_factor: float,
+        own: Sequence[Row] = (),
+        events: bool = False,
+        enough: float = np.inf,
+    ) -> SafeSlip:
         """The slip with all nodes closed; where none is safe, with those open of the best limit or the first that is `enough`, or events."""
         check_events(events, task, bool(own))
         load_factor = finite_number("load_factor", load_factor, least=0.0)
@@ -197,8 +273,12 @@ class SafeSlipModel(SafeModel):
             )
 
         try:
-            safe = None if own else self._safe(task, load_factor)  # own constraints may contradict each other where all nodes are closed
-        except SolverError:  # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is safe
+            safe = (
+                None if own else self._safe(task, load_factor)
+            )  # own constraints may contradict each other where all nodes are closed
+        # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is
+        # safe
+        except SolverError:
             safe = None
         if safe is None or not safe.exists:
             limit = self._limit(task, load_factor, enough)
@@ -208,7 +288,10 @@ class SafeSlipModel(SafeModel):
                 safe = self._safe(rest, load_factor, own)
             if events and not safe.exists:
                 limit = self._shakedown.of_any_order(limit, load_factor)
-                if isinstance(limit._task, LiftOff) and limit.least <= load_factor <= limit.load_factor:
+                if (
+                    isinstance(limit._task, LiftOff)
+                    and limit.least <= load_factor <= limit.load_factor
+                ):
                     safe = self._in_order(limit._task, load_factor)
         return safe
 
@@ -221,18 +304,30 @@ class SafeSlipModel(SafeModel):
 
     def _in_order(self, asked: LiftOff, load_factor: float) -> SafeSlip:
         """The slip with the largest margin, with nodes that open and close in a given order. What just touches has nothing to spare."""
-        margin, given = cp.Variable(name="margin"), cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
+        margin, given = (
+            cp.Variable(name="margin"),
+            cp.Parameter(nonneg=True, name="load_factor", value=load_factor),
+        )
         spare, press = dict[int, cp.Expression](), dict[int, cp.Expression]()
         for m, stuck in enumerate(asked.statuses[0]):
-            spare[m] = models.times(margin, models.named(asked.mean_bound * stuck, f"mean_bound[{m}]"))
-            press[m] = models.times(margin, models.named(asked.mean_pressure * stuck, f"mean_pressure[{m}]"))
+            spare[m] = models.times(
+                margin, models.named(asked.mean_bound * stuck, f"mean_bound[{m}]")
+            )
+            press[m] = models.times(
+                margin, models.named(asked.mean_pressure * stuck, f"mean_pressure[{m}]")
+            )
         apart = models.times(margin, models.named(asked.clearance, "clearance"))
 
         def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int]) -> list[Row]:
             return models.inside(x, f, instants, spare, press, apart)
 
-        program = Ordered(asked, lambda each: models.safe_slip(margin, each.rows), 1.0, friction, given)
-        return answered(*program.chain.solve(lambda: judged(program, margin, load_factor), self._solver), program)
+        program = Ordered(
+            asked, lambda each: models.safe_slip(margin, each.rows), 1.0, friction, given
+        )
+        return answered(
+            *program.chain.solve(lambda: judged(program, margin, load_factor), self._solver),
+            program,
+        )
 
 
 @warns_of_odd_values
@@ -257,7 +352,8 @@ def safe_slip(
     load_factor
         Load factor, >= 0.
     events
-        Whether nodes may also open and close in each cycle, see `shakedown_limit`, where no slip is safe with nodes that stay as they are.
+        Whether nodes may also open and close in each cycle, see `shakedown_limit`, where no slip is
+        safe with nodes that stay as they are.
 
     Raises
     ------
@@ -272,7 +368,9 @@ def safe_slip(
     False
     """
     with bar_of(progress, "safe slip"):
-        model = SafeSlipModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        model = SafeSlipModel(
+            system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
+        )
         return model.of_pattern(model._posed(friction), load_factor, events=events)
 
 
@@ -282,9 +380,21 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     (u, r), (stuck, opened) = task.instants(load_factor, slip), task.statuses
     q, p = np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
     held = np.minimum((task.friction * p - q) / task.mean_bound, p / task.mean_pressure)
-    reserve = min(np.min(held, where=stuck, initial=np.inf), np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)
+    reserve = min(
+        np.min(held, where=stuck, initial=np.inf),
+        np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance,
+    )
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
     off = task.violation(load_factor, slip) if task.events else 0.0
     residual = np.max([gap, value - reserve, off, task.beyond(slip), program.own_violation])
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
-    return SafeSlip(load_factor, slip, record, task, program.motion, value, proof.bound + proof.defect, constraints=tuple(program.own))
+    return SafeSlip(
+        load_factor,
+        slip,
+        record,
+        task,
+        program.motion,
+        value,
+        proof.bound + proof.defect,
+        constraints=tuple(program.own),
+    )

@@ -20,7 +20,11 @@ from .question import Question, pose
 def furthest(task: Question, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
     """For each direction (t N,) of tractions over their units, the safe slip that goes furthest, length; None without an end, or if none is safe."""
     unit, found = np.tile(task.node_unit, task.system.tangents), list[Array | None]()
-    x = unknowns(task.system.slip_shape, range(len(task.r1)), cp.Parameter(nonneg=True, name="load_factor", value=load_factor))
+    x = unknowns(
+        task.system.slip_shape,
+        range(len(task.r1)),
+        cp.Parameter(nonneg=True, name="load_factor", value=load_factor),
+    )
     direction = cp.Parameter(len(unit), name="direction", value=np.zeros(len(unit)))
     program = listed_rows(task, x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
     program.compiled(models.furthest(x, direction, program.rows), task.force)
@@ -39,7 +43,9 @@ def furthest(task: Question, load_factor: float, directions: Iterable[Array]) ->
 
 
 @warns_of_odd_values
-def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any) -> Array:
+def safe_vertices(
+    system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any
+) -> Array:
     """Vertices of the safe slips at a load factor: for each direction, the safe slip whose tractions go furthest along it, with all nodes closed.
 
     Parameters
@@ -49,13 +55,15 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     load_factor
         Load factor, >= 0.
     directions
-        (D, N), in space (D, N, 2), directions in the space of the nodal tractions over the mean pressures. Where the body may slide as a whole, as
-        many components as there are such slides carry no traction of their own, and do not count.
+        (D, N), in space (D, N, 2), directions in the space of the nodal tractions over the mean
+        pressures. Where the body may slide as a whole, as many components as there are such slides
+        carry no traction of their own, and do not count.
 
     Returns
     -------
     Array
-        (d, N) or (d, N, 2) slips, length; d = 0 where no slip is safe. Directions in which the safe slips have no end give none.
+        (d, N) or (d, N, 2) slips, length; d = 0 where no slip is safe. Directions in which the safe
+        slips have no end give none.
 
     Raises
     ------
@@ -71,8 +79,15 @@ def safe_vertices(system: ContactSystem, cycle: LoadCycle, friction: Any, load_f
     >>> fo.starts.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
     (2, 2)
     """
-    factor, task = finite_number("load_factor", load_factor, least=0.0), pose(system, cycle, friction, simplify=False)
+    factor, task = (
+        finite_number("load_factor", load_factor, least=0.0),
+        pose(system, cycle, friction, simplify=False),
+    )
     given = finite_array("directions", directions, (None, *system.slip_shape))
-    along = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(len(given), system.nodes * system.tangents)
+    along = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(
+        len(given), system.nodes * system.tangents
+    )
     found = furthest(task, factor, along)
-    return frozen(np.reshape([slip for slip in found if slip is not None], (-1, *system.slip_shape)))
+    return frozen(
+        np.reshape([slip for slip in found if slip is not None], (-1, *system.slip_shape))
+    )

@@ -1,5 +1,6 @@
 """The shakedown limit: the largest load factor at which some residual slip keeps every node closed and stuck at every corner of the load cycle."""
-# One file because the answer, the model that asks for it and the judge that makes it name each other.
+# One file because the answer, the model that asks for it and the judge that makes it name each
+# other.
 
 from __future__ import annotations
 
@@ -15,7 +16,20 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import GROWN, RESIDUAL, ROUNDING, Array, LimitKind, SolveRecord, bar_of, finite_number, frame, frozen, listed, warns_of_odd_values
+from ..base import (
+    GROWN,
+    RESIDUAL,
+    ROUNDING,
+    Array,
+    LimitKind,
+    SolveRecord,
+    bar_of,
+    finite_number,
+    frame,
+    frozen,
+    listed,
+    warns_of_odd_values,
+)
 from ..base.checks import flags
 from ..contact import ContactSystem, LoadCycle, lengths
 from ..contact.diagnosis import growth_diagnosis, in_contact
@@ -40,34 +54,42 @@ _ALL = 1e-6  # relative distance from the bound of all states up to which the li
 class ShakedownLimit(Rated):
     """The shakedown limit with its proof from both sides, for one pattern of nodes that stay closed or `open`, see `covers`.
 
-    The pattern is the best that a local search near the settled mean load finds. Asked with events, it also has nodes that open and close in each
-    cycle, see `events`. With others open, or in another order, a contact may rest above it. Theory, eq. (8).
+    The pattern is the best that a local search near the settled mean load finds. Asked with events,
+    it also has nodes that open and close in each cycle, see `events`. With others open, or in
+    another order, a contact may rest above it. Theory, eq. (8).
 
     Attributes
     ----------
     load_factor, kind
-        lambda_2, the largest load factor with a safe slip; inf if all have one from some load factor on, nan if none has one. `kind` says which.
+        lambda_2, the largest load factor with a safe slip; inf if all have one from some load
+        factor on, nan if none has one. `kind` says which.
     least
-        The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It is above 0 where the mean load alone leaves no
-        safe slip and the corners press; then load factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens for
-        ever. Proven like the limit, also under a slip bound and constraints of your own; just above it others than `open` may be the open nodes.
-        NaN where nothing is safe, where rounding hides it (`reason` says so), and with an objective.
+        The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It
+        is above 0 where the mean load alone leaves no safe slip and the corners press; then load
+        factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens
+        for ever. Proven like the limit, also under a slip bound and constraints of your own; just
+        above it others than `open` may be the open nodes. NaN where nothing is safe, where rounding
+        hides it (`reason` says so), and with an objective.
     slip
-        (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is not finite. See `largest_slip`. Nodes of `open`
-        have the slip that the mean load gives them.
+        (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is
+        not finite. See `largest_slip`. Nodes of `open` have the slip that the mean load gives them.
     bound
-        Upper bound of the limit with the same nodes open, not of others, from the mechanism alone, or with constraints of your own from all
-        multipliers, theirs too; equals `load_factor` up to `residual`.
+        Upper bound of the limit with the same nodes open, not of others, from the mechanism alone,
+        or with constraints of your own from all multipliers, theirs too; equals `load_factor` up to
+        `residual`.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the contact law by `slip` at the corners, and the
-        relative distance of `bound`; without a finite limit, that of the proof; and the same two of `least` where it is above 0.
+        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the
+        contact law by `slip` at the corners, and the relative distance of `bound`; without a finite
+        limit, that of the proof; and the same two of `least` where it is above 0.
     constraints
-        Names of the constraints of your own, and "objective" for an objective: slip, residual and dual bound are those of the program with them.
+        Names of the constraints of your own, and "objective" for an objective: slip, residual and
+        dual bound are those of the program with them.
     objective
-        Largest value of an objective of your own; None without. Then `load_factor` is the one that it chooses, `bound` is an upper bound of the
-        objective, and `friction_rate` is its rate.
+        Largest value of an objective of your own; None without. Then `load_factor` is the one that
+        it chooses, `bound` is an upper bound of the objective, and `friction_rate` is its rate.
     problem
-        The solved cvxpy problem, in your units. A later solve of the same `ShakedownModel` overwrites its values.
+        The solved cvxpy problem, in your units. A later solve of the same `ShakedownModel`
+        overwrites its values.
 
     Examples
     --------
@@ -88,7 +110,9 @@ class ShakedownLimit(Rated):
     bound: float
     least: float = np.nan
     objective: float | None = None
-    _why: str = ""  # there is no largest safe load factor; or a reason that stands for the usual one
+    _why: str = (
+        ""  # there is no largest safe load factor; or a reason that stands for the usual one
+    )
 
     @cached_property
     def reason(self) -> str:
@@ -96,7 +120,11 @@ class ShakedownLimit(Rated):
         task, least, growth = self._task, self.least, self.kind is LimitKind.UNBOUNDED
         if self._why and not growth:
             return self._opened + self._why + self._border
-        within, more = ("", "") if task.most is None else (" within the slip bound", "a larger slip_bound may leave one; ")
+        within, more = (
+            ("", "")
+            if task.most is None
+            else (" within the slip bound", "a larger slip_bound may leave one; ")
+        )
         slip, start, below = f"residual slip{within}", "", ""
         slip += f" that obeys {', '.join(self.constraints)}" * bool(self.constraints)
         if not self.load_factor > 0 or (least > 0 and not self.constraints):
@@ -104,7 +132,10 @@ class ShakedownLimit(Rated):
         if not self.load_factor > 0:
             node, above = self._ruling, " above 0" * (self.kind is LimitKind.FINITE)
             where = in_contact(task.system, node)
-            sheared, single = self._motion.size[:, node].max() > ROUNDING * np.abs(self._motion.moves).max(), set(self.mechanism["node"]) == {node}
+            sheared, single = (
+                self._motion.size[:, node].max() > ROUNDING * np.abs(self._motion.moves).max(),
+                set(self.mechanism["node"]) == {node},
+            )
             if above and task.friction[node] == 0 and sheared:
                 more = f"node {node}{where} has no friction, and the cyclic load shears it"
             elif above and single and np.abs(task.r0[:, -1, node]).max() <= ROUNDING * task.force:
@@ -112,14 +143,20 @@ class ShakedownLimit(Rated):
             return f"{self._opened}no {slip} is safe at any load factor{above}{task.pattern}: {more}{self._border}"
         if least > 0:
             alone = f"{task.pattern[1:]} " * growth  # else it is said with the limit
-            start, below = f" from {least:.6g} on", f"; {alone}none is safe below {least:.6g}" + ("" if self.constraints else f": {more}")
+            start, below = (
+                f" from {least:.6g} on",
+                f"; {alone}none is safe below {least:.6g}"
+                + ("" if self.constraints else f": {more}"),
+            )
         if np.isnan(least):
             start = " from some on"
             below = "; rounding hides from where on: take friction further from its critical value, or loads of like size"
         if growth:
             why = f"; {self._why}" if self._why else ""
             return f"{self._opened}the shakedown limit is infinite: every load factor{start} has a safe {slip}{why}{below}"
-        rest = "; with others open it may be higher" * bool(self.open.any()) + "; the dual bound covers them" * bool(self.constraints)
+        rest = "; with others open it may be higher" * bool(
+            self.open.any()
+        ) + "; the dual bound covers them" * bool(self.constraints)
         if self._task.static and not self.constraints:
             rest += "; under this static load it may open nodes and rest above it, up to where a body slides off (bound_for_all)"
         return f"{self._opened}no {slip} is safe above it{task.pattern}{rest}{below}{self._border}"
@@ -130,14 +167,17 @@ class ShakedownLimit(Rated):
         if self._task.events:
             return f"states of rest{self._task.pattern}; with others, or in another order, the contact may rest above it"
         opened = int(self.open.sum())
-        states = f"these {opened} nodes open and the others closed" if opened else "all nodes closed"
+        states = (
+            f"these {opened} nodes open and the others closed" if opened else "all nodes closed"
+        )
         return f"states of rest with {states} all through the cycle; with others open, or nodes that open and close, the contact may rest above it"
 
     @cached_property
     def bound_for_all(self) -> float:
         """Load factor above which no state of rest exists, from no start, whatever opens: `bound` of `gross_slip`; 0 where the mean load slides off.
 
-        Inf where supports hold the bodies: then nothing bounds the states that `covers` leaves out. SolverError if no solver's answer passes.
+        Inf where supports hold the bodies: then nothing bounds the states that `covers` leaves out.
+        SolverError if no solver's answer passes.
         """
         most = statics_alone(self.system, self.cycle, self.friction)
         return 0.0 if np.isnan(most) else most
@@ -150,10 +190,12 @@ class ShakedownLimit(Rated):
     def stays_closed(self, load_factor: float) -> bool:
         """Whether it is proven that no start with all nodes closed opens one, at any load of the cycle up to a load factor, whatever slips.
 
-        Then no such start comes to rest between the limit with all nodes closed and this load factor. A contact's path is continuous, and no slip
-        that obeys `|q| <= f p` leaves a node without pressure: one convex program for each node (theory, "What is proven for which states"). False
-        where nothing is proven: a node may open, or only rounding speaks against it; with nodes that stay open, and where fixed parts of the cycle
-        differ. ModelError for a bad load factor.
+        Then no such start comes to rest between the limit with all nodes closed and this load
+        factor. A contact's path is continuous, and no slip that obeys `|q| <= f p` leaves a node
+        without pressure: one convex program for each node (theory, "What is proven for which
+        states"). False where nothing is proven: a node may open, or only rounding speaks against
+        it; with nodes that stay open, and where fixed parts of the cycle differ. ModelError for a
+        bad load factor.
 
         Examples
         --------
@@ -170,8 +212,9 @@ class ShakedownLimit(Rated):
     def apart(self) -> float:
         """Largest distance of the slip from the one that the mean load leaves, from no slip, length; NaN where the limit is not finite.
 
-        Where it is far larger than what assembly can leave, plain starts do not lead to the state of rest: it needs `slip` itself. NoContinuation or
-        SolverError if the mean load comes to no state.
+        Where it is far larger than what assembly can leave, plain starts do not lead to the state
+        of rest: it needs `slip` itself. NoContinuation or SolverError if the mean load comes to no
+        state.
         """
         from ..transients.march import mean_state  # here, because a closed contact needs none
 
@@ -182,7 +225,15 @@ class ShakedownLimit(Rated):
     def _ruling(self) -> int:
         """The node that moves most in the mechanism."""
         motion = self._motion
-        return int(np.where(self._task.open if motion.open is None else motion.open, 0.0, motion.size + motion.opening).sum(axis=0).argmax())
+        return int(
+            np.where(
+                self._task.open if motion.open is None else motion.open,
+                0.0,
+                motion.size + motion.opening,
+            )
+            .sum(axis=0)
+            .argmax()
+        )
 
     @property
     def _border(self) -> str:
@@ -193,13 +244,18 @@ class ShakedownLimit(Rated):
         if task.give is not None:
             return border(task.system, task.open, node, self.reactions[1])
         pulled = self._rated and task.r0[:, -1, node].max() < 0
-        return f"; residual slip alone presses node {node}{in_contact(task.system, node)}, which governs" if pulled else ""
+        return (
+            f"; residual slip alone presses node {node}{in_contact(task.system, node)}, which governs"
+            if pulled
+            else ""
+        )
 
     @cached_property
     def mechanism(self) -> pd.DataFrame:
         """Which nodes limit the load, largest share of the slip first: one of several proofs, as of a symmetric contact.
 
-        Columns node, x, corner, its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
+        Columns node, x, corner, its loads, direction (+1 slips along +x, -1 against it; in space
+        slip1 and slip2), share.
         """
         return self._motion.table(self.system, self._task.names)
 
@@ -207,7 +263,8 @@ class ShakedownLimit(Rated):
     def friction_rate(self) -> Array:
         """(N,) rate of the limit with the friction coefficient of each node (their sum: with one coefficient for all).
 
-        Where the mechanism is not unique the limit has a kink, and this is one of its supergradients. NaN without a finite limit.
+        Where the mechanism is not unique the limit has a kink, and this is one of its
+        supergradients. NaN without a finite limit.
         """
         return frozen(self._by_friction)
 
@@ -219,29 +276,57 @@ class ShakedownLimit(Rated):
         Raises
         ------
         ModelError, SolverError
-            Bad load factor; a limit that is not finite, with events, under a slip bound, or under constraints of your own, which proves nothing of
-            other slips; multipliers that do not balance to the tolerance.
+            Bad load factor; a limit that is not finite, with events, under a slip bound, or under
+            constraints of your own, which proves nothing of other slips; multipliers that do not
+            balance to the tolerance.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         if self._task.events:
-            raise ModelError("least_slip: nodes open and close at the limit, whose multipliers bound no slip; ask shakedown_limit without events")
+            raise ModelError(
+                "least_slip: nodes open and close at the limit, whose multipliers bound no slip; ask shakedown_limit without events"
+            )
         if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
-            asked = f"load factor {self.load_factor:g}" + (" under constraints on the slip" if np.isfinite(self.load_factor) else "")
-            raise ModelError(f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints")
+            asked = f"load factor {self.load_factor:g}" + (
+                " under constraints on the slip" if np.isfinite(self.load_factor) else ""
+            )
+            raise ModelError(
+                f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints"
+            )
         return least_slip(self._task, self._motion, self.bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its safe slip at the limit, largest `|q| / (f p)` over the corners where it carries something."""
         ratio = self.traction_ratios
-        ratio = np.where(np.isnan(ratio), 0.0, ratio).max(axis=0) if np.isfinite(self.load_factor) else ratio[0]
+        ratio = (
+            np.where(np.isnan(ratio), 0.0, ratio).max(axis=0)
+            if np.isfinite(self.load_factor)
+            else ratio[0]
+        )
         return frame({**self._places(), "traction_ratio": ratio}, units=self.system.units)
 
     def _answer(self) -> Mapping[str, object]:
         chosen = () if self.objective is None else ("objective",)
-        return {name: getattr(self, name) for name in ("load_factor", "least", "kind", *chosen, "bound", "largest_slip", "residual", "reason")}
+        return {
+            name: getattr(self, name)
+            for name in (
+                "load_factor",
+                "least",
+                "kind",
+                *chosen,
+                "bound",
+                "largest_slip",
+                "residual",
+                "reason",
+            )
+        }
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
-        return "shakedown limit", self.load_factor if self.objective is None else self.objective, self.mechanism, self.reason
+        return (
+            "shakedown limit",
+            self.load_factor if self.objective is None else self.objective,
+            self.mechanism,
+            self.reason,
+        )
 
 
 def upper_bound(proof: Proof, above: float = -np.inf) -> float:
@@ -260,13 +345,15 @@ class ShakedownModel(SafeModel):
     system, cycle
         The contact and its load cycle.
     slip_bound
-        Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound. A slide of the whole body counts:
-        where nothing resists one, the program chooses it.
+        Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound.
+        A slide of the whole body counts: where nothing resists one, the program chooses it.
     simplify
-        Leave out what cannot change the answer: corners within the hull of the others, and in the plane rows that others stand for.
+        Leave out what cannot change the answer: corners within the hull of the others, and in the
+        plane rows that others stand for.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL", "INTERIOR_POINT", which for large contacts comes first);
-        by default each in this order until an answer passes.
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL",
+        "INTERIOR_POINT", which for large contacts comes first); by default each in this order until
+        an answer passes.
 
     Raises
     ------
@@ -306,32 +393,43 @@ class ShakedownModel(SafeModel):
         friction, open, events, progress
             See `shakedown_limit`.
         constraints
-            cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units, and on variables of your own. They are linear, or
-            of abs, max, norms and the like: the multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover them. The
-            nodes that stay open are those of the limit without them: q and p are 0 there, and the slip is that under the mean load.
+            cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
+            and on variables of your own. They are linear, or of abs, max, norms and the like: the
+            multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover
+            them. The nodes that stay open are those of the limit without them: q and p are 0 there,
+            and the slip is that under the mean load.
         objective
-            What shall be largest over the safe slips, instead of the load factor: a concave cvxpy expression on the same, of the same forms, such as
-            `model.load_factor - 0.1 * cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
+            What shall be largest over the safe slips, instead of the load factor: a concave cvxpy
+            expression on the same, of the same forms, such as `model.load_factor - 0.1 *
+            cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
 
         Raises
         ------
         ModelError, SolverError
-            Bad friction; open nodes that the others do not hold; constraints that are not convex, need other cones, or are on another model; such an
-            objective, or one without a largest value; no solver gave an answer that passes the checks.
+            Bad friction; open nodes that the others do not hold; constraints that are not convex,
+            need other cones, or are on another model; such an objective, or one without a largest
+            value; no solver gave an answer that passes the checks.
         """
         own = listed("constraints", constraints)
         with bar_of(progress, "shakedown limit"):
             return self._shown(self.of_pattern(self._posed(friction), open, events, own, objective))
 
     def of_pattern(
-        self, task: Question, open: Any, events: bool, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None
+        self,
+        task: Question,
+        open: Any,
+        events: bool,
+        own: Sequence[cp.Constraint] = (),
+        objective: cp.Expression | None = None,
     ) -> ShakedownLimit:
         """The limit with given nodes open; or of the best pattern that is found, maybe with nodes that open and close in each cycle."""
         check_events(events, task, bool(own) or objective is not None or open is not None)
         if open is not None:
             rest = with_open(task, flags("open", open, len(task.open)))
             if rest is None or rest.open.all():
-                raise ModelError("open: too few closed nodes, or none, would hold the open ones; leave more nodes closed")
+                raise ModelError(
+                    "open: too few closed nodes, or none, would hold the open ones; leave more nodes closed"
+                )
             return self.of_set(rest, own, objective)
         limit = self.of_any_set(task, own, objective)
         return self.of_any_order(limit) if events else limit
@@ -342,7 +440,10 @@ class ShakedownModel(SafeModel):
         def of_order(asked: LiftOff, above: float) -> ShakedownLimit:
             program = Ordered(asked, lambda each: shakedown(each.x, each.rows), asked.load_unit)
             claim, record = program.chain.solve(
-                partial(judged, program, above=above), self._solver, no_optimum=partial(every_load_is_safe, program), above=above
+                partial(judged, program, above=above),
+                self._solver,
+                no_optimum=partial(every_load_is_safe, program),
+                above=above,
             )
             return answered(claim, record, program)
 
@@ -350,7 +451,12 @@ class ShakedownModel(SafeModel):
         return limit
 
     def of_any_set(
-        self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, at: float = np.inf, enough: float = np.inf
+        self,
+        task: Question,
+        own: Sequence[cp.Constraint] = (),
+        objective: cp.Expression | None = None,
+        at: float = np.inf,
+        enough: float = np.inf,
     ) -> ShakedownLimit:
         """The limit of the best pattern of open nodes that the search finds, see `best_pattern`; with all closed where none wants to open."""
         if own or objective is not None:  # which change no pattern
@@ -367,13 +473,24 @@ class ShakedownModel(SafeModel):
         return best
 
     def of_set(
-        self, task: Question, own: Sequence[cp.Constraint] = (), objective: cp.Expression | None = None, above: float = -np.inf
+        self,
+        task: Question,
+        own: Sequence[cp.Constraint] = (),
+        objective: cp.Expression | None = None,
+        above: float = -np.inf,
     ) -> ShakedownLimit:
         """The limit with given nodes open; a SolverError once it is proven not to be `above` a load factor."""
         unit = task.load_unit if objective is None else 1.0
-        program = self._program(task, own, objective, lambda each: shakedown(each.x, each.rows), "shakedown", unit)
+        program = self._program(
+            task, own, objective, lambda each: shakedown(each.x, each.rows), "shakedown", unit
+        )
         claimed = partial(judged, program, objective is not None, above=above)
-        claim, record = program.chain.solve(claimed, self._solver, no_optimum=lambda: without_limit(program, objective is not None), above=above)
+        claim, record = program.chain.solve(
+            claimed,
+            self._solver,
+            no_optimum=lambda: without_limit(program, objective is not None),
+            above=above,
+        )
         limit = answered(claim, record, program)
         if limit.kind is LimitKind.NO_SAFE_SLIP or objective is not None:
             return limit
@@ -385,25 +502,47 @@ class ShakedownModel(SafeModel):
         """The limit with the least safe load factor, by a program of its own; nan where no solver gives one that passes the checks."""
         try:
             with program.chain.kept():
-                downward = replace(program).compiled(least_load(program.x, program.rows), program.task.load_unit)
+                downward = replace(program).compiled(
+                    least_load(program.x, program.rows), program.task.load_unit
+                )
                 lower, found = downward.chain.solve(lambda: judged(downward), self._solver)
-        except SolverError:  # rounding hides whether some slip is safe under the mean load: the limit stands, the least one is not known
+        # rounding hides whether some slip is safe under the mean load: the limit stands, the least
+        # one is not known
+        except SolverError:
             return limit
-        attempts, seconds = (*limit.record.attempts, *found.attempts), perf_counter() - program.task.started
-        record = replace(limit.record, attempts=attempts, residual=max(limit.residual, lower.residual), seconds=seconds)
+        attempts, seconds = (
+            (*limit.record.attempts, *found.attempts),
+            perf_counter() - program.task.started,
+        )
+        record = replace(
+            limit.record,
+            attempts=attempts,
+            residual=max(limit.residual, lower.residual),
+            seconds=seconds,
+        )
         return replace(limit, least=lower.load_factor, record=record)
 
     @warns_of_odd_values
-    def sweep(self, frictions: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True) -> pd.DataFrame:
+    def sweep(
+        self, frictions: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
+    ) -> pd.DataFrame:
         """The limit for many coefficients of friction (each one number or (N,)), one row each, under constraints of your own as in `solve`.
 
-        Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense of the mechanism's largest share, solver. Raises
-        what `solve` does; ModelError if not a sequence. Ctrl-C stays a KeyboardInterrupt with an attribute `table`, that of the limits by then.
+        Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense
+        of the mechanism's largest share, solver. Raises what `solve` does; ModelError if not a
+        sequence. Ctrl-C stays a KeyboardInterrupt with an attribute `table`, that of the limits by
+        then.
         """
-        own, wanted, rows = listed("constraints", constraints), listed("frictions", frictions), list[dict[str, Any]]()
+        own, wanted, rows = (
+            listed("constraints", constraints),
+            listed("frictions", frictions),
+            list[dict[str, Any]](),
+        )
 
         def kept(_: object) -> tuple[str, object, str] | None:
-            said = f"the limits of {len(rows)} of {len(wanted)} frictions are in the attribute `table`"
+            said = (
+                f"the limits of {len(rows)} of {len(wanted)} frictions are in the attribute `table`"
+            )
             return ("table", pd.DataFrame(rows), said) if rows else None
 
         with bar_of(progress, "sweep", "friction", total=len(wanted), keeps=kept) as bar:
@@ -428,9 +567,10 @@ def shakedown_limit(
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe (Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987).
 
-    Safe means: every node closed and stuck at every corner of the cycle, or open all through it (`ShakedownLimit.open`), with `events` also open in a
-    part of it. Which ones is searched near the settled mean load. With others, a contact may rest above it. Theory, eq. (7). Ctrl-C in a search stays
-    a KeyboardInterrupt with an attribute `limit`, the best limit by then.
+    Safe means: every node closed and stuck at every corner of the cycle, or open all through it
+    (`ShakedownLimit.open`), with `events` also open in a part of it. Which ones is searched near
+    the settled mean load. With others, a contact may rest above it. Theory, eq. (7). Ctrl-C in a
+    search stays a KeyboardInterrupt with an attribute `limit`, the best limit by then.
 
     Parameters
     ----------
@@ -439,14 +579,17 @@ def shakedown_limit(
     friction
         Coefficient of friction, one or one per node.
     open
-        (N,) bool, which nodes stay open, the others closed; None for the search. All False asks for the limit with all nodes closed.
+        (N,) bool, which nodes stay open, the others closed; None for the search. All False asks for
+        the limit with all nodes closed.
     events
-        Whether nodes may also open and close in each cycle of a load that goes to and fro between two corners (`ShakedownLimit.events`). Their order
-        is searched too, which takes some seconds. Not with fixed parts that differ, a slip bound, or constraints.
+        Whether nodes may also open and close in each cycle of a load that goes to and fro between
+        two corners (`ShakedownLimit.events`). Their order is searched too, which takes some
+        seconds. Not with fixed parts that differ, a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
-        Whether to show after two seconds how far it is, and the best so far: a bar, or a line every five seconds where there is no terminal.
+        Whether to show after two seconds how far it is, and the best so far: a bar, or a line every
+        five seconds where there is no terminal.
 
     Raises
     ------
@@ -461,7 +604,9 @@ def shakedown_limit(
     'no residual slip is safe above it with all nodes closed'
     """
     with bar_of(progress, "shakedown limit"):
-        model = ShakedownModel(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
+        model = ShakedownModel(
+            system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
+        )
         return model.of_pattern(model._posed(friction), open, events)
 
 
@@ -477,21 +622,43 @@ def _likely_slips(limit: ShakedownLimit) -> Iterator[Array]:
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
-    first, senses = limit.mechanism.iloc[0] if len(limit.mechanism) else None, ("direction",) if limit.system.tangents == 1 else ("slip1", "slip2")
+    first, senses = (
+        limit.mechanism.iloc[0] if len(limit.mechanism) else None,
+        ("direction",) if limit.system.tangents == 1 else ("slip1", "slip2"),
+    )
     none = 0 if limit.system.tangents == 1 else 0.0
     along = {name: none if first is None else first[name] for name in senses}
     found = {name: getattr(limit, name) for name in ("load_factor", "least", "bound", "residual")}
     rate, node = float(limit.friction_rate.sum()), -1 if first is None else int(first["node"])
-    return {"friction": float(np.mean(friction)), **found, "friction_rate": rate, "node": node, **along, "solver": limit.record.solver}
+    return {
+        "friction": float(np.mean(friction)),
+        **found,
+        "friction_rate": rate,
+        "node": node,
+        **along,
+        "solver": limit.record.solver,
+    }
 
 
 def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
     """The limit in a program, judged by the referee and its multipliers; `chosen` by an objective; SolverError if it is proven not `above`."""
-    task, load_factor, slip, proof = program.task, program.load_factor, program.slip, program.chain.proof
-    residual = float(np.nan_to_num(np.max([task.violation(load_factor, slip), proof.gap, program.own_violation]), nan=np.inf))
+    task, load_factor, slip, proof = (
+        program.task,
+        program.load_factor,
+        program.slip,
+        program.chain.proof,
+    )
+    residual = float(
+        np.nan_to_num(
+            np.max([task.violation(load_factor, slip), proof.gap, program.own_violation]),
+            nan=np.inf,
+        )
+    )
     names = (*program.own, "objective") if chosen else tuple(program.own)
     record, bound = SolveRecord(residual=residual), upper_bound(proof, above)
-    limit = ShakedownLimit(load_factor, slip, record, task, program.motion, LimitKind.FINITE, bound, constraints=names)
+    limit = ShakedownLimit(
+        load_factor, slip, record, task, program.motion, LimitKind.FINITE, bound, constraints=names
+    )
     why = "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
     return replace(limit, _why=why, objective=proof.value) if chosen else limit
 
@@ -512,22 +679,52 @@ def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
     """The proven answer that nothing is safe at any load factor, or all are from one on; else None; ModelError if an objective has no maximum."""
     task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
     unsafe = np.full(task.system.slip_shape, np.nan)
-    bare = replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit) if names else None
+    bare = (
+        replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit)
+        if names
+        else None
+    )
     none_at_all = bare.chain.contradiction() if bare else None
     if none_at_all:  # no row is to blame if none is safe without
         program.blame_no_own_row()
     if none := none_at_all or program.chain.contradiction():
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
-        limit = ShakedownLimit(np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan)
+        limit = ShakedownLimit(
+            np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan
+        )
         why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"
         return replace(limit, constraints=names, _why=why) if ruling else limit
     more = program.chain.growth()
     if not more:
         return None
     if chosen:
-        raise ModelError("objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint")
-    still, record = Mechanism(np.zeros_like(task.r1), task.friction), SolveRecord(residual=more.residual)
+        raise ModelError(
+            "objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint"
+        )
+    still, record = (
+        Mechanism(np.zeros_like(task.r1), task.friction),
+        SolveRecord(residual=more.residual),
+    )
     growth = program.chain.value_along(more, program.x.load_factor)
     slip = program.chain.value_along(more, program.x.slip) / growth
-    why = growth_diagnosis(task.friction, task.parts[2:], task.change(slip), GROWN * task.mean_bound / task.load_unit) if not names else ""
-    return ShakedownLimit(np.inf, unsafe, record, task, still, LimitKind.UNBOUNDED, np.inf, constraints=names, _why=why)
+    why = (
+        growth_diagnosis(
+            task.friction,
+            task.parts[2:],
+            task.change(slip),
+            GROWN * task.mean_bound / task.load_unit,
+        )
+        if not names
+        else ""
+    )
+    return ShakedownLimit(
+        np.inf,
+        unsafe,
+        record,
+        task,
+        still,
+        LimitKind.UNBOUNDED,
+        np.inf,
+        constraints=names,
+        _why=why,
+    )

@@ -29,19 +29,29 @@ FACE = (5.6, 4.6)  # size of a map of the contact face, inches
 BLACK, GREY = "#000000", "#767676"
 POINTS: Look = {"marker": ".", "markersize": 3}  # of the nodes on a line
 
-# Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series apart in grey as well.
+# Okabe and Ito's colours, told apart with impaired colour vision; line and marker tell the series
+# apart in grey as well.
 _COLOURS = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", BLACK, GREY
 _DASHES = "-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (7, 2)), (0, (3, 1, 1, 1)), (0, (1, 1))
 SERIES: tuple[Look, ...] = tuple(
-    {"color": color, "linestyle": dashes, "marker": marker} for color, dashes, marker in zip(_COLOURS, _DASHES, "os^DvPX*", strict=True)
+    {"color": color, "linestyle": dashes, "marker": marker}
+    for color, dashes, marker in zip(_COLOURS, _DASHES, "os^DvPX*", strict=True)
 )
 
-RC: Look = dict(rc_params_from_file(Path(__file__).with_name("page.mplstyle"), use_default_template=False))
+RC: Look = dict(
+    rc_params_from_file(Path(__file__).with_name("page.mplstyle"), use_default_template=False)
+)
 """The look on a journal page; in pictures of your own `plt.style.use("frictopt.plots.page")`."""
 
 _ONE_LINE = 60  # characters of names side by side
 _SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
-_STRESS = {("N", "mm"): "MPa", ("kN", "mm"): "GPa", ("N", "m"): "Pa", ("kN", "m"): "kPa", ("MN", "m"): "MPa"}
+_STRESS = {
+    ("N", "mm"): "MPa",
+    ("kN", "mm"): "GPa",
+    ("N", "m"): "Pa",
+    ("kN", "m"): "kPa",
+    ("MN", "m"): "MPa",
+}
 _MEANING = re.compile(r"\(((?:1 / )?(?:force|length)(?: (?:times|per) (?:length|area|depth))*)\)")
 
 
@@ -53,8 +63,14 @@ def picture(result: object, ax: Axes | AxesArray | None = None) -> Axes | AxesAr
 
 def screen() -> AbstractContextManager[None]:
     """Context in which a picture of its own is drawn, larger than on a journal page."""
-    plt.draw_if_interactive()  # begins the backend: that of notebooks switches interactive mode on, which the end of the context would undo
-    sizes = {name: value * _SCALE for name, value in RC.items() if isinstance(value, float) and not name.startswith("savefig")}
+    # begins the backend: that of notebooks switches interactive mode on, which the end of the
+    # context would undo
+    plt.draw_if_interactive()
+    sizes = {
+        name: value * _SCALE
+        for name, value in RC.items()
+        if isinstance(value, float) and not name.startswith("savefig")
+    }
     context: AbstractContextManager[None] = plt.rc_context({**RC, **sizes, "savefig.dpi": "figure"})
     return context
 
@@ -89,18 +105,29 @@ def new_axes(
         Not that many axes.
     """
     if ax is None:
-        figure, each, look = plt.figure(figsize=size, layout="constrained"), panels // blocks, {"projection": "3d"} if in_space else None
+        figure, each, look = (
+            plt.figure(figsize=size, layout="constrained"),
+            panels // blocks,
+            {"projection": "3d"} if in_space else None,
+        )
         rows = blocks * -(-each // columns)
-        grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look).reshape(blocks, -1)
+        grid = figure.subplots(
+            rows, columns, sharex=common_x, squeeze=False, subplot_kw=look
+        ).reshape(blocks, -1)
         for spare in grid[:, each:].flat:
             spare.remove()
-        # Only now: matplotlib would keep spare axes in the group of aligned labels, without a figure to draw them in.
+        # Only now: matplotlib would keep spare axes in the group of aligned labels, without a
+        # figure to draw them in.
         figure.align_ylabels()
         return list(grid[:, :each].flat)
     axes = np.ravel(np.asarray(ax, dtype=object))
-    if len(axes) != panels or not all(isinstance(one, Axes3D if in_space else Axes) for one in axes):
+    if len(axes) != panels or not all(
+        isinstance(one, Axes3D if in_space else Axes) for one in axes
+    ):
         kind = " with projection='3d'" if in_space else ""
-        raise ModelError(f"ax: {shown(ax)}; give {'one' if panels == 1 else panels} matplotlib axes{kind}, or None")
+        raise ModelError(
+            f"ax: {shown(ax)}; give {'one' if panels == 1 else panels} matplotlib axes{kind}, or None"
+        )
     return list(axes)
 
 
@@ -126,12 +153,23 @@ def spread(points: Array, most: int) -> list[int]:
 
 def slanted(names: Collection[str], ha: str, va: str) -> Look:
     """Look of names beside each other: slanted, with that corner at their place, where one line is too short for them."""
-    return {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va} if len("".join(names)) > _ONE_LINE else {}
+    return (
+        {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va}
+        if len("".join(names)) > _ONE_LINE
+        else {}
+    )
 
 
 def legend(axes: Axes, title: str | None = None, **more: Any) -> None:
     """Legend beside the axes, where it covers no data."""
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.02), title=title, alignment="left", handlelength=2.2, **more)
+    axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.02),
+        title=title,
+        alignment="left",
+        handlelength=2.2,
+        **more,
+    )
 
 
 def equals(name: str, value: float) -> str:
@@ -143,7 +181,9 @@ def equals(name: str, value: float) -> str:
 
 def no_lines(panels: Sequence[Axes], why: str) -> None:
     """Say in the first panel why there is nothing to draw."""
-    panels[0].text(0.5, 0.5, fill(why, width=60), transform=panels[0].transAxes, ha="center", va="center")
+    panels[0].text(
+        0.5, 0.5, fill(why, width=60), transform=panels[0].transAxes, ha="center", va="center"
+    )
     for axes in panels:
         axes.set(xticks=[], yticks=[])
 
@@ -166,7 +206,14 @@ def in_units(text: str, units: str | None) -> str:
     if units is None:
         return text
     force, length = units.split(", ")
-    words = {"times": "", "per": "/", "area": f"{length}²", "depth": length, "length": length, "force": force}
+    words = {
+        "times": "",
+        "per": "/",
+        "area": f"{length}²",
+        "depth": length,
+        "length": length,
+        "force": force,
+    }
 
     def named(match: re.Match[str]) -> str:
         if match[1] == "force per area" and (force, length) in _STRESS:
@@ -176,7 +223,8 @@ def in_units(text: str, units: str | None) -> str:
     return _MEANING.sub(named, text)
 
 
-_ZOOM = 1.1  # of bodies in space: matplotlib leaves more room around them than the names of the axes need
+# of bodies in space: matplotlib leaves more room around them than the names of the axes need
+_ZOOM = 1.1
 BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
 
 
@@ -188,7 +236,16 @@ def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
         return
     low, high = ends[0] - room, ends[1] + room
     axes.set_box_aspect(high - low, zoom=_ZOOM)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), zlabel="$z$ (length)")
+    axes.set(
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        zlim=(low[2], high[2]),
+        zlabel="$z$ (length)",
+    )
     axes.grid(False)
-    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
-        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))  # as many numbers as the axis has room for
+    for axis, share in zip(
+        (axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True
+    ):
+        axis.set_major_locator(
+            MaxNLocator(max(1, round(5 * share)))
+        )  # as many numbers as the axis has room for

@@ -20,19 +20,32 @@ from .job import MatrixJob
 from .keywords import deck_of_points
 
 _ANSYS = "ansys-mapdl-reader"
-# By type and different nodes, as Abaqus names them: wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
+# By type and different nodes, as Abaqus names them: wedges, pyramids and tetrahedra of Ansys are
+# bricks with nodes that coincide.
 _BRICKS = {8: "C3D8", 6: "C3D6", 5: "C3D5", 4: "C3D4"}
 ANSYS_SOLIDS = {(kind, n): name for kind in (45, 185) for n, name in _BRICKS.items()}
-ANSYS_SOLIDS |= {(285, 4): "C3D4", (92, 10): "C3D10", (187, 10): "C3D10", (95, 20): "C3D20", (186, 20): "C3D20"}
-NASTRAN_SOLIDS = {("CHEXA", 8): "C3D8", ("CTETRA", 4): "C3D4", ("CHEXA", 20): "C3D20", ("CTETRA", 10): "C3D10"}
+ANSYS_SOLIDS |= {
+    (285, 4): "C3D4",
+    (92, 10): "C3D10",
+    (187, 10): "C3D10",
+    (95, 20): "C3D20",
+    (186, 20): "C3D20",
+}
+NASTRAN_SOLIDS = {
+    ("CHEXA", 8): "C3D8",
+    ("CTETRA", 4): "C3D4",
+    ("CHEXA", 20): "C3D20",
+    ("CTETRA", 10): "C3D10",
+}
 NASTRAN_SOLIDS |= {("CPENTA", 6): "C3D6", ("CPYRAM", 5): "C3D5"}
 
 
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read the stiffness that Ansys Mechanical APDL assembles, from its `.full` file.
 
-    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, for each of several writes its own file. The contact itself must not be
-    in the model: each body keeps its own nodes there. Displacements that `D` holds are left out, and with the deck known as held; rotations are
+    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, for each of several
+    writes its own file. The contact itself must not be in the model: each body keeps its own nodes
+    there. Displacements that `D` holds are left out, and with the deck known as held; rotations are
     generalised coordinates. The extra `ansys` of the installation brings ansys-mapdl-reader.
 
     Parameters
@@ -40,13 +53,15 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     path
         Path of the file, `NAME.full`.
     deck
-        Path of the archive that `CDWRITE,DB,NAME,cdb` writes, for nodes, components of nodes (as sets) and the faces of solids.
+        Path of the archive that `CDWRITE,DB,NAME,cdb` writes, for nodes, components of nodes (as
+        sets) and the faces of solids.
 
     Raises
     ------
     ModelError
-        A file that is missing or damaged, not symmetric or distributed, other unknowns than displacements and rotations, constraint equations (`CE`,
-        `CP`), nodes with directions of their own (`NROTAT`).
+        A file that is missing or damaged, not symmetric or distributed, other unknowns than
+        displacements and rotations, constraint equations (`CE`, `CP`), nodes with directions of
+        their own (`NROTAT`).
 
     Examples
     --------
@@ -59,45 +74,76 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     file = file_path("path", path)
     full = by_library(_ANSYS, reader.read_binary, file, "stiffness")
     if not hasattr(full, "load_km"):
-        raise ModelError(f"stiffness: {file.name} is no .full file but a {type(full).__name__}; write the stiffness with WRFULL")
+        raise ModelError(
+            f"stiffness: {file.name} is no .full file but a {type(full).__name__}; write the stiffness with WRFULL"
+        )
     directions, equations = int(full._header["numdof"]), int(full._header["ncefull"])
     if directions not in (2, 3, 6) or equations:
-        problem = f"{equations} constraint equations" if equations else f"{directions} unknowns at a node"
-        raise ModelError(f"stiffness: {file.name} has {problem}; give a model of displacements (and rotations) without CE and CP")
+        problem = (
+            f"{equations} constraint equations" if equations else f"{directions} unknowns at a node"
+        )
+        raise ModelError(
+            f"stiffness: {file.name} has {problem}; give a model of displacements (and rotations) without CE and CP"
+        )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that a static file has no mass
-        numbers, upper, _ = by_library(_ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness")
+        numbers, upper, _ = by_library(
+            _ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness"
+        )
     labels, held = (np.asarray(found + [0, 1], dtype=np.intp) for found in (numbers, full.const))
     free = np.flatnonzero(~np.isin(labels @ [10, 1], held @ [10, 1]))
     K = csr_matrix(upper + triu(upper, 1).T)
-    return MatrixJob(K[free][:, free], labels[free], None if deck is None else _archive(reader, file_path("deck", deck), held))
+    return MatrixJob(
+        K[free][:, free],
+        labels[free],
+        None if deck is None else _archive(reader, file_path("deck", deck), held),
+    )
 
 
 def _archive(reader: Any, file: Path, held: Integers) -> Deck:
     """Nodes, components and solids of an archive, and what is held."""
     archive = by_library(_ANSYS, lambda path: reader.Archive(path, parse_vtk=False), file, "deck")
     if not len(archive.nnum) or not archive.ekey.size:
-        raise ModelError(f"deck {file.name}: no nodes or no elements; give the archive that CDWRITE,DB writes")
+        raise ModelError(
+            f"deck {file.name}: no nodes or no elements; give the archive that CDWRITE,DB writes"
+        )
     turned = np.flatnonzero(np.any(archive.node_angles, axis=1))
     if len(turned):
-        raise ModelError(f"deck {file.name}: node {archive.nnum[turned[0]]} has directions of its own; write the matrix without NROTAT")
+        raise ModelError(
+            f"deck {file.name}: node {archive.nnum[turned[0]]} has directions of its own; write the matrix without NROTAT"
+        )
     routine = dict(archive.ekey.tolist())
     solids: dict[str, list[list[int]]] = {}
     for element in archive.elem:
         kind, nodes = routine[int(element[1])], list(dict.fromkeys(element[10:].tolist()))
         name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {len(nodes)} nodes")
         solids.setdefault(name, []).append([int(element[8]), *nodes])
-    sets = {name.strip().upper(): members.tolist() for name, members in archive.node_components.items()}
-    return deck_of_points(dict(zip(archive.nnum.tolist(), archive.nodes, strict=True)), solids=solids, sets=sets, held=held.tolist())
+    sets = {
+        name.strip().upper(): members.tolist() for name, members in archive.node_components.items()
+    }
+    return deck_of_points(
+        dict(zip(archive.nnum.tolist(), archive.nodes, strict=True)),
+        solids=solids,
+        sets=sets,
+        held=held.tolist(),
+    )
 
 
-def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path | None = None, labels: ArrayLike | None = None) -> MatrixJob:
+def read_nastran(
+    path: str | Path,
+    *,
+    name: str | None = None,
+    deck: str | Path | None = None,
+    labels: ArrayLike | None = None,
+) -> MatrixJob:
     """Read a stiffness that Nastran writes, as DMIG cards of a punch file or as OUTPUT4 (`.op4`), text or binary.
 
-    `EXTSEOUT(DMIGPCH)` or `PARAM,EXTOUT,DMIGPCH` with an ASET of the displacements of the contact and of the loads writes KAAX as DMIG. DMIG names
-    the grid points of its rows, OUTPUT4 does not: give their labels, except for the stiffness of all grid points of the deck (KGG), which has six
-    rows for each of them in the order of their numbers. Rotations and scalar points are generalised coordinates. Displacements that the matrix lacks
-    are not known to be held, see `MatrixJob.unknowns`. The extra `nastran` of the installation brings pyyeti.
+    `EXTSEOUT(DMIGPCH)` or `PARAM,EXTOUT,DMIGPCH` with an ASET of the displacements of the contact
+    and of the loads writes KAAX as DMIG. DMIG names the grid points of its rows, OUTPUT4 does not:
+    give their labels, except for the stiffness of all grid points of the deck (KGG), which has six
+    rows for each of them in the order of their numbers. Rotations and scalar points are generalised
+    coordinates. Displacements that the matrix lacks are not known to be held, see
+    `MatrixJob.unknowns`. The extra `nastran` of the installation brings pyyeti.
 
     Parameters
     ----------
@@ -106,15 +152,16 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
     name
         Name of the matrix, such as "KAAX"; None: the file has one only.
     deck
-        Path of the bulk data, for grid points (`GRID`, in the basic coordinates) and the faces of `CHEXA` and `CTETRA`.
+        Path of the bulk data, for grid points (`GRID`, in the basic coordinates) and the faces of
+        `CHEXA` and `CTETRA`.
     labels
         (n, 2) grid point and component 1 to 6 of each row (0 of a scalar point), of OUTPUT4.
 
     Raises
     ------
     ModelError
-        A file that is missing or damaged, a name that the file does not have, OUTPUT4 without labels, grid points in coordinates of their own, a
-        matrix that is complex or not symmetric.
+        A file that is missing or damaged, a name that the file does not have, OUTPUT4 without
+        labels, grid points in coordinates of their own, a matrix that is complex or not symmetric.
 
     Examples
     --------
@@ -132,24 +179,32 @@ def read_nastran(path: str | Path, *, name: str | None = None, deck: str | Path 
         _check_dmig(file)
         frame = _chosen(by_library("as DMIG, pyyeti", bulk.rddmig, file, "stiffness"), name, file)
         if frame.columns.nlevels != 2:
-            raise ModelError(f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness")
+            raise ModelError(
+                f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness"
+            )
         rows = frame.index.union(frame.columns)
         whole = frame.reindex(index=rows, columns=rows, fill_value=0.0)
         return MatrixJob(csr_matrix(whole.to_numpy()), np.array(rows.tolist()), grids)
-    K = csr_matrix(_chosen(by_library("as OUTPUT4, pyyeti", op4.read, file, "stiffness"), name, file))
+    K = csr_matrix(
+        _chosen(by_library("as OUTPUT4, pyyeti", op4.read, file, "stiffness"), name, file)
+    )
     if labels is not None:
         return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
     numbers = np.sort(grids.numbers) if grids is not None else np.zeros(0, dtype=np.intp)
     if K.shape[0] != 6 * len(numbers) or not len(numbers):
         rows = f"{file.name} has {K.shape[0]} rows, not six for each of the {len(numbers)} grid points of the deck"
-        raise ModelError(f"labels: none, and {rows}; give grid point and component of each row, which OUTPUT4 does not say, or write DMIG")
+        raise ModelError(
+            f"labels: none, and {rows}; give grid point and component of each row, which OUTPUT4 does not say, or write DMIG"
+        )
     every = np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), len(numbers))])
     return MatrixJob(K, every, grids)
 
 
 def _check_dmig(file: Path) -> None:
     """Check that a punch file has matrices: a superelement may have them in another file."""
-    if file.is_file() and not any(line.lstrip().upper().startswith("DMIG") for line in text_of(file, "stiffness").splitlines()):
+    if file.is_file() and not any(
+        line.lstrip().upper().startswith("DMIG") for line in text_of(file, "stiffness").splitlines()
+    ):
         remedy = "write the matrix there with EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
         raise ModelError(f"stiffness: {file.name} has no DMIG cards; {remedy}")
 
@@ -168,13 +223,20 @@ def _bulk_data(bulk: Any, file: Path) -> Deck:
             nodes = [int(corner) for corner in corners if corner]
             if len(nodes) == 20:  # the upright edges come before those of the upper face
                 nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
-            solids.setdefault(NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []).append([int(number), *nodes])
+            solids.setdefault(
+                NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []
+            ).append([int(number), *nodes])
     return deck_of_points({int(row[0]): row[2:5] for row in grids}, solids=solids)
 
 
 def _cards(bulk: Any, file: Path, card: str) -> list[list[Any]]:
     """The fields of all cards of a name, with empty texts for blank ones."""
-    found = by_library("pyyeti", partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]), file, "deck")
+    found = by_library(
+        "pyyeti",
+        partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]),
+        file,
+        "deck",
+    )
     return list(found)
 
 
@@ -196,5 +258,7 @@ def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
     """The matrix of a name, or the only one."""
     key = next(iter(found), "") if name is None else str(name).lower()
     if key not in found or (name is None and len(found) > 1):
-        raise ModelError(f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these")
+        raise ModelError(
+            f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these"
+        )
     return found[key]

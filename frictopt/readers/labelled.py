@@ -18,7 +18,19 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from skfem import Mesh
 
-from ..base import Array, Integers, Shown, finite_array, finite_number, first_of, frozen, place, shown, whole, whole_array
+from ..base import (
+    Array,
+    Integers,
+    Shown,
+    finite_array,
+    finite_number,
+    first_of,
+    frozen,
+    place,
+    shown,
+    whole,
+    whole_array,
+)
 from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.coincidence import coincident, coordinate_errors
@@ -30,25 +42,37 @@ from .deck import Deck, checked_labels, displaced, rows_of_nodes, text_of
 from .keywords import deck_of_points
 from .meshes import between, mesh_of, named, with_midsides
 
-_FREQUENCY = re.compile(r"^ +\d+(?: +\S+){2} +(\S+) +\S+ *$", re.MULTILINE)  # number, eigenvalue, rad per time, cycles per time, imaginary part
+_FREQUENCY = re.compile(
+    r"^ +\d+(?: +\S+){2} +(\S+) +\S+ *$", re.MULTILINE
+)  # number, eigenvalue, rad per time, cycles per time, imaginary part
 _PRINTED = re.compile(r"displacements \(vx,vy,vz\).*\n\s*\n((?: *\d+(?: +\S+){3} *\n)+)")
 
 
-def modal_load(M: object, mode: ArrayLike, *, natural_frequency: float | None = None, glued: ArrayLike | None = None) -> Array:
+def modal_load(
+    M: object,
+    mode: ArrayLike,
+    *,
+    natural_frequency: float | None = None,
+    glued: ArrayLike | None = None,
+) -> Array:
     """The load that moves a structure in one of its modes alone, `M mode`, for `condense`; its displacement is the amplitude of the mode.
 
     Parameters
     ----------
     M
-        (n, n) mass matrix of the separate bodies, sparse; or, with a natural frequency, their stiffness as `condense` takes it.
+        (n, n) mass matrix of the separate bodies, sparse; or, with a natural frequency, their
+        stiffness as `condense` takes it.
     mode
-        (n,) shape of a mode of the glued structure, of any size: it is normalised to unit modal mass.
+        (n,) shape of a mode of the glued structure, of any size: it is normalised to unit modal
+        mass.
     natural_frequency
-        Frequency of the mode in cycles per unit of time, where `M` is the stiffness: `K mode` is `omega^2 M mode`, and the forces by which the glued
-        bodies hold each other. None: it is the mass.
+        Frequency of the mode in cycles per unit of time, where `M` is the stiffness: `K mode` is
+        `omega^2 M mode`, and the forces by which the glued bodies hold each other. None: it is the
+        mass.
     glued
-        With a natural frequency (m, 2) rows that are glued to each other, such as `job.unknowns[pairs].transpose(0, 2, 1).reshape(-1, 2)`; -1 where
-        one is held. The forces between them cancel in their sum, of which each gets one half.
+        With a natural frequency (m, 2) rows that are glued to each other, such as
+        `job.unknowns[pairs].transpose(0, 2, 1).reshape(-1, 2)`; -1 where one is held. The forces
+        between them cancel in their sum, of which each gets one half.
 
     Returns
     -------
@@ -58,8 +82,8 @@ def modal_load(M: object, mode: ArrayLike, *, natural_frequency: float | None = 
     Raises
     ------
     ModelError
-        A matrix that is not square or of another size than the mode, or in which the mode has no mass; a stiffness without `glued`, or rows that it
-        does not have.
+        A matrix that is not square or of another size than the mode, or in which the mode has no
+        mass; a stiffness without `glued`, or rows that it does not have.
 
     Examples
     --------
@@ -73,39 +97,56 @@ def modal_load(M: object, mode: ArrayLike, *, natural_frequency: float | None = 
     shape = finite_array("mode", mode, (None,))
     matrix = checked_stiffness(M, "M")
     if matrix.shape != (len(shape), len(shape)):
-        raise ModelError(f"M: shape {matrix.shape}, and a mode of {len(shape)} unknowns; give both in the same unknowns")
+        raise ModelError(
+            f"M: shape {matrix.shape}, and a mode of {len(shape)} unknowns; give both in the same unknowns"
+        )
     load = np.asarray(matrix @ shape)
     if natural_frequency is not None:
         if glued is None:
-            raise ModelError("glued: None; a stiffness needs the rows that are glued to each other, whose forces are not those of the mode")
+            raise ModelError(
+                "glued: None; a stiffness needs the rows that are glued to each other, whose forces are not those of the mode"
+            )
         rows = whole_array("glued", glued, (None, 2), least=-1, most=len(shape) - 1)
         mean = np.where((rows >= 0).all(axis=1), load[rows].mean(axis=1), 0.0)
         load[rows[rows >= 0]] = np.repeat(mean, (rows >= 0).sum(axis=1))
         load /= (2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)) ** 2
     mass = float(shape @ load)
     if not mass > 0:
-        raise ModelError(f"mode: its modal mass is {mass:g}; give the mass matrix and a mode that moves it")
+        raise ModelError(
+            f"mode: its modal mass is {mass:g}; give the mass matrix and a mode that moves it"
+        )
     return frozen(load / np.sqrt(mass))
 
 
 def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Array, Array]:
     """Frequencies (m,) and shapes (m, n) of a file `NAME.dat`, for the nodes and directions (n, 2) of n unknowns; see `MatrixJob.modes`."""
-    rigid = [] if deck is None else [deck.numbers[reference] for reference, _ in deck.constraints.rigid]
+    rigid = (
+        [] if deck is None else [deck.numbers[reference] for reference, _ in deck.constraints.rigid]
+    )
     if not (displaced(labels) | np.isin(labels[:, 0], rigid)).all():
-        raise ModelError("modes: the matrix has unknowns that are no displacements of nodes, and CalculiX prints none else; find modes from K and M")
+        raise ModelError(
+            "modes: the matrix has unknowns that are no displacements of nodes, and CalculiX prints none else; find modes from K and M"
+        )
     head, *modes = re.split(r"E I G E N V A L U E +N U M B E R +\d+", text_of(path, "modes"))
-    table = head.partition("E I G E N V A L U E   O U T P U T")[2].partition("P A R T I C I P A T I O N")[0]
+    table = head.partition("E I G E N V A L U E   O U T P U T")[2].partition(
+        "P A R T I C I P A T I O N"
+    )[0]
     frequencies = [float(value) for value in _FREQUENCY.findall(table)]
     if not frequencies or len(frequencies) != len(modes):
         counts = f"{len(frequencies)} frequencies and {len(modes)} modes"
-        raise ModelError(f"modes: {str(path)!r} has {counts}; give the .dat of a step of *FREQUENCY with *NODE PRINT, NSET=.. of U")
+        raise ModelError(
+            f"modes: {str(path)!r} has {counts}; give the .dat of a step of *FREQUENCY with *NODE PRINT, NSET=.. of U"
+        )
     return frozen(frequencies), frozen([_shape(mode, labels, path, deck) for mode in modes])
 
 
 def _shape(mode: str, labels: Integers, path: Path, deck: Deck | None) -> Array:
     """(n,) displacements of one mode, and the rotations of rigid parts by the displacements of their nodes."""
     rows = [row.split() for block in _PRINTED.findall(mode) for row in block.splitlines()]
-    printed = {int(node): [float(re.sub(r"(\d)([+-]\d{3})$", r"\1E\2", value)) for value in values] for node, *values in rows}
+    printed = {
+        int(node): [float(re.sub(r"(\d)([+-]\d{3})$", r"\1E\2", value)) for value in values]
+        for node, *values in rows
+    }
     needed, turned = set(labels[:, 0].tolist()), labels[~displaced(labels), 0]
     if deck is not None:
         for reference in np.flatnonzero(np.isin(deck.numbers, turned)).tolist():
@@ -113,10 +154,14 @@ def _shape(mode: str, labels: Integers, path: Path, deck: Deck | None) -> Array:
             nodes, number = deck.numbers[unknowns // 6].tolist(), int(deck.numbers[reference])
             needed |= {number, *nodes}
             if needed <= printed.keys():
-                moved = [printed[node][axis] for node, axis in zip(nodes, unknowns % 6, strict=True)] - R[:, :3] @ printed[number]
+                moved = [
+                    printed[node][axis] for node, axis in zip(nodes, unknowns % 6, strict=True)
+                ] - R[:, :3] @ printed[number]
                 printed[number] += np.linalg.lstsq(R[:, 3:], moved)[0].tolist()
     if lost := sorted(needed - printed.keys()):
-        raise ModelError(f"modes: {str(path)!r} has no displacement of node {lost[0]} of the matrix; print U of all nodes (*NODE PRINT)")
+        raise ModelError(
+            f"modes: {str(path)!r} has no displacement of node {lost[0]} of the matrix; print U of all nodes (*NODE PRINT)"
+        )
     return np.array([printed[node][direction - 1] for node, direction in labels.tolist()])
 
 
@@ -130,18 +175,29 @@ class LabelledMatrix(Shown):
     M: csr_matrix | None = None
 
     def __post_init__(self) -> None:
-        labels, deck = checked_labels(self.labels), deck_of_points(self.deck) if isinstance(self.deck, Mapping) else self.deck
+        labels, deck = (
+            checked_labels(self.labels),
+            deck_of_points(self.deck) if isinstance(self.deck, Mapping) else self.deck,
+        )
         if deck is not None and not isinstance(deck, Deck):
-            raise ModelError(f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None")
+            raise ModelError(
+                f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None"
+            )
         vars(self).update(labels=labels, deck=deck)
         for name in ("K",) if self.M is None else ("K", "M"):
             matrix = checked_stiffness(getattr(self, name), name)
             if matrix.shape[0] != len(labels):
-                raise ModelError(f"{name}: {shown(matrix)}; give a real sparse matrix of the size of the labels, {len(labels)}")
+                raise ModelError(
+                    f"{name}: {shown(matrix)}; give a real sparse matrix of the size of the labels, {len(labels)}"
+                )
             vars(self)[name] = csr_matrix((matrix + matrix.T) / 2)
 
     def _answer(self) -> Mapping[str, object]:
-        found = {"unknowns": len(self.labels), "directions": self._directions, "generalised": len(self.generalised)}
+        found = {
+            "unknowns": len(self.labels),
+            "directions": self._directions,
+            "generalised": len(self.generalised),
+        }
         sets = None if self.deck is None else sorted({*self._known.sets, *self._known.surfaces})
         return {name: count for name, count in found.items() if count} | {"sets": sets}
 
@@ -152,7 +208,9 @@ class LabelledMatrix(Shown):
     @property
     def _known(self) -> Deck:
         if not isinstance(self.deck, Deck):
-            raise ModelError("deck: this job has none; read it with deck='NAME.inp' to use its nodes and sets")
+            raise ModelError(
+                "deck: this job has none; read it with deck='NAME.inp' to use its nodes and sets"
+            )
         return self.deck
 
     @cached_property
@@ -164,14 +222,17 @@ class LabelledMatrix(Shown):
     def unknowns(self) -> Integers:
         """(nodes, d) row of K of each node's displacements, -1 where `*BOUNDARY` holds them, -2 where K has none else: they follow others.
 
-        Where the job has no deck that tells held displacements (-1), those that K lacks are -2 too: such a node carries no contact until you say -1.
+        Where the job has no deck that tells held displacements (-1), those that K lacks are -2 too:
+        such a node carries no contact until you say -1.
 
         Raises
         ------
         ModelError
             The matrix has labels of nodes that are not in the deck.
         """
-        return rows_of_nodes(self.labels, self._known.numbers, self._known.constraints)[:, : self._directions]
+        return rows_of_nodes(self.labels, self._known.numbers, self._known.constraints)[
+            :, : self._directions
+        ]
 
     @property
     def generalised(self) -> Integers:
@@ -181,7 +242,9 @@ class LabelledMatrix(Shown):
     @cached_property
     def bodies(self) -> Integers:
         """(nodes,) number of the body that each node belongs to: what K joins is one body. -1 for nodes without a row in K."""
-        _, body = connected_components(node_graph(self.K, self.unknowns, self.generalised), directed=False)
+        _, body = connected_components(
+            node_graph(self.K, self.unknowns, self.generalised), directed=False
+        )
         present = (self.unknowns >= 0).any(axis=1)
         body[present] = np.unique(body[present], return_inverse=True)[1]
         return whole(np.where(present, body, -1))
@@ -201,7 +264,10 @@ class LabelledMatrix(Shown):
 
         Without elements, in space, nodes alone tell, and what two bodies share is one face.
         """
-        body, mesh = self.bodies, self.mesh if self._known.elements or self._directions == 2 else None
+        body, mesh = (
+            self.bodies,
+            self.mesh if self._known.elements or self._directions == 2 else None,
+        )
         i, j = coincident(self.points, coordinate_errors(self.points, self._known.corners))
         i, j = np.where(body[i] < body[j], (i, j), (j, i))
         found: list[Integers] = []
@@ -210,7 +276,9 @@ class LabelledMatrix(Shown):
             one, two = i[own], j[own]
             for nodes in (one, two):
                 if (k := first_of(np.bincount(nodes) > 1)) is not None:
-                    raise ModelError(f"matching_faces: the node at {place(self.points[k])} lies on several of one other body; merge these nodes")
+                    raise ModelError(
+                        f"matching_faces: the node at {place(self.points[k])} lies on several of one other body; merge these nodes"
+                    )
             image = np.full(len(self.points), -1)
             image[two] = one
             found += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
@@ -222,13 +290,14 @@ class LabelledMatrix(Shown):
         Parameters
         ----------
         where
-            Name of a node set or surface; or the rows themselves, such as `np.flatnonzero(job.points[:, 1] == 0)`.
+            Name of a node set or surface; or the rows themselves, such as
+            `np.flatnonzero(job.points[:, 1] == 0)`.
 
         Raises
         ------
         ModelError
-            The deck names no such set, or it is empty; numbers that are no rows of `points`; a surface without faces, or between whose nodes
-            there are other facets.
+            The deck names no such set, or it is empty; numbers that are no rows of `points`; a
+            surface without faces, or between whose nodes there are other facets.
         """
         deck, name = self._known, where.upper() if isinstance(where, str) else ""
         if name in deck.sets or name not in deck.surfaces:
@@ -237,19 +306,23 @@ class LabelledMatrix(Shown):
         facets = named(self.mesh, alone, "of the deck").boundaries[name]
         whole, origin = self._whole
         if len(between(self.mesh, np.unique(self.mesh.facets[:, facets]))) != len(facets):
-            raise ModelError(f"surface {name!r}: other facets lie between its nodes too; name flat parts of it")
+            raise ModelError(
+                f"surface {name!r}: other facets lie between its nodes too; name flat parts of it"
+            )
         return np.unique(origin[facet_nodes(whole, facets)].indices)
 
     def modes(self, path: str | Path) -> tuple[Array, Array]:
         """Natural frequencies (m,), cycles per unit of time, and shapes (m, n) of the modes that CalculiX printed, for `modal_load`.
 
-        The file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the displacements U of all nodes. Its deck has the nodes of this
-        job, with the contact glued: by `*TIE`, by equations, or by nodes that the bodies share.
+        The file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the
+        displacements U of all nodes. Its deck has the nodes of this job, with the contact glued: by
+        `*TIE`, by equations, or by nodes that the bodies share.
 
         Raises
         ------
         ModelError
-            A file that is missing or holds no modes, or none of a node of the matrix; unknowns that are no displacements.
+            A file that is missing or holds no modes, or none of a node of the matrix; unknowns that
+            are no displacements.
 
         Examples
         --------
@@ -259,7 +332,11 @@ class LabelledMatrix(Shown):
         >>> frequencies.tolist(), shapes.shape
         ([24757.59, 47452.97], (2, 964))
         """
-        return printed_modes(file_path("modes", path), self.labels, self.deck if isinstance(self.deck, Deck) else None)
+        return printed_modes(
+            file_path("modes", path),
+            self.labels,
+            self.deck if isinstance(self.deck, Deck) else None,
+        )
 
 
 def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
@@ -271,7 +348,14 @@ def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
     here = (image[nodes] >= 0).all(axis=0)
     here[here] = places_among(image[nodes[:, here]].T, nodes.T) >= 0
     if mesh.dim() == 2:
-        return [line for line, _ in lines_along(mesh, outline[here], "matching_faces: the outline")] if here.any() else []
+        return (
+            [line for line, _ in lines_along(mesh, outline[here], "matching_faces: the outline")]
+            if here.any()
+            else []
+        )
     ends = nodes[:, here]
     part = parts_of((np.tile(ends[0], len(ends) - 1), ends[1:].ravel()), len(image))
-    return [np.unique(ends[:, part[ends[0]] == number]) for number in dict.fromkeys(part[ends[0]].tolist())]
+    return [
+        np.unique(ends[:, part[ends[0]] == number])
+        for number in dict.fromkeys(part[ends[0]].tolist())
+    ]

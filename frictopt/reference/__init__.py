@@ -1,9 +1,11 @@
 """What answers are compared with: closed-form solutions of frictional contact with citation and units, and the referee of any state.
 
-Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s * r1` with `s = -1, +1`, tangential parts
-`q0, q1` along +x, normal parts `p0, p1` positive in compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not
-even `lam = 0`). A dissipation is the work of friction in one cycle of the steady state. Values that are not real and finite, out of the range that is
-given, or of lengths that do not match raise `ModelError`.
+Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s *
+r1` with `s = -1, +1`, tangential parts `q0, q1` along +x, normal parts `p0, p1` positive in
+compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not even
+`lam = 0`). A dissipation is the work of friction in one cycle of the steady state. Values that are
+not real and finite, out of the range that is given, or of lengths that do not match raise
+`ModelError`.
 """
 
 from ..contact import referee
@@ -11,7 +13,13 @@ from .corners import CornerMode, bonded_corner, sliding_corner_exponent
 from .half_spaces import half_plane_contact, half_plane_influence, half_space_contact
 from .hertz import LineContact, SphereContact, contact_modulus
 from .sliders import foundation_rod, masing_dissipation, order_preserving, rod_dissipation
-from .uncoupled import single_node_dissipation, single_node_limit, smallest_circle, smallest_circle_limit, uncoupled_limit
+from .uncoupled import (
+    single_node_dissipation,
+    single_node_limit,
+    smallest_circle,
+    smallest_circle_limit,
+    uncoupled_limit,
+)
 
 __all__ = [
     "CornerMode",

@@ -1,7 +1,8 @@
 """The corner of a square punch on a half-plane of the same material: bonded (Williams' eigenfunctions of a three-quarter plane), and sliding.
 
-Polar coordinates sit at the left corner of the contact, `theta` anticlockwise from the bisector of the material. The free face of the block is
-`theta = -3 pi/4`, the interface `theta = pi/4` (running along +x into the contact), the free side of the punch `theta = 3 pi/4`.
+Polar coordinates sit at the left corner of the contact, `theta` anticlockwise from the bisector of
+the material. The free face of the block is `theta = -3 pi/4`, the interface `theta = pi/4` (running
+along +x into the contact), the free side of the punch `theta = 3 pi/4`.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ _INTERFACE = pi / 4
 class CornerMode:
     """One singular mode, stress proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`, of arbitrary amplitude.
 
-    Made by `bonded_corner`: with any other exponent the faces are not free. `stress` raises `ModelError` for distances that are not positive.
+    Made by `bonded_corner`: with any other exponent the faces are not free. `stress` raises
+    `ModelError` for distances that are not positive.
 
     Attributes
     ----------
@@ -48,7 +50,13 @@ class CornerMode:
         """Polar stresses `(s_rr, s_tt, s_rt)`, tension positive, at distance r and angle theta (radian), arrays that broadcast."""
         l1 = self.exponent + 1
         distance = finite_array("r", r)
-        check_entries("r", distance, distance > 0, "give distances above 0, the stress has no value at the corner itself", "index")
+        check_entries(
+            "r",
+            distance,
+            distance > 0,
+            "give distances above 0, the stress has no value at the corner itself",
+            "index",
+        )
         scale = distance ** (self.exponent - 1)
         F, dF, ddF = (self._angular(theta, order) for order in (0, 1, 2))
         return scale * (l1 * F + ddF), scale * l1 * self.exponent * F, -scale * self.exponent * dF
@@ -57,8 +65,9 @@ class CornerMode:
     def traction_ratio(self) -> float:
         """Signed `q / p` on the interface at the left corner; it has the other sign at the right corner.
 
-        `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same at every distance. Under the symmetric
-        mode alone (pressed together) the corner sticks iff the coefficient of friction exceeds it, and else the punch slips outward.
+        `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same
+        at every distance. Under the symmetric mode alone (pressed together) the corner sticks iff
+        the coefficient of friction exceeds it, and else the punch slips outward.
         """
         _, s_tt, s_rt = self.stress(1.0, _INTERFACE)
         return float(s_rt / s_tt)
@@ -67,24 +76,32 @@ class CornerMode:
         """Derivative of F of the given order: two harmonics, weighted such that F vanishes on both faces; F' does so only at an eigenvalue."""
         plus, minus = self.exponent + 1, self.exponent - 1
         wave = cos if self.symmetric else sin
-        phase = order * pi / 2 - (0.0 if self.symmetric else pi / 2)  # each derivative of a cosine advances it by a quarter turn
+        phase = order * pi / 2 - (
+            0.0 if self.symmetric else pi / 2
+        )  # each derivative of a cosine advances it by a quarter turn
         angle = finite_array("theta", theta)
         harmonics = [k**order * np.cos(k * angle + phase) for k in (minus, plus)]
-        return np.asarray(wave(plus * _HALF_ANGLE) * harmonics[0] - wave(minus * _HALF_ANGLE) * harmonics[1])
+        return np.asarray(
+            wave(plus * _HALF_ANGLE) * harmonics[0] - wave(minus * _HALF_ANGLE) * harmonics[1]
+        )
 
 
 def bonded_corner() -> tuple[CornerMode, CornerMode]:
     """The two singular modes of the bonded corner of a square punch, symmetric (stronger) and antisymmetric.
 
-    Punch (quarter-plane) and block (half-plane) are of the same material, so the bonded pair is one wedge of angle `2 alpha = 3 pi / 2` with free
-    faces, `F = F' = 0` at `theta = +-alpha`. For the symmetric and antisymmetric functions that is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here
-    `sin(3 pi l / 2) = +-l`; each has one root in (0, 1), near 0.544 and 0.909, independent of the elastic constants.
+    Punch (quarter-plane) and block (half-plane) are of the same material, so the bonded pair is one
+    wedge of angle `2 alpha = 3 pi / 2` with free faces, `F = F' = 0` at `theta = +-alpha`. For the
+    symmetric and antisymmetric functions that is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here
+    `sin(3 pi l / 2) = +-l`; each has one root in (0, 1), near 0.544 and 0.909, independent of the
+    elastic constants.
 
     References
     ----------
-    M. L. Williams (1952), Stress singularities resulting from various boundary conditions in angular corners of plates in extension, Journal
-    of Applied Mechanics 19, 526-528. C. M. Churchman and D. A. Hills (2006), General results for complete contacts subject to oscillatory shear,
-    Journal of the Mechanics and Physics of Solids 54, 1186-1205: its use for complete contacts.
+    M. L. Williams (1952), Stress singularities resulting from various boundary conditions in
+    angular corners of plates in extension, Journal of Applied Mechanics 19, 526-528. C. M.
+    Churchman and D. A. Hills (2006), General results for complete contacts subject to oscillatory
+    shear, Journal of the Mechanics and Physics of Solids 54, 1186-1205: its use for complete
+    contacts.
 
     Examples
     --------
@@ -93,38 +110,47 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     [0.5445, 0.9085]
     """
     even = _bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) - exponent, 1 / 3, 2 / 3)
-    odd = _bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) + exponent, 2 / 3, 0.95)  # 1, a rigid rotation, is a root as well
+    odd = _bisection(
+        lambda exponent: sin(2 * _HALF_ANGLE * exponent) + exponent, 2 / 3, 0.95
+    )  # 1, a rigid rotation, is a root as well
     return CornerMode(even, symmetric=True), CornerMode(odd, symmetric=False)
 
 
 def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "outward") -> float:
     """Exponent l of the leading mode at a sliding corner: displacement of order `r^l`, pressure and friction of order `r^(l-1)`.
 
-    Punch (quarter-plane) and block (half-plane) stay in contact, `q = kappa p` on the interface. q is the force of the block on the punch,
-    positive into the contact, p the pressure; `kappa = +f` for outward slip of the punch (past the corner), `-f` for inward slip. l is the only root
-    in (0, 1), dimensionless, independent of the elastic constants; it falls with f for outward slip and rises for inward slip.
+    Punch (quarter-plane) and block (half-plane) stay in contact, `q = kappa p` on the interface. q
+    is the force of the block on the punch, positive into the contact, p the pressure; `kappa = +f`
+    for outward slip of the punch (past the corner), `-f` for inward slip. l is the only root in (0,
+    1), dimensionless, independent of the elastic constants; it falls with f for outward slip and
+    rises for inward slip.
 
     Parameters
     ----------
     f
-        Coefficient of friction, dimensionless, not negative; below `3 pi/4 - 1/pi` (outward), below `1/pi` (inward).
+        Coefficient of friction, dimensionless, not negative; below `3 pi/4 - 1/pi` (outward), below
+        `1/pi` (inward).
     slip
-        Sense of slip of the punch relative to the block: "outward", away from the contact, or "inward".
+        Sense of slip of the punch relative to the block: "outward", away from the contact, or
+        "inward".
 
     Raises
     ------
     ModelError
-        f not real and finite, negative, or so large that no mode lies in (0, 1); unknown sense of slip.
+        f not real and finite, negative, or so large that no mode lies in (0, 1); unknown sense of
+        slip.
 
     Notes
     -----
-    A wedge between the interface `theta = 0` and a free face `theta = omega` has an Airy function `r^(l+1) F(theta)`, with
-    `F = a cos(l+1)theta + b cos(l-1)theta + c sin(l+1)theta + e sin(l-1)theta`. Stresses are `s_tt = l (l+1) r^(l-1) F`,
-    `s_rt = -l r^(l-1) F'`, and the normal displacement of the interface is `2 mu u_t = r^l (-F' - 4 (1-nu) e)`. Tractions and material are
-    common to both wedges, so continuity of `u_t` asks for the same `e` in both. `F = F' = 0` on the free face and `s_rt = kappa s_tt` on the
-    interface give, per unit of `-(l+1) F(0) / 4`::
+    A wedge between the interface `theta = 0` and a free face `theta = omega` has an Airy function
+    `r^(l+1) F(theta)`, with `F = a cos(l+1)theta + b cos(l-1)theta + c sin(l+1)theta + e
+    sin(l-1)theta`. Stresses are `s_tt = l (l+1) r^(l-1) F`, `s_rt = -l r^(l-1) F'`, and the normal
+    displacement of the interface is `2 mu u_t = r^l (-F' - 4 (1-nu) e)`. Tractions and material are
+    common to both wedges, so continuity of `u_t` asks for the same `e` in both. `F = F' = 0` on the
+    free face and `s_rt = kappa s_tt` on the interface give, per unit of `-(l+1) F(0) / 4`::
 
-        e(omega) = (sin 2 l omega + l sin 2 omega - 2 kappa (sin^2 l omega + l sin^2 omega)) / (sin^2 l omega - l^2 sin^2 omega)
+        e(omega) = (sin 2 l omega + l sin 2 omega - 2 kappa (sin^2 l omega + l sin^2 omega)) /
+        (sin^2 l omega - l^2 sin^2 omega)
 
     and `e(pi/2) = e(-pi)`, the characteristic determinant, reduces to::
 
@@ -134,8 +160,9 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
 
     References
     ----------
-    J. Dundurs and M. S. Lee (1972), Stress concentration at a sharp edge in contact problems, Journal of Elasticity 2, 109-112, for f = 0.
-    M. Comninou (1976), Stress singularity at a sharp edge in contact problems with friction, Zeitschrift für angewandte Mathematik und Physik 27,
+    J. Dundurs and M. S. Lee (1972), Stress concentration at a sharp edge in contact problems,
+    Journal of Elasticity 2, 109-112, for f = 0. M. Comninou (1976), Stress singularity at a sharp
+    edge in contact problems with friction, Zeitschrift für angewandte Mathematik und Physik 27,
     493-499. Churchman and Hills (2006), see `bonded_corner`.
 
     Examples
@@ -144,18 +171,24 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     >>> [round(sliding_corner_exponent(f), 4) for f in (0.0, 0.5, 1.0)]
     [0.774, 0.5604, 0.3854]
     """
-    kappa = finite_number("f", f, least=0.0) * (1 if choice("slip", slip, ("outward", "inward")) == "outward" else -1)
+    kappa = finite_number("f", f, least=0.0) * (
+        1 if choice("slip", slip, ("outward", "inward")) == "outward" else -1
+    )
     strongest, weakest = 3 * pi / 4 - 1 / pi, -1 / pi
     if not weakest < kappa < strongest:
         largest = strongest if slip == "outward" else -weakest
-        raise ModelError(f"f: {f:g} leaves no singular mode for {slip} slip; give friction below {largest:.6g}")
+        raise ModelError(
+            f"f: {f:g} leaves no singular mode for {slip} slip; give friction below {largest:.6g}"
+        )
     return _bisection(lambda exponent: _traction_ratio(exponent) - kappa, 0.0, 1.0)
 
 
 def _traction_ratio(exponent: float) -> float:
     """Ratio `q / p` that has the given leading exponent."""
     angle = pi * exponent
-    return (sin(angle) + 2 / tan(angle) * (sin(angle / 2) ** 2 - exponent**2)) / (2 * exponent * (1 + exponent))
+    return (sin(angle) + 2 / tan(angle) * (sin(angle / 2) ** 2 - exponent**2)) / (
+        2 * exponent * (1 + exponent)
+    )
 
 
 def _bisection(function: Callable[[float], float], low: float, high: float) -> float:

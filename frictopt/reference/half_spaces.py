@@ -15,15 +15,18 @@ from .hertz import poisson_ratio
 def half_plane_influence(nodes: int, E_star: float) -> Array:
     """Relative surface displacement of each of N equal cells per force on each cell, the same for shear and for pressure.
 
-    A force F per depth on the surface of both half-planes, opposite on the two, moves them apart at the distance y by `-2 F / (pi E_star) log|y|`
-    (line load, Johnson 1985, see `half_plane_contact`), up to a rigid motion of the half-planes. Force is spread evenly over a cell and displacement
-    is the mean over a cell::
+    A force F per depth on the surface of both half-planes, opposite on the two, moves them apart at
+    the distance y by `-2 F / (pi E_star) log|y|` (line load, Johnson 1985, see
+    `half_plane_contact`), up to a rigid motion of the half-planes. Force is spread evenly over a
+    cell and displacement is the mean over a cell::
 
-        G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) = y^2 log|y| / 2 - 3 y^2 / 4
+        G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) =
+        y^2 log|y| / 2 - 3 y^2 / 4
 
-    G is an energy: `r G r / 2` is the work of the tractions. Forces that add up to zero, and differences of displacements, do not depend on the rigid
-    motion. All else depends on the zero of the displacement: with all lengths in units of the interface's, the logarithm vanishes at its far end.
-    That makes G positive definite, and independent of the length.
+    G is an energy: `r G r / 2` is the work of the tractions. Forces that add up to zero, and
+    differences of displacements, do not depend on the rigid motion. All else depends on the zero of
+    the displacement: with all lengths in units of the interface's, the logarithm vanishes at its
+    far end. That makes G positive definite, and independent of the length.
 
     Parameters
     ----------
@@ -48,9 +51,13 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     >>> half_plane_influence(nodes=2, E_star=1.0).round(4).tolist()
     [[1.3962, 0.5137], [0.5137, 1.3962]]
     """
-    N, E_star = whole_number("nodes", nodes, least=2, most=10_000), finite_number("E_star", E_star, above=0.0)
+    N, E_star = (
+        whole_number("nodes", nodes, least=2, most=10_000),
+        finite_number("E_star", E_star, above=0.0),
+    )
     d = np.arange(1.0, N)  # distance in cells
-    # The second difference of L with log(d h) taken out: what is left is of order d, not d^2 log d, and cancels with less rounding.
+    # The second difference of L with log(d h) taken out: what is left is of order d, not d^2 log d,
+    # and cancels with less rounding.
     nearer = np.r_[0.0, (d[1:] - 1) ** 2 * np.log1p(-1 / d[1:])]
     apart = np.log(d / N) + ((d + 1) ** 2 * np.log1p(1 / d) + nearer) / 2 - 1.5
     by_distance = -2 / (pi * E_star) * np.r_[np.log(1 / N) - 1.5, apart]
@@ -58,39 +65,47 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     return np.asarray(by_distance[distance])
 
 
-def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: float | None = None) -> dict[str, Any]:
+def half_plane_contact(
+    nodes: int, half_length: float, E_star: float, *, R: float | None = None
+) -> dict[str, Any]:
     """Contact of two half-planes of similar material, as a contact system with the load cases "P" and "Q".
 
-    Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R it touches body 2 along the whole interface and
-    nowhere else. Both deform like half-planes; under P alone, their pressure is that of a rigid flat punch. Shear and pressure are uncoupled
-    (`B = 0`, exact for materials whose shear does not change the pressure, two equal ones above all) and have one stiffness, `A = C`.
+    Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R
+    it touches body 2 along the whole interface and nowhere else. Both deform like half-planes;
+    under P alone, their pressure is that of a rigid flat punch. Shear and pressure are uncoupled
+    (`B = 0`, exact for materials whose shear does not change the pressure, two equal ones above
+    all) and have one stiffness, `A = C`.
 
-    The bodies are free to translate against each other (and do not rotate). With the influence matrix G, see `half_plane_influence`, and an unknown
-    translation c, `u = G r + c`, and the forces of one direction add up to the load F. Solved for the forces::
+    The bodies are free to translate against each other (and do not rotate). With the influence
+    matrix G, see `half_plane_influence`, and an unknown translation c, `u = G r + c`, and the
+    forces of one direction add up to the load F. Solved for the forces::
 
         r = A u + F e      A = G^-1 - k e e^T      e = G^-1 1 / k      k = 1^T G^-1 1
 
-    so that a translation meets no force (`A 1 = 0`), A is positive semi-definite, and the bonded reactions `F e` carry the whole load: the forces of
-    a uniform displacement.
+    so that a translation meets no force (`A 1 = 0`), A is positive semi-definite, and the bonded
+    reactions `F e` carry the whole load: the forces of a uniform displacement.
 
     Parameters
     ----------
     nodes, E_star
         See `half_plane_influence`; the nodes are the middles of the cells.
     half_length
-        Half the length of the interface, length, positive; with R, more than the half-width of the contact to come.
+        Half the length of the interface, length, positive; with R, more than the half-width of the
+        contact to come.
     R
         Radius of the cylinder, length, positive; None for the flat punch.
 
     Returns
     -------
     dict[str, Any]
-        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "P", the normal force, and "Q", the tangential one, each the
-        resultant of the reactions of the half-plane on the punch, force per depth.
+        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "P", the
+        normal force, and "Q", the tangential one, each the resultant of the reactions of the
+        half-plane on the punch, force per depth.
 
     References
     ----------
-    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the cylinder and the flat punch.
+    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the cylinder
+    and the flat punch.
 
     Raises
     ------
@@ -103,7 +118,10 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     >>> half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)["bonded"]["P"][1].round(4).tolist()  # pressed like a rigid punch: more at the edges
     [0.3458, 0.1542, 0.1542, 0.3458]
     """
-    G, half = half_plane_influence(nodes, E_star), finite_number("half_length", half_length, above=0.0)
+    G, half = (
+        half_plane_influence(nodes, E_star),
+        finite_number("half_length", half_length, above=0.0),
+    )
     curvature = 0.0 if R is None else 1 / finite_number("R", R, above=0.0)
     inverse = np.linalg.inv(G)
     inverse = (inverse + inverse.T) / 2
@@ -111,14 +129,24 @@ def half_plane_contact(nodes: int, half_length: float, E_star: float, *, R: floa
     A = inverse - inverse.sum() * np.outer(share, share)
     x: Array = half / nodes * np.arange(1.0 - nodes, nodes, 2.0)
     none = np.zeros(nodes)
-    return dict(A=A, B=np.zeros_like(A), C=A.copy(), x=x, bonded={"P": (none, share), "Q": (share, none)}, gap=curvature * x**2 / 2)
+    return dict(
+        A=A,
+        B=np.zeros_like(A),
+        C=A.copy(),
+        x=x,
+        bonded={"P": (none, share), "Q": (share, none)},
+        gap=curvature * x**2 / 2,
+    )
 
 
-def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: float) -> dict[str, object]:
+def half_space_contact(
+    cells: int, half_length: float, R: float, E: float, nu: float
+) -> dict[str, object]:
     """Arguments of the `ContactSystem` of a sphere on a half-space of the same material, on the cells of a square grid within a circle.
 
-    Tractions are uniform on each cell and displacements are taken at its middle (Boussinesq, Cerruti; Johnson 1985, sections 3.2 to 3.6). Equal
-    materials leave shear and pressure uncoupled. Its load cases move the far end of the sphere by a unit length: "approach" presses, "x" and "y"
+    Tractions are uniform on each cell and displacements are taken at its middle (Boussinesq,
+    Cerruti; Johnson 1985, sections 3.2 to 3.6). Equal materials leave shear and pressure uncoupled.
+    Its load cases move the far end of the sphere by a unit length: "approach" presses, "x" and "y"
     shear towards +x and +y. Forces are sums over cells.
 
     Parameters
@@ -142,24 +170,44 @@ def half_space_contact(cells: int, half_length: float, R: float, E: float, nu: f
     ContactSystem(nodes=21, tangents=2, loads=['approach', 'x', 'y'], gap=True)
     """
     whole_number("cells", cells, least=3, most=80)
-    half_length, R, E = (finite_number(name, value, above=0.0) for name, value in (("half_length", half_length), ("R", R), ("E", E)))
+    half_length, R, E = (
+        finite_number(name, value, above=0.0)
+        for name, value in (("half_length", half_length), ("R", R), ("E", E))
+    )
     nu, size = poisson_ratio("nu", nu), 2 * half_length / cells
     if not 0 < size**2 < np.inf:
-        raise ModelError(f"half_length: {half_length:g}; its square is no number, give the length in another unit")
+        raise ModelError(
+            f"half_length: {half_length:g}; its square is no number, give the length in another unit"
+        )
     line = (np.arange(cells) + 0.5) * size - half_length
     x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))
     inside = np.hypot(x, y) < half_length
     x, y = x[inside], y[inside]
     normal, along, across, mixed = _influence(x[:, None] - x, y[:, None] - y, size / 2)
-    scale = 2 * (1 + nu) / (np.pi * E * size**2)  # 1/(2 pi G) for two bodies, per unit force on a cell
-    shear = scale * np.block([[(1 - nu) * normal + nu * along, nu * mixed], [nu * mixed, (1 - nu) * normal + nu * across]])
+    scale = (
+        2 * (1 + nu) / (np.pi * E * size**2)
+    )  # 1/(2 pi G) for two bodies, per unit force on a cell
+    shear = scale * np.block(
+        [
+            [(1 - nu) * normal + nu * along, nu * mixed],
+            [nu * mixed, (1 - nu) * normal + nu * across],
+        ]
+    )
     n = len(x)
     S = np.zeros((3 * n, 3 * n))
-    S[: 2 * n, : 2 * n], S[2 * n :, 2 * n :] = np.linalg.inv(shear), np.linalg.inv(scale * (1 - nu) * normal)
+    S[: 2 * n, : 2 * n], S[2 * n :, 2 * n :] = (
+        np.linalg.inv(shear),
+        np.linalg.inv(scale * (1 - nu) * normal),
+    )
     S = (S + S.T) / 2
     cases = np.kron(np.eye(3), np.ones(n)) @ S
     bonded = {"approach": cases[2], "x": -cases[0], "y": -cases[1]}
-    return {"S": S, "points": np.column_stack([x, y, np.zeros(n)]), "bonded": bonded, "gap": (x**2 + y**2) / (2 * R)}
+    return {
+        "S": S,
+        "points": np.column_stack([x, y, np.zeros(n)]),
+        "bonded": bonded,
+        "gap": (x**2 + y**2) / (2 * R),
+    }
 
 
 def _influence(x: Array, y: Array, half: float) -> tuple[Array, Array, Array, Array]:
@@ -169,6 +217,10 @@ def _influence(x: Array, y: Array, half: float) -> tuple[Array, Array, Array, Ar
         for sy in (-1, 1):
             X, Y = x + sx * half, y + sy * half
             r = np.hypot(X, Y)
-            parts += sx * sy * np.array([Y * np.arcsinh(X / np.abs(Y)), X * np.arcsinh(Y / np.abs(X)), -r])
+            parts += (
+                sx
+                * sy
+                * np.array([Y * np.arcsinh(X / np.abs(Y)), X * np.arcsinh(Y / np.abs(X)), -r])
+            )
     along, across, mixed = parts
     return along + across, along, across, mixed

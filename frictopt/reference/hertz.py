@@ -39,7 +39,9 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     115.38
     """
     E1, E2 = finite_number("E1", E1, above=0.0), finite_number("E2", E2, above=0.0)
-    return 1 / ((1 - poisson_ratio("nu1", nu1) ** 2) / E1 + (1 - poisson_ratio("nu2", nu2) ** 2) / E2)
+    return 1 / (
+        (1 - poisson_ratio("nu1", nu1) ** 2) / E1 + (1 - poisson_ratio("nu2", nu2) ** 2) / E2
+    )
 
 
 class _Round:
@@ -50,13 +52,21 @@ class _Round:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            object.__setattr__(self, name, poisson_ratio(name, value) if name == "nu" else finite_number(name, value, above=0.0))
+            object.__setattr__(
+                self,
+                name,
+                poisson_ratio(name, value)
+                if name == "nu"
+                else finite_number(name, value, above=0.0),
+            )
 
     def _share(self, name: str, Q: float) -> float:
         """Size of a shear force over its bound, below 1."""
         share = abs(finite_number(name, Q)) / (self.f * self.P)
         if share >= 1:
-            raise ModelError(f"{name}: {Q:g}; the body slides, give a shear force below f P = {self.f * self.P:g}")
+            raise ModelError(
+                f"{name}: {Q:g}; the body slides, give a shear force below f P = {self.f * self.P:g}"
+            )
         return share
 
 
@@ -71,25 +81,30 @@ def _work(a: float, x: float) -> float:
 class LineContact(_Round):
     """Cylinder on a half-plane of similar material, under a constant normal force and a shear force that starts from zero.
 
-    Similar are materials whose shear does not change the pressure (`B = 0`), two equal ones above all. Methods take a shear force Q, the
-    resultant of the tractions q of the half-plane on the cylinder along +x, of magnitude below `f P`: beyond that the cylinder slides.
+    Similar are materials whose shear does not change the pressure (`B = 0`), two equal ones above
+    all. Methods take a shear force Q, the resultant of the tractions q of the half-plane on the
+    cylinder along +x, of magnitude below `f P`: beyond that the cylinder slides.
 
     Parameters
     ----------
     P
         Normal force, compression positive, force per depth, positive.
     R
-        Radius of the cylinder (of two cylinders: `1 / R = 1 / R1 + 1 / R2`), length, positive and large against the contact.
+        Radius of the cylinder (of two cylinders: `1 / R = 1 / R1 + 1 / R2`), length, positive and
+        large against the contact.
     E_star, f
-        Contact modulus, see `contact_modulus`, stress, positive; coefficient of friction, dimensionless, positive.
+        Contact modulus, see `contact_modulus`, stress, positive; coefficient of friction,
+        dimensionless, positive.
 
     References
     ----------
-    C. Cattaneo (1938), Sul contatto di due corpi elastici: distribuzione locale degli sforzi, Rendiconti dell'Accademia Nazionale dei Lincei 27.
-    R. D. Mindlin (1949), Compliance of elastic bodies in contact, Journal of Applied Mechanics 16, 259-268. Mindlin and Deresiewicz (1953), see
-    `SphereContact`: cycles and their work. K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the cylinder. M. Ciavarella (1998),
-    The generalized Cattaneo partial slip plane contact problem, International Journal of Solids and Structures 35, 2349-2362; Popov (2014), see
-    `SphereContact`: worn contacts.
+    C. Cattaneo (1938), Sul contatto di due corpi elastici: distribuzione locale degli sforzi,
+    Rendiconti dell'Accademia Nazionale dei Lincei 27. R. D. Mindlin (1949), Compliance of elastic
+    bodies in contact, Journal of Applied Mechanics 16, 259-268. Mindlin and Deresiewicz (1953), see
+    `SphereContact`: cycles and their work. K. L. Johnson (1985), Contact Mechanics, Cambridge
+    University Press: the cylinder. M. Ciavarella (1998), The generalized Cattaneo partial slip
+    plane contact problem, International Journal of Solids and Structures 35, 2349-2362; Popov
+    (2014), see `SphereContact`: worn contacts.
 
     Raises
     ------
@@ -136,7 +151,8 @@ class LineContact(_Round):
     def slip(self, x: ArrayLike, Q: float) -> Array:
         """Slip v at x, length, any shape, when Q is first reached: against Q, zero for `|x| <= c`, nan outside the contact, length.
 
-        It grows from the edge of the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star a)`, where p_0 is the peak pressure.
+        It grows from the edge of the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star
+        a)`, where p_0 is the peak pressure.
         """
         a, c = self.half_width, self.stick_half_width(Q)
         distance = np.abs(finite_array("x", x))
@@ -157,13 +173,16 @@ class LineContact(_Round):
     def worn_depth(self, x: ArrayLike, Q0: float) -> Array:
         """Depth worn off at x, length, any shape, once shear between `-Q0` and `Q0` has worn the cylinder in.
 
-        The stick zone stays, and in the end it carries the whole force. With `c = a sqrt(1 - |Q0| / (f P))` (Ciavarella 1998, Popov 2014)::
+        The stick zone stays, and in the end it carries the whole force. With `c = a sqrt(1 - |Q0| /
+        (f P))` (Ciavarella 1998, Popov 2014)::
 
             h = (a^2 arccosh(|x| / c) - |x| sqrt(x^2 - c^2)) / (2 R)     where that is positive
         """
         a, c, x = self.half_width, self.stick_half_width(Q0), np.abs(finite_array("x", x))
         far = np.maximum(x, c)
-        depth: Array = np.maximum(a**2 * np.arccosh(far / c) - far * np.sqrt(far**2 - c**2), 0.0) / (2 * self.R)
+        depth: Array = np.maximum(
+            a**2 * np.arccosh(far / c) - far * np.sqrt(far**2 - c**2), 0.0
+        ) / (2 * self.R)
         return depth
 
 
@@ -171,20 +190,23 @@ class LineContact(_Round):
 class SphereContact(_Round):
     """Sphere on a half-space of the same material, under a constant normal force and a shear force that starts from zero.
 
-    Slip across the direction of the force, which Poisson's ratio causes, is neglected as it is in the sources; the solution is exact for `nu = 0`.
+    Slip across the direction of the force, which Poisson's ratio causes, is neglected as it is in
+    the sources; the solution is exact for `nu = 0`.
 
     Parameters
     ----------
     P, R, f
         Normal force, radius of the sphere, length, and coefficient of friction, positive.
     E, nu
-        Young's modulus of both bodies, force per area, positive, and Poisson's ratio, above -1 and at most 0.5.
+        Young's modulus of both bodies, force per area, positive, and Poisson's ratio, above -1 and
+        at most 0.5.
 
     References
     ----------
-    R. D. Mindlin and H. Deresiewicz (1953), Elastic spheres in contact under varying oblique forces, Journal of Applied Mechanics 20, 327-344.
-    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press, sections 4.2 and 7.4. V. L. Popov (2014), Analytic solution for the limiting
-    shape of profiles due to fretting wear, Scientific Reports 4, 3749: the worn sphere.
+    R. D. Mindlin and H. Deresiewicz (1953), Elastic spheres in contact under varying oblique
+    forces, Journal of Applied Mechanics 20, 327-344. K. L. Johnson (1985), Contact Mechanics,
+    Cambridge University Press, sections 4.2 and 7.4. V. L. Popov (2014), Analytic solution for the
+    limiting shape of profiles due to fretting wear, Scientific Reports 4, 3749: the worn sphere.
 
     Raises
     ------
@@ -215,7 +237,8 @@ class SphereContact(_Round):
 
         With `x = Q / (f P)` and the shear modulus G of both bodies::
 
-            W = 9 f^2 P^2 / (10 a) * 2 (2 - nu) / G * {1 - (1 - x)^(5/3) - (5 x / 6) [1 + (1 - x)^(2/3)]}
+            W = 9 f^2 P^2 / (10 a) * 2 (2 - nu) / G * {1 - (1 - x)^(5/3) - (5 x / 6) [1 + (1 -
+            x)^(2/3)]}
 
         Q is the amplitude of the shear force, below f P: from there on the sphere slides.
         """
@@ -226,10 +249,12 @@ class SphereContact(_Round):
     def worn_depth(self, r: ArrayLike, Q: float) -> Array:
         """Depth worn off at distance r from the middle, length, any shape, once shear between -Q and Q has worn the sphere in.
 
-        The stick zone stays, and in the end it carries the whole force: the sphere indents by d more, as a flat punch of radius c does. With
-        `c = a (1 - Q / (f P))^(1/3)` and `d = 2 (a^3 - c^3) / (3 R c)` (Popov 2014), outside of c and where it is positive::
+        The stick zone stays, and in the end it carries the whole force: the sphere indents by d
+        more, as a flat punch of radius c does. With `c = a (1 - Q / (f P))^(1/3)` and `d = 2 (a^3 -
+        c^3) / (3 R c)` (Popov 2014), outside of c and where it is positive::
 
-            h = c^2/R + d - r^2/(2R) - ((2 c^2 - r^2) arcsin(c/r) + r c sqrt(1 - c^2/r^2)) / (pi R) - (2 d / pi) arcsin(c/r)
+            h = c^2/R + d - r^2/(2R) - ((2 c^2 - r^2) arcsin(c/r) + r c sqrt(1 - c^2/r^2)) / (pi R)
+            - (2 d / pi) arcsin(c/r)
 
         """
         a, R, place = self.half_width, self.R, np.abs(finite_array("r", r))
@@ -237,7 +262,11 @@ class SphereContact(_Round):
         d, far = 2 * (a**3 - c**3) / (3 * R * c), np.maximum(place, c)
         angle = np.arcsin(c / far)
         lifted = ((2 * c**2 - far**2) * angle + c * np.sqrt(far**2 - c**2)) / (pi * R)
-        return np.where(place > c, np.maximum(c**2 / R + d - far**2 / (2 * R) - lifted - 2 * d / pi * angle, 0.0), 0.0)
+        return np.where(
+            place > c,
+            np.maximum(c**2 / R + d - far**2 / (2 * R) - lifted - 2 * d / pi * angle, 0.0),
+            0.0,
+        )
 
 
 def _ellipse(x: Array, half_width: float) -> Array:

@@ -15,15 +15,18 @@ from ..base import CONDENSATION, Array, check_entries, finite_number, frozen, wh
 from ..contact import ContactSystem, checked_plane
 from .uncoupled import each_node
 
-_PULL = CONDENSATION  # a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the data have this error
+# a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the
+# data have this error
+_PULL = CONDENSATION
 
 
 def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     """Work of friction in one cycle of sliders in parallel whose common base moves between `-X` and `+X`.
 
-    Each slider hangs on its own spring. It sticks until the spring force reaches the friction bound and then slips the rest of the way, to and
-    fro over `2 (X - bound / k)`. As a contact system: `A = diag(k)`, `B = 0`, constant pressures `p0 = bound / f`, and `q1 = -k X` as the bonded
-    reaction at the corner where the base is at `+X`.
+    Each slider hangs on its own spring. It sticks until the spring force reaches the friction bound
+    and then slips the rest of the way, to and fro over `2 (X - bound / k)`. As a contact system: `A
+    = diag(k)`, `B = 0`, constant pressures `p0 = bound / f`, and `q1 = -k X` as the bonded reaction
+    at the corner where the base is at `+X`.
 
     Parameters
     ----------
@@ -41,8 +44,10 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
 
     References
     ----------
-    G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd International Congress of Applied Mechanics, Zürich.
-    W. D. Iwan (1966), A distributed-element model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33, 893-900.
+    G. Masing (1926), Eigenspannungen und Verfestigung beim Messing, Proceedings of the 2nd
+    International Congress of Applied Mechanics, Zürich. W. D. Iwan (1966), A distributed-element
+    model for hysteresis and its steady-state dynamic response, Journal of Applied Mechanics 33,
+    893-900.
 
     Raises
     ------
@@ -65,19 +70,22 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
 def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     """Work of friction in one cycle of a rod on a Coulomb foundation whose end is pulled to and fro by a force of amplitude F0.
 
-    The end force is taken up by friction over the slip length `F0 / tau`, beyond which the rod is at rest: by `n = F0 / (tau h)` nodes, the last of
-    them without slip if n is whole. Each travels twice its largest displacement to and fro against `tau h`. For whole n (any n is accepted)::
+    The end force is taken up by friction over the slip length `F0 / tau`, beyond which the rod is
+    at rest: by `n = F0 / (tau h)` nodes, the last of them without slip if n is whole. Each travels
+    twice its largest displacement to and fro against `tau h`. For whole n (any n is accepted)::
 
         W = 2 F0^3 / (3 EA tau) (1 - 1/n^2)
 
     Parameters
     ----------
     F0, EA
-        Amplitude of the end force, not negative, and axial stiffness of the rod, positive, force (per depth).
+        Amplitude of the end force, not negative, and axial stiffness of the rod, positive, force
+        (per depth).
     tau
         Friction bound per length, f times the pressure, positive.
     h
-        Distance of the nodes, length; 0 is the continuous rod, `n = inf`. The rod is longer than the slip length `F0 / tau`.
+        Distance of the nodes, length; 0 is the continuous rod, `n = inf`. The rod is longer than
+        the slip length `F0 / tau`.
 
     Returns
     -------
@@ -86,8 +94,9 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
 
     References
     ----------
-    C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory response, Journal of Sound and Vibration 107, 279-293:
-    the continuous rod, on a foundation that yields before it slips; the discrete one is a sum.
+    C.-H. Menq, J. Bielak and J. H. Griffin (1986), The influence of microslip on vibratory
+    response, Journal of Sound and Vibration 107, 279-293: the continuous rod, on a foundation that
+    yields before it slips; the discrete one is a sum.
 
     Raises
     ------
@@ -105,15 +114,18 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     if h == 0:
         return 2 * F0**3 / (3 * EA * tau)
     m = floor(F0 / (tau * h))  # nodes that slip; one too many or too few at a whole n adds nothing
-    displacements = h / EA * (F0 * m * (m + 1) / 2 - tau * h * m * (m + 1) * (2 * m + 1) / 6)  # added up over the nodes
+    displacements = (
+        h / EA * (F0 * m * (m + 1) / 2 - tau * h * m * (m + 1) * (2 * m + 1) / 6)
+    )  # added up over the nodes
     return 4 * tau * h * displacements
 
 
 def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     """Rod of equal elements on a foundation, as a contact system with the load cases "pressure" and "force".
 
-    Every node carries a length h of the rod, including the loaded one at the left end. Slip does not change the pressure (`B = 0`). Only friction
-    holds the rod, so A allows it to slide as a whole. The normal stiffness does not matter as long as the rod is pressed down.
+    Every node carries a length h of the rod, including the loaded one at the left end. Slip does
+    not change the pressure (`B = 0`). Only friction holds the rod, so A allows it to slide as a
+    whole. The normal stiffness does not matter as long as the rod is pressed down.
 
     Parameters
     ----------
@@ -125,8 +137,9 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     Returns
     -------
     dict[str, Any]
-        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "pressure", force per length and depth between rod and
-        foundation, with the friction `tau = f * pressure`; "force", along +x on the first node, with the bonded reaction -1.
+        Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "pressure",
+        force per length and depth between rod and foundation, with the friction `tau = f *
+        pressure`; "force", along +x on the first node, with the bonded reaction -1.
 
     Raises
     ------
@@ -139,7 +152,11 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     >>> fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     ContactSystem(nodes=4, x=0.5 .. 3.5, loads=['force', 'pressure'], gap=False)
     """
-    N, EA, h = whole_number("nodes", nodes, least=1, most=10_000), finite_number("EA", EA, above=0.0), finite_number("h", h, above=0.0)
+    N, EA, h = (
+        whole_number("nodes", nodes, least=1, most=10_000),
+        finite_number("EA", EA, above=0.0),
+        finite_number("h", h, above=0.0),
+    )
     incidence = np.diff(np.eye(N), axis=0)
     none = np.zeros(N)
     return dict(
@@ -155,8 +172,9 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
 def order_preserving(system: ContactSystem) -> Array:
     """Largest coefficient of friction of each node with which slip at one node only ever pulls the others along.
 
-    These are the largest f with `f_i |B_ij| <= -A_ij` for all i != j. With no more at any node, and while all nodes stay closed, two starts with
-    `v <= v'` at every node have `v <= v'` ever after under the same loads. Slips between two safe ones, node by node, then stay between them. It
+    These are the largest f with `f_i |B_ij| <= -A_ij` for all i != j. With no more at any node, and
+    while all nodes stay closed, two starts with `v <= v'` at every node have `v <= v'` ever after
+    under the same loads. Slips between two safe ones, node by node, then stay between them. It
     orders slips, not the work of friction: that may be more or less from the larger start.
 
     Parameters
@@ -167,7 +185,8 @@ def order_preserving(system: ContactSystem) -> Array:
     Returns
     -------
     Array
-        (N,) coefficients of friction, of which the least one holds for all nodes; inf where nothing limits it, below 0 where none keeps the order.
+        (N,) coefficients of friction, of which the least one holds for all nodes; inf where nothing
+        limits it, below 0 where none keeps the order.
 
     Raises
     ------
@@ -186,6 +205,10 @@ def order_preserving(system: ContactSystem) -> Array:
     pull, coupling = -contact.A, np.abs(contact.B)
     rounding = _PULL * max(float(np.abs(contact.A).max()), float(coupling.max()))
     coupled = coupling > rounding
-    shares = np.where(coupled, pull / np.where(coupled, coupling, 1.0), np.where(pull >= -rounding, np.inf, -np.inf))
+    shares = np.where(
+        coupled,
+        pull / np.where(coupled, coupling, 1.0),
+        np.where(pull >= -rounding, np.inf, -np.inf),
+    )
     np.fill_diagonal(shares, np.inf)
     return frozen(shares.min(axis=1))

@@ -20,35 +20,43 @@ def each_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...
     return tuple(for_each(name, array, count) for name, array in arrays.items())
 
 
-def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0) -> float:
+def uncoupled_limit(
+    q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0
+) -> float:
     """Limit lambda_1 = lambda_2 of an uncoupled contact, `B = 0`, or of a proportionally coupled one, `B = D A` with `D = diag(d)`.
 
-    With `B = D A` slip enters the law of node i only through its own `t_i = (A v)_i`, as `q += t` and `p += d t`, and `A v = t` has a solution
-    for every `t` when A is positive definite. The nodes are then as many single nodes of stiffness 1 and coupling `d`, and the weakest governs::
+    With `B = D A` slip enters the law of node i only through its own `t_i = (A v)_i`, as `q += t`
+    and `p += d t`, and `A v = t` has a solution for every `t` when A is positive definite. The
+    nodes are then as many single nodes of stiffness 1 and coupling `d`, and the weakest governs::
 
         lambda = min over nodes of  f (p0 - d q0) / max(|q1 - f^2 d p1|, f |p1 - d q1|)
 
-    which for `d = 0` is `f p0 / max(|q1|, f |p1|)`, whatever A and q0. The second entry of the maximum governs where the node lifts off rather
-    than slips. In full contact `lambda_1 = lambda_2`: a node slips forward only with `t_i` at its lower bound and backward only at its upper one,
-    safe slips lie between the two, so slip never increases the distance from a safe slip in the norm of A.
+    which for `d = 0` is `f p0 / max(|q1|, f |p1|)`, whatever A and q0. The second entry of the
+    maximum governs where the node lifts off rather than slips. In full contact `lambda_1 =
+    lambda_2`: a node slips forward only with `t_i` at its lower bound and backward only at its
+    upper one, safe slips lie between the two, so slip never increases the distance from a safe slip
+    in the norm of A.
 
     Parameters
     ----------
     q0, p0, q1, p1
-        Bonded reactions of the mean load and of the corner `s = +1` at load factor one, tangential (along +x) and normal (compression positive), (N,)
-        or one number, force per depth.
+        Bonded reactions of the mean load and of the corner `s = +1` at load factor one, tangential
+        (along +x) and normal (compression positive), (N,) or one number, force per depth.
     f, d
-        Coefficient of friction, positive, and diagonal of D, (N,) or one number, dimensionless, `f |d| < 1`.
+        Coefficient of friction, positive, and diagonal of D, (N,) or one number, dimensionless, `f
+        |d| < 1`.
 
     Returns
     -------
     float
-        Dimensionless; inf if the load does not touch the nodes, nan if no slip is safe even without the cyclic load.
+        Dimensionless; inf if the load does not touch the nodes, nan if no slip is safe even without
+        the cyclic load.
 
     References
     ----------
-    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with Coulomb friction, International Journal of
-    Solids and Structures 44, 8355-8365: which contacts shake down from every start.
+    A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with
+    Coulomb friction, International Journal of Solids and Structures 44, 8355-8365: which contacts
+    shake down from every start.
 
     Raises
     ------
@@ -64,43 +72,57 @@ def uncoupled_limit(q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, 
     q0, p0, q1, p1, f, d = each_node(q0=q0, p0=p0, q1=q1, p1=p1, f=f, d=d)
     if (f * np.abs(d) >= 1).any():
         node = int(np.argmax(f * np.abs(d)))
-        raise ModelError(f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either")
-    strength, terms = f * (p0 - d * q0), f * (np.abs(p0) + np.abs(d * q0))  # a strength of zero has the rounding of the terms that cancel
+        raise ModelError(
+            f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either"
+        )
+    strength, terms = (
+        f * (p0 - d * q0),
+        f * (np.abs(p0) + np.abs(d * q0)),
+    )  # a strength of zero has the rounding of the terms that cancel
     if (strength < -ROUNDING * terms).any():
         return float("nan")
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = np.maximum(strength, 0.0) / np.maximum(np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1))
+        ratio = np.maximum(strength, 0.0) / np.maximum(
+            np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1)
+        )
     return float(np.nanmin(ratio, initial=np.inf))
 
 
-def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> float:
+def single_node_limit(
+    A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float
+) -> float:
     """Shakedown limit of one node, `lambda_1 = lambda_2`.
 
-    With slip v the reactions at the corners `s = -1, +1` are `q = q0 + lam s q1 + A v` and `p = p0 + lam s p1 + B v`. Two bounds on v, one
-    from each sense of slip, close on each other as the load grows and meet at::
+    With slip v the reactions at the corners `s = -1, +1` are `q = q0 + lam s q1 + A v` and `p = p0
+    + lam s p1 + B v`. Two bounds on v, one from each sense of slip, close on each other as the load
+    grows and meet at::
 
         lambda = f (A p0 - B q0) / max(|A q1 - f^2 B p1|, f |A p1 - B q1|)
 
-    The first entry of the maximum governs for `|q1| > f |p1|`: above the limit the node slips to and fro. Otherwise the second does: one corner
-    unloads the node until it lifts off.
+    The first entry of the maximum governs for `|q1| > f |p1|`: above the limit the node slips to
+    and fro. Otherwise the second does: one corner unloads the node until it lifts off.
 
     Parameters
     ----------
     A, B
-        Tangential force and normal force per slip (v along +x), force per depth and length, `A > 0`.
+        Tangential force and normal force per slip (v along +x), force per depth and length, `A >
+        0`.
     q0, p0, q1, p1
         Bonded reactions as in `uncoupled_limit`, force per depth.
     f
-        Coefficient of friction, dimensionless, `0 < f < A / |B|`: from `A / |B|` on the node wedges and the bounds no longer meet.
+        Coefficient of friction, dimensionless, `0 < f < A / |B|`: from `A / |B|` on the node wedges
+        and the bounds no longer meet.
 
     Returns
     -------
     float
-        Dimensionless; inf if the load does not touch the node, nan if no slip is safe even without the cyclic load.
+        Dimensionless; inf if the load does not touch the node, nan if no slip is safe even without
+        the cyclic load.
 
     References
     ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the conditions; the expression is where the two bounds meet.
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the conditions; the expression
+    is where the two bounds meet.
 
     Raises
     ------
@@ -117,31 +139,36 @@ def single_node_limit(A: float, B: float, q0: float, p0: float, q1: float, p1: f
     return uncoupled_limit(q0, p0, q1, p1, f, d=B / A)
 
 
-def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float, load_factor: float) -> float:
+def single_node_dissipation(
+    A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float, load_factor: float
+) -> float:
     """Work of friction in one cycle of the steady state of one node, the same from every start.
 
-    Up to the limit of `single_node_limit` it is zero. Above it the node slips forward up to the corner that pulls it forward, where it rests at
-    `v_I` on `q = -f p`, and backward up to the other one, where it rests at `v_II` on `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1`
-    and `t` the sign of q1, the travel and the pressures at the two ends are::
+    Up to the limit of `single_node_limit` it is zero. Above it the node slips forward up to the
+    corner that pulls it forward, where it rests at `v_I` on `q = -f p`, and backward up to the
+    other one, where it rests at `v_II` on `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1` and
+    `t` the sign of q1, the travel and the pressures at the two ends are::
 
         v_I - v_II = 2 (lam |A q1 - f^2 B p1| - f D) / (A^2 - f^2 B^2)
         p_I = (D - lam t e) / (A + f B)        p_II = (D + lam t e) / (A - f B)
 
-    While the node slips its pressure is linear in v, so that the work of a passage is `f (v_I - v_II)` times the pressure half-way, and the two
-    passages add up to::
+    While the node slips its pressure is linear in v, so that the work of a passage is `f (v_I -
+    v_II)` times the pressure half-way, and the two passages add up to::
 
         W = f (v_I - v_II) q1 (p_I / (q1 - f p1) + p_II / (q1 + f p1))
 
-    Without coupling and cyclic pressure, `B = p1 = 0`, this is `4 f p0 (lam |q1| - f p0) / A`. In a larger uncoupled contact a node whose
-    neighbours stick dissipates as much, with its own diagonal entry of the stiffness for A.
+    Without coupling and cyclic pressure, `B = p1 = 0`, this is `4 f p0 (lam |q1| - f p0) / A`. In a
+    larger uncoupled contact a node whose neighbours stick dissipates as much, with its own diagonal
+    entry of the stiffness for A.
 
     Parameters
     ----------
     A, B, q0, p0, q1, p1, f
         See `single_node_limit`.
     load_factor
-        Factor `lam` of the cyclic load, dimensionless, at least 0 and at most `D / |e|`, from where on the node lifts off at one of the corners.
-        For `|q1| <= f |p1|` that is the limit itself: such a node never dissipates in full contact.
+        Factor `lam` of the cyclic load, dimensionless, at least 0 and at most `D / |e|`, from where
+        on the node lifts off at one of the corners. For `|q1| <= f |p1|` that is the limit itself:
+        such a node never dissipates in full contact.
 
     Returns
     -------
@@ -150,7 +177,8 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
 
     References
     ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the two bounds; the work follows from them by the integration above.
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the two bounds; the work follows
+    from them by the integration above.
 
     Raises
     ------
@@ -171,7 +199,9 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
         raise ModelError(f"p0: {p0:g}; the mean load lifts the node off, give more pressure")
     travel = 2 * (lam * abs(A * q1 - f**2 * B * p1) - f * D) / (A**2 - (f * B) ** 2)
     if lam * abs(e) - D > ROUNDING * (terms + lam * (abs(A * p1) + abs(B * q1))):
-        raise ModelError(f"load_factor: {lam:g}; the node lifts off at one corner, give at most {max(D, 0.0) / abs(e):g}")
+        raise ModelError(
+            f"load_factor: {lam:g}; the node lifts off at one corner, give at most {max(D, 0.0) / abs(e):g}"
+        )
     if abs(q1) <= f * abs(p1) or travel <= 0:
         return 0.0
     swing = lam * e if q1 > 0 else -lam * e
@@ -179,12 +209,19 @@ def single_node_dissipation(A: float, B: float, q0: float, p0: float, q1: float,
     return f * travel * q1 * (ends[0] / (q1 - f * p1) + ends[1] / (q1 + f * p1))
 
 
-def _checked(A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float) -> tuple[float, ...]:
+def _checked(
+    A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float
+) -> tuple[float, ...]:
     A, B = finite_number("A", A, above=0.0), finite_number("B", B)
-    q0, p0, q1, p1 = (finite_number(name, value) for name, value in zip(("q0", "p0", "q1", "p1"), (q0, p0, q1, p1), strict=True))
+    q0, p0, q1, p1 = (
+        finite_number(name, value)
+        for name, value in zip(("q0", "p0", "q1", "p1"), (q0, p0, q1, p1), strict=True)
+    )
     f = finite_number("f", f, above=0.0)
     if f * abs(B) >= A:
-        raise ModelError(f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; give less friction or weaker coupling")
+        raise ModelError(
+            f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; give less friction or weaker coupling"
+        )
     return A, B, q0, p0, q1, p1, f
 
 
@@ -211,13 +248,17 @@ def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
     if size == 0:
         return array[0], 0.0
     unit = (array - middle) / size
-    circles = [((one + two) / 2, float(np.hypot(*(one - two)) / 2)) for one, two in combinations(unit, 2)]
+    circles = [
+        ((one + two) / 2, float(np.hypot(*(one - two)) / 2)) for one, two in combinations(unit, 2)
+    ]
     for a, b, c in combinations(unit, 3):
         matrix = 2 * np.array([b - a, c - a])
         if abs(np.linalg.det(matrix)) > _INSIDE:
             centre = np.linalg.solve(matrix, [b @ b - a @ a, c @ c - a @ a])
             circles.append((centre, float(np.hypot(*(a - centre)))))
-    holding = [circle for circle in circles if np.hypot(*(unit - circle[0]).T).max() <= circle[1] + _INSIDE]
+    holding = [
+        circle for circle in circles if np.hypot(*(unit - circle[0]).T).max() <= circle[1] + _INSIDE
+    ]
     centre, radius = min(holding, key=lambda circle: circle[1])
     return middle + size * centre, size * radius
 
@@ -225,26 +266,30 @@ def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
 def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     """Limit lambda_2 of an uncoupled contact in three dimensions (B = 0) whose corners change the shear forces alone.
 
-    A residual slip moves the shear forces of each node at all corners by the same vector, which is free where A is positive definite. The node is
-    safe if a circle of radius `f p0` holds its corners, so the weakest node governs::
+    A residual slip moves the shear forces of each node at all corners by the same vector, which is
+    free where A is positive definite. The node is safe if a circle of radius `f p0` holds its
+    corners, so the weakest node governs::
 
         lambda = min over nodes of  f p0 / (radius of the smallest circle around the corners' q1)
 
     Parameters
     ----------
     p0, q1
-        Normal forces of the mean load, compression positive, (N,) or one number; (K, N, 2) shear forces of the corners at load factor one; force.
+        Normal forces of the mean load, compression positive, (N,) or one number; (K, N, 2) shear
+        forces of the corners at load factor one; force.
     f
         Coefficient of friction, (N,) or one number, positive.
 
     Returns
     -------
     float
-        Dimensionless; inf if the load does not shear the nodes, nan if a node pulls under the mean load.
+        Dimensionless; inf if the load does not shear the nodes, nan if a node pulls under the mean
+        load.
 
     References
     ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: uncoupled contacts shake down below it from every start.
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: uncoupled contacts shake down
+    below it from every start.
 
     Raises
     ------
@@ -259,7 +304,9 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     """
     shear = finite_array("q1", q1, (None, None, 2))
     if not shear.size:
-        raise ModelError(f"q1: shape {shear.shape}; give the shear forces (K, N, 2) of at least one corner and node")
+        raise ModelError(
+            f"q1: shape {shear.shape}; give the shear forces (K, N, 2) of at least one corner and node"
+        )
     p0, f = each_node(shear.shape[1], p0=p0, f=f)
     if p0.min() < 0:
         return float("nan")

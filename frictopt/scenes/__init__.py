@@ -1,7 +1,7 @@
 """Contacts with meshes of their own, to try and to compare.
 
-A scene is a dataclass of lengths and materials with `model()` and `condense()`; `scene.py` is their base. A new
-scene is a class beside those of `punch.py`, `dovetail.py` and `shrunk.py`.
+A scene is a dataclass of lengths and materials with `model()` and `condense()`; `scene.py` is their
+base. A new scene is a class beside those of `punch.py`, `dovetail.py` and `shrunk.py`.
 """
 
 from .dovetail import Dovetail

@@ -47,7 +47,10 @@ class PunchOnBlock(Scene):
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
         face, half = self.contact_nodes, self.block_half_width
-        up, down, beside = (away(length, self.corner_size, self.growth) for length in (self.punch_height, self.block_depth, half - self.half_width))
+        up, down, beside = (
+            away(length, self.corner_size, self.growth)
+            for length in (self.punch_height, self.block_depth, half - self.half_width)
+        )
         side = self.half_width + beside[1:]
         side[-1] = half
         across = len(self._directions) - 1
@@ -57,7 +60,9 @@ class PunchOnBlock(Scene):
         """The two meshes with supports and load cases."""
         kind = MeshQuad if self._directions == "xy" else MeshHex
         punch, block = (kind.init_tensor(*lines) for lines in self._grids)
-        punch = punch.with_boundaries({"contact": lambda x: x[-1] == 0, "top": lambda x: x[-1] == self.punch_height})
+        punch = punch.with_boundaries(
+            {"contact": lambda x: x[-1] == 0, "top": lambda x: x[-1] == self.punch_height}
+        )
         block = block.with_boundaries(
             {
                 "contact": lambda x: (x[-1] == 0) & (np.abs(x[:-1]) < self.half_width).all(axis=0),
@@ -69,11 +74,16 @@ class PunchOnBlock(Scene):
         *across, up = list(self._directions)
         shears = {name: f"Q{name}" if len(across) > 1 else "Q" for name in across}
         return ContactModel(
-            bodies={"punch": Body(punch, self.punch_material, self.element), "block": Body(block, self.block_material, self.element)},
+            bodies={
+                "punch": Body(punch, self.punch_material, self.element),
+                "block": Body(block, self.block_material, self.element),
+            },
             supports=self._supports,
             loads={
                 "P": [Traction("punch", "top", **{up: -1.0})],
-                **{case: [Traction("punch", "top", **{name: 1.0})] for name, case in shears.items()},
+                **{
+                    case: [Traction("punch", "top", **{name: 1.0})] for name, case in shears.items()
+                },
                 "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
             },
         )
@@ -83,9 +93,11 @@ class PunchOnBlock(Scene):
 class PunchOnHalfPlane(PunchOnBlock):
     """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals; the default has the paper's size.
 
-    The bottom of the block is on rollers: free to slide, one node held. The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of
-    unit traction: "P", pressure on the top of the punch; "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the
-    punch. A load factor on "sigma" over a mean of one "P" is therefore `sigma / (P / 2a)`, with P the total normal force.
+    The bottom of the block is on rollers: free to slide, one node held. The contact is `-half_width
+    <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the
+    punch; "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the
+    punch. A load factor on "sigma" over a mean of one "P" is therefore `sigma / (P / 2a)`, with P
+    the total normal force.
 
     Parameters
     ----------
@@ -94,19 +106,22 @@ class PunchOnHalfPlane(PunchOnBlock):
     half_width, punch_height, block_half_width, block_depth
         Half-width `a` of the contact, height of the punch, and size of the block, length.
     growth
-        Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size of the corner element.
+        Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size
+        of the corner element.
     punch_material, block_material
         The two materials.
     element
-        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5; the answer then depends less on nu.
+        "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5; the
+        answer then depends less on nu.
     grading
-        Size of the middle element over that of the corner element, >= 1, sizes in geometric progression; or "sine": nodes at
-        `x = a sin(pi t / 2)`, t uniform in [-1, 1].
+        Size of the middle element over that of the corner element, >= 1, sizes in geometric
+        progression; or "sine": nodes at `x = a sin(pi t / 2)`, t uniform in [-1, 1].
 
     Raises
     ------
     ModelError
-        Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch, a body of more than a million nodes.
+        Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch, a body
+        of more than a million nodes.
 
     Examples
     --------
@@ -125,7 +140,9 @@ class PunchOnHalfPlane(PunchOnBlock):
         if isinstance(self.grading, str):
             choice("grading", self.grading, ("sine",))
         else:
-            object.__setattr__(self, "grading", finite_number("grading", self.grading, least=1.0, below=1e15))
+            object.__setattr__(
+                self, "grading", finite_number("grading", self.grading, least=1.0, below=1e15)
+            )
         super().__post_init__()
 
     @property
@@ -145,13 +162,20 @@ class PunchOnHalfPlane(PunchOnBlock):
     def condense(self) -> ContactSystem:
         """Mesh, assemble and condense to the contact's interface: the mean with the mirror image, which removes the asymmetry of rounding."""
         system = self.model().condense()
-        parity = {"P": -1, "sigma": -1, "Q": 1}  # of the shear reactions; that of the pressures is the opposite
+        parity = {
+            "P": -1,
+            "sigma": -1,
+            "Q": 1,
+        }  # of the shear reactions; that of the pressures is the opposite
         A, B, C = _even(system.A), _even(system.B, -1), _even(system.C)
         return replace(
             system,
             S=np.block([[A, B.T], [B, C]]),
             points=np.column_stack([self.contact_nodes, np.zeros(system.nodes)]),
-            bonded={name: (_even(q, parity[name]), _even(p, -parity[name])) for name, (q, p) in system.bonded.items()},
+            bonded={
+                name: (_even(q, parity[name]), _even(p, -parity[name]))
+                for name, (q, p) in system.bonded.items()
+            },
         )
 
 
@@ -164,15 +188,18 @@ def _even(values: Array, sign: int = 1) -> Array:
 class RoundedPunch(Scene):
     """A punch with a flat middle and round ends on a block that stands for a half-plane; without a flat, a cylinder.
 
-    The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)` above the block: the parabola of the radius, as an initial gap on straight
-    meshes. Load cases are those of `PunchOnHalfPlane`. Outer nodes are open under any load, and pressure falls to zero where the contact ends.
+    The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)` above the block: the parabola of
+    the radius, as an initial gap on straight meshes. Load cases are those of `PunchOnHalfPlane`.
+    Outer nodes are open under any load, and pressure falls to zero where the contact ends.
 
     Parameters
     ----------
     radius, flat_half_width
-        Radius of the round ends, or of the cylinder, and half of the flat in the middle, length; 0: a cylinder.
+        Radius of the round ends, or of the cylinder, and half of the flat in the middle, length; 0:
+        a cylinder.
     punch
-        Meshes, sizes, materials and supports; the contact must end within its `half_width`. Elements of one size suit an end that moves.
+        Meshes, sizes, materials and supports; the contact must end within its `half_width`.
+        Elements of one size suit an end that moves.
 
     Raises
     ------
@@ -197,7 +224,9 @@ class RoundedPunch(Scene):
 
     def _check_sizes(self) -> None:
         if not self.flat_half_width < self.punch.half_width:
-            raise ModelError(f"flat_half_width: {self.flat_half_width:g}; it must be less than the punch's half_width = {self.punch.half_width:g}")
+            raise ModelError(
+                f"flat_half_width: {self.flat_half_width:g}; it must be less than the punch's half_width = {self.punch.half_width:g}"
+            )
 
     @property
     def contact_nodes(self) -> Array:
@@ -214,7 +243,9 @@ class RoundedPunch(Scene):
         return self._gap_at(self.contact_nodes)
 
     def _gap_at(self, x: Array, _: Array | None = None) -> Array:
-        return np.asarray(np.maximum(np.abs(x) - self.flat_half_width, 0.0) ** 2 / (2 * self.radius))
+        return np.asarray(
+            np.maximum(np.abs(x) - self.flat_half_width, 0.0) ** 2 / (2 * self.radius)
+        )
 
     def model(self) -> ContactModel:
         """The two straight meshes with supports, load cases and the initial gap."""
@@ -229,17 +260,20 @@ class RoundedPunch(Scene):
 class SquarePunch(PunchOnBlock):
     """A punch of square section on a block, in structured hexahedra.
 
-    The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of unit traction: "P", pressure on the top of the
-    punch; "Qx" and "Qy", shear there along x and y; "sigma", tension along x on the two sides of the block.
+    The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of
+    unit traction: "P", pressure on the top of the punch; "Qx" and "Qy", shear there along x and y;
+    "sigma", tension along x on the two sides of the block.
 
     Parameters
     ----------
     elements
-        Number of elements along each side of the contact, at least 2: N = (elements + 1)^2 node pairs. 24 make 48,000 unknowns.
+        Number of elements along each side of the contact, at least 2: N = (elements + 1)^2 node
+        pairs. 24 make 48,000 unknowns.
     half_width, punch_height, block_half_width, block_depth
         Half the side `a` of the contact, height of the punch, and size of the block, length.
     growth, punch_material, block_material, element
-        See `PunchOnHalfPlane`; the first element has the size of those on the contact, and elements are hexahedra.
+        See `PunchOnHalfPlane`; the first element has the size of those on the contact, and elements
+        are hexahedra.
 
     Raises
     ------
@@ -261,4 +295,6 @@ class SquarePunch(PunchOnBlock):
     @property
     def contact_nodes(self) -> Array:
         """(elements + 1,) x and y of the nodes of the contact, exactly mirror-symmetric."""
-        return np.asarray(self.half_width * np.arange(-self.elements, self.elements + 1, 2) / self.elements)
+        return np.asarray(
+            self.half_width * np.arange(-self.elements, self.elements + 1, 2) / self.elements
+        )

@@ -30,33 +30,57 @@ class Scene(Plotted):
     """Base of scenes, whose fields are numbers, materials, and `elements`, the number of them along the contact."""
 
     _multiple: ClassVar[int] = 2  # of which `elements` is one, so that nodes lie in the middle
-    _within: ClassVar[Sequence[tuple[str, str]]] = ()  # lengths of which the first is less than the second
+    _within: ClassVar[
+        Sequence[tuple[str, str]]
+    ] = ()  # lengths of which the first is less than the second
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            object.__setattr__(self, field.name, self._checked(field.name, field.type, getattr(self, field.name)))
-        lengths = {field.name: float(getattr(self, field.name)) for field in fields(self) if field.type is float and field.name not in _RANGES}
+            object.__setattr__(
+                self, field.name, self._checked(field.name, field.type, getattr(self, field.name))
+            )
+        lengths = {
+            field.name: float(getattr(self, field.name))
+            for field in fields(self)
+            if field.type is float and field.name not in _RANGES
+        }
         for inner, outer in self._within:
             if not getattr(self, inner) < getattr(self, outer):
-                raise ModelError(f"{outer}: {getattr(self, outer):g}; it must be more than {inner} = {getattr(self, inner):g}")
+                raise ModelError(
+                    f"{outer}: {getattr(self, outer):g}; it must be more than {inner} = {getattr(self, inner):g}"
+                )
         small, large = (pick(lengths, key=lambda name: lengths[name]) for pick in (min, max))
         if lengths[large] > _APART * lengths[small]:
-            raise ModelError(f"{large}: {lengths[large]:g} beside {small} = {lengths[small]:g}; give at most {_APART:g} times as much")
+            raise ModelError(
+                f"{large}: {lengths[large]:g} beside {small} = {lengths[small]:g}; give at most {_APART:g} times as much"
+            )
         self._check_sizes()
         nodes = sum(np.prod([float(len(line)) for line in lines]) for lines in self._grids)
         if nodes > _MOST_NODES:
-            given = ", ".join(f"{name} = {getattr(self, name)}" for name in ("elements", *lengths, "grading", "growth") if hasattr(self, name))
-            raise ModelError(f"{given}: they make a mesh of {nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give less, or more growth")
+            given = ", ".join(
+                f"{name} = {getattr(self, name)}"
+                for name in ("elements", *lengths, "grading", "growth")
+                if hasattr(self, name)
+            )
+            raise ModelError(
+                f"{given}: they make a mesh of {nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give less, or more growth"
+            )
 
     def _checked(self, name: str, kind: object, value: Any) -> Any:
         """The value of a field of some kind."""
         if name == "elements":
             value = whole_number(name, value, least=max(2, self._multiple), most=_MOST_ELEMENTS)
             if value % self._multiple:
-                raise ModelError(f"elements: {value}; give a multiple of {self._multiple}, so that nodes lie in the middle")
+                raise ModelError(
+                    f"elements: {value}; give a multiple of {self._multiple}, so that nodes lie in the middle"
+                )
         if kind is Material and not isinstance(value, Material):
             raise ModelError(f"{name}: {shown(value)}; give a Material")
-        return finite_number(name, value, **_RANGES.get(name, {"above": 0.0})) if kind is float else value
+        return (
+            finite_number(name, value, **_RANGES.get(name, {"above": 0.0}))
+            if kind is float
+            else value
+        )
 
     def _check_sizes(self) -> None:
         """Refuse sizes that do not fit."""
@@ -91,7 +115,9 @@ def along(half_length: float, elements: int, grading: float) -> Array:
     right = half_length * np.cumsum(sizes) / sizes.sum()
     right[-1] = half_length
     if not (np.diff(right, prepend=0.0) > 0).all():
-        raise ModelError(f"grading: {grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements")
+        raise ModelError(
+            f"grading: {grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements"
+        )
     return np.concatenate([-right[::-1], [0.0], right])
 
 
@@ -99,7 +125,9 @@ def away(length: float, first: float, growth: float) -> Array:
     """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`."""
     steps = max(1.0, np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth)))
     if steps > _MOST_NODES:
-        raise ModelError(f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, the most are {_MOST_NODES:g}; give more")
+        raise ModelError(
+            f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, the most are {_MOST_NODES:g}; give more"
+        )
     nodes = np.concatenate([[0.0], np.cumsum(growth ** np.arange(steps))])
     nodes *= length / nodes[-1]
     nodes[-1] = length

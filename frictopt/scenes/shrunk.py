@@ -21,28 +21,34 @@ from .scene import Scene, along, away
 class PressFit(Scene):
     """A collar on a shaft, in axisymmetry: shrunk on by an interference, and under axial loads; meshed in quadrilaterals.
 
-    x is the radius, y runs along the shaft, from the middle of the collar. Body 1 is the collar, body 2 the shaft; the nodes of the contact go from
-    its upper to its lower end, against y, and so do positive slips. Forces are those of the whole circumference. Load cases: "fit", a radial
-    interference of 1, half the diametral one; "tension", a tension of 1 on both ends of the shaft; "push", an axial force of 1 along +y on the lower
-    face of the collar, taken up at the upper end of the shaft. Torsion and bending need a model in space: slips or stresses change around the axis.
+    x is the radius, y runs along the shaft, from the middle of the collar. Body 1 is the collar,
+    body 2 the shaft; the nodes of the contact go from its upper to its lower end, against y, and so
+    do positive slips. Forces are those of the whole circumference. Load cases: "fit", a radial
+    interference of 1, half the diametral one; "tension", a tension of 1 on both ends of the shaft;
+    "push", an axial force of 1 along +y on the lower face of the collar, taken up at the upper end
+    of the shaft. Torsion and bending need a model in space: slips or stresses change around the
+    axis.
 
     Parameters
     ----------
     shaft_radius, bore_radius, collar_radius
-        Radius of the contact, of the shaft's bore (0 for a solid shaft), and outer radius of the collar.
+        Radius of the contact, of the shaft's bore (0 for a solid shaft), and outer radius of the
+        collar.
     collar_length, shaft_length
         Lengths along the axis; the shaft is the longer one.
     elements
         Number of elements along the contact, even (N = elements + 1 node pairs).
     grading, growth
-        Size of the middle element of the contact over that of its end element, >= 1; ratio of neighbouring sizes away from it, > 1.
+        Size of the middle element of the contact over that of its end element, >= 1; ratio of
+        neighbouring sizes away from it, > 1.
     shaft_material, collar_material
         The two materials.
 
     Raises
     ------
     ModelError
-        Sizes that are not positive or do not fit, odd numbers of elements, a mesh of more than a million nodes.
+        Sizes that are not positive or do not fit, odd numbers of elements, a mesh of more than a
+        million nodes.
 
     Examples
     --------
@@ -63,16 +69,25 @@ class PressFit(Scene):
     shaft_material: Material = Material()
     collar_material: Material = Material()
 
-    _within = (("bore_radius", "shaft_radius"), ("shaft_radius", "collar_radius"), ("collar_length", "shaft_length"))
+    _within = (
+        ("bore_radius", "shaft_radius"),
+        ("shaft_radius", "collar_radius"),
+        ("collar_length", "shaft_length"),
+    )
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
         a, half, end = self.shaft_radius, self.collar_length / 2, self.shaft_length / 2
         lengths = end - half, a - self.bore_radius, self.collar_radius - a
-        beyond, inside, outside = (away(length, self.corner_size, self.growth) for length in lengths)
+        beyond, inside, outside = (
+            away(length, self.corner_size, self.growth) for length in lengths
+        )
         beyond, inward = half + beyond[1:], a - inside[::-1]
         beyond[-1], inward[[0, -1]] = end, (self.bore_radius, a)
-        return (a + outside, self.contact_nodes), (inward, np.r_[-beyond[::-1], self.contact_nodes, beyond])
+        return (a + outside, self.contact_nodes), (
+            inward,
+            np.r_[-beyond[::-1], self.contact_nodes, beyond],
+        )
 
     @property
     def contact_nodes(self) -> Array:
@@ -83,18 +98,28 @@ class PressFit(Scene):
         """The two meshes with contact, supports and load cases."""
         a, half, end = self.shaft_radius, self.collar_length / 2, self.shaft_length / 2
         collar, shaft = (MeshQuad.init_tensor(*lines) for lines in self._grids)
-        collar = collar.with_boundaries({"contact": lambda x: x[0] == a, "lower": lambda x: x[1] == -half})
-        shaft = shaft.with_boundaries({"lower": lambda x: x[1] == -end, "upper": lambda x: x[1] == end})
+        collar = collar.with_boundaries(
+            {"contact": lambda x: x[0] == a, "lower": lambda x: x[1] == -half}
+        )
+        shaft = shaft.with_boundaries(
+            {"lower": lambda x: x[1] == -end, "upper": lambda x: x[1] == end}
+        )
         shaft = shaft.with_boundaries({"contact": lambda x: (x[0] == a) & (np.abs(x[1]) < half)})
         face, section = np.pi * (self.collar_radius**2 - a**2), np.pi * (a**2 - self.bore_radius**2)
         return ContactModel(
-            bodies={"collar": Body(collar, self.collar_material), "shaft": Body(shaft, self.shaft_material)},
+            bodies={
+                "collar": Body(collar, self.collar_material),
+                "shaft": Body(shaft, self.shaft_material),
+            },
             contacts=[Contact("collar", "shaft")],
             supports=[Support("shaft", (self.bore_radius, 0.0), "y")],
             loads={
                 "fit": [Interference("contact")],
                 "tension": [Traction("shaft", "upper", y=1.0), Traction("shaft", "lower", y=-1.0)],
-                "push": [Traction("collar", "lower", y=1 / face), Traction("shaft", "upper", y=-1 / section)],
+                "push": [
+                    Traction("collar", "lower", y=1 / face),
+                    Traction("shaft", "upper", y=-1 / section),
+                ],
             },
             kinematics="axisymmetric",
         )
@@ -107,11 +132,13 @@ _CORE = 0.5  # half-side of the square in the middle of the pin, over its radius
 class PinInPlate(Scene):
     """A solid pin in the hole of a square plate, meshed in quadrilaterals.
 
-    Body 1 is the pin, body 2 the plate, held at its two lower corners against rigid motions. The contact is the whole ring; its first node is at
-    the angle 0, the others follow counter-clockwise. Load cases: "fit", an overlap of one unit of length between the radii of pin and hole; "Fx"
-    and "Fy", a unit force per depth on the pin along +x and +y, as a uniform body force, which a uniform traction on all sides of the plate takes
-    up; "sigma", unit tension on the right and left sides of the plate. None needs a reaction of the supports. With equal materials and a large
-    plate, the fit of overlap d makes the pressure `E / (1 - nu^2) d / (2 radius)`.
+    Body 1 is the pin, body 2 the plate, held at its two lower corners against rigid motions. The
+    contact is the whole ring; its first node is at the angle 0, the others follow
+    counter-clockwise. Load cases: "fit", an overlap of one unit of length between the radii of pin
+    and hole; "Fx" and "Fy", a unit force per depth on the pin along +x and +y, as a uniform body
+    force, which a uniform traction on all sides of the plate takes up; "sigma", unit tension on the
+    right and left sides of the plate. None needs a reaction of the supports. With equal materials
+    and a large plate, the fit of overlap d makes the pressure `E / (1 - nu^2) d / (2 radius)`.
 
     Parameters
     ----------
@@ -125,7 +152,8 @@ class PinInPlate(Scene):
     Raises
     ------
     ModelError
-        Sizes that are not positive, a plate that is too small, a number of elements that is no multiple of 8, a mesh of more than a million nodes.
+        Sizes that are not positive, a plate that is too small, a number of elements that is no
+        multiple of 8, a mesh of more than a million nodes.
 
     Examples
     --------
@@ -146,12 +174,16 @@ class PinInPlate(Scene):
 
     def _check_sizes(self) -> None:
         if not 1.5 * self.radius < self.plate_half_width:
-            raise ModelError(f"plate_half_width: {self.plate_half_width:g}; it must be more than 1.5 radius = {1.5 * self.radius:g}")
+            raise ModelError(
+                f"plate_half_width: {self.plate_half_width:g}; it must be more than 1.5 radius = {1.5 * self.radius:g}"
+            )
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
         """Coordinates of the square in the middle; shares of the way to it from the ring, and from the ring to the edge, beside the rays."""
-        line = _CORE * self.radius * np.tan(np.linspace(-np.pi / 4, np.pi / 4, self.elements // 4 + 1))
+        line = (
+            _CORE * self.radius * np.tan(np.linspace(-np.pi / 4, np.pi / 4, self.elements // 4 + 1))
+        )
         ways = (1 - _CORE) * self.radius, self.plate_half_width - self.radius
         inner, outer = (away(1.0, self.corner_size / way, self.growth) for way in ways)
         return (line, line), (1 - inner[-2::-1], self._rays[0]), (outer, self._rays[0])
@@ -159,7 +191,9 @@ class PinInPlate(Scene):
     @property
     def contact_nodes(self) -> Array:
         """(elements + 1,) distances along the ring from the angle 0 and back to it, by its chords."""
-        return np.asarray(2 * self.radius * np.sin(np.pi / self.elements) * np.arange(self.elements + 1))
+        return np.asarray(
+            2 * self.radius * np.sin(np.pi / self.elements) * np.arange(self.elements + 1)
+        )
 
     @property
     def _rays(self) -> Array:
@@ -169,7 +203,10 @@ class PinInPlate(Scene):
 
     def model(self) -> ContactModel:
         """The two meshes with contact, supports and load cases."""
-        half, area = self.plate_half_width, self.elements / 2 * self.radius**2 * np.sin(2 * np.pi / self.elements)
+        half, area = (
+            self.plate_half_width,
+            self.elements / 2 * self.radius**2 * np.sin(2 * np.pi / self.elements),
+        )
         density, taken_up = 1 / area, -1 / (8 * half)
         return ContactModel(
             bodies={"pin": self._pin(), "plate": self._plate()},
@@ -192,7 +229,12 @@ class PinInPlate(Scene):
         rings = inner[:, None, :] + share[:, None] * (self.radius * rays - inner)[:, None, :]
         distance = np.hypot(core.p[0][:, None] - inner[0], core.p[1][:, None] - inner[1])
         first = distance.argmin(axis=0)
-        numbers = np.concatenate([first[None], core.p.shape[1] + np.arange(share.size * self.elements).reshape(share.size, -1)])
+        numbers = np.concatenate(
+            [
+                first[None],
+                core.p.shape[1] + np.arange(share.size * self.elements).reshape(share.size, -1),
+            ]
+        )
         points = np.concatenate([core.p, rings.reshape(2, -1)], axis=1)
         mesh = MeshQuad(points, np.concatenate([core.t, _between(numbers)], axis=1))
         return Body(mesh.with_boundaries({"ring": mesh.boundary_facets()}), self.pin_material)
@@ -202,16 +244,27 @@ class PinInPlate(Scene):
         rays, half = self._rays, self.plate_half_width
         outer = half * rays / np.abs(rays).max(axis=0)
         share = self._grids[2][0]
-        rings = self.radius * rays[:, None, :] + share[:, None] * (outer - self.radius * rays)[:, None, :]
+        rings = (
+            self.radius * rays[:, None, :]
+            + share[:, None] * (outer - self.radius * rays)[:, None, :]
+        )
         numbers = np.arange(share.size * self.elements).reshape(share.size, -1)
         mesh = MeshQuad(rings.reshape(2, -1), _between(numbers))
         near = SAME_POINT * half
-        sides = {"right": lambda x: np.abs(x[0] - half) < near, "left": lambda x: np.abs(x[0] + half) < near}
-        sides |= {"outside": lambda x: half - np.abs(x).max(axis=0) < near, "ring": lambda x: np.hypot(*x) < 1.25 * self.radius}
+        sides = {
+            "right": lambda x: np.abs(x[0] - half) < near,
+            "left": lambda x: np.abs(x[0] + half) < near,
+        }
+        sides |= {
+            "outside": lambda x: half - np.abs(x).max(axis=0) < near,
+            "ring": lambda x: np.hypot(*x) < 1.25 * self.radius,
+        }
         return Body(mesh.with_boundaries(sides), self.plate_material)
 
 
 def _between(numbers: Integers) -> Integers:
     """(4, m) elements between successive rings of nodes, (rings, N)."""
     after = np.roll(numbers, -1, axis=1)
-    return np.array([numbers[:-1].ravel(), numbers[1:].ravel(), after[1:].ravel(), after[:-1].ravel()])
+    return np.array(
+        [numbers[:-1].ravel(), numbers[1:].ravel(), after[1:].ravel(), after[:-1].ravel()]
+    )

@@ -1,9 +1,11 @@
 """The dual of a program whose unknowns are themselves in cones: as small as the equations that tie them together.
 
-The forces of a balance are of this kind: two or three unknowns a node, in a cone of their own, and few equations for each body. Many of these cones
-are at their end in the solution, where interior points lose digits; in the multipliers of the few equations they keep them. With the slacks
-`right - matrix @ x` in cones, the multipliers y obey `matrix' y = -cost`. Those of rows that are about unknowns of their own follow from the others,
-and only these others are unknowns of the dual. Its multipliers are the slacks, which tell x.
+The forces of a balance are of this kind: two or three unknowns a node, in a cone of their own, and
+few equations for each body. Many of these cones are at their end in the solution, where interior
+points lose digits; in the multipliers of the few equations they keep them. With the slacks `right -
+matrix @ x` in cones, the multipliers y obey `matrix' y = -cost`. Those of rows that are about
+unknowns of their own follow from the others, and only these others are unknowns of the dual. Its
+multipliers are the slacks, which tell x.
 """
 
 from collections.abc import Mapping
@@ -47,7 +49,10 @@ class Flipped:
     owned: Integers  # the unknown that each of these owns
     free: Integers  # unknowns that no row owns
     share: Array  # by which the slacks of the dual are larger than the multipliers of the program
-    said: ClassVar[Mapping[str, str]] = {INFEASIBLE: UNBOUNDED, UNBOUNDED: INFEASIBLE}  # of the program where a solver says so of its dual
+    said: ClassVar[Mapping[str, str]] = {
+        INFEASIBLE: UNBOUNDED,
+        UNBOUNDED: INFEASIBLE,
+    }  # of the program where a solver says so of its dual
 
     def above(self, value: float) -> float:
         """None: the dual is bounded from the other side."""
@@ -61,7 +66,10 @@ class Flipped:
         multipliers[self.kept] = y
         x = np.zeros(len(program.cost))
         x[self.free] = -slacks[:count]
-        lacks = program.right[self.following] - (slacks[count:] * self.share)[self.following - program.zero]
+        lacks = (
+            program.right[self.following]
+            - (slacks[count:] * self.share)[self.following - program.zero]
+        )
         pivots, alone = _pivots(program, self.following, self.owned)
         x[self.owned[alone]] = (lacks / pivots)[alone]
         x[self.owned[~alone]] = ((lacks - matrix[self.following] @ x) / pivots)[~alone]
@@ -74,20 +82,27 @@ def flipped(program: Arrays) -> Flipped | None:
     if len(program.block) or program.sizes.max(initial=1) == 1:
         return None
     following, owned = _owners(program)
-    kept, free = np.setdiff1d(np.arange(zero + inside), following), np.setdiff1d(np.arange(width), owned)
+    kept, free = (
+        np.setdiff1d(np.arange(zero + inside), following),
+        np.setdiff1d(np.arange(width), owned),
+    )
     if len(kept) > _SMALLER * width:
         return None
     matrix, (pivots, alone) = program.matrix, _pivots(program, following, owned)
     columns = csr_array(matrix.T)
     by, later = _diagonal(-1 / pivots), _diagonal((~alone).astype(float))
-    across = by @ (csr_array(columns[owned][:, following]) - _diagonal(pivots)) @ later  # unknowns of one row in rows of others
+    across = (
+        by @ (csr_array(columns[owned][:, following]) - _diagonal(pivots)) @ later
+    )  # unknowns of one row in rows of others
     constant, slopes = by @ program.cost[owned], by @ csr_array(columns[owned][:, kept])
     constant, slopes = constant + across @ constant, csr_array(slopes + across @ slopes)
     right, own = np.zeros(inside), kept[kept >= zero]
     right[following - zero] = constant
     rows = _places(following - zero, np.arange(len(following)), (inside, len(following))) @ slopes
     rows = rows + _places(own - zero, np.flatnonzero(kept >= zero), (inside, len(kept)))
-    share = np.where(np.repeat(program.sizes, program.sizes) > 1, np.count_nonzero(program.sizes > 1), 1.0)  # many cones share one load
+    share = np.where(
+        np.repeat(program.sizes, program.sizes) > 1, np.count_nonzero(program.sizes > 1), 1.0
+    )  # many cones share one load
     arrays = Arrays(
         sparse=csr_array(vstack([columns[free][:, kept], -(_diagonal(share) @ rows)])),
         block=np.zeros((0, len(kept))),
@@ -114,7 +129,11 @@ def _owners(program: Arrays) -> tuple[Integers, Integers]:
             entries = [matrix.indices[matrix.indptr[row] : matrix.indptr[row + 1]] for row in rows]
             own = [columns[~early[columns]] for columns in entries]
             unknowns = np.concatenate(own)
-            if all(len(each) == 1 for each in own) and len(np.unique(unknowns)) == len(rows) and (owner[unknowns] < 0).all():
+            if (
+                all(len(each) == 1 for each in own)
+                and len(np.unique(unknowns)) == len(rows)
+                and (owner[unknowns] < 0).all()
+            ):
                 owner[unknowns] = rows
     owned = np.flatnonzero(owner >= 0)
     order = np.argsort(owner[owned], kind="stable")

@@ -48,7 +48,11 @@ def _not_negative(program: Compiled, unknowns: Integers) -> Booleans:
 def _keys(rows: csr_array, right: Array) -> tuple[Array, Array, Array]:
     """What rows are to two random vectors, as complex numbers, and their right sides, over their largest entries; and these."""
     entries = np.r_[np.abs(rows.data), 0.0]
-    sizes = np.maximum.reduceat(entries, rows.indptr[:-1]) * (np.diff(rows.indptr) > 0) if rows.shape[0] else entries[:0]
+    sizes = (
+        np.maximum.reduceat(entries, rows.indptr[:-1]) * (np.diff(rows.indptr) > 0)
+        if rows.shape[0]
+        else entries[:0]
+    )
     scale = np.where(sizes > 0, sizes, 1.0)
     ways = np.random.default_rng(0).normal(size=(2, rows.shape[1]))
     marks = rows @ (ways[0] + 1j * ways[1]) / scale

@@ -12,7 +12,11 @@ from cvxpy.reductions.solution import Solution
 
 from ..base import RESIDUAL, Array, Recorded
 
-_BINDING = 100 * RESIDUAL  # slack, over the largest of its row, up to which it is printed as binding: solvers leave more than the residual
+_BINDING = (
+    100 * RESIDUAL
+    # slack, over the largest of its row, up to which it is printed as binding: solvers leave more than
+    # the residual
+)
 
 _SAID = {True: "yes", False: "no"}
 _SHOWN = 8  # rows of the mechanism that are printed
@@ -23,8 +27,9 @@ Duals: TypeAlias = tuple[tuple[str, Array], ...]
 class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
     """A problem whose deep copies and pickles have its values, and unknowns and parameters of their own.
 
-    cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. In a plain copy the numbers are others, which ends Python. Nor
-    can what solvers leave in a problem be pickled. So both stay behind.
+    cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. In a plain
+    copy the numbers are others, which ends Python. Nor can what solvers leave in a problem be
+    pickled. So both stay behind.
     """
 
     stays_in_memory = True  # files of results leave it out
@@ -33,7 +38,9 @@ class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
         lines = dict[tuple[str, int], list[str]]()  # by what they are of a number k
         for line in super().__str__().split("\n"):
             numbers, again = set(re.findall(r"\[(\d+)\]", line)), 0
-            kind, k = (re.sub(r"\[\d+\]", "[k]", line), *numbers) if len(numbers) == 1 else (line, "")
+            kind, k = (
+                (re.sub(r"\[\d+\]", "[k]", line), *numbers) if len(numbers) == 1 else (line, "")
+            )
             while k in lines.get((kind, again), ()):
                 again += 1
             lines.setdefault((kind, again), []).append(k)
@@ -52,18 +59,24 @@ def _line(kind: str, ks: list[str]) -> str:
     return f"{kind}  for k = {', '.join(ks if len(ks) < 5 else [*ks[:2], '...', ks[-1]])}"
 
 
-def _again(objective: Any, constraints: list[cp.Constraint], status: str, value: float, memo: Any = None) -> Problem:
+def _again(
+    objective: Any, constraints: list[cp.Constraint], status: str, value: float, memo: Any = None
+) -> Problem:
     """A problem with numbers of its own: those of another process may stand for others here."""
     objective, constraints = copy.deepcopy((objective, constraints), memo)
     parts = [objective, *constraints]
     while parts:
         part = parts.pop()
-        for name in [name for name in vars(part) if name.startswith("_lazy") or name == "__deepcopy__"]:  # which is None in cvxpy's own copies
+        for name in [
+            name for name in vars(part) if name.startswith("_lazy") or name == "__deepcopy__"
+        ]:  # which is None in cvxpy's own copies
             delattr(part, name)
         parts += part.args
     problem = Problem(objective, constraints)
     if status in ("optimal", "optimal_inaccurate"):
-        problem.unpack(Solution(status, value, {part.id: part.value for part in problem.variables()}, {}, {}))
+        problem.unpack(
+            Solution(status, value, {part.id: part.value for part in problem.variables()}, {}, {})
+        )
     elif status in (cp.INFEASIBLE, cp.UNBOUNDED):
         set_no_optimum(problem, status)
     return problem
@@ -96,17 +109,24 @@ class Explained(Recorded):
         lines = [title, "=" * len(title)]
         lines += [] if value is None else [f"answer      {value:.12g}"]
         lines += [f"reason      {reason}"] if reason else []
-        lines += ["problem     none"] if self.problem is None else _problem_lines(self.problem, value)
+        lines += (
+            ["problem     none"] if self.problem is None else _problem_lines(self.problem, value)
+        )
         lines += ["left out"] + [f"    {text}" for text in self.record.left_out or ("nothing",)]
         if mechanism is not None and len(mechanism):
             table = mechanism.head(_SHOWN).to_string(index=False, float_format="{:.4g}".format)
-            lines += [f"binding mechanism, {min(_SHOWN, len(mechanism))} of {len(mechanism)} slips", *(f"    {row}" for row in table.split("\n"))]
+            lines += [
+                f"binding mechanism, {min(_SHOWN, len(mechanism))} of {len(mechanism)} slips",
+                *(f"    {row}" for row in table.split("\n")),
+            ]
         return "\n".join(lines)
 
 
 def label_of(row: cp.Constraint) -> str:
     """The label of a row, or the side of it that is no constant."""
-    return str(row.label or next((side for side in row.args if not side.is_constant()), row.args[0]))
+    return str(
+        row.label or next((side for side in row.args if not side.is_constant()), row.args[0])
+    )
 
 
 def dual_of(row: cp.Constraint) -> Any:
@@ -116,7 +136,10 @@ def dual_of(row: cp.Constraint) -> Any:
 
 def standing(problem: cp.Problem) -> dict[cp.Variable, Any]:
     """What stands in the unknowns and multipliers of a problem."""
-    parts = [*problem.variables(), *(dual for row in problem.constraints for dual in row.dual_variables)]
+    parts = [
+        *problem.variables(),
+        *(dual for row in problem.constraints for dual in row.dual_variables),
+    ]
     return {part: part.value for part in parts}
 
 
@@ -129,33 +152,54 @@ def put_back(values: Mapping[cp.Variable, Any]) -> None:
 def duals(problem: cp.Problem) -> Duals:
     """The multipliers that stand in the rows of a problem, by the names of the rows."""
     rows = [(row, dual_of(row)) for row in problem.constraints]
-    return tuple((label_of(row), np.atleast_1d(np.array(dual, dtype=float))) for row, dual in rows if dual is not None)
+    return tuple(
+        (label_of(row), np.atleast_1d(np.array(dual, dtype=float)))
+        for row, dual in rows
+        if dual is not None
+    )
 
 
 def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
     objective = problem.objective.expr
-    solved = objective.value is not None and (value is None or bool(np.isclose(objective.value, value, rtol=1e-9, atol=1e-12)))
+    solved = objective.value is not None and (
+        value is None or bool(np.isclose(objective.value, value, rtol=1e-9, atol=1e-12))
+    )
     compiled = f"convex (DCP) {_SAID[problem.is_dcp()]}, compiled once for all parameters (DPP) {_SAID[problem.is_dpp()]}"
-    lines = [f"problem     {problem.status or 'not solved'}, {compiled}{', mixed-integer' if problem.is_mixed_integer() else ''}"]
+    lines = [
+        f"problem     {problem.status or 'not solved'}, {compiled}{', mixed-integer' if problem.is_mixed_integer() else ''}"
+    ]
     lines += [f"    {line}" for line in str(problem).split("\n")]
     if not solved:
-        lines.append("values      none here: the problem has no optimum, or has been solved for something else since")
-    lines += ["variables", *(f"    {variable.name():<24} {_size(variable.shape)}{_domain(variable)}" for variable in problem.variables())]
+        lines.append(
+            "values      none here: the problem has no optimum, or has been solved for something else since"
+        )
+    lines += [
+        "variables",
+        *(
+            f"    {variable.name():<24} {_size(variable.shape)}{_domain(variable)}"
+            for variable in problem.variables()
+        ),
+    ]
     lines += ["parameters"] * bool(problem.parameters())
     lines += [
-        f"    {parameter.name():<24} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}" for parameter in problem.parameters()
+        f"    {parameter.name():<24} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}"
+        for parameter in problem.parameters()
     ]
     lines.append("constraints")
     for row in problem.constraints:
         cone = isinstance(row, cp.SOC)
         curvature = "second-order cone" if cone else row.expr.curvature.lower()
         size = _size(row.args[0].shape if cone else row.shape)
-        lines.append(f"    {label_of(row):<24} {size}, {curvature}{_binding(row) if solved else ''}")
+        lines.append(
+            f"    {label_of(row):<24} {size}, {curvature}{_binding(row) if solved else ''}"
+        )
     return lines
 
 
 def _domain(variable: cp.Variable) -> str:
-    return ", boolean" if variable.attributes["boolean"] else ", >= 0" if variable.is_nonneg() else ""
+    return (
+        ", boolean" if variable.attributes["boolean"] else ", >= 0" if variable.is_nonneg() else ""
+    )
 
 
 def _binding(row: cp.Constraint) -> str:

@@ -15,19 +15,22 @@ from ..transients import march
 def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> GuaranteedLimit:
     """The guaranteed limit for slips no larger than the largest one that one overload leaves, which is its slip bound.
 
-    The overload is one cycle of a contact that has not slipped before. Ask it where a witness needs more slip than assembly and overloads leave.
+    The overload is one cycle of a contact that has not slipped before. Ask it where a witness needs
+    more slip than assembly and overloads leave.
 
     Parameters
     ----------
     limit
-        A guaranteed limit, of `guaranteed_limit` or `GuaranteedModel`, without constraints of your own.
+        A guaranteed limit, of `guaranteed_limit` or `GuaranteedModel`, without constraints of your
+        own.
     load_factor
         Load factor of the overload; by default lambda_2, above which the contact slips for ever.
 
     Raises
     ------
     ModelError, NoContinuation, SolverError
-        Bad input; constraints of your own, or lambda_2 not finite and no load factor given; no path of the overload; no answer that passes.
+        Bad input; constraints of your own, or lambda_2 not finite and no load factor given; no path
+        of the overload; no answer that passes.
 
     Examples
     --------
@@ -41,14 +44,18 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
     limit = checked_guaranteed(limit)
     if limit.constraints:
         names = ", ".join(limit.constraints)
-        raise ModelError(f"after_overload: the limit is under {names}; ask a limit without constraints of your own")
+        raise ModelError(
+            f"after_overload: the limit is under {names}; ask a limit without constraints of your own"
+        )
     overload = limit.shakedown.load_factor if load_factor is None else load_factor
     overload = finite_number("load_factor", overload, least=0.0)
     question = limit._task
     slip_bound: Any = left_by_overload(limit, overload)
     if question.most is not None:
         slip_bound = np.minimum(slip_bound, question.most)
-    model = GuaranteedModel(limit.system, limit.cycle, slip_bound=slip_bound, simplify=question.simplify)
+    model = GuaranteedModel(
+        limit.system, limit.cycle, slip_bound=slip_bound, simplify=question.simplify
+    )
     return model.solve(limit.friction)
 
 

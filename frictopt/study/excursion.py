@@ -10,15 +10,30 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Array, Kept, Plotted, bar_of, checked_loads, finite_number, frozen, warns_of_odd_values
+from ..base import (
+    Array,
+    Kept,
+    Plotted,
+    bar_of,
+    checked_loads,
+    finite_number,
+    frozen,
+    warns_of_odd_values,
+)
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from .protocols import REST, TransientsAfter, first_change
 from .starts import LoadStep, smooth, smooth_modes
 
-_SHARES, _NARROW = np.arange(1, 21) / 20, 1e-3  # shares of an excursion that are tried, and width of the last interval
+_SHARES, _NARROW = (
+    np.arange(1, 21) / 20,
+    1e-3,
+)  # shares of an excursion that are tried, and width of the last interval
 _SAMPLES = 60  # random slips in a row that an excursion has to bring to rest
-_DECADES = -1.0, 1.0  # powers of ten of the size of random slips, over the spread of the largest start
+_DECADES = (
+    -1.0,
+    1.0,
+)  # powers of ten of the size of random slips, over the spread of the largest start
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,16 +43,19 @@ class LeastExcursion(Kept, Plotted):
     Attributes
     ----------
     share, loads
-        Least share of the excursion, from 0 (it comes to rest without) to 1, and the load at which it turns, load case name -> amplitude; inf and
-        None if none brings it to rest.
+        Least share of the excursion, from 0 (it comes to rest without) to 1, and the load at which
+        it turns, load case name -> amplitude; inf and None if none brings it to rest.
     start
-        (N,), in space (N, 2), the start that is hardest to bring to rest, length: of the starts tried, the last one that needed more.
+        (N,), in space (N, 2), the start that is hardest to bring to rest, length: of the starts
+        tried, the last one that needed more.
     sampled
-        Number of random starts, drawn afresh and one after the other, that were brought to rest by it as well: with 95 % probability no more than 3
-        over this number of all such starts would keep slipping.
+        Number of random starts, drawn afresh and one after the other, that were brought to rest by
+        it as well: with 95 % probability no more than 3 over this number of all such starts would
+        keep slipping.
     tried
-        DataFrame, one row for each share tried on the start that was hardest then: share; outcome, "rest", "slip", or "UNDECIDED" where the transient
-        has no result, for example because the contact slides or opens as a whole.
+        DataFrame, one row for each share tried on the start that was hardest then: share; outcome,
+        "rest", "slip", or "UNDECIDED" where the transient has no result, for example because the
+        contact slides or opens as a whole.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
 
@@ -78,16 +96,19 @@ def least_excursion(
 ) -> LeastExcursion:
     """Find the least excursion from the mean load and back after which the contact comes to rest.
 
-    The excursion goes in a straight line to the mean load plus a share of `excursion`. Twenty even shares are tried on the start that is hardest so
-    far, and a bisection narrows the interval below the first one that brings it to rest to a thousandth. All other starts are then tried at this
-    share. Where `start` is "worst", random slips that were not tried before follow. One that keeps slipping becomes the hardest, and the search goes
-    on from there, until 60 random slips in a row come to rest. What happens at other shares is not known, nor from other starts, of which some may
-    need more: see `sampled`.
+    The excursion goes in a straight line to the mean load plus a share of `excursion`. Twenty even
+    shares are tried on the start that is hardest so far, and a bisection narrows the interval below
+    the first one that brings it to rest to a thousandth. All other starts are then tried at this
+    share. Where `start` is "worst", random slips that were not tried before follow. One that keeps
+    slipping becomes the hardest, and the search goes on from there, until 60 random slips in a row
+    come to rest. What happens at other shares is not known, nor from other starts, of which some
+    may need more: see `sampled`.
 
     Parameters
     ----------
     system, cycle, friction, load_factor
-        The contact, its load cycle, its coefficient of friction, one or one per node, and the load factor, >= 0.
+        The contact, its load cycle, its coefficient of friction, one or one per node, and the load
+        factor, >= 0.
     excursion
         Largest excursion, load case name -> change of its amplitude.
     start, steps, progress
@@ -113,13 +134,23 @@ def least_excursion(
     >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).share
     inf
     """
-    load_factor, largest = finite_number("load_factor", load_factor, least=0.0), checked_loads("excursion", excursion)
+    load_factor, largest = (
+        finite_number("load_factor", load_factor, least=0.0),
+        checked_loads("excursion", excursion),
+    )
     if not any(largest.values()):
-        raise ModelError("excursion: no load changes; give load case name -> change of its amplitude")
+        raise ModelError(
+            "excursion: no load changes; give load case name -> change of its amplitude"
+        )
     tried: list[tuple[float, str]] = []
 
     def turning(share: float) -> LoadStep:
-        return LoadStep({name: cycle.mean.get(name, 0.0) + share * largest.get(name, 0.0) for name in sorted({*cycle.mean, *largest})})
+        return LoadStep(
+            {
+                name: cycle.mean.get(name, 0.0) + share * largest.get(name, 0.0)
+                for name in sorted({*cycle.mean, *largest})
+            }
+        )
 
     def outcome(share: float, start: Array) -> str:
         return transients.outcome(load_factor, [turning(share)] if share else [], start)
@@ -133,14 +164,28 @@ def least_excursion(
 
     def kept(_: object) -> tuple[str, object, str] | None:
         table = pd.DataFrame(tried, columns=["share", "outcome"])
-        return ("table", table, f"at least {share:.4g}; the shares tried are in the attribute `table`") if tried else None
+        return (
+            ("table", table, f"at least {share:.4g}; the shares tried are in the attribute `table`")
+            if tried
+            else None
+        )
 
     share = 0.0
-    with bar_of(progress, "least excursion", "transient", best=lambda: f"at least {share:.4g} so far", keeps=kept) as bar:
+    with bar_of(
+        progress,
+        "least excursion",
+        "transient",
+        best=lambda: f"at least {share:.4g} so far",
+        keeps=kept,
+    ) as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         system.reaction(largest)
         samples = _SAMPLES if transients.worst else 0
-        drawn = _drawn(np.random.default_rng(0), system, max(float(np.ptp(start, axis=0).max()) for start in transients.starts))
+        drawn = _drawn(
+            np.random.default_rng(0),
+            system,
+            max(float(np.ptp(start, axis=0).max()) for start in transients.starts),
+        )
         hardest = transients.starts[0]
         while np.isfinite(share):
             if (found := slipping(transients.starts)) is None:
@@ -152,7 +197,15 @@ def least_excursion(
     known = bool(np.isfinite(share))
     table = pd.DataFrame(tried, columns=["share", "outcome"])
     loads = turning(share).loads if known else None
-    return LeastExcursion(share, loads, frozen(hardest), samples if known else 0, table, transients.count, transients.residual)
+    return LeastExcursion(
+        share,
+        loads,
+        frozen(hardest),
+        samples if known else 0,
+        table,
+        transients.count,
+        transients.residual,
+    )
 
 
 def _drawn(rng: np.random.Generator, system: ContactSystem, size: float) -> Iterator[Array]:
@@ -160,4 +213,9 @@ def _drawn(rng: np.random.Generator, system: ContactSystem, size: float) -> Iter
     modes = smooth_modes(system)
     for number in count():
         slip = rng.normal(size=system.slip_shape) if number % 2 else smooth(rng, modes, system)
-        yield size * 10 ** rng.uniform(*_DECADES) * slip / max(np.ptp(slip, axis=0).max(), np.finfo(float).tiny)
+        yield (
+            size
+            * 10 ** rng.uniform(*_DECADES)
+            * slip
+            / max(np.ptp(slip, axis=0).max(), np.finfo(float).tiny)
+        )

@@ -8,7 +8,21 @@ from ..base import Table
 from ..contact.face import panels_of
 from ..contact.strip import label_panels
 from ..plots.draw import draw as draw
-from ..plots.style import ALONG, BLACK, GREY, SERIES, AxesArray, Look, equals, legend, line, new_axes, no_lines, picture, series
+from ..plots.style import (
+    ALONG,
+    BLACK,
+    GREY,
+    SERIES,
+    AxesArray,
+    Look,
+    equals,
+    legend,
+    line,
+    new_axes,
+    no_lines,
+    picture,
+    series,
+)
 from ..transients.pictures import slip_and_work, work_map
 from .dissipation_range import DissipationRange
 from .excursion import LeastExcursion
@@ -62,11 +76,22 @@ def _excursion(found: LeastExcursion, ax: Axes | None = None) -> Axes:
 
 def _tried(axes: Axes, tried: Table, column: str, found: float, name: str) -> None:
     """A mark for each thing tried, in the row of its outcome, and a line at what was found, by its name, if it is finite."""
-    rows = [outcome for outcome in _ROWS if outcome != UNDECIDED or (tried["outcome"] == UNDECIDED).any()]
+    rows = [
+        outcome
+        for outcome in _ROWS
+        if outcome != UNDECIDED or (tried["outcome"] == UNDECIDED).any()
+    ]
     for row, outcome in enumerate(rows):
-        at, look = tried.loc[tried["outcome"] == outcome, column], {name: series(row)[name] for name in ("color", "marker")}
+        at, look = (
+            tried.loc[tried["outcome"] == outcome, column],
+            {name: series(row)[name] for name in ("color", "marker")},
+        )
         axes.plot(at, np.full(len(at), row), linestyle="none", markersize=5, mfc="none", **look)
-    axes.set(yticks=range(len(rows)), yticklabels=[_ROWS[row] for row in rows], ylim=(-0.6, len(rows) - 0.4))
+    axes.set(
+        yticks=range(len(rows)),
+        yticklabels=[_ROWS[row] for row in rows],
+        ylim=(-0.6, len(rows) - 0.4),
+    )
     axes.tick_params(axis="y", length=0)
     if np.isfinite(found):
         axes.axvline(found, color=GREY, lw=0.8, zorder=0, label=name)
@@ -75,36 +100,65 @@ def _tried(axes: Axes, tried: Table, column: str, found: float, name: str) -> No
 def limit_line(axes: Axes, name: str, limit: float, color: str) -> None:
     """Draw a limit, where it is finite and above 0, across an axis of load factors."""
     if np.isfinite(limit) and limit > 0:
-        axes.axvline(limit, color=color, lw=0.8, linestyle="--", zorder=0, label=equals(name, limit))
+        axes.axvline(
+            limit, color=color, lw=0.8, linestyle="--", zorder=0, label=equals(name, limit)
+        )
 
 
 def runs_of(
-    table: Table, ax: Axes | AxesArray | None = None, x: str | None = None, colour: str | None = None, rows: str | None = None
+    table: Table,
+    ax: Axes | AxesArray | None = None,
+    x: str | None = None,
+    colour: str | None = None,
+    rows: str | None = None,
 ) -> Axes | AxesArray:
     """Steady dissipation against the load, over a finite lambda_2, or another column; a look for each family of starts, panels and colours."""
     runs = table[table["outcome"] != "FAILED"]
     along = x or ("load_ratio" if np.isfinite(runs["load_ratio"]).all() else "load_factor")
     if colour is None:
-        colour = next((name for name in ("friction_number", "cycle") if table[name].nunique() > 1), None)
+        colour = next(
+            (name for name in ("friction_number", "cycle") if table[name].nunique() > 1), None
+        )
     panels = [None] if rows is None else list(table[rows].unique())
     every = new_axes(ax, len(panels), (ALONG[0], ALONG[1] + _PANEL * (len(panels) - 1)))
     slips = runs.loc[runs["dissipation"] > 0, "dissipation"]
     low, high = (slips.min() / 3, slips.max() * 3) if len(slips) else (0.1, 10.0)
-    names = None if pd.api.types.is_numeric_dtype(table[along]) else {value: place for place, value in enumerate(table[along].unique())}
+    names = (
+        None
+        if pd.api.types.is_numeric_dtype(table[along])
+        else {value: place for place, value in enumerate(table[along].unique())}
+    )
     at = runs[along] if names is None else runs[along].map(names)
     shown = runs.assign(x=at, work=runs["dissipation"].where(runs["dissipation"] > 0, low / 2))
-    per_depth = " per depth" if (table["engine"] == "path").any() else ""  # in space a study has increments alone
+    per_depth = (
+        " per depth" if (table["engine"] == "path").any() else ""
+    )  # in space a study has increments alone
     failed = [f"{len(table) - len(runs)} of {len(table)} runs failed"] * (len(runs) < len(table))
     for axes, value in zip(every, panels, strict=True):
         _runs(axes, table, shown if value is None else shown[shown[rows] == value], colour)
         axes.axhline(low, color=BLACK, lw=0.6)
-        axes.set(yscale="log", ylim=(low / 4, high), ylabel=f"work of friction per cycle, $W$\n(force times length{per_depth})")
-        axes.annotate("$W = 0$", (1, low / 2), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points", va="center")
+        axes.set(
+            yscale="log",
+            ylim=(low / 4, high),
+            ylabel=f"work of friction per cycle, $W$\n(force times length{per_depth})",
+        )
+        axes.annotate(
+            "$W = 0$",
+            (1, low / 2),
+            (5, 0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            va="center",
+        )
         if names is not None:
-            axes.set(xticks=range(len(names)), xticklabels=list(names), xlim=(-0.5, len(names) - 0.5))
+            axes.set(
+                xticks=range(len(names)), xticklabels=list(names), xlim=(-0.5, len(names) - 0.5)
+            )
         elif along == "load_ratio":
             axes.axvline(1, color=BLACK, lw=0.8, linestyle="--")
-        axes.set_title(", ".join([f"{_called(rows)}: {_told(value)}"] * (rows is not None) + failed))
+        axes.set_title(
+            ", ".join([f"{_called(rows)}: {_told(value)}"] * (rows is not None) + failed)
+        )
         failed = []
     every[-1].set_xlabel(_called(along))
     _legend_of_runs(every[0], table, colour)
@@ -114,9 +168,15 @@ def runs_of(
 def _runs(axes: Axes, table: Table, runs: Table, colour: str | None) -> None:
     """A mark for each run at its place and work: the marker of its family, the colour of its value in a column, or of its family too."""
     families = {name: k for k, name in enumerate(table["family"].unique())}
-    colours = families if colour is None else {value: k for k, value in enumerate(table[colour].unique())}
+    colours = (
+        families if colour is None else {value: k for k, value in enumerate(table[colour].unique())}
+    )
     for (family, value), some in runs.groupby(["family", colour or "family"], sort=False):
-        look: Look = {"color": series(colours[value])["color"], "marker": series(families[family])["marker"], "label": None if colour else family}
+        look: Look = {
+            "color": series(colours[value])["color"],
+            "marker": series(families[family])["marker"],
+            "label": None if colour else family,
+        }
         axes.plot(some["x"], some["work"], markersize=5, linestyle="none", mfc="none", **look)
 
 
@@ -125,11 +185,23 @@ def _legend_of_runs(axes: Axes, table: Table, colour: str | None) -> None:
     if colour is None:
         return legend(axes, "start")
     for number, family in enumerate(table["family"].unique()):
-        axes.plot([], [], color=BLACK, marker=series(number)["marker"], label=family, linestyle="none", mfc="none")
+        axes.plot(
+            [],
+            [],
+            color=BLACK,
+            marker=series(number)["marker"],
+            label=family,
+            linestyle="none",
+            mfc="none",
+        )
     for number, (value, rows) in enumerate(list(table.groupby(colour, sort=False))[: len(SERIES)]):
         row = rows.iloc[0]
         scattered = rf" $\pm$ {row['friction_std']:.2g}" if row["friction_std"] > 0 else ""
-        name = f"$f$ = {row['friction']:.4g}{scattered}" if colour == "friction_number" else _told(value)
+        name = (
+            f"$f$ = {row['friction']:.4g}{scattered}"
+            if colour == "friction_number"
+            else _told(value)
+        )
         axes.plot([], [], color=series(number)["color"], lw=3, label=name)
     return legend(axes, f"start and\n{_called(colour)}")
 
@@ -154,12 +226,18 @@ def _dissipation_range(found: DissipationRange, ax: AxesArray | None = None) -> 
         panels = panels_of(ax, found.least_state.system, blocks=2)
         halves = panels[: len(panels) // 2], panels[len(panels) // 2 :]
         for half, (name, steady) in zip(halves, ends.items(), strict=True):
-            work_map(half, steady, rf"$\lambda = {steady.load_factor:.4g}$: {name}, $W = {steady.dissipation:.4g}$ per cycle")
+            work_map(
+                half,
+                steady,
+                rf"$\lambda = {steady.load_factor:.4g}$: {name}, $W = {steady.dissipation:.4g}$ per cycle",
+            )
         return np.array(panels)
     slip, work = panels = new_axes(ax, 2, (6.4, 5.4))
     for number, (name, steady) in enumerate(ends.items()):
         slip_and_work(slip, work, steady, **line(number), label=name)
-    slip.set_title(rf"$\lambda = {found.least_state.load_factor:.4g}$: $W$ from {found.least:.4g} to {found.most:.4g} per cycle found")
+    slip.set_title(
+        rf"$\lambda = {found.least_state.load_factor:.4g}$: $W$ from {found.least:.4g} to {found.most:.4g} per cycle found"
+    )
     legend(slip)
     label_panels(panels, found.least_state.system)
     return np.array(panels)

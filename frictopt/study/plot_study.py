@@ -11,16 +11,33 @@ if TYPE_CHECKING:  # matplotlib need not be installed
 
     from ..plots.style import AxesArray
 
-_NEEDED = ("friction", "friction_std", "friction_number", "cycle", "load_factor", "load_ratio", "family", "outcome", "dissipation", "engine")
+_NEEDED = (
+    "friction",
+    "friction_std",
+    "friction_number",
+    "cycle",
+    "load_factor",
+    "load_ratio",
+    "family",
+    "outcome",
+    "dissipation",
+    "engine",
+)
 
 
 def plot_study(
-    table: "Table", ax: "Axes | AxesArray | None" = None, *, x: str | None = None, colour: str | None = None, rows: str | None = None
+    table: "Table",
+    ax: "Axes | AxesArray | None" = None,
+    *,
+    x: str | None = None,
+    colour: str | None = None,
+    rows: str | None = None,
 ) -> "Axes | AxesArray":
     """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
 
-    Columns of the table, of your own too, split it: `plot_study(table, x="cycle", colour="friction", rows="load_factor")`. Runs that shake down have
-    no dissipation and stand in a strip at the bottom. Runs that failed have no mark; the title counts them.
+    Columns of the table, of your own too, split it: `plot_study(table, x="cycle",
+    colour="friction", rows="load_factor")`. Runs that shake down have no dissipation and stand in a
+    strip at the bottom. Runs that failed have no mark; the title counts them.
 
     Parameters
     ----------
@@ -29,9 +46,11 @@ def plot_study(
     ax
         matplotlib axes to draw in, one for each panel; None: those of a new figure.
     x
-        Column along the horizontal axis; None: the load factor, over the shakedown limit where all runs have one that is finite.
+        Column along the horizontal axis; None: the load factor, over the shakedown limit where all
+        runs have one that is finite.
     colour
-        Column that has a colour for each value; None: friction where there are several, else the load cycle, else the family of the starts.
+        Column that has a colour for each value; None: friction where there are several, else the
+        load cycle, else the family of the starts.
     rows
         Column that has a panel for each value; None: one panel.
 
@@ -58,10 +77,14 @@ def plot_study(
     ('log', ['none'])
     """
     if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
-        raise ModelError(f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}")
+        raise ModelError(
+            f"table: give the DataFrame of dissipation_study, with the columns {', '.join(_NEEDED)}"
+        )
     for name, column in (("x", x), ("colour", colour), ("rows", rows)):
         if column is not None:
             choice(name, column, list(table.columns))
     pictures = pictures_of(__name__)
-    axes: Axes | AxesArray = pictures.draw(table, ax, pictures.runs_of, x=x, colour=colour, rows=rows)
+    axes: Axes | AxesArray = pictures.draw(
+        table, ax, pictures.runs_of, x=x, colour=colour, rows=rows
+    )
     return axes

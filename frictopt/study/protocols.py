@@ -9,7 +9,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Array, Kept, Outcome, Plotted, bar_of, choice, finite_array, finite_number, frozen, warns_of_odd_values, whole_number
+from ..base import (
+    Array,
+    Kept,
+    Outcome,
+    Plotted,
+    bar_of,
+    choice,
+    finite_array,
+    finite_number,
+    frozen,
+    warns_of_odd_values,
+    whole_number,
+)
 from ..base.checks import listed_parts
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, NoContinuation, SolverError
@@ -29,15 +41,25 @@ class TransientsAfter:
     """Transients of one contact from its starts ("assembled", "worst", or a slip) through a protocol into its load cycle; `tell` counts."""
 
     def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, start: str | ArrayLike, steps: int | None, tell: Callable[[], object]
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        friction: ArrayLike,
+        start: str | ArrayLike,
+        steps: int | None,
+        tell: Callable[[], object],
     ) -> None:
         self.system, self.cycle, self.steps = checked_system(system), checked_cycle(cycle), steps
         self.friction = np.array(friction_coefficients(friction, system.nodes))
         kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
         self.assembled, self.worst = kind == "assembled", kind == "worst"
-        self.starts = [np.zeros(system.slip_shape) if kind else finite_array("start", start, system.slip_shape)]
+        self.starts = [
+            np.zeros(system.slip_shape) if kind else finite_array("start", start, system.slip_shape)
+        ]
         if self.worst:
-            self.starts += RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load.values()
+            self.starts += RangeStarts(
+                pose(system, cycle, self.friction), 0.0
+            ).under_mean_load.values()
         self.count, self.residual, self._tell = 0, 0.0, tell
 
     def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
@@ -73,7 +95,9 @@ class TransientsAfter:
         return REST if state.outcome is Outcome.SHAKEDOWN else SLIP
 
 
-def first_change(changed: Callable[[float], bool], grid: Array, low: float, tolerance: float) -> tuple[float, float]:
+def first_change(
+    changed: Callable[[float], bool], grid: Array, low: float, tolerance: float
+) -> tuple[float, float]:
     """Neighbours, no further apart than the tolerance, between which the answer first changes up the grid; (last, inf) where it does not."""
     high = np.inf
     for value in grid[grid > low].tolist():
@@ -94,15 +118,15 @@ class LimitAfterProtocol(Kept, Plotted):
     Attributes
     ----------
     load_factor, upper
-        Largest load factor below which the contact comes to rest wherever it was tried, and least one tried at which it does not; inf if there is
-        none up to the largest one tried.
+        Largest load factor below which the contact comes to rest wherever it was tried, and least
+        one tried at which it does not; inf if there is none up to the largest one tried.
     shakedown_limit
         lambda_2, which no protocol exceeds while all nodes stay closed.
     starts
         (S, N), in space (S, N, 2), the starts, length; slip goes on from the first one at `upper`.
     tried
-        DataFrame, one row for each load factor tried: load_factor; ratio, it over lambda_2; outcome, "rest", "slip" or "UNDECIDED" where a transient
-        has no result.
+        DataFrame, one row for each load factor tried: load_factor; ratio, it over lambda_2;
+        outcome, "rest", "slip" or "UNDECIDED" where a transient has no result.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
 
@@ -156,24 +180,28 @@ def limit_after_protocol(
 ) -> LimitAfterProtocol:
     """Find the load factor up to which a contact comes to rest, for how it is assembled and what is done to it before its load cycle.
 
-    Transients are followed at evenly spaced load factors, and a bisection narrows the interval below the first one at which slip goes on. What
-    happens between the load factors tried is not known.
+    Transients are followed at evenly spaced load factors, and a bisection narrows the interval
+    below the first one at which slip goes on. What happens between the load factors tried is not
+    known.
 
     Parameters
     ----------
     system, cycle, friction
         The contact, its load cycle, and its coefficient of friction, one or one per node.
     protocol
-        Loads that are visited after the start, at the mean load, and before the cycle; the load returns to the mean load in the end.
+        Loads that are visited after the start, at the mean load, and before the cycle; the load
+        returns to the mean load in the end.
     start
-        "assembled": the mean load grows from a millionth of itself, without slip. "worst": from each extreme slip that the contact can hold under the
-        mean load, of which the first that keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
+        "assembled": the mean load grows from a millionth of itself, without slip. "worst": from
+        each extreme slip that the contact can hold under the mean load, of which the first that
+        keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
     up_to, scan, tolerance
-        Largest load factor tried (None: the shakedown limit), number of load factors tried before the bisection, and width of its last interval over
-        the largest load factor tried.
+        Largest load factor tried (None: the shakedown limit), number of load factors tried before
+        the bisection, and width of its last interval over the largest load factor tried.
     steps, progress
-        Number of increments from load to load (None: the exact path in the plane, 20 in space), and whether to show after two seconds how far it is.
-        Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the load factors tried by then.
+        Number of increments from load to load (None: the exact path in the plane, 20 in space), and
+        whether to show after two seconds how far it is. Ctrl-C stays a KeyboardInterrupt with an
+        attribute `table`, the load factors tried by then.
 
     Raises
     ------
@@ -195,7 +223,10 @@ def limit_after_protocol(
     [0.54, 0.85, 1.0]
     """
     visits = listed_parts("protocol", protocol, LoadStep)
-    scan, tolerance = whole_number("scan", scan, least=1), finite_number("tolerance", tolerance, above=0.0, below=1.0)
+    scan, tolerance = (
+        whole_number("scan", scan, least=1),
+        finite_number("tolerance", tolerance, above=0.0, below=1.0),
+    )
     tried: dict[float, str] = {}
 
     def told() -> str:
@@ -205,7 +236,15 @@ def limit_after_protocol(
 
     def kept(_: object) -> tuple[str, object, str] | None:
         table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
-        return ("table", table, f"{told()}; the {len(table)} load factors tried are in the attribute `table`") if tried else None
+        return (
+            (
+                "table",
+                table,
+                f"{told()}; the {len(table)} load factors tried are in the attribute `table`",
+            )
+            if tried
+            else None
+        )
 
     def slips(load_factor: float) -> bool:
         tried[load_factor] = transients.rests(load_factor, visits)
@@ -215,7 +254,9 @@ def limit_after_protocol(
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         limit = shakedown_limit(system, cycle, friction).load_factor
         if up_to is None and not 0 < limit < np.inf:
-            raise ModelError(f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor to try")
+            raise ModelError(
+                f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor to try"
+            )
         largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
         grid = largest * np.arange(1, scan + 1) / scan
         low, high = first_change(slips, grid, 0.0, tolerance * largest)
@@ -225,4 +266,6 @@ def limit_after_protocol(
                 slips(factor)
     table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
     table.insert(1, "ratio", table["load_factor"] / limit)
-    return LimitAfterProtocol(low, high, limit, starts, table, transients.count, transients.residual)
+    return LimitAfterProtocol(
+        low, high, limit, starts, table, transients.count, transients.residual
+    )

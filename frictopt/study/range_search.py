@@ -28,17 +28,36 @@ _WORK_GAIN = 100 * RESIDUAL  # a step that gains less work, relative, is none
 _FIRST = 0.25  # first trust region, over the spread of the slips of the orbit
 _LEAST = 1e-5 * _FIRST  # last one, over the same
 _TRANSIENTS = 20  # of one climb
-_LEAP = _TRANSIENTS**2  # times the gain of a step: a climb that would not reach with so much what another start has is given up
-_AROUND = 8, 200  # starts around an end at least, and at most: of many nodes few, because each costs more and their works differ less
+_LEAP = (
+    _TRANSIENTS**2
+    # times the gain of a step: a climb that would not reach with so much what another start has is
+    # given up
+)
+_AROUND = (
+    8,
+    200,
+    # starts around an end at least, and at most: of many nodes few, because each costs more and their
+    # works differ less
+)
 _EACH = 1000  # nodes of these starts together, otherwise
-_WIDEST, _NARROWEST = 2.0, 0.05  # distances of these starts, over the spread of the slips of the end
+_WIDEST, _NARROWEST = (
+    2.0,
+    0.05,
+)  # distances of these starts, over the spread of the slips of the end
 _CYCLES = 200  # of a transient, after which it is given up: some take thousands
 _ROUGH_STEPS = 5  # increments of a rough search, from corner to corner: a quarter of the usual ones
-_ROUGH = 1e-3  # of a work, what later cycles change of it and what a step gains that a rough search does not see
+# of a work, what later cycles change of it and what a step gains that a rough search does not see
+_ROUGH = 1e-3
 _TELLING = 4  # cycles in turn whose works tell how much later ones change
 _CORNERS = 12  # of a sampled history, furthest apart, at which starts are looked for
-_BEYOND = 3.0, 10.0  # multiples of the extreme slips from which nodes open on the way to the mean load
-STOPPED, FAR = f"stopped after {_TRANSIENTS} transients", "far from the end of the range, and with a step hardly nearer"
+_BEYOND = (
+    3.0,
+    10.0,
+)  # multiples of the extreme slips from which nodes open on the way to the mean load
+STOPPED, FAR = (
+    f"stopped after {_TRANSIENTS} transients",
+    "far from the end of the range, and with a step hardly nearer",
+)
 
 
 @kept
@@ -46,8 +65,9 @@ STOPPED, FAR = f"stopped after {_TRANSIENTS} transients", "far from the end of t
 class Orbit:
     """What came of one start: its name, that of the start that the search began with; and its slip, (N,) or (N, 2), length.
 
-    The steady state that it leads to, and the path that has reached it, at the last corner, are None where the transient has no result. The end says
-    why the search from it ended: "followed" where there was none.
+    The steady state that it leads to, and the path that has reached it, at the last corner, are
+    None where the transient has no result. The end says why the search from it ended: "followed"
+    where there was none.
     """
 
     name: str
@@ -65,11 +85,17 @@ class Orbit:
 class Search:
     """Transients of one contact at one load factor, counted; `tell` is called for each.
 
-    A rough search ends transients where later cycles change their work by a thousandth, before their state comes back.
+    A rough search ends transients where later cycles change their work by a thousandth, before
+    their state comes back.
     """
 
     def __init__(
-        self, task: Question, load_factor: float, steps: int | None = None, tell: Callable[[], object] = lambda: None, rough: bool = False
+        self,
+        task: Question,
+        load_factor: float,
+        steps: int | None = None,
+        tell: Callable[[], object] = lambda: None,
+        rough: bool = False,
     ) -> None:
         self._task, self._steps, self._rough = task, steps, rough
         self._asked = task.system, task.cycle, task.friction, load_factor
@@ -77,7 +103,9 @@ class Search:
         self.transients, self._tell = 0, tell
         self._extremes: list[float] = []  # works of the local extremes so far
         self._rng = np.random.default_rng(0)
-        self._met: list[tuple[Array, Orbit]] = []  # states after one cycle, in slip scales, and what came of them
+        self._met: list[
+            tuple[Array, Orbit]
+        ] = []  # states after one cycle, in slip scales, and what came of them
 
     @property
     def orbits(self) -> list[Orbit]:
@@ -87,13 +115,18 @@ class Search:
     def in_few_increments(self) -> "Search | None":
         """A rough search of the same contact; None on the exact path, and where the increments are few already."""
         steps = path_of(*self._asked, steps=self._steps).steps
-        return Search(self._task, self._asked[-1], _ROUGH_STEPS, self._tell, rough=True) if steps >= 2 * _ROUGH_STEPS else None
+        return (
+            Search(self._task, self._asked[-1], _ROUGH_STEPS, self._tell, rough=True)
+            if steps >= 2 * _ROUGH_STEPS
+            else None
+        )
 
     def follow(self, name: str, start: Array, least: float = 0.0, most: int = _CYCLES) -> Orbit:
         """The steady state that one start leads to, unless two cycles one after the other have less work than the least that is looked for.
 
-        The work of a transient falls from cycle to cycle, up to some 2 % in a thousand random ones. Where one cycle brings two transients to the same
-        state, the second one goes on as the first did.
+        The work of a transient falls from cycle to cycle, up to some 2 % in a thousand random ones.
+        Where one cycle brings two transients to the same state, the second one goes on as the first
+        did.
         """
         self.transients += 1
         self._tell()
@@ -105,11 +138,20 @@ class Search:
                 if len(run.works) == 1:
                     place = path.state.u / path.length
                     for other, met in self._met:
-                        if abs(place[0] - other[0]) <= PERIODIC and np.abs(place - other).max() <= PERIODIC:  # the first one is quick to tell
+                        if (
+                            abs(place[0] - other[0]) <= PERIODIC
+                            and np.abs(place - other).max() <= PERIODIC
+                        ):  # the first one is quick to tell
                             return replace(met, name=name, start=start)
                 elif max(run.works[-2:]) < least and len(run.works) > 2:
                     return Orbit(name, start, None, "less work than looked for")
-            orbit = Orbit(name, start, reported(run, found, np.inf if path.steps else 0.0), "followed", found.path)
+            orbit = Orbit(
+                name,
+                start,
+                reported(run, found, np.inf if path.steps else 0.0),
+                "followed",
+                found.path,
+            )
             self._met.append((place, orbit))
         except (NoContinuation, SolverError) as error:
             orbit = Orbit(name, start, None, f"{type(error).__name__}: {error}")
@@ -128,7 +170,11 @@ class Search:
     def told(self, orbit: Orbit) -> SteadyState:
         """The steady state of an orbit, in increments with their error."""
         assert orbit.state is not None
-        return steady_state(*self._asked, initial_slip=orbit.start, steps=self._steps, progress=False) if orbit.state.steps else orbit.state
+        return (
+            steady_state(*self._asked, initial_slip=orbit.start, steps=self._steps, progress=False)
+            if orbit.state.steps
+            else orbit.state
+        )
 
     def around(self, orbit: Orbit, least: float) -> list[Orbit]:
         """Orbits of at least so much work from random starts around one; none where any work counts and many nodes let no transient end early."""
@@ -136,9 +182,22 @@ class Search:
         size, count = _spread(orbit.start, orbit.path), _EACH // len(orbit.start)
         if not least and count < 2 * _AROUND[0]:
             return []
-        sizes = size * _WIDEST * (_NARROWEST / _WIDEST) ** np.linspace(0, 1, int(np.clip(count, *_AROUND))) ** 2
-        starts = [shortened(orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape), self._task.most) for one in sizes]
-        return [found for start in starts if (found := self.follow(f"around {orbit.name}", start, least)).work >= least]
+        sizes = (
+            size
+            * _WIDEST
+            * (_NARROWEST / _WIDEST) ** np.linspace(0, 1, int(np.clip(count, *_AROUND))) ** 2
+        )
+        starts = [
+            shortened(
+                orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape), self._task.most
+            )
+            for one in sizes
+        ]
+        return [
+            found
+            for start in starts
+            if (found := self.follow(f"around {orbit.name}", start, least)).work >= least
+        ]
 
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
         """The orbit with more (sense 1) or less (sense -1) work that steps of linear programs lead to."""
@@ -157,7 +216,9 @@ class Search:
                 return replace(orbit, end="local extreme")
             if sense * orbit.work + _LEAP * step[1] < aim:
                 return replace(orbit, end=FAR)
-            tried = self.follow(orbit.name, ascent.before + step[0], orbit.work if sense > 0 else 0.0)
+            tried = self.follow(
+                orbit.name, ascent.before + step[0], orbit.work if sense > 0 else 0.0
+            )
             if not sense * (tried.work - orbit.work) > self._gain * orbit.work:
                 radius *= 0.25
                 continue
@@ -168,7 +229,12 @@ class Search:
 
     def _ascent(self, orbit: Orbit, sense: int) -> Ascent:
         path, state = orbit.path, orbit.state
-        if path is None or state is None or state.outcome is not Outcome.CYCLIC_SLIP or state.period > 1:
+        if (
+            path is None
+            or state is None
+            or state.outcome is not Outcome.CYCLIC_SLIP
+            or state.period > 1
+        ):
             raise NoContinuation("its slip does not repeat in every cycle")
         return Ascent(path, sense, self._task.most)
 
@@ -176,7 +242,9 @@ class Search:
     def levels(orbits: list[Orbit]) -> list[Orbit]:
         """One orbit of each level of work, the least first."""
         levels: list[Orbit] = []
-        for orbit in sorted((orbit for orbit in orbits if orbit.state is not None), key=lambda orbit: orbit.work):
+        for orbit in sorted(
+            (orbit for orbit in orbits if orbit.state is not None), key=lambda orbit: orbit.work
+        ):
             if not levels or orbit.work - levels[-1].work > LEVEL * orbit.work:
                 levels.append(orbit)
         return levels
@@ -187,8 +255,15 @@ def _nearly(run: Run) -> Settled | None:
     works = run.works[1:][-_TELLING:]  # not of the cycle from the mean load
     if run.period > 1 or len(works) < _TELLING or not run.last:
         return None
-    left, cycle = distance_left([abs(later - earlier) for earlier, later in pairwise(works)], 0.0), replace(run.last[-1], change=0.0)
-    return Settled(Outcome.CYCLIC_SLIP, run.path, cycle, left / works[-1], (cycle,)) if left < _ROUGH * works[-1] else None
+    left, cycle = (
+        distance_left([abs(later - earlier) for earlier, later in pairwise(works)], 0.0),
+        replace(run.last[-1], change=0.0),
+    )
+    return (
+        Settled(Outcome.CYCLIC_SLIP, run.path, cycle, left / works[-1], (cycle,))
+        if left < _ROUGH * works[-1]
+        else None
+    )
 
 
 def _spread(slip: Array, path: Transient) -> float:
@@ -208,7 +283,11 @@ class RangeStarts:
         starts = {"no slip": np.zeros(task.system.slip_shape)}
         with suppress(SolverError):
             limit = shakedown_limit(task.system, task.cycle, task.friction, slip_bound=task.most)
-            starts |= {"safe at the shakedown limit": limit.slip} if np.isfinite(limit.load_factor) else {}
+            starts |= (
+                {"safe at the shakedown limit": limit.slip}
+                if np.isfinite(limit.load_factor)
+                else {}
+            )
         return starts
 
     @cached_property
@@ -218,7 +297,11 @@ class RangeStarts:
 
     def at_corners(self) -> dict[str, Array]:
         """The same at every corner, of many at those that are furthest apart."""
-        cycle, loads, slips = self._task.cycle, self._task.cycle.at(self._load_factor), dict[str, Array]()
+        cycle, loads, slips = (
+            self._task.cycle,
+            self._task.cycle.at(self._load_factor),
+            dict[str, Array](),
+        )
         for k in _furthest_apart(reactions(self._task.system, loads)):
             slips |= self._furthest(loads[k], f"at {cycle.corner_names[k]}")
         return slips
@@ -227,27 +310,46 @@ class RangeStarts:
         system, friction, most = self._task.system, self._task.friction, self._task.most
 
         def extremes(task: Question) -> list[Array | None]:
-            give, unit = free_slips(task)[1], np.tile(task.node_unit, system.tangents)  # a traction counts by the slip that it makes
-            ways = (unit * (give @ (way.T * ~task.open).ravel()) for way in self._directions.values())
+            give, unit = (
+                free_slips(task)[1],
+                np.tile(task.node_unit, system.tangents),
+            )  # a traction counts by the slip that it makes
+            ways = (
+                unit * (give @ (way.T * ~task.open).ravel()) for way in self._directions.values()
+            )
             return furthest(task, 0.0, ways)
 
-        slips = list[Array | None]()  # some starts less where none is found; the range is that of the starts followed
+        slips = list[
+            Array | None
+        ]()  # some starts less where none is found; the range is that of the starts followed
         with suppress(ModelError, SolverError):
             task = pose(system, LoadCycle(loads, [{}]), friction, slip_bound=most)
-            with suppress(SolverError):  # solvers tell no slip at all from an answer that is none only where both are plain
+            with suppress(
+                SolverError
+            ):  # solvers tell no slip at all from an answer that is none only where both are plain
                 slips = extremes(task)
-            if all(slip is None for slip in slips) and (opened := open_under_mean(task)) and (rest := with_open(task, opened[0])):
+            if (
+                all(slip is None for slip in slips)
+                and (opened := open_under_mean(task))
+                and (rest := with_open(task, opened[0]))
+            ):
                 slips = extremes(rest)
         found = dict[str, Array]()
         for name, slip in zip(self._directions, slips, strict=False):
-            if slip is not None and all(np.abs(slip - other).max() > RESIDUAL * np.abs(slip).max() for other in found.values()):
+            if slip is not None and all(
+                np.abs(slip - other).max() > RESIDUAL * np.abs(slip).max()
+                for other in found.values()
+            ):
                 found[f"{name}, {place}"] = slip
         return found
 
     def beyond(self) -> list[list[tuple[str, Array]]]:
         """Multiples of each extreme slip under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
         most, extreme = self._task.most, self.under_mean_load
-        return [[(f"{factor:g} x {name}", shortened(factor * slip, most)) for factor in _BEYOND] for name, slip in extreme.items()]
+        return [
+            [(f"{factor:g} x {name}", shortened(factor * slip, most)) for factor in _BEYOND]
+            for name, slip in extreme.items()
+        ]
 
     def witness(self) -> dict[str, Array]:
         """The witness of the guaranteed limit, from which slip goes on just above it."""
@@ -256,26 +358,56 @@ class RangeStarts:
             lower = guaranteed_limit(task.system, task.cycle, task.friction, slip_bound=task.most)
         except (ModelError, SolverError):
             return {}  # in space it is not known where a part of the cycle is fixed
-        return {"witness of the guaranteed limit": lower.slip} if np.isfinite(lower.load_factor) else {}
+        return (
+            {"witness of the guaranteed limit": lower.slip}
+            if np.isfinite(lower.load_factor)
+            else {}
+        )
 
     @cached_property
     def _directions(self) -> Mapping[str, Array]:
         """Directions of slip, (N,) or (N, 2): along changes of the load, stretched, squeezed, turned, and those that unload an end of the contact."""
         system, q1 = self._task.system, self._task.cycle.corner_reactions(self._task.system)[0]
         changes: dict[str, Array] = {}
-        for name, step in zip(self._task.cycle.corner_names, np.roll(q1, -1, axis=0) - q1, strict=True):
+        for name, step in zip(
+            self._task.cycle.corner_names, np.roll(q1, -1, axis=0) - q1, strict=True
+        ):
             size = float(np.linalg.norm(step))
-            if size > 0 and not any(np.abs(step / size - other).max() <= ROUNDING for other in changes.values()):
-                changes |= {f"along the load after {name}": step / size, f"against the load after {name}": -step / size}
+            if size > 0 and not any(
+                np.abs(step / size - other).max() <= ROUNDING for other in changes.values()
+            ):
+                changes |= {
+                    f"along the load after {name}": step / size,
+                    f"against the load after {name}": -step / size,
+                }
         if system.tangents == 1:
             x = system.x - system.x.mean()
-            return changes | {"stretched": x, "squeezed": -x, "left end unloaded": -system.B[0], "right end unloaded": -system.B[-1]}
-        x, y = np.einsum("nij,nj->in", system.frames[:, :2], system.points - system.points.mean(axis=0))
-        still, ends = np.zeros_like(x), sorted({int(along.argmax()) for along in (x + y, x - y, y - x, -x - y)})
-        ways = {"stretched along tangent 1": (x, still), "stretched along tangent 2": (still, y), "turned": (-y, x)}
+            return changes | {
+                "stretched": x,
+                "squeezed": -x,
+                "left end unloaded": -system.B[0],
+                "right end unloaded": -system.B[-1],
+            }
+        x, y = np.einsum(
+            "nij,nj->in", system.frames[:, :2], system.points - system.points.mean(axis=0)
+        )
+        still, ends = (
+            np.zeros_like(x),
+            sorted({int(along.argmax()) for along in (x + y, x - y, y - x, -x - y)}),
+        )
+        ways = {
+            "stretched along tangent 1": (x, still),
+            "stretched along tangent 2": (still, y),
+            "turned": (-y, x),
+        }
         fields = {name: np.transpose(way) for name, way in ways.items()}
         unloaded = {f"node {node} unloaded": -system.B[node].reshape(2, -1).T for node in ends}
-        return changes | fields | unloaded | {f"{name}, reversed": -field for name, field in fields.items()}
+        return (
+            changes
+            | fields
+            | unloaded
+            | {f"{name}, reversed": -field for name, field in fields.items()}
+        )
 
 
 def _furthest_apart(vectors: Array) -> list[int]:

@@ -31,7 +31,17 @@ from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
 from ..transients.begin import Transient
 from ..transients.march import path_of
 
-__all__ = ["LoadStep", "Start", "assembled_slip", "given_slips", "no_slip", "overloads", "random_slips", "safe_slips", "safe_vertices"]
+__all__ = [
+    "LoadStep",
+    "Start",
+    "assembled_slip",
+    "given_slips",
+    "no_slip",
+    "overloads",
+    "random_slips",
+    "safe_slips",
+    "safe_vertices",
+]
 
 
 def __dir__() -> list[str]:
@@ -40,7 +50,9 @@ def __dir__() -> list[str]:
 
 _MODES = 6  # degree of the Chebyshev polynomials that make up a smooth slip
 _MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
-_ASSEMBLED_FROM = 1e-6  # share of the mean load at which assembly begins: at no load at all every node is closed without pressure
+# share of the mean load at which assembly begins: at no load at all every node is closed without
+# pressure
+_ASSEMBLED_FROM = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,20 +62,25 @@ class Start(Portable):
     Attributes
     ----------
     family, name
-        Family of starts ("none", "safe", "smooth", "rough", "overload", "given", or any other name), and name of the start in tables.
+        Family of starts ("none", "safe", "smooth", "rough", "overload", "given", or any other
+        name), and name of the start in tables.
     slip
-        (N,) residual slip from assembly, in space (N, 2), length; None: no slip, or a multiple of the safe slip.
+        (N,) residual slip from assembly, in space (N, 2), length; None: no slip, or a multiple of
+        the safe slip.
     safe_multiple
-        Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is lower); None: `slip` is given, or there is none.
+        Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is
+        lower); None: `slip` is given, or there is none.
     overload, seed
-        Load factor of one extra cycle before all others, and seed of a random slip; None where there is none.
+        Load factor of one extra cycle before all others, and seed of a random slip; None where
+        there is none.
     state
         An earlier state instead of a slip, whose nodes may be open.
 
     Raises
     ------
     ModelError
-        Names that are no printable texts, numbers that are not finite, a seed that is no whole number, or two of slip, multiple and state.
+        Names that are no printable texts, numbers that are not finite, a seed that is no whole
+        number, or two of slip, multiple and state.
 
     Examples
     --------
@@ -84,15 +101,24 @@ class Start(Portable):
         check_text("family of a start", self.family, "a printable text")
         check_text("name of a start", self.name, "a printable text")
         if not isinstance(self.state, ContactState | None):
-            raise ModelError(f"state of start {self.name!r}: a {type(self.state).__name__}; give a ContactState")
+            raise ModelError(
+                f"state of start {self.name!r}: a {type(self.state).__name__}; give a ContactState"
+            )
         if sum(one is not None for one in (self.slip, self.safe_multiple, self.state)) > 1:
-            raise ModelError(f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; give one of them")
+            raise ModelError(
+                f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; give one of them"
+            )
         for name, check in _CHECKS.items():
             if (value := getattr(self, name)) is not None:
                 vars(self)[name] = check(f"{name} of start {self.name!r}", value)
 
     def slip_at(
-        self, system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, load_factor: float, limit: ShakedownLimit | None = None
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        friction: ArrayLike,
+        load_factor: float,
+        limit: ShakedownLimit | None = None,
     ) -> Array | None:
         """Residual slip, (N,) or (N, 2), length, of the run at a load factor, with its shakedown limit, if it is known; None: no slip.
 
@@ -105,7 +131,10 @@ class Start(Portable):
             return self.slip if self.state is None else self.state.slip
         limit = shakedown_limit(system, cycle, friction) if limit is None else limit
         above = finite_number("load_factor", load_factor, least=0.0) >= limit.load_factor
-        return frozen(self.safe_multiple * (limit.slip if above else safe_slip(system, cycle, friction, load_factor).slip))
+        return frozen(
+            self.safe_multiple
+            * (limit.slip if above else safe_slip(system, cycle, friction, load_factor).slip)
+        )
 
 
 def no_slip() -> list[Start]:
@@ -129,21 +158,30 @@ def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
     >>> [start.name for start in fo.starts.safe_slips([1.0, -1.0])]
     ['safe x 1', 'safe x -1']
     """
-    return [Start("safe", f"safe x {number:g}", safe_multiple=number) for number in finite_numbers("multiples", multiples)]
+    return [
+        Start("safe", f"safe x {number:g}", safe_multiple=number)
+        for number in finite_numbers("multiples", multiples)
+    ]
 
 
-def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int, *, seed: int = 0) -> list[Start]:
+def random_slips(
+    system: ContactSystem, amplitudes: Iterable[float], count: int, *, seed: int = 0
+) -> list[Start]:
     """Random residual slips: for each amplitude `count` smooth ones and as many rough ones.
 
-    Smooth ones are sums of Chebyshev polynomials in the coordinates of the nodes, in space of products of them, of degree 1 to 6 with normally
-    distributed coefficients. Rough ones are independent from node to node. Both have zero mean, for the mean only slides one body along the other.
+    Smooth ones are sums of Chebyshev polynomials in the coordinates of the nodes, in space of
+    products of them, of degree 1 to 6 with normally distributed coefficients. Rough ones are
+    independent from node to node. Both have zero mean, for the mean only slides one body along the
+    other.
 
     Parameters
     ----------
     system, amplitudes
-        The contact, of two nodes or more, and root mean squares of the slips over the nodes, length.
+        The contact, of two nodes or more, and root mean squares of the slips over the nodes,
+        length.
     count, seed
-        Number of slips of each kind and amplitude, at most 100,000, and seed of the first one; the next ones have the next seeds.
+        Number of slips of each kind and amplitude, at most 100,000, and seed of the first one; the
+        next ones have the next seeds.
 
     Raises
     ------
@@ -162,12 +200,23 @@ def random_slips(system: ContactSystem, amplitudes: Iterable[float], count: int,
     whole_number("count", count, least=1, most=_MOST)
     whole_number("seed", seed, least=0, most=LARGEST_SEED)
     modes, starts = smooth_modes(system), list[Start]()
-    kinds = product(finite_numbers("amplitudes", amplitudes, least=0.0), ("smooth", "rough"), range(count))
+    kinds = product(
+        finite_numbers("amplitudes", amplitudes, least=0.0), ("smooth", "rough"), range(count)
+    )
     for number, (amplitude, family, _) in enumerate(kinds, seed):
         rng = np.random.default_rng(number)
-        slip = smooth(rng, modes, system) if family == "smooth" else rng.normal(size=system.slip_shape)
+        slip = (
+            smooth(rng, modes, system) if family == "smooth" else rng.normal(size=system.slip_shape)
+        )
         slip = slip - slip.mean(axis=0)
-        starts.append(Start(family, f"{family} {amplitude:g} #{number}", slip * amplitude / root_mean_square(slip), seed=number))
+        starts.append(
+            Start(
+                family,
+                f"{family} {amplitude:g} #{number}",
+                slip * amplitude / root_mean_square(slip),
+                seed=number,
+            )
+        )
     return starts
 
 
@@ -176,9 +225,17 @@ def smooth_modes(system: ContactSystem) -> Array:
     places = system.x[:, None] if system.tangents == 1 else system.points
     low, wide = places.min(axis=0), np.ptp(places, axis=0)
     along = wide > ROUNDING * wide.max()  # not across a flat face
-    axes = [np.polynomial.chebyshev.chebvander(x, _MODES).T for x in (2 * (places - low)[:, along] / wide[along] - 1).T]
-    degrees = [powers for powers in np.ndindex(*[_MODES + 1] * len(axes)) if 0 < sum(powers) <= _MODES]
-    products = [np.prod([axis[power] for axis, power in zip(axes, powers, strict=True)], axis=0) for powers in degrees]
+    axes = [
+        np.polynomial.chebyshev.chebvander(x, _MODES).T
+        for x in (2 * (places - low)[:, along] / wide[along] - 1).T
+    ]
+    degrees = [
+        powers for powers in np.ndindex(*[_MODES + 1] * len(axes)) if 0 < sum(powers) <= _MODES
+    ]
+    products = [
+        np.prod([axis[power] for axis, power in zip(axes, powers, strict=True)], axis=0)
+        for powers in degrees
+    ]
     return np.reshape(products, (-1, system.nodes)).T
 
 
@@ -202,7 +259,10 @@ def overloads(load_factors: Iterable[float]) -> list[Start]:
     >>> fo.starts.overloads([2.0])
     [Start(family='overload', name='overload to 2', safe_multiple=None, overload=2.0, seed=None)]
     """
-    return [Start("overload", f"overload to {factor:g}", overload=factor) for factor in finite_numbers("load_factors", load_factors, least=0.0)]
+    return [
+        Start("overload", f"overload to {factor:g}", overload=factor)
+        for factor in finite_numbers("load_factors", load_factors, least=0.0)
+    ]
 
 
 def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
@@ -221,7 +281,11 @@ def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
 def _slips(name: str, values: ArrayLike, axes: tuple[None, ...] = ()) -> Array:
     """Check slips (*axes, N), or in space (*axes, N, 2)."""
     array = finite_array(name, values)
-    return array if array.ndim == len(axes) + 2 and array.shape[-1] == 2 else finite_array(name, array, (*axes, None))
+    return (
+        array
+        if array.ndim == len(axes) + 2 and array.shape[-1] == 2
+        else finite_array(name, array, (*axes, None))
+    )
 
 
 _CHECKS: dict[str, Callable[[str, Any], object]] = {
@@ -239,7 +303,8 @@ class LoadStep:
     Parameters
     ----------
     loads, cyclic
-        Load case name -> amplitude: the part that does not depend on the load factor, and the part that it multiplies.
+        Load case name -> amplitude: the part that does not depend on the load factor, and the part
+        that it multiplies.
 
     Raises
     ------
@@ -257,7 +322,9 @@ class LoadStep:
     cyclic: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        vars(self).update(loads=checked_loads("loads", self.loads), cyclic=checked_loads("cyclic", self.cyclic))
+        vars(self).update(
+            loads=checked_loads("loads", self.loads), cyclic=checked_loads("cyclic", self.cyclic)
+        )
 
     def __repr__(self) -> str:
         return f"LoadStep(loads={dict(self.loads)}, cyclic={dict(self.cyclic)})"
@@ -271,26 +338,33 @@ class LoadStep:
             Not a contact system, load cases that it does not have, or a bad load factor.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        return joined(*checked_system(system).reaction(self.loads)) + load_factor * joined(*system.reaction(self.cyclic))
+        return joined(*checked_system(system).reaction(self.loads)) + load_factor * joined(
+            *system.reaction(self.cyclic)
+        )
 
 
 @warns_of_odd_values
-def assembled_slip(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> Array:
+def assembled_slip(
+    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
+) -> Array:
     """Slip, (N,) or (N, 2), length, under the mean load, which grew from a millionth of itself before anything had slipped.
 
     Parameters
     ----------
     system, cycle, friction
-        The contact, its load cycle, of which only the mean load counts, and its coefficient of friction, one or one per node.
+        The contact, its load cycle, of which only the mean load counts, and its coefficient of
+        friction, one or one per node.
     steps
-        Number of increments in which the load grows. None: the exact path in the plane, 20 in space.
+        Number of increments in which the load grows. None: the exact path in the plane, 20 in
+        space.
 
     Raises
     ------
     ModelError
         Bad input.
     NoContinuation
-        The path ends, for example because the mean load opens the contact or makes it slide as a whole.
+        The path ends, for example because the mean load opens the contact or makes it slide as a
+        whole.
 
     Examples
     --------

@@ -6,4 +6,15 @@ from .outcome import SteadyState
 from .steady import steady_state
 from .trajectory import LoadLoop, Trajectory
 
-__all__ = ["LoadLoop", "Onset", "OnsetEvent", "SteadyState", "Trajectory", "exact", "increments", "march", "onset", "steady_state"]
+__all__ = [
+    "LoadLoop",
+    "Onset",
+    "OnsetEvent",
+    "SteadyState",
+    "Trajectory",
+    "exact",
+    "increments",
+    "march",
+    "onset",
+    "steady_state",
+]

@@ -10,7 +10,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import NO_DRIVE, RESIDUAL, Array, Booleans, finite_array, finite_number
-from ..contact import ContactState, ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients, joined, off_law, parted, reactions
+from ..contact import (
+    ContactState,
+    ContactSystem,
+    LoadCycle,
+    checked_cycle,
+    checked_system,
+    friction_coefficients,
+    joined,
+    off_law,
+    parted,
+    reactions,
+)
 from ..contact.coulomb import checked_state
 from ..contact.diagnosis import pressing
 from ..errors import ModelError
@@ -21,8 +32,11 @@ STICK, SLIP, OPEN = 0, 1, 2
 HOLD = "hold the body by supports, press it more, or load it less"
 """The remedy for a body that slides or opens as a whole."""
 
-_FAR = 1e18  # largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong results)
-_FAR_START = 1e3  # initial stress over the loads, above which an error names it as the cause of a large residual
+# largest initial stress over the loads: with more, rounding hides the events (1e30 gave wrong
+# results)
+_FAR = 1e18
+# initial stress over the loads, above which an error names it as the cause of a large residual
+_FAR_START = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,19 +46,24 @@ class Cycle:
     Attributes
     ----------
     before, after, change
-        (m,) what the map of a cycle acts on, in slip scales: slip and gap on the exact path, slip in increments, where the gap follows from it; and
-        the largest difference of the two.
+        (m,) what the map of a cycle acts on, in slip scales: slip and gap on the exact path, slip
+        in increments, where the gap follows from it; and the largest difference of the two.
     work, slid, works
-        (N,) work of friction, and way slid by each closed node, length; and the work in each load cycle.
+        (N,) work of friction, and way slid by each closed node, length; and the work in each load
+        cycle.
     events
-        The same in two cycles where the same nodes slip and open: the changes of status, whose order within a segment of the path does not count.
+        The same in two cycles where the same nodes slip and open: the changes of status, whose
+        order within a segment of the path does not count.
     bonded, u, r
-        (T, M) loads, `[v, w - g0]` and reactions: at the corners at which the exact path stops, after each increment.
+        (T, M) loads, `[v, w - g0]` and reactions: at the corners at which the exact path stops,
+        after each increment.
     previous
-        (T, M) in increments the states before those, where friction opposes the slip since; None on the exact path, which slips between stops.
+        (T, M) in increments the states before those, where friction opposes the slip since; None on
+        the exact path, which slips between stops.
     lost
-        On the exact path the error of the energy balance (work of the loads, less work of friction, less elastic energy gained), or negative work of
-        friction at a node, over the largest energy in the balance.
+        On the exact path the error of the energy balance (work of the loads, less work of friction,
+        less elastic energy gained), or negative work of friction at a node, over the largest energy
+        in the balance.
     """
 
     before: Array
@@ -73,15 +92,18 @@ class Transient(ABC):
     turns
         Numbers of the corners that a cycle stops at.
     legs, begun
-        The corners, and the loads before the first whole cycle, each with the words for the way to it.
+        The corners, and the loads before the first whole cycle, each with the words for the way to
+        it.
     bonded
         (M,) that of the present load.
     visited
-        Number of corners visited so far, from an earlier state those before its next corner, too; -1 until the transient reaches the mean load.
+        Number of corners visited so far, from an earlier state those before its next corner, too;
+        -1 until the transient reaches the mean load.
     nodes
         Number of node pairs, N.
     force, largest
-        Scale of the nodal forces: the mean of |p^w| under the mean load; and the largest nodal force of all loads.
+        Scale of the nodal forces: the mean of |p^w| under the mean load; and the largest nodal
+        force of all loads.
     length
         Scale of slips: the largest force over the stiffness scale.
     scales, unit
@@ -89,9 +111,11 @@ class Transient(ABC):
     events, unproven
         Number of changes of status, and of those whose rates are not proven to be the only ones.
     far_start
-        Whether the start stresses the contact so much more than the loads do that its rounding may hide them.
+        Whether the start stresses the contact so much more than the loads do that its rounding may
+        hide them.
     engine, steps, coarser
-        "path", 0 and none for the exact path; how increments are solved, and their numbers from corner to corner, of `coarser` ones to tell errors.
+        "path", 0 and none for the exact path; how increments are solved, and their numbers from
+        corner to corner, of `coarser` ones to tell errors.
     started
         When it was made, for the record.
     """
@@ -111,32 +135,57 @@ class Transient(ABC):
     ) -> None:
         self.started = perf_counter()
         self.system, self.cycle = checked_system(system), checked_cycle(cycle)
-        slip = np.zeros(system.slip_shape) if initial_slip is None else finite_array("initial_slip", initial_slip, system.slip_shape)
+        slip = (
+            np.zeros(system.slip_shape)
+            if initial_slip is None
+            else finite_array("initial_slip", initial_slip, system.slip_shape)
+        )
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.nodes = n = system.nodes
         self.friction = np.array(friction_coefficients(friction, n))
         self.mean, *cyclic = reactions(system, [cycle.mean, *cycle.corners])
-        self._cyclic, self._unscaled = np.array(cyclic), self.mean if cycle.fixed is None else reactions(system, cycle.unscaled)
-        self.corners, self.turns = list(self._unscaled + self.load_factor * self._cyclic), list(range(len(cyclic)))
+        self._cyclic, self._unscaled = (
+            np.array(cyclic),
+            self.mean if cycle.fixed is None else reactions(system, cycle.unscaled),
+        )
+        self.corners, self.turns = (
+            list(self._unscaled + self.load_factor * self._cyclic),
+            list(range(len(cyclic))),
+        )
         largest = float(np.abs(self.corners).max())
         self.force = float(np.abs(self.mean[-n:]).mean()) or largest or 1.0
         self.largest = max(self.force, largest)
-        self.length, self.scales = self.largest / system.stiffness_scale, scales(system.S, self.mean, np.array(self.corners), n)
+        self.length, self.scales = (
+            self.largest / system.stiffness_scale,
+            scales(system.S, self.mean, np.array(self.corners), n),
+        )
         self.visited, self.events, self.unproven = -1, 0, 0
         self._start_name = "initial_slip" if initial_state is None else "initial_state"
         if initial_state is None:
             stress = system.S @ joined(slip, np.zeros(n))
             self._start_stress = self.check_near("initial_slip", stress)
-            u, r = joined(slip, -system.gap), np.concatenate([np.zeros(len(stress) - n), np.full(n, self.force)])
+            u, r = (
+                joined(slip, -system.gap),
+                np.concatenate([np.zeros(len(stress) - n), np.full(n, self.force)]),
+            )
             self.bonded, start = r - system.S @ u, (u, r, np.zeros(n, dtype=bool))
         elif initial_slip is not None:
-            raise ModelError("initial_slip, initial_state: both are given; a state has its own slip, give one of the two")
+            raise ModelError(
+                "initial_slip, initial_state: both are given; a state has its own slip, give one of the two"
+            )
         else:
-            start = self._standing(checked_state("initial_state", initial_state, system, len(self.corners)))
+            start = self._standing(
+                checked_state("initial_state", initial_state, system, len(self.corners))
+            )
         self.far_start = self._start_stress > _FAR_START
-        self.legs = [(corner, f"the segment to the corner ({name})") for corner, name in zip(self.corners, cycle.corner_names, strict=True)]
+        self.legs = [
+            (corner, f"the segment to the corner ({name})")
+            for corner, name in zip(self.corners, cycle.corner_names, strict=True)
+        ]
         begun = [(self.mean, "the segment from the initial slip to the mean load")]
-        self.begun = begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
+        self.begun = (
+            begun if self.visited < 0 else self.legs[self.visited :] if self.visited > 0 else []
+        )
         self._begin(*start)
 
     @abstractmethod
@@ -157,8 +206,14 @@ class Transient(ABC):
 
     def forces_there(self, r: Array) -> str:
         """The forces of the reactions (M,) of a state; on the way to the mean load also the diagnosis of that."""
-        forces = pressing(self.system, self.friction, *parted(r, self.system.tangents + 1), self.force)
-        mean = f"; {mean_load_diagnosis(self.system, self.cycle, self.friction)}" if self.visited < 0 else ""
+        forces = pressing(
+            self.system, self.friction, *parted(r, self.system.tangents + 1), self.force
+        )
+        mean = (
+            f"; {mean_load_diagnosis(self.system, self.cycle, self.friction)}"
+            if self.visited < 0
+            else ""
+        )
         return f"there {forces}{mean}"
 
     def free_body(self, r: Array) -> str:
@@ -177,7 +232,13 @@ class Transient(ABC):
             corners = self._unscaled + overload * self._cyclic
             self.check_near("overload", corners)
             numbers = self.turns if self.cycle.fixed is None else range(len(corners))
-            self.follow((corners[number], f"the overload's segment to the corner ({self.cycle.corner_names[number]})") for number in numbers)
+            self.follow(
+                (
+                    corners[number],
+                    f"the overload's segment to the corner ({self.cycle.corner_names[number]})",
+                )
+                for number in numbers
+            )
         return self
 
     def check_near(self, name: str, stress: ArrayLike) -> float:
@@ -206,10 +267,21 @@ class Transient(ABC):
         stress = system.S @ u
         self._start_stress = self.check_near("initial_state", np.r_[stress, self.bonded])
         r = self.bonded + stress
-        opened = begin.gap * system.stiffness_scale > r[-n:]  # of gap and pressure the smaller one is rounding
+        opened = (
+            begin.gap * system.stiffness_scale > r[-n:]
+        )  # of gap and pressure the smaller one is rounding
         r[np.tile(opened, len(r) // n)] = 0.0
         u[-n:][~opened] = -system.gap[~opened]
-        residual = float(off_law(system, self.friction, self.bonded, u, r, max(self.largest, float(np.abs(self.bonded).max()))).max())
+        residual = float(
+            off_law(
+                system,
+                self.friction,
+                self.bonded,
+                u,
+                r,
+                max(self.largest, float(np.abs(self.bonded).max())),
+            ).max()
+        )
         if not residual <= RESIDUAL:
             raise ModelError(
                 f"initial_state: it violates the contact law by {residual:.1e}; give a state of this system under this friction, or an initial_slip"
@@ -228,11 +300,16 @@ class Scales(NamedTuple):
 def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
     """Scales of n nodes with stiffness `S` under a mean load (M,) and corners (K, M); loads that are rounding beside the largest count as none."""
     shape, p = (len(S) // n, n), mean[-n:]
-    largest, stiffness = np.abs(corners).reshape(-1, *shape).max(axis=(0, 1)), np.diag(S).reshape(shape).mean(axis=0)
+    largest, stiffness = (
+        np.abs(corners).reshape(-1, *shape).max(axis=(0, 1)),
+        np.diag(S).reshape(shape).mean(axis=0),
+    )
     least = NO_DRIVE * max(float(np.abs(p).mean()), float(largest.max())) or 1.0
     links, number, part = S.reshape(shape * 2), 1, np.zeros(n)
     if not links[:, 0].any(axis=(0, 1)).all():
-        from scipy.sparse.csgraph import connected_components  # here, for a contact in one piece needs none
+        from scipy.sparse.csgraph import (
+            connected_components,
+        )  # here, for a contact in one piece needs none
 
         number, part = connected_components((links != 0).any(axis=(0, 2)), directed=False)
     found = Scales(np.empty(n), np.empty(n), np.empty(n))
@@ -241,5 +318,7 @@ def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
         most = float(largest[block].max())
         found.mean[block] = mean_force = max(float(np.abs(p[block]).mean()) or most, least)
         found.force[block] = force = max(mean_force, most)
-        found.length[block] = force / (float(stiffness[block].mean()) or float(stiffness.mean()) or 1.0)
+        found.length[block] = force / (
+            float(stiffness[block].mean()) or float(stiffness.mean()) or 1.0
+        )
     return found

@@ -9,8 +9,26 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..base import RESIDUAL, ROUNDING, Array, Booleans, bar_of, choice, flag, frozen, warns_of_odd_values, whole_number
-from ..contact import ContactState, ContactSystem, LoadCycle, checked_system, checked_uncapped, parted
+from ..base import (
+    RESIDUAL,
+    ROUNDING,
+    Array,
+    Booleans,
+    bar_of,
+    choice,
+    flag,
+    frozen,
+    warns_of_odd_values,
+    whole_number,
+)
+from ..contact import (
+    ContactState,
+    ContactSystem,
+    LoadCycle,
+    checked_system,
+    checked_uncapped,
+    parted,
+)
 from ..errors import ModelError, NoContinuation, SolverError
 from .begin import OPEN
 from .exact import ExactPath
@@ -34,8 +52,9 @@ def march(
 ) -> Trajectory:
     """Follow a transient from an initial slip, or from an earlier state, through a number of load cycles.
 
-    The load path starts at an artificial load that carries the initial slip with q = 0 and, at every node, p equal to the mean of `abs(p^w)`
-    under the mean load. It goes in a straight line to the mean load, and then visits the corners in their order, again and again. Theory, eq. (13).
+    The load path starts at an artificial load that carries the initial slip with q = 0 and, at
+    every node, p equal to the mean of `abs(p^w)` under the mean load. It goes in a straight line to
+    the mean load, and then visits the corners in their order, again and again. Theory, eq. (13).
 
     Parameters
     ----------
@@ -48,17 +67,20 @@ def march(
     initial_slip
         Residual slip from assembly, (N,) in the plane, (N, 2) in space, length; None: no slip.
     initial_state
-        An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a trajectory. Its nodes may be open. The load goes
-        straight from that of the state to the corner that comes next, and to the end of that cycle.
+        An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a
+        trajectory. Its nodes may be open. The load goes straight from that of the state to the
+        corner that comes next, and to the end of that cycle.
     cycles
         Number of whole cycles.
     engine
-        "path": exactly, from event to event, for plane contacts: in space the friction circle is curved, and no path is made of straight lines. In
-        increments: "newton", each by Newton's method; "qp", by convex programs with a frozen friction bound; "milp", by complementarity conditions
-        with booleans, for plane contacts. None: "path" in the plane without `steps`, else "newton".
+        "path": exactly, from event to event, for plane contacts: in space the friction circle is
+        curved, and no path is made of straight lines. In increments: "newton", each by Newton's
+        method; "qp", by convex programs with a frozen friction bound; "milp", by complementarity
+        conditions with booleans, for plane contacts. None: "path" in the plane without `steps`,
+        else "newton".
     steps
-        Number of increments from corner to corner; None: 20. The transient is followed with a half and a quarter of them, too, which gives
-        `step_error`. The exact path has none.
+        Number of increments from corner to corner; None: 20. The transient is followed with a half
+        and a quarter of them, too, which gives `step_error`. The exact path has none.
     progress
         Whether to show after two seconds how far the increments are.
 
@@ -93,16 +115,37 @@ def march(
         loads = np.array([path.bonded, *(load for load, _ in legs)])
         path.follow(legs)
         time, u, r, status, work = path.states()
-        bonded = np.array([np.interp(time, begun + np.arange(len(loads)), values) for values in loads.T]).T
+        bonded = np.array(
+            [np.interp(time, begun + np.arange(len(loads)), values) for values in loads.T]
+        ).T
     else:
         with bar_of(progress, "march", "cycle", total=(1 + len(path.coarser)) * cycles) as bar:
-            coarse = [SteppedPath("newton", count, *asked) for count in path.coarser]  # the quickest way
+            coarse = [
+                SteppedPath("newton", count, *asked) for count in path.coarser
+            ]  # the quickest way
             (bonded, u, r, status, work), error = _in_increments(path, coarse, cycles, bar.update)
         time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
-    (bonded_q, bonded_p), (slip, gap), (q, p) = (parted(values, system.tangents + 1) for values in (bonded, u, r))
-    amplitudes, kinds = amplitudes_at(system, cycle, path.load_factor, time, {}), status.astype(np.int8, copy=False)
-    state = slip, gap + system.gap, q, p, kinds, work, path.engine, error, perf_counter() - path.started
-    trajectory = Trajectory(system, frozen(path.friction), cycle, time, amplitudes, bonded_q, bonded_p, *state)
+    (bonded_q, bonded_p), (slip, gap), (q, p) = (
+        parted(values, system.tangents + 1) for values in (bonded, u, r)
+    )
+    amplitudes, kinds = (
+        amplitudes_at(system, cycle, path.load_factor, time, {}),
+        status.astype(np.int8, copy=False),
+    )
+    state = (
+        slip,
+        gap + system.gap,
+        q,
+        p,
+        kinds,
+        work,
+        path.engine,
+        error,
+        perf_counter() - path.started,
+    )
+    trajectory = Trajectory(
+        system, frozen(path.friction), cycle, time, amplitudes, bonded_q, bonded_p, *state
+    )
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(
             f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {RESIDUAL:g}; "
@@ -111,7 +154,9 @@ def march(
     return trajectory
 
 
-def _in_increments(path: SteppedPath, coarser: Sequence[SteppedPath], cycles: int, tell: Callable[[], object]) -> tuple[list[Array], float]:
+def _in_increments(
+    path: SteppedPath, coarser: Sequence[SteppedPath], cycles: int, tell: Callable[[], object]
+) -> tuple[list[Array], float]:
     """Loads, `u`, reactions, status and work of the states of a transient that has not begun, and their `step_error`; errors of increments."""
 
     def followed(path: SteppedPath) -> list[Array]:
@@ -129,26 +174,47 @@ def _in_increments(path: SteppedPath, coarser: Sequence[SteppedPath], cycles: in
     error = 0.0 if coarser else np.inf
     for other in coarser:
         try:
-            error = max(error, float(np.abs(at_stops(path, u) - at_stops(other, followed(other)[1])).max()))
+            error = max(
+                error, float(np.abs(at_stops(path, u) - at_stops(other, followed(other)[1])).max())
+            )
         except (NoContinuation, SolverError):
             error = np.inf
     doubt = doubts(path.system, path.friction, u, r)
-    ways = [float((one / np.where(doubt.bound > 0, doubt.bound, np.inf)).sum(axis=0).max()) for one in (doubt.lacking, doubt.change)]
-    missed = float(np.sqrt(np.prod(ways))), float(doubt.late.max(initial=0.0))  # slip within the increments
+    ways = [
+        float((one / np.where(doubt.bound > 0, doubt.bound, np.inf)).sum(axis=0).max())
+        for one in (doubt.lacking, doubt.change)
+    ]
+    missed = (
+        float(np.sqrt(np.prod(ways))),
+        float(doubt.late.max(initial=0.0)),
+    )  # slip within the increments
     return states, max(error, *missed) / path.length
 
 
-def amplitudes_at(system: ContactSystem, cycle: LoadCycle, load_factor: float, time: Array, first: Mapping[str, float]) -> Array:
+def amplitudes_at(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    load_factor: float,
+    time: Array,
+    first: Mapping[str, float],
+) -> Array:
     """(T, cases) amplitudes of the load cases at times from the first state on, which has the amplitudes `first`; not known: NaN."""
     begin, end = int(time[0]), int(np.ceil(time[-1]))
     loads, cyclic = [first] + ([cycle.mean] if begin < 0 else []), cycle.at(load_factor)
     loads += [cyclic[number % len(cyclic)] for number in range(max(begin, 0), end)]
     none = 0.0 if first else np.nan
-    stops = [[load.get(case, 0.0 if number else none) for case in system.bonded] for number, load in enumerate(loads)]
-    return np.array([np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]).T
+    stops = [
+        [load.get(case, 0.0 if number else none) for case in system.bonded]
+        for number, load in enumerate(loads)
+    ]
+    return np.array(
+        [np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]
+    ).T
 
 
-def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None) -> ExactPath | SteppedPath:
+def path_of(
+    system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None
+) -> ExactPath | SteppedPath:
     """A `Transient` that has not begun, of a system and what else `Transient` asks for; `steps` and `engine` as in `march`."""
     plane = checked_system(system).tangents == 1
     way = "path" if plane and steps is None and not system.capped else "newton"
@@ -161,15 +227,25 @@ def path_of(system: ContactSystem, *asked: Any, steps: int | None = None, engine
     if way in ("path", "milp"):
         checked_uncapped(system, f"engine {way!r}")
     if way == "path" and steps is not None:
-        raise ModelError(f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}")
-    return ExactPath(system, *asked) if way == "path" else SteppedPath(way, steps, system, *asked).checked()
+        raise ModelError(
+            f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}"
+        )
+    return (
+        ExactPath(system, *asked)
+        if way == "path"
+        else SteppedPath(way, steps, system, *asked).checked()
+    )
 
 
-def mean_state(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None) -> ContactState:
+def mean_state(
+    system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
+) -> ContactState:
     """Slip and gap once the mean load has come, from no slip: followed exactly in the plane, by Newton's increments in space; errors of `march`."""
     path = path_of(system, cycle, friction, 0.0, steps=steps).start()
     slip, _ = parted(path.state.u, system.tangents + 1)
-    return ContactState(slip, _gap(path), *system.reaction(cycle.mean), next_loads=cycle.corner_names[0])
+    return ContactState(
+        slip, _gap(path), *system.reaction(cycle.mean), next_loads=cycle.corner_names[0]
+    )
 
 
 def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Booleans:

@@ -10,7 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, Booleans, Outcome, Plotted, Recorded, SolveRecord, Table, components, finite_number, frame, frozen, whole_number
+from ..base import (
+    Array,
+    Booleans,
+    Outcome,
+    Plotted,
+    Recorded,
+    SolveRecord,
+    Table,
+    components,
+    finite_number,
+    frame,
+    frozen,
+    whole_number,
+)
 from ..base.results import named_places
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..errors import ModelError
@@ -31,33 +44,41 @@ class SteadyState(Recorded, Plotted):
     outcome
         The long-run behaviour.
     dissipation
-        Work of friction per load cycle in the steady state, the mean over its period, >= 0, force times length (per depth); 0 after shakedown.
+        Work of friction per load cycle in the steady state, the mean over its period, >= 0, force
+        times length (per depth); 0 after shakedown.
     dissipation_per_node
         (N,) the same of each node.
     sliding_distance
-        (N,) way that each node slides per load cycle while it is closed, the mean over the period, length; 0 after shakedown.
+        (N,) way that each node slides per load cycle while it is closed, the mean over the period,
+        length; 0 after shakedown.
     work_error
-        Estimated distance of `dissipation` from that of all later cycles, over itself. At most 1e-9, unless rounding hides a work that is little
-        beside the loads, or slip in increments comes slowly to one of many cycles that come back.
+        Estimated distance of `dissipation` from that of all later cycles, over itself. At most
+        1e-9, unless rounding hides a work that is little beside the loads, or slip in increments
+        comes slowly to one of many cycles that come back.
     step_error
-        0 for the exact path. In increments, the estimated error in time of the dissipation, over itself: twice what finer increments change, and a
-        share of the work that is in doubt within the increments. inf: finer ones have no answer, or the contact rests and may slip in them. In 128
-        random contacts of 1 to 5 nodes, with 1 to 20 increments, it was 2.4 times the true error in the median, and too small in 1 of 640 (0.8 of
-        it); in bolted joints, where many nodes slip in the first cycles alone, 3 to 35 times. It is no bound.
+        0 for the exact path. In increments, the estimated error in time of the dissipation, over
+        itself: twice what finer increments change, and a share of the work that is in doubt within
+        the increments. inf: finer ones have no answer, or the contact rests and may slip in them.
+        In 128 random contacts of 1 to 5 nodes, with 1 to 20 increments, it was 2.4 times the true
+        error in the median, and too small in 1 of 640 (0.8 of it); in bolted joints, where many
+        nodes slip in the first cycles alone, 3 to 35 times. It is no bound.
     period
         Load cycles after which the state comes back, or its drift repeats: 1 or 2.
     system, cycle, friction, load_factor
         What was asked; friction is (N,).
     slip
-        Slip at the last corner of the cycle, (N,) in the plane, (N, 2) in space, length (for ratcheting: after the last cycle that was followed).
+        Slip at the last corner of the cycle, (N,) in the plane, (N, 2) in space, length (for
+        ratcheting: after the last cycle that was followed).
     gap
         (N,) gap w at the last corner, length.
     state
         Slip, gap and load there, from which another transient may start.
     open
-        (N,) whether the node is open at some corner of the steady cycle at which the load turns; in increments, at the end of one of them.
+        (N,) whether the node is open at some corner of the steady cycle at which the load turns; in
+        increments, at the end of one of them.
     slipping
-        (N,) whether the node slides against friction in the steady cycle, by more than rounding and what the slip changes over the cycle.
+        (N,) whether the node slides against friction in the steady cycle, by more than rounding and
+        what the slip changes over the cycle.
     first_cycle
         Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
@@ -65,15 +86,19 @@ class SteadyState(Recorded, Plotted):
     events
         Number of changes of status; in increments, from one to the next.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of three errors: the violation of the contact law at the corners or
-        increments of the proving cycle; the change of slip over that cycle; and, on the exact path, the error of the energy balance of any cycle,
-        over the largest energy in it. Forces are in units of the largest nodal force of the load cycle, slips of that force over the stiffness scale.
+        How it was found. Its `residual`, at most 1e-9, is the largest of three errors: the
+        violation of the contact law at the corners or increments of the proving cycle; the change
+        of slip over that cycle; and, on the exact path, the error of the energy balance of any
+        cycle, over the largest energy in it. Forces are in units of the largest nodal force of the
+        load cycle, slips of that force over the stiffness scale.
     extrapolated
-        True if the state is the extrapolated fixed point of the cycle map, or was reached from it; False if the transient came cycle by cycle.
+        True if the state is the extrapolated fixed point of the cycle map, or was reached from it;
+        False if the transient came cycle by cycle.
     unproven
-        Number of events whose rates are not proven to be the only ones that obey the contact law; 0: no other transient follows from this start. Such
-        events occur where nodes lift off, or friction comes near its critical value: another transient from the same start may then end in another
-        steady state. In increments nothing is proven of any event.
+        Number of events whose rates are not proven to be the only ones that obey the contact law;
+        0: no other transient follows from this start. Such events occur where nodes lift off, or
+        friction comes near its critical value: another transient from the same start may then end
+        in another steady state. In increments nothing is proven of any event.
     steps
         Number of increments from corner to corner; 0 for the exact path.
 
@@ -118,7 +143,12 @@ class SteadyState(Recorded, Plotted):
 
     def to_frame(self) -> Table:
         """The DataFrame of the nodes: columns node, contact (if named), x (x, y, z), slip (slip1, slip2), open, dissipation (work per cycle)."""
-        columns = {"node": range(len(self.gap)), **named_places(self.system), **components("slip", self.slip), "open": self.open}
+        columns = {
+            "node": range(len(self.gap)),
+            **named_places(self.system),
+            **components("slip", self.slip),
+            "open": self.open,
+        }
         return frame({**columns, "dissipation": self.dissipation_per_node}, units=self.system.units)
 
     @property
@@ -140,11 +170,25 @@ class SteadyState(Recorded, Plotted):
     @cached_property
     def _states(self) -> Trajectory:
         asked = self.system, self.cycle, self.friction, self.load_factor
-        path = march(*asked, initial_state=self.state, cycles=self.period, steps=self.steps or None, progress=False)
-        check_return(path, self.load_factor, self.outcome, self.period * self.dissipation_per_node, self.work_error)
+        path = march(
+            *asked,
+            initial_state=self.state,
+            cycles=self.period,
+            steps=self.steps or None,
+            progress=False,
+        )
+        check_return(
+            path,
+            self.load_factor,
+            self.outcome,
+            self.period * self.dissipation_per_node,
+            self.work_error,
+        )
         last = self.cycle.at(self.load_factor)[-1]
         begin = {case: last.get(case, 0.0) for case in self.system.bonded}
-        return replace(path, amplitudes=frozen(amplitudes_at(*asked[:2], self.load_factor, path.time, begin)))
+        return replace(
+            path, amplitudes=frozen(amplitudes_at(*asked[:2], self.load_factor, path.time, begin))
+        )
 
     def displacement(self, case: str) -> Array:
         """(T,) displacement of a load case over the steady cycle, at the states of `states`, see `Trajectory.displacement`."""
@@ -153,7 +197,8 @@ class SteadyState(Recorded, Plotted):
     def loop(self, case: str) -> LoadLoop:
         """The loop of a load case over the steady cycle (both cycles, where its period is two), see `Trajectory.displacement`.
 
-        Displacements are those at the loads. Cycles that are controlled by displacements are not followed: give the loads.
+        Displacements are those at the loads. Cycles that are controlled by displacements are not
+        followed: give the loads.
         """
         return self.states().loop(case)
 
@@ -165,16 +210,21 @@ class SteadyState(Recorded, Plotted):
         DataFrame
             Columns:
 
-            - contact, its name ("the contact" where the system has no names), its number of nodes, and its area (its length), if `width` is known;
-            - sticking, slipping, open: shares of the area, without a `width` of the nodes; they add up to 1. Slipping is what slides against friction
-              (`slipping`), open what opens at some corner (`open`) and does not slip, sticking the rest;
-            - work of friction per cycle; slip_range, the largest distance of two slips of a node while it is closed;
-            - P_0, Q_0, fP_0, P_1 ..: forces at the corners 0, 1 .. of the cycle (of two, if the `period` is two, the last): P the sum of the normal
-              forces, compression positive; Q the resultant of the shear forces, in the plane along the tangent, in space and where the tangents turn
-              its size; fP the sum of friction (along the first tangent) times normal force, or of shear strengths: on a flat face the most that
-              Q can be.
+            - contact, its name ("the contact" where the system has no names), its number of nodes,
+              and its area (its length), if `width` is known;
+            - sticking, slipping, open: shares of the area, without a `width` of the nodes; they add
+              up to 1. Slipping is what slides against friction (`slipping`), open what opens at
+              some corner (`open`) and does not slip, sticking the rest;
+            - work of friction per cycle; slip_range, the largest distance of two slips of a node
+              while it is closed;
+            - P_0, Q_0, fP_0, P_1 ..: forces at the corners 0, 1 .. of the cycle (of two, if the
+              `period` is two, the last): P the sum of the normal forces, compression positive; Q
+              the resultant of the shear forces, in the plane along the tangent, in space and where
+              the tangents turn its size; fP the sum of friction (along the first tangent) times
+              normal force, or of shear strengths: on a flat face the most that Q can be.
 
-            `attrs["corners"]` has the names of the corners, `attrs["note"]` says what the shares are of.
+            `attrs["corners"]` has the names of the corners, `attrs["note"]` says what the shares
+            are of.
 
         Raises
         ------
@@ -189,15 +239,17 @@ class SteadyState(Recorded, Plotted):
         >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
         >>> table = steady.by_contact()
         >>> table[["nodes", "slipping", "work", "P_0", "Q_0", "Q_1", "fP_0"]].round(6).to_dict("records")
-        [{'nodes': 4, 'slipping': 0.25, 'work': 1.0, 'P_0': 4.0, 'Q_0': -1.0, 'Q_1': 1.0, 'fP_0': 2.0}]
+        [{'nodes': 4, 'slipping': 0.25, 'work': 1.0, 'P_0': 4.0, 'Q_0': -1.0, 'Q_1': 1.0, 'fP_0':
+        2.0}]
         """
         return contact_table(self.states(), self.slipping, self.open, self.dissipation_per_node)
 
     def bolt_table(self) -> Table:
         """What locked bolts carry over the steady cycle: one row for each.
 
-        Columns are bolt, its load case; force, that of its `BoltPreload`; tension_mean, the middle of the range of its tension; and
-        tension_amplitude, half of that range, which fatigue of bolts is judged by. In increments the range is that of their ends.
+        Columns are bolt, its load case; force, that of its `BoltPreload`; tension_mean, the middle
+        of the range of its tension; and tension_amplitude, half of that range, which fatigue of
+        bolts is judged by. In increments the range is that of their ends.
 
         Raises
         ------
@@ -224,14 +276,17 @@ class SteadyState(Recorded, Plotted):
         Parameters
         ----------
         stress, strain
-            (M, N), in space (M, N, 2, 2), stress and strain of one body along the tangents at the nodes of the contact, at M states of the steady
-            cycle, as `BodyFields.at_contact` gives them; both or none.
+            (M, N), in space (M, N, 2, 2), stress and strain of one body along the tangents at the
+            nodes of the contact, at M states of the steady cycle, as `BodyFields.at_contact` gives
+            them; both or none.
         fields, side
-            Instead of these, the `ContactModel` that was condensed, whose fields at the corners count, all stress components of body `side`; or the
-            fields of `ContactModel.recover` at two states of the cycle or more; or a list of such lists, for the steady cycles of several residual
-            slips: each parameter is then that of the worst of them, node by node.
+            Instead of these, the `ContactModel` that was condensed, whose fields at the corners
+            count, all stress components of body `side`; or the fields of `ContactModel.recover` at
+            two states of the cycle or more; or a list of such lists, for the steady cycles of
+            several residual slips: each parameter is then that of the worst of them, node by node.
         findley, crossland, fatemi_socie
-            Weights of the largest normal stress, of the largest hydrostatic one, and of the largest normal one, k over the yield stress (1 / stress).
+            Weights of the largest normal stress, of the largest hydrostatic one, and of the largest
+            normal one, k over the yield stress (1 / stress).
 
         Returns
         -------
@@ -239,21 +294,31 @@ class SteadyState(Recorded, Plotted):
             Columns:
 
             - node, x (in space x, y, z), and contact where the system names its contacts;
-            - slip_range, the largest distance of two slips of the cycle while the node is closed (with its drift, if the contact ratchets);
-            - tau_amplitude, tau_mean, pressure_amplitude, pressure_mean, half the largest distance of two tractions, and the middle of their range,
-              for `q / width` and `p / width` (in space tau_mean1 and tau_mean2); without a width q_amplitude, q_mean, p_amplitude, p_mean, of forces;
-            - work, share, work_density: work of friction per cycle, its share of the whole, and over width;
-            - F1, Ruiz's first parameter: largest shear traction of the cycle times slip range (F1_force, of the nodal force, without a width);
-            - F2 and SWT, where stress and strain are given: Ruiz's second parameter, largest tensile stress times F1; and that of Smith, Watson and
-              Topper, largest tensile stress times half the range of the strain. Both are of the plane normal to the tangent, in space to the largest
-              slip, so that SWT is NaN where nothing slips (fields have it there, too);
-            - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical plane, whatever its direction. Planes are
-              searched in steps down to 0.001 degrees; where maxima cross at a kink, SWT was up to 1e-4 of itself too low;
-            - from, to: with them, the least and the largest normal stress in the cycle on the critical plane of SWT. pyLife needs these two names for
-              a load collective, here of one cycle a node.
+            - slip_range, the largest distance of two slips of the cycle while the node is closed
+              (with its drift, if the contact ratchets);
+            - tau_amplitude, tau_mean, pressure_amplitude, pressure_mean, half the largest distance
+              of two tractions, and the middle of their range, for `q / width` and `p / width` (in
+              space tau_mean1 and tau_mean2); without a width q_amplitude, q_mean, p_amplitude,
+              p_mean, of forces;
+            - work, share, work_density: work of friction per cycle, its share of the whole, and
+              over width;
+            - F1, Ruiz's first parameter: largest shear traction of the cycle times slip range
+              (F1_force, of the nodal force, without a width);
+            - F2 and SWT, where stress and strain are given: Ruiz's second parameter, largest
+              tensile stress times F1; and that of Smith, Watson and Topper, largest tensile stress
+              times half the range of the strain. Both are of the plane normal to the tangent, in
+              space to the largest slip, so that SWT is NaN where nothing slips (fields have it
+              there, too);
+            - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical
+              plane, whatever its direction. Planes are searched in steps down to 0.001 degrees;
+              where maxima cross at a kink, SWT was up to 1e-4 of itself too low;
+            - from, to: with them, the least and the largest normal stress in the cycle on the
+              critical plane of SWT. pyLife needs these two names for a load collective, here of one
+              cycle a node.
 
-            `attrs["note"]` says which columns are a property of the mesh, and what `from` and `to` are: at the corner of a complete contact tractions
-            and stresses grow without end as elements shrink, and so do F1, F2 and SWT there.
+            `attrs["note"]` says which columns are a property of the mesh, and what `from` and `to`
+            are: at the corner of a complete contact tractions and stresses grow without end as
+            elements shrink, and so do F1, F2 and SWT there.
 
         Raises
         ------
@@ -262,9 +327,11 @@ class SteadyState(Recorded, Plotted):
 
         Notes
         -----
-        F1 and F2: Ruiz, Boddington & Chen 1984, Experimental Mechanics 24, 208-217. SWT: Smith, Watson & Topper 1970, J. Materials 5, 767-778; for
-        fretting: Szolwinski & Farris 1996, Wear 198, 93-107. Findley 1959, J. Eng. Ind. 81, 301-306; Fatemi & Socie 1988, Fatigue Fract. Eng. Mater.
-        Struct. 11, 149-165; Crossland 1956, Int. Conf. Fatigue of Metals, London, 138-149.
+        F1 and F2: Ruiz, Boddington & Chen 1984, Experimental Mechanics 24, 208-217. SWT: Smith,
+        Watson & Topper 1970, J. Materials 5, 767-778; for fretting: Szolwinski & Farris 1996, Wear
+        198, 93-107. Findley 1959, J. Eng. Ind. 81, 301-306; Fatemi & Socie 1988, Fatigue Fract.
+        Eng. Mater. Struct. 11, 149-165; Crossland 1956, Int. Conf. Fatigue of Metals, London,
+        138-149.
 
         Examples
         --------
@@ -291,4 +358,7 @@ class SteadyState(Recorded, Plotted):
 
     def _answer(self) -> Mapping[str, object]:
         last = "unproven" if self.engine == "path" else "step_error"
-        return {name: getattr(self, name) for name in ("outcome", "dissipation", "cycles", "residual", last)}
+        return {
+            name: getattr(self, name)
+            for name in ("outcome", "dissipation", "cycles", "residual", last)
+        }

@@ -8,23 +8,34 @@ from ..errors import SolverError
 from .begin import Scales, scales
 from .trajectory import Trajectory
 
-_ACCEPTED = 10  # times the errors with which a steady state is accepted: a cycle from it may differ by so much
+# times the errors with which a steady state is accepted: a cycle from it may differ by so much
+_ACCEPTED = 10
 
 
-def check_return(path: Trajectory, load_factor: float, outcome: Outcome, work: Array, work_error: float) -> None:
+def check_return(
+    path: Trajectory, load_factor: float, outcome: Outcome, work: Array, work_error: float
+) -> None:
     """Check the states of one period against the steady state, of which `work` (N,) is the work per period; SolverError if they differ.
 
-    Changes that count as none in `steady_state` count as none here, too: of slips `RESIDUAL` slip scales, of works `work_error`, and after shakedown
-    the work of such a slip.
+    Changes that count as none in `steady_state` count as none here, too: of slips `RESIDUAL` slip
+    scales, of works `work_error`, and after shakedown the work of such a slip.
     """
     system, cycle = path.system, path.cycle
     mean, *corners = reactions(system, [cycle.mean, *cycle.at(load_factor)])
     units = scales(system.S, mean, np.array(corners), system.nodes)
-    error = _work_change(path, work, units.force * units.length * RESIDUAL if outcome is Outcome.SHAKEDOWN else work_error * work.sum())
+    error = _work_change(
+        path,
+        work,
+        units.force * units.length * RESIDUAL
+        if outcome is Outcome.SHAKEDOWN
+        else work_error * work.sum(),
+    )
     if outcome is not Outcome.RATCHETING:
         error = max(error, _motion_change(path, units))
     if not error <= SAME_STATE:
-        raise SolverError(f"steady state: a cycle from it differs from it by {error:.1e} (tolerance {SAME_STATE:g})")
+        raise SolverError(
+            f"steady state: a cycle from it differs from it by {error:.1e} (tolerance {SAME_STATE:g})"
+        )
 
 
 def _motion_change(path: Trajectory, units: Scales) -> float:

@@ -54,7 +54,9 @@ def opposed(mean: dict[str, float], swing: dict[str, float]) -> fo.LoadCycle:
     return fo.LoadCycle(mean, [swing, {name: -value for name, value in swing.items()}])
 
 
-def first_loading(system: fo.ContactSystem, cycle: fo.LoadCycle, f: float, steps: int | None = None) -> tuple[Array, Array, float]:
+def first_loading(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, f: float, steps: int | None = None
+) -> tuple[Array, Array, float]:
     """Shear and normal forces at the first corner, reached from the mean load without slip before, and the residual."""
     path = fo.march(system, cycle, f, 1.0, cycles=1, steps=steps)
     at = int(np.flatnonzero(path.time == 1)[0])

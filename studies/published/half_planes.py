@@ -43,7 +43,9 @@ class Parameters:
 
 def cases(parameters: Parameters) -> Iterator[Case]:
     """All cases of half-planes."""
-    cylinder = fo.ContactSystem.from_blocks(**half_plane_contact(parameters.cells, _HALF_LENGTH, 1.0, R=1.0))
+    cylinder = fo.ContactSystem.from_blocks(
+        **half_plane_contact(parameters.cells, _HALF_LENGTH, 1.0, R=1.0)
+    )
     cell = 2 * _HALF_LENGTH / parameters.cells
     yield from _cattaneo_mindlin(cylinder, cell, parameters)
     yield from _bulk_stress(cylinder, cell, parameters)
@@ -52,7 +54,9 @@ def cases(parameters: Parameters) -> Iterator[Case]:
     yield _rounded_punch(parameters)
 
 
-def _cattaneo_mindlin(cylinder: fo.ContactSystem, cell: float, parameters: Parameters) -> Iterator[Case]:
+def _cattaneo_mindlin(
+    cylinder: fo.ContactSystem, cell: float, parameters: Parameters
+) -> Iterator[Case]:
     sticks, works, residuals = [], [], [0.0]
     for share in parameters.shears:
         cycle = opposed({"P": _CYLINDER.P}, {"Q": share * _GROSS})
@@ -87,28 +91,55 @@ def _cattaneo_mindlin(cylinder: fo.ContactSystem, cell: float, parameters: Param
 def _bulk_stress(cylinder: fo.ContactSystem, cell: float, parameters: Parameters) -> Iterator[Case]:
     """Shear force and bulk stress in the half-plane grow together; the slip zones have one sense.
 
-    Under full slip the surfaces separate tangentially with the slope `2 f p_0 x / (E* a)`, the bulk stress adds `sigma / (2 E*)`, that of the strain
-    `(1 - nu^2) sigma / E` of one of two equal bodies. The corrective traction, a Hertzian one, takes off both where it sticks: its middle is moved by
-    `e = a sigma / (4 f p_0)`, its half-width is that without bulk stress (Nowell & Hills 1987).
+    Under full slip the surfaces separate tangentially with the slope `2 f p_0 x / (E* a)`, the bulk
+    stress adds `sigma / (2 E*)`, that of the strain `(1 - nu^2) sigma / E` of one of two equal
+    bodies. The corrective traction, a Hertzian one, takes off both where it sticks: its middle is
+    moved by `e = a sigma / (4 f p_0)`, its half-width is that without bulk stress (Nowell & Hills
+    1987).
     """
     zones, residuals = [], []
     stretch = -cylinder.A @ (cylinder.x / 2)  # bonded reaction to a bulk stress of 1
     pulled = cylinder.with_bonded({**cylinder.bonded, "bulk": (stretch, np.zeros(cylinder.nodes))})
     unit = _FRICTION * _CYLINDER.peak_pressure
     for bulk in parameters.bulks:
-        cycle = opposed({"P": _CYLINDER.P}, {"Q": parameters.bulk_shear * _GROSS, "bulk": bulk * unit})
+        cycle = opposed(
+            {"P": _CYLINDER.P}, {"Q": parameters.bulk_shear * _GROSS, "bulk": bulk * unit}
+        )
         q, p, residual = first_loading(pulled, cycle, _FRICTION)
         zones.append(cylinder.x[stuck(q, p, _FRICTION)])
         residuals.append(residual)
     how = f"{parameters.cells} cells, Q = {parameters.bulk_shear:g} f P; within a cell, {cell:.2g}"
     source, over = "Nowell & Hills 1987", "sigma / (f p_0)"
-    middles, halves = [float(zone.mean()) for zone in zones], [cell * len(zone) / 2 for zone in zones]
-    yield Case(source, "middle of the stick zone / a", over, how, parameters.bulks, lambda bulk: bulk / 4, middles, max(residuals))
+    middles, halves = (
+        [float(zone.mean()) for zone in zones],
+        [cell * len(zone) / 2 for zone in zones],
+    )
+    yield Case(
+        source,
+        "middle of the stick zone / a",
+        over,
+        how,
+        parameters.bulks,
+        lambda bulk: bulk / 4,
+        middles,
+        max(residuals),
+    )
     half = sqrt(1 - parameters.bulk_shear)
-    yield Case(source, "half-width of the stick zone / a under bulk stress", over, how, parameters.bulks, lambda _: half, halves, max(residuals))
+    yield Case(
+        source,
+        "half-width of the stick zone / a under bulk stress",
+        over,
+        how,
+        parameters.bulks,
+        lambda _: half,
+        halves,
+        max(residuals),
+    )
 
 
-def _varying_normal_force(cylinder: fo.ContactSystem, cell: float, parameters: Parameters) -> Iterator[Case]:
+def _varying_normal_force(
+    cylinder: fo.ContactSystem, cell: float, parameters: Parameters
+) -> Iterator[Case]:
     permanent, works, residuals = [], [], []
     for swing in parameters.swings:
         steady = fo.steady_state(cylinder, _swinging(swing, parameters.swing_shear), _FRICTION, 1.0)
@@ -118,7 +149,9 @@ def _varying_normal_force(cylinder: fo.ContactSystem, cell: float, parameters: P
         works.append(steady.dissipation / _GROSS**2)
         residuals.append(steady.residual)
     over = "amplitude of P / mean P"
-    how = f"{parameters.cells} cells, shear in phase, Q = {parameters.swing_shear:g} f P at the ends"
+    how = (
+        f"{parameters.cells} cells, shear in phase, Q = {parameters.swing_shear:g} f P at the ends"
+    )
     half = sqrt(1 - parameters.swing_shear)
     yield Case(
         "Barber, Davies & Hills 2011",
@@ -140,7 +173,9 @@ def _varying_normal_force(cylinder: fo.ContactSystem, cell: float, parameters: P
         works,
         max(residuals),
     )
-    rest = fo.steady_state(cylinder, _swinging(parameters.still_swing, parameters.still_shear), _FRICTION, 1.0)
+    rest = fo.steady_state(
+        cylinder, _swinging(parameters.still_swing, parameters.still_shear), _FRICTION, 1.0
+    )
     yield Case(
         "Mindlin & Deresiewicz 1953",
         "the same where the shear force changes by less than f times the normal force",
@@ -160,12 +195,15 @@ def _swinging(swing: float, share: float) -> fo.LoadCycle:
 def work_of_both(swing: float, share: float) -> float:
     """Work of friction per cycle, W E* / (f P)^2, of a cylinder whose normal and shear force go to and fro in phase, by `swing P` and `share f P`.
 
-    At a point of the way the change of shear since the last end is that of full slip under the sum of both pressures, less twice that of a stick zone
-    which would carry the force P_s (Mindlin & Deresiewicz 1953 for spheres, Jäger 1998 for all shapes). In the plane both approaches go with the
-    force by `D(P) = -P log P / (pi E*)`, up to terms that cancel. With `S` the integral of D, `g` the change of shear over that of the normal force
-    divided by f, above 1, and P_c the force of the permanent stick zone, the area of the loop is::
+    At a point of the way the change of shear since the last end is that of full slip under the sum
+    of both pressures, less twice that of a stick zone which would carry the force P_s (Mindlin &
+    Deresiewicz 1953 for spheres, Jäger 1998 for all shapes). In the plane both approaches go with
+    the force by `D(P) = -P log P / (pi E*)`, up to terms that cancel. With `S` the integral of D,
+    `g` the change of shear over that of the normal force divided by f, above 1, and P_c the force
+    of the permanent stick zone, the area of the loop is::
 
-        W = 2 f^2 g (2 (S_1 - S_c) / (g - 1) + 2 (S_2 - S_c) / (g + 1) - (S_2 - S_1) - (P_2 - P_1) D_c)
+        W = 2 f^2 g (2 (S_1 - S_c) / (g - 1) + 2 (S_2 - S_c) / (g + 1) - (S_2 - S_1) - (P_2 - P_1)
+        D_c)
     """
     P, g = _CYLINDER.P, share / swing
     low, high, core = P * (1 - swing), P * (1 + swing), P * (1 - share)
@@ -177,7 +215,12 @@ def work_of_both(swing: float, share: float) -> float:
         return -(force**2) * (2 * log(force) - 1) / (4 * pi)
 
     at_low, at_high, at_core = integral(low), integral(high), integral(core)
-    sums = 2 * (at_low - at_core) / (g - 1) + 2 * (at_high - at_core) / (g + 1) - (at_high - at_low) - (high - low) * displacement(core)
+    sums = (
+        2 * (at_low - at_core) / (g - 1)
+        + 2 * (at_high - at_core) / (g + 1)
+        - (at_high - at_low)
+        - (high - low) * displacement(core)
+    )
     return 2 * g * sums / P**2
 
 
@@ -185,7 +228,10 @@ def _out_of_phase(cylinder: fo.ContactSystem, parameters: Parameters) -> Case:
     swing, share = parameters.still_swing, parameters.swing_shear
     steady = []
     for phase in parameters.phases:
-        loads: dict[str, float | tuple[float, float]] = {"Q": share * _GROSS, "P": (swing * _CYLINDER.P, phase)}
+        loads: dict[str, float | tuple[float, float]] = {
+            "Q": share * _GROSS,
+            "P": (swing * _CYLINDER.P, phase),
+        }
         cycle = fo.LoadCycle.harmonic(loads, mean={"P": _CYLINDER.P}, points=parameters.points)
         steady.append(fo.steady_state(cylinder, cycle, _FRICTION, 1.0))
     how = f"{parameters.cells} cells, Q = {share:g} f P, amplitude of P {swing:g} P, {parameters.points} corners in place of an ellipse"
@@ -205,9 +251,11 @@ def _out_of_phase(cylinder: fo.ContactSystem, parameters: Parameters) -> Case:
 def work_of_springs(swing: float, share: float, phase: float, springs: int) -> float:
     """Work of friction per cycle, W E* / (f P)^2, of a cylinder under harmonic forces: normal `P + swing P cos(t + phase)`, shear `share f P cos t`.
 
-    The superposition of Jäger and Ciavarella is that of springs which do not feel each other. Each touches from one normal force on, is pressed by
-    how far D (see `work_of_both`, with a rigid motion that makes it rise) has grown since, and slips at f times that. They are as stiff both ways;
-    those that touch at a force are together as stiff as the contact is there, `1 / D'`. The second cycle is steady.
+    The superposition of Jäger and Ciavarella is that of springs which do not feel each other. Each
+    touches from one normal force on, is pressed by how far D (see `work_of_both`, with a rigid
+    motion that makes it rise) has grown since, and slips at f times that. They are as stiff both
+    ways; those that touch at a force are together as stiff as the contact is there, `1 / D'`. The
+    second cycle is steady.
     """
     P = _CYLINDER.P
 
@@ -219,8 +267,16 @@ def work_of_springs(swing: float, share: float, phase: float, springs: int) -> f
     middle = displacement((touch[1:] + touch[:-1]) / 2)
     spring, works = np.zeros(springs), []
     for angle in np.linspace(0.0, 4 * pi, 2 * _STEPS + 1):
-        bound = _FRICTION * np.maximum(displacement(np.array(P * (1 + swing * np.cos(angle + radians(phase))))) - middle, 0.0)
-        way = brentq(_missing, -9.0, 9.0, args=(spring, bound, stiffness, share * _GROSS * np.cos(angle)), xtol=1e-13)
+        bound = _FRICTION * np.maximum(
+            displacement(np.array(P * (1 + swing * np.cos(angle + radians(phase))))) - middle, 0.0
+        )
+        way = brentq(
+            _missing,
+            -9.0,
+            9.0,
+            args=(spring, bound, stiffness, share * _GROSS * np.cos(angle)),
+            xtol=1e-13,
+        )
         moved = np.clip(spring + way, -bound, bound)
         works.append(float(stiffness @ (bound * np.abs(spring + way - moved))))
         spring = moved
@@ -237,12 +293,20 @@ def _rounded_punch(parameters: Parameters) -> Case:
     force, cell = force_on_rounded(1.0, parameters.flat), 2 * _HALF_LENGTH / parameters.cells
     sticks, residuals = [], []
     for share in parameters.shears:
-        q, p, residual = first_loading(punch, opposed({"P": force}, {"Q": share * _FRICTION * force}), _FRICTION)
+        q, p, residual = first_loading(
+            punch, opposed({"P": force}, {"Q": share * _FRICTION * force}), _FRICTION
+        )
         sticks.append(cell * np.count_nonzero(stuck(q, p, _FRICTION)) / 2)
         residuals.append(residual)
 
     def stick(share: float) -> float:
-        return float(brentq(lambda half: force_on_rounded(half, parameters.flat) - (1 - share) * force, parameters.flat, 1.0))
+        return float(
+            brentq(
+                lambda half: force_on_rounded(half, parameters.flat) - (1 - share) * force,
+                parameters.flat,
+                1.0,
+            )
+        )
 
     return Case(
         "Ciavarella, Hills & Monno 1998",
@@ -259,8 +323,9 @@ def _rounded_punch(parameters: Parameters) -> Case:
 def force_on_rounded(half: float, flat: float) -> float:
     """Normal force on a contact of this half-width under a punch that is flat over `flat` and has edges of radius 1, E* = 1.
 
-    `P = E* a^2 (pi - 2 phi - sin 2 phi) / (4 R)` with `sin phi = flat / a` (Ciavarella, Hills & Monno 1998): `E*` times the integral of the slope of
-    the profile and `x / sqrt(a^2 - x^2)`. With the force `P - Q / f` it is the stick zone (Ciavarella 1998, Jäger 1998).
+    `P = E* a^2 (pi - 2 phi - sin 2 phi) / (4 R)` with `sin phi = flat / a` (Ciavarella, Hills &
+    Monno 1998): `E*` times the integral of the slope of the profile and `x / sqrt(a^2 - x^2)`. With
+    the force `P - Q / f` it is the stick zone (Ciavarella 1998, Jäger 1998).
     """
     phi = asin(min(1.0, flat / half))
     return half**2 * (pi - 2 * phi - sin(2 * phi)) / 4

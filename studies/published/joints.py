@@ -8,7 +8,13 @@ import numpy as np
 from skfem import MeshQuad
 
 import frictopt as fo
-from frictopt.reference import bonded_corner, foundation_rod, masing_dissipation, rod_dissipation, sliding_corner_exponent
+from frictopt.reference import (
+    bonded_corner,
+    foundation_rod,
+    masing_dissipation,
+    rod_dissipation,
+    sliding_corner_exponent,
+)
 
 from ..paper import LOADS
 from .case import Case, opposed
@@ -28,7 +34,13 @@ class Parameters:
     beam_loads: tuple[float, ...] = (1.1, 1.5, 2.0, 3.0)  # over the load at which the layers slip
     lap_elements: int = 200
     lap_thickness: float = 0.02  # of the outer plate over half the overlap
-    lap_loads: tuple[float, ...] = (0.2, 0.4, 0.6, 0.8, 0.95)  # over the load at which the plates slide off
+    lap_loads: tuple[float, ...] = (
+        0.2,
+        0.4,
+        0.6,
+        0.8,
+        0.95,
+    )  # over the load at which the plates slide off
     corner_elements: int = 124
     corner_grading: float = 200.0
     law_elements: int = 64
@@ -50,8 +62,13 @@ def _sliders(parameters: Parameters) -> Case:
     k, bound = np.array([1.0, 2.0, 4.0]), np.array([0.5, 0.6, 0.4])
     none, pressures = np.zeros(3), bound / 0.5
     blocks = np.diag(k), np.diag(none), np.eye(3)
-    sliders = fo.ContactSystem.from_blocks(*blocks, np.arange(3.0), {"P": (none, pressures), "X": (-k, none)})
-    steady = [fo.steady_state(sliders, opposed({"P": 1.0}, {"X": 1.0}), 0.5, load) for load in parameters.slider_loads]
+    sliders = fo.ContactSystem.from_blocks(
+        *blocks, np.arange(3.0), {"P": (none, pressures), "X": (-k, none)}
+    )
+    steady = [
+        fo.steady_state(sliders, opposed({"P": 1.0}, {"X": 1.0}), 0.5, load)
+        for load in parameters.slider_loads
+    ]
     return Case(
         "Masing 1926, Iwan 1966",
         "work of friction per cycle of three sliders in parallel",
@@ -68,7 +85,10 @@ def _rod(parameters: Parameters) -> Case:
     """Unit stiffness EA, friction and distance of the nodes: a force slips as many nodes as it has units."""
     n = parameters.rod_nodes
     rod = fo.ContactSystem.from_blocks(**foundation_rod(nodes=n + 2, EA=1.0, h=1.0))
-    steady = [fo.steady_state(rod, opposed({"pressure": 1.0}, {"force": share * n}), 1.0, 1.0) for share in parameters.rod_loads]
+    steady = [
+        fo.steady_state(rod, opposed({"pressure": 1.0}, {"force": share * n}), 1.0, 1.0)
+        for share in parameters.rod_loads
+    ]
     return Case(
         "Menq, Bielak & Griffin 1986",
         "work of friction per cycle of a rod on a foundation, W EA tau / F^3",
@@ -76,7 +96,10 @@ def _rod(parameters: Parameters) -> Case:
         f"{n} nodes: one of n nodes has the share 1 - 1 / n^2 of the rod's work",
         parameters.rod_loads,
         lambda share: rod_dissipation(share * n, 1.0, 1.0) / (share * n) ** 3,
-        [one.dissipation / (share * n) ** 3 for one, share in zip(steady, parameters.rod_loads, strict=True)],
+        [
+            one.dissipation / (share * n) ** 3
+            for one, share in zip(steady, parameters.rod_loads, strict=True)
+        ],
         max(one.residual for one in steady),
     )
 
@@ -88,23 +111,38 @@ def beam(elements: int, length: float) -> fo.ContactModel:
         "face": lambda x: x[1] == 0.0,
         "pressed": lambda x: np.abs(x[1]) == 1.0,
         "root": lambda x: x[0] == 0.0,
-        "held": lambda x: (x[0] == 0.0) & (np.abs(x[1]) > 0.25),  # the faces end in the root, and may open there
+        "held": lambda x: (
+            (x[0] == 0.0) & (np.abs(x[1]) > 0.25)
+        ),  # the faces end in the root, and may open there
         "tip": lambda x: x[0] == length,
     }
-    meshes = {name: MeshQuad.init_tensor(along, sign * across).with_boundaries(sides) for name, sign in (("upper", 1.0), ("lower", -1.0))}
+    meshes = {
+        name: MeshQuad.init_tensor(along, sign * across).with_boundaries(sides)
+        for name, sign in (("upper", 1.0), ("lower", -1.0))
+    }
     return fo.ContactModel(
-        bodies={name: fo.Body(mesh, fo.Material(nu=0.0), "quadratic") for name, mesh in meshes.items()},
+        bodies={
+            name: fo.Body(mesh, fo.Material(nu=0.0), "quadratic") for name, mesh in meshes.items()
+        },
         contacts=[fo.Contact("upper", "lower", "face", "face")],
-        supports=[support for name in meshes for support in (fo.Support(name, "root", "x"), fo.Support(name, "held", "y"))],
-        loads={"press": [fo.Pressure(name, "pressed", 1.0) for name in meshes], "tip": [fo.Traction(name, "tip", y=0.5) for name in meshes]},
+        supports=[
+            support
+            for name in meshes
+            for support in (fo.Support(name, "root", "x"), fo.Support(name, "held", "y"))
+        ],
+        loads={
+            "press": [fo.Pressure(name, "pressed", 1.0) for name in meshes],
+            "tip": [fo.Traction(name, "tip", y=0.5) for name in meshes],
+        },
     )
 
 
 def beam_work(over: float, length: float) -> float:
     """Work of friction per cycle of two layers of unit thickness, pressure and modulus, at this ratio of the tip force to that of first slip.
 
-    The interface slips all at once from the tip force `4 f p h / 3` on, where the shear stress of one beam reaches f p, with the slip
-    `(L^2 - x^2) (3 F - 4 f p h) / (E h^2)` on the way up and twice that on the way back. So `W = 8 f p L^3 (F - 4 f p h / 3) / (E h^2)`, per width.
+    The interface slips all at once from the tip force `4 f p h / 3` on, where the shear stress of
+    one beam reaches f p, with the slip `(L^2 - x^2) (3 F - 4 f p h) / (E h^2)` on the way up and
+    twice that on the way back. So `W = 8 f p L^3 (F - 4 f p h / 3) / (E h^2)`, per width.
     """
     return 8 * _BEAM_FRICTION * length**3 * 4 / 3 * _BEAM_FRICTION * (over - 1)
 
@@ -112,7 +150,12 @@ def beam_work(over: float, length: float) -> float:
 def _layered_beam(parameters: Parameters) -> Case:
     length, slips = parameters.beam_length, 4 / 3 * _BEAM_FRICTION
     contact = beam(parameters.beam_elements, length).condense()
-    steady = [fo.steady_state(contact, opposed({"press": 1.0}, {"tip": over * slips}), _BEAM_FRICTION, 1.0) for over in parameters.beam_loads]
+    steady = [
+        fo.steady_state(
+            contact, opposed({"press": 1.0}, {"tip": over * slips}), _BEAM_FRICTION, 1.0
+        )
+        for over in parameters.beam_loads
+    ]
     unit = beam_work(2.0, length)
     return Case(
         "Goodman & Klumpp 1956",
@@ -138,10 +181,16 @@ def lap(elements: int, thickness: float) -> fo.ContactModel:
     }
     axes = {"outer": (np.r_[over, arm], up), "inner": (np.r_[-arm[::-1], over], -up)}
     return fo.ContactModel(
-        bodies={name: fo.Body(MeshQuad.init_tensor(*axis).with_boundaries(sides), fo.Material(nu=0.0)) for name, axis in axes.items()},
+        bodies={
+            name: fo.Body(MeshQuad.init_tensor(*axis).with_boundaries(sides), fo.Material(nu=0.0))
+            for name, axis in axes.items()
+        },
         contacts=[fo.Contact("outer", "inner", "lap", "lap")],
         supports=[fo.Support("inner", "end"), fo.Support("inner", "middle", "y")],
-        loads={"press": [fo.Pressure("outer", "pressed", 1.0)], "pull": [fo.Traction("outer", "end", x=1.0)]},
+        loads={
+            "press": [fo.Pressure("outer", "pressed", 1.0)],
+            "pull": [fo.Traction("outer", "end", x=1.0)],
+        },
     )
 
 
@@ -149,7 +198,9 @@ def _lap_joint(parameters: Parameters) -> Case:
     """Each plate carries F / 2 where they stick. At each end friction tau takes over F / 2 within `F / (2 tau)`; so W = F^3 / (3 EA tau)."""
     h, slides = parameters.lap_thickness, 2 * _LAP_FRICTION
     contact = lap(parameters.lap_elements, h).condense()
-    cycles = [opposed({"press": 1.0}, {"pull": share * slides / h}) for share in parameters.lap_loads]
+    cycles = [
+        opposed({"press": 1.0}, {"pull": share * slides / h}) for share in parameters.lap_loads
+    ]
     steady = [fo.steady_state(contact, cycle, _LAP_FRICTION, 1.0) for cycle in cycles]
     how = f"finite elements, {parameters.lap_elements} along the overlap, h / L = {h / 2:g}; theirs are bars, so slip zones must be long beside h"
     return Case(
@@ -159,30 +210,52 @@ def _lap_joint(parameters: Parameters) -> Case:
         how,
         parameters.lap_loads,
         lambda _: 1 / 3,
-        [one.dissipation * h * _LAP_FRICTION / (share * slides) ** 3 for one, share in zip(steady, parameters.lap_loads, strict=True)],
+        [
+            one.dissipation * h * _LAP_FRICTION / (share * slides) ** 3
+            for one, share in zip(steady, parameters.lap_loads, strict=True)
+        ],
         max(one.residual for one in steady),
     )
 
 
 def _corner(parameters: Parameters) -> Iterator[Case]:
     """The tractions near a corner are those of both singular modes and a regular term; of q and p less the weaker mode, the stronger one is left."""
-    system = fo.scenes.PunchOnHalfPlane(elements=parameters.corner_elements, grading=parameters.corner_grading).condense()
+    system = fo.scenes.PunchOnHalfPlane(
+        elements=parameters.corner_elements, grading=parameters.corner_grading
+    ).condense()
     edges = np.r_[system.x[0], (system.x[1:] + system.x[:-1]) / 2, system.x[-1]]
     q, p = (force / np.diff(edges) for force in system.reaction(LOADS.mean))
     distance = system.x / system.x[-1] + 1
     near = (distance > 0.03) & (distance < 0.2)
     strong, weak = bonded_corner()
     powers = distance[near, None] ** np.array([strong.exponent - 1, weak.exponent - 1, 1.0])
-    sheared, pressed = (np.linalg.lstsq(powers, traction[near], rcond=None)[0][0] for traction in (q, p))
-    slope, _ = np.polyfit(np.log(distance[near]), np.log(np.abs((q - weak.traction_ratio * p)[near])), 1)
+    sheared, pressed = (
+        np.linalg.lstsq(powers, traction[near], rcond=None)[0][0] for traction in (q, p)
+    )
+    slope, _ = np.polyfit(
+        np.log(distance[near]), np.log(np.abs((q - weak.traction_ratio * p)[near])), 1
+    )
     source, how = (
         "Williams 1952, Churchman & Hills 2006",
         f"finite elements, {parameters.corner_elements} on the contact; fitted from 3 to 20 % of a",
     )
     quantity = "power of the distance from a bonded corner with which its tractions grow"
-    yield Case(source, quantity, "", how, (np.nan,), lambda _: strong.exponent - 1, (float(slope),), 0.0)
-    quantity = "q / p of the stronger mode at a bonded corner: with more friction it sticks when pressed"
-    yield Case(source, quantity, "", how, (np.nan,), lambda _: strong.traction_ratio, (float(sheared / pressed),), 0.0)
+    yield Case(
+        source, quantity, "", how, (np.nan,), lambda _: strong.exponent - 1, (float(slope),), 0.0
+    )
+    quantity = (
+        "q / p of the stronger mode at a bonded corner: with more friction it sticks when pressed"
+    )
+    yield Case(
+        source,
+        quantity,
+        "",
+        how,
+        (np.nan,),
+        lambda _: strong.traction_ratio,
+        (float(sheared / pressed),),
+        0.0,
+    )
 
 
 def _corner_law(parameters: Parameters) -> Case:

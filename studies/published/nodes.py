@@ -14,7 +14,10 @@ from ..guaranteed import PAIR_LOADS, pair
 from .case import Array, Case, opposed
 
 _FRICTION = 0.5  # of the node under loads out of phase
-_NORMAL, _LOAD = 0.8, 1.2  # its normal load over the shear load and the mean pressure, and the load factor of its work
+_NORMAL, _LOAD = (
+    0.8,
+    1.2,
+)  # its normal load over the shear load and the mean pressure, and the load factor of its work
 
 
 @dataclass(frozen=True)
@@ -40,24 +43,48 @@ def _two_nodes(parameters: Parameters) -> Iterator[Case]:
     contact = pair()
     lower = [fo.guaranteed_limit(contact, PAIR_LOADS, f) for f in parameters.frictions]
     upper = [fo.shakedown_limit(contact, PAIR_LOADS, f) for f in parameters.frictions]
-    source, how, over = "Ahn, Bertocchi & Barber 2008", "their rule, two nodes of ours; rounding", "f"
+    source, how, over = (
+        "Ahn, Bertocchi & Barber 2008",
+        "their rule, two nodes of ours; rounding",
+        "f",
+    )
     found = (
-        ("guaranteed limit lambda_1", [limit.load_factor for limit in lower], max(limit.residual for limit in lower)),
-        ("shakedown limit lambda_2", [limit.load_factor for limit in upper], max(limit.residual for limit in upper)),
+        (
+            "guaranteed limit lambda_1",
+            [limit.load_factor for limit in lower],
+            max(limit.residual for limit in lower),
+        ),
+        (
+            "shakedown limit lambda_2",
+            [limit.load_factor for limit in upper],
+            max(limit.residual for limit in upper),
+        ),
     )
     for number, (name, ours, residual) in enumerate(found):
-        yield Case(source, f"{name} of two nodes", over, how, parameters.frictions, partial(_meeting, contact, number), ours, residual)
+        yield Case(
+            source,
+            f"{name} of two nodes",
+            over,
+            how,
+            parameters.frictions,
+            partial(_meeting, contact, number),
+            ours,
+            residual,
+        )
 
 
 def _meeting(contact: fo.ContactSystem, number: int, f: float) -> float:
     return two_node_limits(contact, PAIR_LOADS, f)[number]
 
 
-def two_node_limits(contact: fo.ContactSystem, cycle: fo.LoadCycle, f: float) -> tuple[float, float]:
+def two_node_limits(
+    contact: fo.ContactSystem, cycle: fo.LoadCycle, f: float
+) -> tuple[float, float]:
     """Both limits of two closed nodes, from where three of the four friction lines meet in the plane of their slips (Ahn, Bertocchi & Barber 2008).
 
-    Slip of a node is held between two lines, `n . v = a + lam b`. As the load grows they close on each other. lambda_2 is the least load factor at
-    which those of a node and the line of the other one that faces them meet in a point, lambda_1 the least at which any three do. It is meant for
+    Slip of a node is held between two lines, `n . v = a + lam b`. As the load grows they close on
+    each other. lambda_2 is the least load factor at which those of a node and the line of the other
+    one that faces them meet in a point, lambda_1 the least at which any three do. It is meant for
     friction so low that all four meetings come at positive load factors.
     """
     q0, p0 = contact.reaction(cycle.mean)
@@ -66,8 +93,16 @@ def two_node_limits(contact: fo.ContactSystem, cycle: fo.LoadCycle, f: float) ->
     backward = np.column_stack([contact.A - f * contact.B, f * p0 - q0, -np.abs(q1 - f * p1)])
     meetings: list[list[float]] = []
     for one, other in ((0, 1), (1, 0)):
-        lines = [np.array([forward[one], backward[one], third]) for third in (forward[other], backward[other])]
-        meetings.append([float(-np.linalg.det(rows[:, [0, 1, 2]]) / np.linalg.det(rows[:, [0, 1, 3]])) for rows in lines])
+        lines = [
+            np.array([forward[one], backward[one], third])
+            for third in (forward[other], backward[other])
+        ]
+        meetings.append(
+            [
+                float(-np.linalg.det(rows[:, [0, 1, 2]]) / np.linalg.det(rows[:, [0, 1, 3]]))
+                for rows in lines
+            ]
+        )
     return min(map(min, meetings)), min(map(max, meetings))
 
 
@@ -76,8 +111,12 @@ def _tilted_bar(parameters: Parameters) -> Case:
     found = []
     for angle in parameters.angles:
         c, s = cos(radians(angle)), sin(radians(angle))
-        bar = fo.ContactSystem.from_blocks([[c * c]], [[s * c]], [[s * s]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
-        found.append(_first_infinite(bar, opposed({"P": 1.0}, {"Q": 1.0}), [False], parameters.bisections))
+        bar = fo.ContactSystem.from_blocks(
+            [[c * c]], [[s * c]], [[s * s]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+        )
+        found.append(
+            _first_infinite(bar, opposed({"P": 1.0}, {"Q": 1.0}), [False], parameters.bisections)
+        )
     how = "bisection: the friction from which the shakedown limit is infinite"
     return Case(
         "Klarbring 1990, 1999",
@@ -92,7 +131,10 @@ def _tilted_bar(parameters: Parameters) -> Case:
 
 
 def _two_wedged(parameters: Parameters) -> Iterator[Case]:
-    quantity, how = "friction from which two nodes may stay wedged without load", "the same with two nodes"
+    quantity, how = (
+        "friction from which two nodes may stay wedged without load",
+        "the same with two nodes",
+    )
     found = (
         (
             "Kim, Jang & Barber 2019",
@@ -131,7 +173,9 @@ def one_wedged(contact: fo.ContactSystem) -> float:
     kept, free = [0, 2], [1, 3]  # slips before gaps
     stiffness = np.block([[contact.A, contact.B.T], [contact.B, contact.C]])
     eliminated = np.linalg.solve(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, kept)])
-    sheared, pressed = (stiffness[np.ix_(kept, kept)] - stiffness[np.ix_(kept, free)] @ eliminated)[:, 0]
+    sheared, pressed = (stiffness[np.ix_(kept, kept)] - stiffness[np.ix_(kept, free)] @ eliminated)[
+        :, 0
+    ]
     return float(abs(sheared / pressed))
 
 
@@ -141,7 +185,13 @@ def least_wedged(contact: fo.ContactSystem) -> float:
     def needed(angles: Array) -> Array:
         slip = np.array([np.cos(angles), np.sin(angles)])
         pressure = contact.B @ slip
-        return np.asarray(np.where(pressure > 0, np.abs(contact.A @ slip) / np.where(pressure > 0, pressure, 1.0), np.inf).max(axis=0))
+        return np.asarray(
+            np.where(
+                pressure > 0,
+                np.abs(contact.A @ slip) / np.where(pressure > 0, pressure, 1.0),
+                np.inf,
+            ).max(axis=0)
+        )
 
     angles = np.linspace(-pi, pi, 2001)
     for _ in range(5):  # each a thousandth of the range before
@@ -150,12 +200,18 @@ def least_wedged(contact: fo.ContactSystem) -> float:
     return float(needed(angles).min())
 
 
-def _first_infinite(contact: fo.ContactSystem, cycle: fo.LoadCycle, apart: npt.ArrayLike, bisections: int) -> float:
+def _first_infinite(
+    contact: fo.ContactSystem, cycle: fo.LoadCycle, apart: npt.ArrayLike, bisections: int
+) -> float:
     """The friction from which the shakedown limit is infinite with these nodes open: slip that holds itself, made large, holds any load."""
     low, high = 0.0, 4.0
     for _ in range(bisections):
         middle = (low + high) / 2
-        low, high = (low, middle) if np.isinf(fo.shakedown_limit(contact, cycle, middle, open=apart).load_factor) else (middle, high)
+        low, high = (
+            (low, middle)
+            if np.isinf(fo.shakedown_limit(contact, cycle, middle, open=apart).load_factor)
+            else (middle, high)
+        )
     return (low + high) / 2
 
 
@@ -164,23 +220,49 @@ def _out_of_phase(parameters: Parameters) -> Iterator[Case]:
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     limits, steady = [], []
     for phase in parameters.phases:
-        cycle = fo.LoadCycle.harmonic({"Q": 1.0, "N": (_NORMAL, phase)}, mean={"P": 1.0}, points=parameters.points)
+        cycle = fo.LoadCycle.harmonic(
+            {"Q": 1.0, "N": (_NORMAL, phase)}, mean={"P": 1.0}, points=parameters.points
+        )
         limits.append(fo.shakedown_limit(node, cycle, _FRICTION))
         steady.append(fo.steady_state(node, cycle, _FRICTION, _LOAD))
     source, over = "Jang & Barber 2011", "phase of the normal load, degrees"
     how = f"one node, integrated by hand; {parameters.points} corners in place of an ellipse"
     theirs: tuple[tuple[str, Callable[[float], float], list[float], float], ...] = (
-        ("both limits of a node", limit_at_phase, [limit.load_factor for limit in limits], max(limit.residual for limit in limits)),
-        ("work of friction per cycle of a node, A W / P^2", work_at_phase, [one.dissipation for one in steady], max(one.residual for one in steady)),
+        (
+            "both limits of a node",
+            limit_at_phase,
+            [limit.load_factor for limit in limits],
+            max(limit.residual for limit in limits),
+        ),
+        (
+            "work of friction per cycle of a node, A W / P^2",
+            work_at_phase,
+            [one.dissipation for one in steady],
+            max(one.residual for one in steady),
+        ),
     )
     for quantity, of, ours, residual in theirs:
-        yield Case(source, f"{quantity}, normal load out of phase", over, how, parameters.phases, of, ours, residual)
+        yield Case(
+            source,
+            f"{quantity}, normal load out of phase",
+            over,
+            how,
+            parameters.phases,
+            of,
+            ours,
+            residual,
+        )
 
 
 def _sizes(phase: float) -> tuple[float, float, float, float]:
     """Amplitudes and phases of `f N + Q` and of `f N - Q`, for Q = 1 of phase 0."""
     x, y = _FRICTION * _NORMAL * cos(radians(phase)), _FRICTION * _NORMAL * sin(radians(phase))
-    return hypot(x + 1, y), hypot(x - 1, y), float(np.arctan2(y, x + 1)), float(np.arctan2(y, x - 1))
+    return (
+        hypot(x + 1, y),
+        hypot(x - 1, y),
+        float(np.arctan2(y, x + 1)),
+        float(np.arctan2(y, x - 1)),
+    )
 
 
 def limit_at_phase(phase: float) -> float:
@@ -192,8 +274,10 @@ def limit_at_phase(phase: float) -> float:
 def work_at_phase(phase: float) -> float:
     """Work of friction per cycle of one uncoupled node, P = A = 1, at the load factor of the study.
 
-    While it slips forward, `v = lam R cos s - f P` with R and s amplitude and phase of `-(f N + Q)`, up to `v = lam R - f P`; backward likewise. Each
-    passage begins where v is that of the other end. Its work is the integral of `f p` over the way, with the pressure `P + lam N cos (s + delta)`.
+    While it slips forward, `v = lam R cos s - f P` with R and s amplitude and phase of `-(f N +
+    Q)`, up to `v = lam R - f P`; backward likewise. Each passage begins where v is that of the
+    other end. Its work is the integral of `f p` over the way, with the pressure `P + lam N cos (s +
+    delta)`.
     """
     f, lam = _FRICTION, _LOAD
     plus, minus, at_plus, at_minus = _sizes(phase)

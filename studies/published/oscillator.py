@@ -29,29 +29,53 @@ def cases(parameters: Parameters) -> Iterator[Case]:
     """All cases of the oscillator."""
     system, stuck = oscillator()
     curve = fo.backbone_curve(
-        system, opposed({"static": 1.0}, {"mode": 1.0}), _FRICTION, list(parameters.forces), natural_frequency=stuck, range=True
+        system,
+        opposed({"static": 1.0}, {"mode": 1.0}),
+        _FRICTION,
+        list(parameters.forces),
+        natural_frequency=stuck,
+        range=True,
     )
     at = [int(np.flatnonzero(curve.load_factor == force)[0]) for force in parameters.forces]
     how = "a search over residual slips; theirs are 25 samples in 100 steps a quarter cycle, right to 1 %"
     found = (
         ("least damping ratio", 0, curve.least_damping, parameters.forces),
         ("most damping ratio", 1, curve.most_damping, parameters.forces),
-        ("least frequency in Hz", 2, curve.least_frequency, [force for force in parameters.forces if np.isfinite(_SAMPLED[force][2])]),
+        (
+            "least frequency in Hz",
+            2,
+            curve.least_frequency,
+            [force for force in parameters.forces if np.isfinite(_SAMPLED[force][2])],
+        ),
     )
     for quantity, number, ours, forces in found:
-        values = [float(ours[row]) for row, force in zip(at, parameters.forces, strict=True) if force in forces]
+        values = [
+            float(ours[row])
+            for row, force in zip(at, parameters.forces, strict=True)
+            if force in forces
+        ]
 
         def theirs(force: float, number: int = number) -> float:
             return _SAMPLED[force][number] if force in _SAMPLED else np.nan
 
         quantity = f"{quantity} over residual tractions, oscillator of three masses"
-        yield Case("Balaji & Ferhatoglu, code nonuniq", quantity, "modal force", how, forces, theirs, values, curve.residual)
+        yield Case(
+            "Balaji & Ferhatoglu, code nonuniq",
+            quantity,
+            "modal force",
+            how,
+            forces,
+            theirs,
+            values,
+            curve.residual,
+        )
 
 
 def oscillator() -> tuple[fo.ContactSystem, float]:
     """The contact (their file c1_demobbs.m), its springs condensed, with the load of its third mode; and the frequency of this mode while it sticks.
 
-    Unknowns are x and y of two masses and of the damper between them, which rests on both by faces inclined by 40 degrees, with springs both ways.
+    Unknowns are x and y of two masses and of the damper between them, which rests on both by faces
+    inclined by 40 degrees, with springs both ways.
     """
     k, between, damper, spring = 1e5, 3e5, 1e6, 3e5
     J = np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -60,7 +84,9 @@ def oscillator() -> tuple[fo.ContactSystem, float]:
         K[2 * number : 2 * number + 2, 2 * number : 2 * number + 2] += stiffness * J
     M = np.diag([10.0] * 4 + [0.1] * 2)
     c, s = np.cos(np.radians(40)), np.sin(np.radians(40))
-    rows = np.vstack([np.kron([-1, 0, 1], [[c, s], [-s, c]]), np.kron([0, -1, 1], [[c, -s], [s, c]])])
+    rows = np.vstack(
+        [np.kron([-1, 0, 1], [[c, s], [-s, c]]), np.kron([0, -1, 1], [[c, -s], [s, c]])]
+    )
     tangents, normals = rows[::2], rows[1::2]
     glued = K + spring * rows.T @ rows
     flexible = np.linalg.inv(glued)

@@ -73,18 +73,45 @@ def _twisted(meshes: list[fo.ContactSystem], parameters: Parameters) -> Iterator
         found, zones = [], []
         for system, cells in zip(meshes, parameters.cells, strict=True):
             x, y = system.points[:, 0], system.points[:, 1]
-            turned = system.with_bonded({**system.bonded, "twist": -system.S @ np.concatenate([-y, x, np.zeros_like(x)])})
-            q, p, residual = first_loading(turned, opposed({"approach": 1 / _R}, {"twist": twist(stick)}), _FRICTION, parameters.steps)
+            turned = system.with_bonded(
+                {**system.bonded, "twist": -system.S @ np.concatenate([-y, x, np.zeros_like(x)])}
+            )
+            q, p, residual = first_loading(
+                turned,
+                opposed({"approach": 1 / _R}, {"twist": twist(stick)}),
+                _FRICTION,
+                parameters.steps,
+            )
             found.append(abs(float(x @ q[:, 1] - y @ q[:, 0])) / (_FRICTION * _P))
-            zones.append(sqrt(np.count_nonzero(stuck(q, p, _FRICTION)) / pi) * 2 * _HALF_LENGTH / cells)
+            zones.append(
+                sqrt(np.count_nonzero(stuck(q, p, _FRICTION)) / pi) * 2 * _HALF_LENGTH / cells
+            )
             residuals.append(residual)
         torques.append(float(np.mean(found)))
         radii.append(float(np.mean(zones)))
     source, over = "Lubkin 1951", "radius of the stick zone / a of theirs"
     how = f"{_told(parameters)}, {parameters.steps} increments, the far end turned as theirs"
-    yield Case(source, "twisting couple on a sphere / (f P a)", over, how, parameters.sticks, torque, torques, max(residuals))
+    yield Case(
+        source,
+        "twisting couple on a sphere / (f P a)",
+        over,
+        how,
+        parameters.sticks,
+        torque,
+        torques,
+        max(residuals),
+    )
     how = f"{how}; counted in cells"
-    yield Case(source, "radius of the stick zone / a under a twist", over, how, parameters.sticks, lambda stick: stick, radii, max(residuals))
+    yield Case(
+        source,
+        "radius of the stick zone / a under a twist",
+        over,
+        how,
+        parameters.sticks,
+        lambda stick: stick,
+        radii,
+        max(residuals),
+    )
 
 
 def _told(parameters: Parameters) -> str:
@@ -99,8 +126,9 @@ def _elliptic(stick: float | Array) -> Array:
 def twist(stick: float) -> float:
     """Angle by which the spheres turn against each other when the stick zone has this radius, a = 1.
 
-    `3 f P (K - E) / (2 pi G a^2)` (Lubkin 1951). Rigid twists of circles of all radii s from c to a, each with the traction `r / sqrt(s^2 - r^2)`
-    inside it (Reissner & Sagoci 1944), make up the traction f p where it slips: an equation of Abel for the twist of each circle.
+    `3 f P (K - E) / (2 pi G a^2)` (Lubkin 1951). Rigid twists of circles of all radii s from c to
+    a, each with the traction `r / sqrt(s^2 - r^2)` inside it (Reissner & Sagoci 1944), make up the
+    traction f p where it slips: an equation of Abel for the twist of each circle.
     """
     return 3 * _FRICTION * _P / (2 * pi * _G) * float(_elliptic(stick))
 
@@ -108,7 +136,8 @@ def twist(stick: float) -> float:
 def torque(stick: float) -> float:
     """Couple over `f P a` at this radius of the stick zone, a = 1: the couples `16 G s^3 / 3` of the rigid twists of `twist`, summed up.
 
-    `(4 / pi) (c^3 (K - E)(c) + 3 times the integral of s^2 (K - E)(s) from c to 1)`, which is `3 pi / 16` where all slips.
+    `(4 / pi) (c^3 (K - E)(c) + 3 times the integral of s^2 (K - E)(s) from c to 1)`, which is `3 pi
+    / 16` where all slips.
     """
     rest, _ = quad(lambda s: s**2 * float(_elliptic(s)), stick, 1.0)
     return 4 / pi * float((stick**3 * float(_elliptic(stick)) if stick > 0 else 0.0) + 3 * rest)

@@ -1,7 +1,8 @@
 """Results of others beside ours: contacts of one and two nodes, of cylinders and spheres, joints, and the corner of a punch.
 
-Run with `python -m studies published [--quick]`. It prints a table in Markdown: of each result the value at which the two differ most. Theirs is a
-closed form or a rule of theirs, evaluated here; ours is an answer of frictopt at the mesh that is named.
+Run with `python -m studies published [--quick]`. It prints a table in Markdown: of each result the
+value at which the two differ most. Theirs is a closed form or a rule of theirs, evaluated here;
+ours is an answer of frictopt at the mesh that is named.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -33,8 +34,18 @@ class Parameters:
 
 FULL = Parameters()
 QUICK = Parameters(
-    nodes.Parameters(frictions=(0.2, 0.6), angles=(60.0,), phases=(0.0, 60.0, 90.0), points=32, bisections=11),
-    half_planes.Parameters(cells=60, shears=(0.5, 0.95), bulks=(0.0, 0.5), swings=(0.1, 0.3), phases=(0.0, 90.0), points=16, springs=300),
+    nodes.Parameters(
+        frictions=(0.2, 0.6), angles=(60.0,), phases=(0.0, 60.0, 90.0), points=32, bisections=11
+    ),
+    half_planes.Parameters(
+        cells=60,
+        shears=(0.5, 0.95),
+        bulks=(0.0, 0.5),
+        swings=(0.1, 0.3),
+        phases=(0.0, 90.0),
+        points=16,
+        springs=300,
+    ),
     spheres.Parameters(cells=(10, 11), shears=(0.8,), sticks=(0.3, 0.7)),
     joints.Parameters(
         slider_loads=(0.2, 0.5),
@@ -75,8 +86,19 @@ def compared(parameters: Parameters) -> Iterator[Row]:
         theirs = [case.theirs(at) for at in case.at]
         size = max(map(abs, theirs)) or 1.0
         for at, known, ours in zip(case.at, theirs, case.ours, strict=True):
-            named = {"source": case.source, "quantity": case.quantity, "over": case.over, "at": at, "theirs": known, "ours": ours}
-            yield named | {"difference": (ours - known) / size, "how": case.how, "residual": case.residual}
+            named = {
+                "source": case.source,
+                "quantity": case.quantity,
+                "over": case.over,
+                "at": at,
+                "theirs": known,
+                "ours": ours,
+            }
+            yield named | {
+                "difference": (ours - known) / size,
+                "how": case.how,
+                "residual": case.residual,
+            }
 
 
 def curves(parameters: Parameters) -> Iterator[Row]:
@@ -84,25 +106,57 @@ def curves(parameters: Parameters) -> Iterator[Row]:
     for case in cases(parameters):
         if case.curve and len(case.at) > 1:
             named = {"source": case.source, "quantity": case.quantity, "residual": case.residual}
-            yield from [named | {"at": at, "theirs": case.theirs(at)} for at in np.linspace(case.at[0], case.at[-1], _POINTS)]
+            yield from [
+                named | {"at": at, "theirs": case.theirs(at)}
+                for at in np.linspace(case.at[0], case.at[-1], _POINTS)
+            ]
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     """Of each result the row at which the two differ most."""
     rows = []
-    for (source, quantity), part in tables[COMPARED.name].groupby(["source", "quantity"], sort=False):
+    for (source, quantity), part in tables[COMPARED.name].groupby(
+        ["source", "quantity"], sort=False
+    ):
         worst = part.loc[part["difference"].abs().idxmax()]
         at = f"{worst['over']} = {worst['at']:g}" if worst["over"] else ""
         if len(part) > 1:
             at += f", worst of {len(part)}"
-        difference = f"{100 * worst['difference']:+.2g} %" if abs(worst["difference"]) > 1e-6 else "less than 1e-6"
-        rows.append([str(source), str(quantity), at, f"{worst['theirs']:.6g}", f"{worst['ours']:.6g}", difference, str(worst["how"])])
+        difference = (
+            f"{100 * worst['difference']:+.2g} %"
+            if abs(worst["difference"]) > 1e-6
+            else "less than 1e-6"
+        )
+        rows.append(
+            [
+                str(source),
+                str(quantity),
+                at,
+                f"{worst['theirs']:.6g}",
+                f"{worst['ours']:.6g}",
+                difference,
+                str(worst["how"]),
+            ]
+        )
     table, said = tables[COMPARED.name], []
     for what in ("a node", "a cylinder under loads"):
-        work = table[table["quantity"].str.startswith(f"work of friction per cycle of {what}")].set_index("at")
-        ends = (f"{name} at {work['theirs'].agg(which):g} (theirs) and {work['ours'].agg(which):g} (ours)" for name, which in _ENDS.items())
+        work = table[
+            table["quantity"].str.startswith(f"work of friction per cycle of {what}")
+        ].set_index("at")
+        ends = (
+            f"{name} at {work['theirs'].agg(which):g} (theirs) and {work['ours'].agg(which):g} (ours)"
+            for name, which in _ENDS.items()
+        )
         said.append(f"{', '.join(ends)} of {' '.join(what.split()[:2])}")
-    head = ["source", "quantity", "at", "theirs", "ours", "difference", "how ours is made, and why it differs"]
+    head = [
+        "source",
+        "quantity",
+        "at",
+        "theirs",
+        "ours",
+        "difference",
+        "how ours is made, and why it differs",
+    ]
     return f"{markdown(head, rows)}\n\nOf these phases of the normal load, in degrees, the work of friction is {'; '.join(said)}."
 
 
@@ -116,7 +170,9 @@ _COLUMNS = {
     "difference": "ours less theirs, over the largest of theirs",
     "how": "what ours is made with, and why it differs",
 }
-COMPARED = Table("published", "one result of others at one value of what varies", _COLUMNS, FULL, QUICK, compared)
+COMPARED = Table(
+    "published", "one result of others at one value of what varies", _COLUMNS, FULL, QUICK, compared
+)
 CURVES = Table(
     "published_curves",
     "one point of a curve of others",
@@ -126,4 +182,6 @@ CURVES = Table(
     curves,
 )
 
-STUDY = Study("studies.published", __doc__, "coarse meshes, in seconds", (COMPARED, CURVES), summary)
+STUDY = Study(
+    "studies.published", __doc__, "coarse meshes, in seconds", (COMPARED, CURVES), summary
+)

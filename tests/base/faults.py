@@ -80,7 +80,9 @@ FAULTS = (
     Fault(
         "base/progress.py",
         "a bar within a silent one is shown",
-        old=("flag('progress', show) and sys.stderr is not None and all((bar.shown for bar in outer))"),
+        old=(
+            "flag('progress', show) and sys.stderr is not None and all((bar.shown for bar in outer))"
+        ),
         new="flag('progress', show) and sys.stderr is not None",
         tests="progress",
     ),

@@ -27,11 +27,26 @@ def test_whole_numbers(value):
 
 
 def test_a_count_may_be_a_million_and_a_seed_more():
-    assert checks.whole_number("n", 10**6, least=1) == 10**6 and checks.choice("a", "y", ("x", "y")) == "y"
+    assert (
+        checks.whole_number("n", 10**6, least=1) == 10**6
+        and checks.choice("a", "y", ("x", "y")) == "y"
+    )
     assert checks.whole_number("n", 2**63 - 1, least=0, most=checks.LARGEST_SEED) == 2**63 - 1
 
 
-@pytest.mark.parametrize("value", [2, 2.0, np.float32(2), np.array(2.0), np.array(2), Fraction(2), np.longdouble(2), np.ma.masked_array(2.0)])
+@pytest.mark.parametrize(
+    "value",
+    [
+        2,
+        2.0,
+        np.float32(2),
+        np.array(2.0),
+        np.array(2),
+        Fraction(2),
+        np.longdouble(2),
+        np.ma.masked_array(2.0),
+    ],
+)
 def test_real_numbers(value):
     found = checks.finite_number("a", value)
     assert type(found) is float and found == 2.0
@@ -40,25 +55,91 @@ def test_real_numbers(value):
 REFUSED = {
     "count": (
         lambda value: checks.whole_number("a", value, least=0),
-        [True, np.True_, np.timedelta64(3), 3.0, "3", None, np.array(3), Decimal(3), pd.NA, -1, 10**6 + 1, 10**5000],
+        [
+            True,
+            np.True_,
+            np.timedelta64(3),
+            3.0,
+            "3",
+            None,
+            np.array(3),
+            Decimal(3),
+            pd.NA,
+            -1,
+            10**6 + 1,
+            10**5000,
+        ],
     ),
     "number": (
         lambda value: checks.finite_number("a", value),
-        [True, np.array(True), "2", b"2", None, 2j, np.timedelta64(2), np.datetime64("2020-01-01"), pd.NA, np.ma.masked, Decimal(2), np.nan, -np.inf]
-        + [10**400, 10**5000, 1e151, [2.0], np.array([2.0]), csr_matrix([[2.0]]), {}, Unprintable()],
+        [
+            True,
+            np.array(True),
+            "2",
+            b"2",
+            None,
+            2j,
+            np.timedelta64(2),
+            np.datetime64("2020-01-01"),
+            pd.NA,
+            np.ma.masked,
+            Decimal(2),
+            np.nan,
+            -np.inf,
+        ]
+        + [
+            10**400,
+            10**5000,
+            1e151,
+            [2.0],
+            np.array([2.0]),
+            csr_matrix([[2.0]]),
+            {},
+            Unprintable(),
+        ],
     ),
     "array": (
         lambda value: checks.real_array("a", value),
-        [MASKED, (MASKED,), b"AB", [b"A"], "12", ["1"], None, [1.0, None], [1.0, pd.NA], [True, False], [1j], [[1.0], [1.0, 2.0]], CIRCLE, {}, {1.0}]
-        + [[Fraction(1)], [10**30], np.array([1], dtype="m8[s]"), [csr_matrix(np.eye(2))], Unprintable()],
+        [
+            MASKED,
+            (MASKED,),
+            b"AB",
+            [b"A"],
+            "12",
+            ["1"],
+            None,
+            [1.0, None],
+            [1.0, pd.NA],
+            [True, False],
+            [1j],
+            [[1.0], [1.0, 2.0]],
+            CIRCLE,
+            {},
+            {1.0},
+        ]
+        + [
+            [Fraction(1)],
+            [10**30],
+            np.array([1], dtype="m8[s]"),
+            [csr_matrix(np.eye(2))],
+            Unprintable(),
+        ],
     ),
-    "row": (lambda value: checks.finite_numbers("a", value, least=0.0), [b"AB", "12", MASKED, {1.0: 2.0}, 3.0, None, [1.0, np.nan], [1.0, -1.0]]),
-    "option": (lambda value: checks.choice("a", value, ("x", "y")), ["z", b"x", None, ["x"], np.array(["x", "y"]), pd.NA, Unprintable()]),
+    "row": (
+        lambda value: checks.finite_numbers("a", value, least=0.0),
+        [b"AB", "12", MASKED, {1.0: 2.0}, 3.0, None, [1.0, np.nan], [1.0, -1.0]],
+    ),
+    "option": (
+        lambda value: checks.choice("a", value, ("x", "y")),
+        ["z", b"x", None, ["x"], np.array(["x", "y"]), pd.NA, Unprintable()],
+    ),
 }
 
 
 @pytest.mark.parametrize(
-    ("kind", "value"), [(kind, value) for kind, (_, values) in REFUSED.items() for value in values], ids=lambda one: repr(type(one))
+    ("kind", "value"),
+    [(kind, value) for kind, (_, values) in REFUSED.items() for value in values],
+    ids=lambda one: repr(type(one)),
 )
 def test_what_is_of_another_kind_is_refused(kind, value):
     with pytest.raises(fo.ModelError, match="a: .*give 'x' or 'y'" if kind == "option" else "a: "):
@@ -66,7 +147,14 @@ def test_what_is_of_another_kind_is_refused(kind, value):
 
 
 def test_rows_of_numbers_may_be_anything_that_can_be_gone_through():
-    for values in ([1, 2.0], (1, 2), np.array([1.0, 2.0]), range(1, 3), (k for k in (1, 2)), pd.Series([1, 2])):
+    for values in (
+        [1, 2.0],
+        (1, 2),
+        np.array([1.0, 2.0]),
+        range(1, 3),
+        (k for k in (1, 2)),
+        pd.Series([1, 2]),
+    ):
         assert checks.finite_numbers("a", values) == [1.0, 2.0]
 
 
@@ -88,7 +176,9 @@ def test_an_error_message_is_short():
     ],
 )
 def test_an_array_of_another_kind_is_refused_with_what_numpy_says(values, why):
-    with pytest.raises(fo.ModelError, match=rf"values: .* \(.*{why}.*\); give an array of real numbers"):
+    with pytest.raises(
+        fo.ModelError, match=rf"values: .* \(.*{why}.*\); give an array of real numbers"
+    ):
         checks.real_array("values", values)
 
 

@@ -1,4 +1,5 @@
-"""Results are pickled, copied, deep-copied and saved: nothing is lost, no array can be written, and the copy can be solved and drawn."""
+"""Results are pickled, copied, deep-copied and saved: nothing is lost, no array can be written, and
+the copy can be solved and drawn."""
 
 import copy
 import json
@@ -23,14 +24,21 @@ from helpers.systems import CYCLE, system
 
 matplotlib.use("Agg")
 
-NODE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])})
+NODE = fo.ContactSystem.from_blocks(
+    [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0])}
+)
 LIFTS = fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0}])
 GRID = [[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)]
 SHEARS = dict(zip("QR", np.eye(12), strict=False))
-PAD = fo.ContactSystem(np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.repeat([0.0, 0.0, 1.0], 4), **SHEARS})
+PAD = fo.ContactSystem(
+    np.diag(np.arange(12.0) + 4.0), GRID, {"P": np.repeat([0.0, 0.0, 1.0], 4), **SHEARS}
+)
 TURNS = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}, {"Q": -1.0}])
 HEAVY = fo.Material(density=1.0)
-PUNCH, BLOCKS = fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(), fo.scenes.SquarePunch(elements=2, growth=2.0).model()
+PUNCH, BLOCKS = (
+    fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6).model(),
+    fo.scenes.SquarePunch(elements=2, growth=2.0).model(),
+)
 SHEARED = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
 FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)
 EXAMPLES = [
@@ -40,12 +48,16 @@ EXAMPLES = [
     BLOCKS,
     fo.read_calculix("tests/data/flat"),
     PUNCH.recover({"P": 1.0}, np.zeros(5), np.zeros(5)),
-    fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6, punch_material=HEAVY, block_material=HEAVY).model().modes(2),
+    fo.scenes.PunchOnHalfPlane(elements=4, growth=1.6, punch_material=HEAVY, block_material=HEAVY)
+    .model()
+    .modes(2),
     fo.starts.Start(family="own", name="one", slip=[0.5, 0.0]),
     *ANSWERS,
     fo.shakedown_limit(NODE, LIFTS, 0.5),
     fo.gross_slip(PUNCH.condense(), SHEARED, 0.5),
-    fo.march(PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}]), 0.5, 1.0, cycles=1).loop("Q"),
+    fo.march(
+        PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}]), 0.5, 1.0, cycles=1
+    ).loop("Q"),
     fo.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
     fo.report(*ASKED, [0.5]),
     fo.worn_in(FLAT, CYCLE, 0.5, 0.8),
@@ -53,9 +65,15 @@ EXAMPLES = [
     fo.safe_slip(PAD, TURNS, 0.5, 0.3),
     fo.steady_state(PAD, TURNS, 0.5, 3.0),
     fo.march(PAD, TURNS, 0.5, 3.0, cycles=1, steps=2),
-    fo.increments.NewtonIncrement(PAD, 0.5).solve(np.zeros((4, 2)), PAD.reaction({"P": 1.0, "Q": 2.0})),
+    fo.increments.NewtonIncrement(PAD, 0.5).solve(
+        np.zeros((4, 2)), PAD.reaction({"P": 1.0, "Q": 2.0})
+    ),
 ]
-WAYS = {"pickle": lambda one: pickle.loads(pickle.dumps(one)), "copy": copy.copy, "deepcopy": copy.deepcopy}
+WAYS = {
+    "pickle": lambda one: pickle.loads(pickle.dumps(one)),
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+}
 
 
 def arrays(thing, name):
@@ -75,11 +93,19 @@ def arrays(thing, name):
 @pytest.mark.parametrize("way", WAYS)
 def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
     again = WAYS[way](result)
-    assert type(again) is type(result) and repr(again) == repr(result) and type(result).__dataclass_params__.frozen
+    assert (
+        type(again) is type(result)
+        and repr(again) == repr(result)
+        and type(result).__dataclass_params__.frozen
+    )
     problem, same = (getattr(one, "problem", None) for one in (result, again))
     assert (same is None) == (problem is None)
     if problem is not None:
-        assert same is not problem and str(same) == str(problem) and (same.value, same.status) == (problem.value, problem.status)
+        assert (
+            same is not problem
+            and str(same) == str(problem)
+            and (same.value, same.status) == (problem.value, problem.status)
+        )
     mine, others = dict(arrays(result, "")), dict(arrays(again, ""))
     assert list(mine) == list(others)
     for name, values in mine.items():
@@ -90,29 +116,55 @@ def test_a_copy_says_the_same_stays_read_only_and_can_be_drawn(way, result):
     if hasattr(result, "explain"):
         assert again.explain() == result.explain()
     if problem is not None:
-        assert same.solve(solver="HIGHS" if same.is_mixed_integer() else "CLARABEL") == pytest.approx(problem.value, rel=1e-5, abs=1e-6)
+        assert same.solve(
+            solver="HIGHS" if same.is_mixed_integer() else "CLARABEL"
+        ) == pytest.approx(problem.value, rel=1e-5, abs=1e-6)
     if hasattr(result, "plot"):
         again.plot()
         plt.close("all")
 
 
 def test_every_public_kind_of_result_is_among_the_examples():
-    public = {kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)}
-    kinds = [BodyFields, Modes, *(getattr(room, name) for room in (fo, fo.results) for name in room.__all__)]
+    public = {
+        kind for kind in vars(fo).values() if isinstance(kind, type) and issubclass(kind, Portable)
+    }
+    kinds = [
+        BodyFields,
+        Modes,
+        *(getattr(room, name) for room in (fo, fo.results) for name in room.__all__),
+    ]
     public |= {kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Portable)}
-    assert {type(result) for result in EXAMPLES} == public | {fo.starts.Start, fo.increments.Increment}
+    assert {type(result) for result in EXAMPLES} == public | {
+        fo.starts.Start,
+        fo.increments.Increment,
+    }
 
 
 def same(one, other):
-    """That two values are equal in type and in all that is in them, but for problems; the arrays of the other cannot be written."""
+    """That two values are equal in type and in all that is in them, but for problems; the arrays of
+    the other cannot be written."""
     if is_dataclass(one):
         names = [part.name for part in fields(one) if part.name != "problem"]
-        return type(one) is type(other) and all(same(getattr(one, name), getattr(other, name)) for name in names)
+        return type(one) is type(other) and all(
+            same(getattr(one, name), getattr(other, name)) for name in names
+        )
     if isinstance(one, np.ndarray):
-        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes() and not other.flags.writeable
+        return (
+            one.dtype == other.dtype
+            and one.shape == other.shape
+            and one.tobytes() == other.tobytes()
+            and not other.flags.writeable
+        )
     if isinstance(one, pd.DataFrame | pd.Series):
-        of_table = not isinstance(one, pd.DataFrame) or (one.attrs == other.attrs and (one.dtypes == other.dtypes).all())
-        return of_table and one.equals(other) and one.index.equals(other.index) and type(one.index) is type(other.index)
+        of_table = not isinstance(one, pd.DataFrame) or (
+            one.attrs == other.attrs and (one.dtypes == other.dtypes).all()
+        )
+        return (
+            of_table
+            and one.equals(other)
+            and one.index.equals(other.index)
+            and type(one.index) is type(other.index)
+        )
     if isinstance(one, Mapping):
         return type(one) is type(other) and same(list(one.items()), list(other.items()))
     if isinstance(one, tuple | list):
@@ -121,7 +173,14 @@ def same(one, other):
 
 
 LIFTING = fo.shakedown_limit(NODE, LIFTS, 0.5, events=True)
-DATED = replace(LIFTS, times=[date(2020, 2, 29), datetime(2021, 1, 1, 12, 30, tzinfo=UTC), pd.Timestamp("2022-01-01 00:00:00.000000001")])
+DATED = replace(
+    LIFTS,
+    times=[
+        date(2020, 2, 29),
+        datetime(2021, 1, 1, 12, 30, tzinfo=UTC),
+        pd.Timestamp("2022-01-01 00:00:00.000000001"),
+    ],
+)
 SAVED = [
     *(one for one in EXAMPLES if isinstance(one, Kept)),
     LIFTING,
@@ -135,14 +194,24 @@ SAVED = [
 def test_a_saved_result_comes_back_equal_in_all_numbers_and_words(result, tmp_path):
     result.save(tmp_path / "one.npz")
     again = fo.results.load(tmp_path / "one.npz")
-    assert same(result, again) and str(again) == str(result) and getattr(again, "problem", None) is None
+    assert (
+        same(result, again)
+        and str(again) == str(result)
+        and getattr(again, "problem", None) is None
+    )
     if hasattr(result, "to_frame"):
         assert again.to_frame().equals(result.to_frame())
 
 
 def test_results_of_every_kind_can_be_saved():
-    kinds = {kind for name in fo.results.__all__ if isinstance(kind := getattr(fo.results, name), type) and issubclass(kind, Portable)}
-    assert all(issubclass(kind, Kept) for kind in kinds) and kinds <= {type(result) for result in SAVED}
+    kinds = {
+        kind
+        for name in fo.results.__all__
+        if isinstance(kind := getattr(fo.results, name), type) and issubclass(kind, Portable)
+    }
+    assert all(issubclass(kind, Kept) for kind in kinds) and kinds <= {
+        type(result) for result in SAVED
+    }
 
 
 def test_a_contact_that_stands_in_many_places_is_written_once(tmp_path):
@@ -151,17 +220,28 @@ def test_a_contact_that_stands_in_many_places_is_written_once(tmp_path):
     again = fo.results.load(tmp_path / "range.npz")
     assert again.least_state.system is again.most_state.system is not found.least_state.system
     with np.load(tmp_path / "range.npz") as archive:
-        assert sum(np.array_equal(array, found.least_state.system.S) for array in archive.values()) == 1
+        assert (
+            sum(np.array_equal(array, found.least_state.system.S) for array in archive.values())
+            == 1
+        )
 
 
 def told(path, text, things, **arrays):
     """An archive in the form of a result, with this text of JSON."""
-    np.savez(path, format="frictopt result 1", text=np.frombuffer(json.dumps([text, things]).encode(), np.uint8), **arrays)
+    np.savez(
+        path,
+        format="frictopt result 1",
+        text=np.frombuffer(json.dumps([text, things]).encode(), np.uint8),
+        **arrays,
+    )
     return path
 
 
 def test_foreign_and_damaged_files_are_no_results(tmp_path):
-    path, limit = tmp_path / "a.npz", next(one for one in EXAMPLES if isinstance(one, fo.results.ShakedownLimit))
+    path, limit = (
+        tmp_path / "a.npz",
+        next(one for one in EXAMPLES if isinstance(one, fo.results.ShakedownLimit)),
+    )
     limit.save(path)
     whole, rng, refused = path.read_bytes(), np.random.default_rng(3), 0
     for _ in range(100):
@@ -180,17 +260,28 @@ def test_foreign_and_damaged_files_are_no_results(tmp_path):
     np.savez(tmp_path / "objects.npz", format=np.array(["frictopt result 1", 1], dtype=object))
     (tmp_path / "text.npz").write_text("not an archive")
     for name in ("system", "foreign", "objects", "text", "none"):
-        with pytest.raises(fo.ModelError, match=f"path: .*{name}.npz' is not a result .*; give one that `save` of a result wrote"):
+        with pytest.raises(
+            fo.ModelError,
+            match=f"path: .*{name}.npz' is not a result .*; give one that `save` of a result wrote",
+        ):
             fo.results.load(tmp_path / f"{name}.npz")
     with pytest.raises(fo.ModelError, match="is not a contact system"):
         fo.ContactSystem.load(path)
 
 
 def test_a_file_makes_no_other_classes(tmp_path):
-    for things in ([{"Popen": [["args", "true"]]}], [{"ContactModel": []}], [{"Attempt": [["solver", "HIGHS"]]}], [{"Kept": []}]):
+    for things in (
+        [{"Popen": [["args", "true"]]}],
+        [{"ContactModel": []}],
+        [{"Attempt": [["solver", "HIGHS"]]}],
+        [{"Kept": []}],
+    ):
         with pytest.raises(fo.ModelError, match="is not a result"):
             fo.results.load(told(tmp_path / "a.npz", {"thing": 0}, things))
-    for content, why in (([["solver", "HIGHS"]], "Attempt lacks its field 'outcome'"), ([["way", "HIGHS"]], "Attempt has no field 'way'")):
+    for content, why in (
+        ([["solver", "HIGHS"]], "Attempt lacks its field 'outcome'"),
+        ([["way", "HIGHS"]], "Attempt has no field 'way'"),
+    ):
         with pytest.raises(fo.ModelError, match=f"another version of frictopt wrote it: {why}"):
             fo.results.load(told(tmp_path / "a.npz", {"thing": 0}, [{"Attempt": content}]))
     with pytest.raises(fo.ModelError, match="is not a result"):
@@ -198,7 +289,10 @@ def test_a_file_makes_no_other_classes(tmp_path):
 
 
 OLD = {  # class -> fields that its file lacks, and a question whose answer has them
-    "ContactSystem": (("shear_strength", "stretch", "units", "bolts"), lambda *asked: fo.steady_state(*asked, load_factor=0.5)),
+    "ContactSystem": (
+        ("shear_strength", "stretch", "units", "bolts"),
+        lambda *asked: fo.steady_state(*asked, load_factor=0.5),
+    ),
     "SolveRecord": (("attempts", "seconds"), fo.shakedown_limit),
     "Report": (("guaranteed", "required"), fo.report),
 }
@@ -215,24 +309,44 @@ def test_a_file_from_before_a_field_takes_its_default(tmp_path, kind):
     with np.load(path) as archive:
         arrays = dict(archive)
     text, things = json.loads(arrays["text"].tobytes())
-    kept = [{name: [part for part in content if name != kind or part[0] not in gone] for name, content in thing.items()} for thing in things]
+    kept = [
+        {
+            name: [part for part in content if name != kind or part[0] not in gone]
+            for name, content in thing.items()
+        }
+        for thing in things
+    ]
     assert kept != things
     arrays["text"] = np.frombuffer(json.dumps([text, kept]).encode(), np.uint8)
     np.savez(path, **arrays)
     old = fo.results.load(path)
     assert type(old) is type(found)
     if kind == "SolveRecord":
-        assert old.record.attempts == () and old.record.seconds == 0.0 and old.load_factor == found.load_factor
+        assert (
+            old.record.attempts == ()
+            and old.record.seconds == 0.0
+            and old.load_factor == found.load_factor
+        )
     elif kind == "Report":
-        assert old.required is None and old.guaranteed is None and old.gross_slip.reason == found.gross_slip.reason
+        assert (
+            old.required is None
+            and old.guaranteed is None
+            and old.gross_slip.reason == found.gross_slip.reason
+        )
     else:
         assert same(found, old)  # the contact has none of what they describe
 
 
 def test_what_no_file_can_keep_is_named(tmp_path):
     steady = next(one for one in EXAMPLES if isinstance(one, fo.results.SteadyState))
-    odd = replace(steady, cycle=replace(LIFTS, times=[date(2020, 1, 1), type("Easter", (date,), {})(2020, 4, 12)]))
-    with pytest.raises(fo.ModelError, match=r"SteadyState.cycle.times\[1\]: a Easter cannot be kept in a file; pickle the result instead"):
+    odd = replace(
+        steady,
+        cycle=replace(LIFTS, times=[date(2020, 1, 1), type("Easter", (date,), {})(2020, 4, 12)]),
+    )
+    with pytest.raises(
+        fo.ModelError,
+        match=r"SteadyState.cycle.times\[1\]: a Easter cannot be kept in a file; pickle the result instead",
+    ):
         odd.save(tmp_path / "a.npz")
     with pytest.raises(fo.ModelError, match=r"a\.csv' cannot be written"):
         steady.save(tmp_path / "a.csv")

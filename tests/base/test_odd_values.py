@@ -1,6 +1,8 @@
-"""Every argument of every public question and part of a model, given odd values: an answer or an error of ours that names it, soon, and nothing else.
+"""Every argument of every public question and part of a model, given odd values: an answer or an
+error of ours that names it, soon, and nothing else.
 
-Each call has one set of good arguments; one of them at a time is replaced. Values that mean nothing anywhere must be refused.
+Each call has one set of good arguments; one of them at a time is replaced. Values that mean nothing
+anywhere must be refused.
 """
 
 # One file because it is one table of everything public.
@@ -52,10 +54,17 @@ NEVER = {  # what means nothing anywhere
     "mapping of nan": {"mean": np.nan},
     "frame": pd.DataFrame({"a": ["x", None]}),
 }
-LABELS = {"argument", "file", "executor"}  # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
+LABELS = {
+    "argument",
+    "file",
+    "executor",
+    # arguments that are no input of the problem: a word for messages, a stream, somebody else's object
+}
 MADE_BY_US = {"LimitKind", "Outcome"}  # by answers, and not by users
 NAMES = {"texts", "text array"}  # what is right for the names of the contact of two nodes
-OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of load cases, or of pairs that a projection does not go with
+# an error may speak of what stands in a file, of node sets, of load cases, or of pairs that a
+# projection does not go with
+OTHER_WORDS = {
     *(
         ("MatrixJob.force", "where"),
         ("MatrixJob.areas", "face"),
@@ -63,8 +72,18 @@ OTHER_WORDS = {  # an error may speak of what stands in a file, of node sets, of
         ("MatrixJob.pairs", "second"),
         ("condense", "projection"),
     ),
-    *((f"read_{code}", argument) for code in ("abaqus", "ansys", "nastran") for argument in ("path", "deck")),
-    *(("read_nastran", "name"), ("read_nastran", "labels"), ("read_calculix", "job"), ("read_mesh", "path"), ("read_store", "path")),
+    *(
+        (f"read_{code}", argument)
+        for code in ("abaqus", "ansys", "nastran")
+        for argument in ("path", "deck")
+    ),
+    *(
+        ("read_nastran", "name"),
+        ("read_nastran", "labels"),
+        ("read_calculix", "job"),
+        ("read_mesh", "path"),
+        ("read_store", "path"),
+    ),
     *(("merge_stores", "into"), ("merge_stores", "parts"), ("safe_region", "loads")),
 }
 EMPTY = {"0", "empty list", "empty mapping"}  # of which another argument may be what does not fit
@@ -79,7 +98,11 @@ def public():
     for room in (fo, fo.scenes):
         for name in room.__all__:
             thing = getattr(room, name)
-            made = inspect.isclass(thing) and not issubclass(thing, Exception) and name not in MADE_BY_US
+            made = (
+                inspect.isclass(thing)
+                and not issubclass(thing, Exception)
+                and name not in MADE_BY_US
+            )
             if (inspect.isfunction(thing) or made) and arguments(thing):
                 yield name
 
@@ -109,8 +132,13 @@ def test_an_odd_value_gives_an_answer_or_an_error_of_ours(name, tmp_path, monkey
             except (Exception, TooLong) as error:
                 faults.append(f"{argument}={label}: {type(error).__name__}: {str(error)[:100]}")
             else:
-                wrong_state = name.startswith("referee") and argument in CLAIMED and label == "nan in a list"
-                meant = (argument == "contact" and label in NAMES) or (argument, label) == ("open", "truths")
+                wrong_state = (
+                    name.startswith("referee") and argument in CLAIMED and label == "nan in a list"
+                )
+                meant = (argument == "contact" and label in NAMES) or (argument, label) == (
+                    "open",
+                    "truths",
+                )
                 if label in NEVER and not wrong_state and not meant:
                     faults.append(f"{argument}={label}: accepted")
     assert not faults, "\n" + "\n".join(faults)
@@ -120,7 +148,8 @@ FORGOTTEN = [
     (name, argument)
     for name, (function, _) in CALLS.items()
     for argument, parameter in inspect.signature(function).parameters.items()
-    if argument in ("cycle", "friction", "load_factor", "mean") and parameter.default is inspect.Parameter.empty
+    if argument in ("cycle", "friction", "load_factor", "mean")
+    and parameter.default is inspect.Parameter.empty
     if function.__name__ not in ("ExactPath", "<lambda>")
 ]
 
@@ -128,12 +157,16 @@ FORGOTTEN = [
 @pytest.mark.parametrize(("name", "argument"), FORGOTTEN)
 def test_a_forgotten_argument_is_told_by_name(name, argument):
     function, good = CALLS[name]
-    with pytest.raises(fo.ModelError, match=rf"^{argument}: not given; give .*, as in \w[\w.]*\(.*{argument}.*\)$"):
+    with pytest.raises(
+        fo.ModelError, match=rf"^{argument}: not given; give .*, as in \w[\w.]*\(.*{argument}.*\)$"
+    ):
         function(**{other: value for other, value in good.items() if other != argument})
 
 
 def test_a_class_method_tells_what_is_forgotten_and_python_itself_what_does_not_exist():
-    with pytest.raises(fo.ModelError, match=r"^mean: not given; give .*, as in LoadCycle.vertices\(mean\)$"):
+    with pytest.raises(
+        fo.ModelError, match=r"^mean: not given; give .*, as in LoadCycle.vertices\(mean\)$"
+    ):
         fo.LoadCycle.vertices()
     with pytest.raises(TypeError, match="loadfactor"):
         fo.steady_state(CONTACT, CYCLE, FRICTION, loadfactor=0.5)

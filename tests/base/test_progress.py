@@ -1,4 +1,5 @@
-"""Progress where standard error is a terminal, and where it is none; and what an interrupt keeps, of every call that may take long."""
+"""Progress where standard error is a terminal, and where it is none; and what an interrupt keeps,
+of every call that may take long."""
 
 import io
 import os
@@ -51,10 +52,15 @@ def until(log, line):
 def test_a_table_says_what_is_computed_and_how_far_it_is(log):
     def compute(_parameters):
         for number in each(range(3), "things"):
-            until(log, rf"table small: {number} part{'s' * (number != 1)}, \d\d:\d\d; things: {number} of 3, \d\d:\d\d\n")
+            until(
+                log,
+                rf"table small: {number} part{'s' * (number != 1)}, \d\d:\d\d; things: {number} of 3, \d\d:\d\d\n",
+            )
             yield {"residual": 0.0}
 
-    table = Table("small", "a thing", {"residual": "0"}, full=Nothing(), quick=Nothing(), compute=compute)
+    table = Table(
+        "small", "a thing", {"residual": "0"}, full=Nothing(), quick=Nothing(), compute=compute
+    )
     with redirect_stderr(log):
         assert len(table.frame(Nothing())) == 3
 
@@ -80,7 +86,13 @@ progress._FIRST = 0.01
 with bar_of(True, "waiting", "step"):
     time.sleep(0.1)
 """
-    done = subprocess.run([sys.executable, "-c", code], env={**os.environ, "TQDM_DISABLE": "1"}, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "TQDM_DISABLE": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert not log.getvalue() + done.stdout + done.stderr
 
 
@@ -91,7 +103,9 @@ def test_a_log_that_nobody_reads_ends_nothing(log):
         time.sleep(0.05)
 
 
-def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_best_so_far(log, monkeypatch):
+def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_best_so_far(
+    log, monkeypatch
+):
     screen, best = Terminal(), []
     monkeypatch.setattr(sys, "stderr", screen)
     with bar_of(True, "search", "program", best=lambda: "".join(best)) as bar:
@@ -102,7 +116,9 @@ def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_be
         with bar_of(True, "nodes", "node", total=4) as inner:
             inner.update(2)
             until(screen, r"nodes:  50%\|.* 2/4 ")
-    assert "search: 1 program, 00:00, at least 0.2 so far" in screen.getvalue().rpartition("nodes")[2]
+    assert (
+        "search: 1 program, 00:00, at least 0.2 so far" in screen.getvalue().rpartition("nodes")[2]
+    )
 
 
 def test_quick_answers_pay_nothing_for_progress():
@@ -119,15 +135,25 @@ print("tqdm" in sys.modules)
 
 
 PAIR, WORN = system(*FIRST_PAIR), cylinder(32)
-PULLED = system(np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, 3.0], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]])
-ROLLED = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])})
+PULLED = system(
+    np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, 3.0], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]]
+)
+ROLLED = fo.ContactSystem.from_blocks(
+    [[1.0]],
+    [[0.0]],
+    [[1.0]],
+    [0.0],
+    {"P": ([0.0], [2.0]), "Q": ([1.0], [0.0]), "R": ([0.0], [-1.0])},
+)
 
 
 def designed(**options):
     """A first design leaves a node bare, so that there is a second program."""
     contact, friction = pulled(10, 1)
     model = fo.DesignModel(contact, TURNS, preloads=["c"], profile=True)
-    return model.solve(friction, [cp.abs(model.preload) <= 0.6, cp.abs(model.profile) <= 0.1], **options)
+    return model.solve(
+        friction, [cp.abs(model.preload) <= 0.6, cp.abs(model.profile) <= 0.1], **options
+    )
 
 
 def swept(**options):
@@ -138,7 +164,8 @@ def worn(**options):
     return fo.wear(*WORN, coefficient=1e-3, **options)
 
 
-# the call; the bar that stops it, after so many of what it counts; what is kept, with what has to hold for it; and what a bar says in the end
+# the call; the bar that stops it, after so many of what it counts; what is kept, with what has to
+# hold for it; and what a bar says in the end
 CALLS = {
     "shakedown": (
         lambda **o: fo.shakedown_limit(PULLED, CYCLE, 0.5, **o),
@@ -148,7 +175,14 @@ CALLS = {
         lambda limit: limit.kind.name == "NO_SAFE_SLIP",
         r"open nodes: 2 programs, 00:\d\d, at least",
     ),
-    "sweep": (swept, "sweep", 2, "table", lambda table: table["friction"].tolist() == [0.3, 0.5], "sweep: 100%"),
+    "sweep": (
+        swept,
+        "sweep",
+        2,
+        "table",
+        lambda table: table["friction"].tolist() == [0.3, 0.5],
+        "sweep: 100%",
+    ),
     "required friction": (
         lambda **o: fo.required_friction(PAIR, CYCLE, 0.3, **o),
         "required friction",
@@ -170,7 +204,10 @@ CALLS = {
         "critical nodes",
         1,
         "table",
-        lambda table: len(table) == 1 and table["load_factor"].min() >= fo.guaranteed_limit(PAIR, CYCLE, 0.6).load_factor,
+        lambda table: (
+            len(table) == 1
+            and table["load_factor"].min() >= fo.guaranteed_limit(PAIR, CYCLE, 0.6).load_factor
+        ),
         "critical nodes: 100%",
     ),
     "design": (
@@ -205,8 +242,22 @@ CALLS = {
         lambda span: span.least <= span.most and span.transients <= 9,
         r"dissipation range: \d+ transients, 00:\d\d, work from 0 to 0\.04",
     ),
-    "wear": (worn, "wear", 3, "history", lambda history: len(history.depth) == 4, r"wear: \d+ jumps, 00:\d\d, \S+ cycles, \S+ deep so far"),
-    "worn in": (lambda **o: fo.worn_in(*WORN, **o), "steady state", 2, "depth", lambda h: (h == fo.worn_in(*WORN).depth).all(), r"worn in: 00:\d\d"),
+    "wear": (
+        worn,
+        "wear",
+        3,
+        "history",
+        lambda history: len(history.depth) == 4,
+        r"wear: \d+ jumps, 00:\d\d, \S+ cycles, \S+ deep so far",
+    ),
+    "worn in": (
+        lambda **o: fo.worn_in(*WORN, **o),
+        "steady state",
+        2,
+        "depth",
+        lambda h: (h == fo.worn_in(*WORN).depth).all(),
+        r"worn in: 00:\d\d",
+    ),
     "steady state": (
         lambda **o: fo.steady_state(PAIR, CYCLE, 0.6, 0.9, **o),
         "steady state",
@@ -228,7 +279,10 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, mon
         if bar.what == what and bar.count >= most:
             raise KeyboardInterrupt
 
-    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt, match=f"attribute `{name}`") as stopped:
+    with (
+        monkeypatch.context() as patch,
+        pytest.raises(KeyboardInterrupt, match=f"attribute `{name}`") as stopped,
+    ):
         patch.setattr(Bar, "update", stops)
         ask(progress=False)
     assert holds(getattr(stopped.value, name)) and len(stopped.value.__notes__) == 1
@@ -237,7 +291,9 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, mon
         screen = Terminal()
         monkeypatch.setattr(sys, "stderr", screen)
         ask(progress=shown)
-        assert re.search(said, screen.getvalue()) if shown else not screen.getvalue(), screen.getvalue()
+        assert re.search(said, screen.getvalue()) if shown else not screen.getvalue(), (
+            screen.getvalue()
+        )
     with pytest.raises(fo.ModelError, match="progress: 'yes'"):
         ask(progress="yes")
 
@@ -245,13 +301,22 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, mon
 def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
     model, tell_of = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model(), progress._tell_of
     monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
-    for what, ask in (("condensation", model.condense), ("recovery", lambda **options: model.recover({"P": 1.0}, slip=[0.0] * 5, **options))):
+    for what, ask in (
+        ("condensation", model.condense),
+        ("recovery", lambda **options: model.recover({"P": 1.0}, slip=[0.0] * 5, **options)),
+    ):
         for shown in (False, True):
             screen = Terminal()
             monkeypatch.setattr(sys, "stderr", screen)
             vars(model).pop("_recovery", None)
             ask(progress=shown)
-            assert re.search(rf"{what}: 00:.*elimination: 100%.*{what}: 00:", screen.getvalue(), re.DOTALL) if shown else not screen.getvalue()
+            assert (
+                re.search(
+                    rf"{what}: 00:.*elimination: 100%.*{what}: 00:", screen.getvalue(), re.DOTALL
+                )
+                if shown
+                else not screen.getvalue()
+            )
 
 
 def test_a_count_that_is_a_number_of_numpy_is_told(log):

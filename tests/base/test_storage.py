@@ -1,4 +1,5 @@
-"""Files of a contact system: what was saved comes back bit by bit or is refused, whatever happened to the file."""
+"""Files of a contact system: what was saved comes back bit by bit or is refused, whatever happened
+to the file."""
 
 import os
 from dataclasses import replace
@@ -19,8 +20,14 @@ PLACED = {
     "contact": ["é", "é", "right"],
     "width": [1, 2, 0.5],
 }
-SOME = replace(random_system(np.random.default_rng(1), 3), gap=[0.0, 0.5, 0.25], E_star=3.0, **PLACED)
-NAMES = st.text(st.characters(categories=["L", "N", "P", "S", "Zs"]).filter(str.isprintable), min_size=1, max_size=12)
+SOME = replace(
+    random_system(np.random.default_rng(1), 3), gap=[0.0, 0.5, 0.25], E_star=3.0, **PLACED
+)
+NAMES = st.text(
+    st.characters(categories=["L", "N", "P", "S", "Zs"]).filter(str.isprintable),
+    min_size=1,
+    max_size=12,
+)
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +37,21 @@ def folder(tmp_path_factory):
 
 def content(system):
     arrays = {name: getattr(system, name).tobytes() for name in ("S", "points", "frames", "gap")}
-    known = {name: None if getattr(system, name) is None else getattr(system, name).tolist() for name in ("contact", "width")}
-    return {**arrays, **known, "E_star": system.E_star, **{f"bonded {name}": (q.tobytes(), p.tobytes()) for name, (q, p) in system.bonded.items()}}
+    known = {
+        name: None if getattr(system, name) is None else getattr(system, name).tolist()
+        for name in ("contact", "width")
+    }
+    return {
+        **arrays,
+        **known,
+        "E_star": system.E_star,
+        **{f"bonded {name}": (q.tobytes(), p.tobytes()) for name, (q, p) in system.bonded.items()},
+    }
 
 
 def saved(path, system=SOME, **changes):
-    """A saved system, with members of the archive replaced, left out (None), or packed tighter (`compress`)."""
+    """A saved system, with members of the archive replaced, left out (None), or packed tighter
+    (`compress`)."""
     system.save(path)
     pack = np.savez_compressed if changes.pop("compress", False) else np.savez
     if changes or pack is np.savez_compressed:
@@ -63,16 +79,31 @@ def refused(path):
     placed=st.sets(st.sampled_from(sorted(PLACED))),
     contact=NAMES,
 )
-def test_saved_systems_come_back_bit_by_bit(folder, nodes, seed, scale, gap, modulus, names, placed, contact):
+def test_saved_systems_come_back_bit_by_bit(
+    folder, nodes, seed, scale, gap, modulus, names, placed, contact
+):
     rng = np.random.default_rng(seed)
     system = random_system(rng, nodes)
     bonded = {name: (rng.normal(size=nodes), rng.normal(size=nodes)) for name in names}
     blocks = (scale * block for block in (system.A, system.B, system.C))
     turns = rng.uniform(0.1, 3.0, nodes)  # tangents along which the nodes follow each other
     c, s = np.cos(turns), np.sin(turns)
-    where = {"points": np.column_stack([np.arange(nodes), rng.normal(size=nodes)]), "frames": np.moveaxis([[s, -c], [c, s]], -1, 0)}
-    known = {name: part for name, part in {**where, "contact": [contact] * nodes, "width": 1 + rng.random(nodes)}.items() if name in placed}
-    system = fo.ContactSystem.from_blocks(*blocks, system.x, bonded, rng.random(nodes) if gap else None, E_star=modulus)
+    where = {
+        "points": np.column_stack([np.arange(nodes), rng.normal(size=nodes)]),
+        "frames": np.moveaxis([[s, -c], [c, s]], -1, 0),
+    }
+    known = {
+        name: part
+        for name, part in {
+            **where,
+            "contact": [contact] * nodes,
+            "width": 1 + rng.random(nodes),
+        }.items()
+        if name in placed
+    }
+    system = fo.ContactSystem.from_blocks(
+        *blocks, system.x, bonded, rng.random(nodes) if gap else None, E_star=modulus
+    )
     system = replace(system, **known)
     system.save(folder / "a system")
     again = fo.ContactSystem.load(folder / "a system")
@@ -106,7 +137,8 @@ def test_a_damaged_archive_gives_the_saved_content_or_an_error(folder, compress)
 
 
 def test_names_of_which_a_damaged_header_shows_a_part_are_refused(tmp_path):
-    """Names of seven letters read as of three: readers look at the checksum of a long member only where they come to its end."""
+    """Names of seven letters read as of three: readers look at the checksum of a long member only
+    where they come to its end."""
     path, cases = tmp_path / "a.npz", {f"case{k:03}": ([0.0], [1.0]) for k in range(400)}
     fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], cases).save(path)
     whole = path.read_bytes()
@@ -115,7 +147,10 @@ def test_names_of_which_a_damaged_header_shows_a_part_are_refused(tmp_path):
     refused(path)
 
 
-@pytest.mark.parametrize("change", [{"S": None}, {"format": np.array("another")}, {"other": np.eye(2)}, {"cases": np.array(1.0)}])
+@pytest.mark.parametrize(
+    "change",
+    [{"S": None}, {"format": np.array("another")}, {"other": np.eye(2)}, {"cases": np.array(1.0)}],
+)
 def test_archives_that_are_no_contact_system_are_refused(tmp_path, change):
     refused(saved(tmp_path / "a.npz", **change))
 
@@ -139,7 +174,10 @@ def test_files_that_cannot_be_written_or_named_are_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["a.csv", "a.npz.gz", "a.XLSX", "a.mat"])
 def test_no_archive_is_written_under_the_name_of_something_else(name, tmp_path):
-    with pytest.raises(fo.ModelError, match=f"path: .*{name}' cannot be written .*archive.*; give a file that ends in .npz"):
+    with pytest.raises(
+        fo.ModelError,
+        match=f"path: .*{name}' cannot be written .*archive.*; give a file that ends in .npz",
+    ):
         SOME.save(tmp_path / name)
     assert not list(tmp_path.iterdir())
 
@@ -147,7 +185,9 @@ def test_no_archive_is_written_under_the_name_of_something_else(name, tmp_path):
 @pytest.mark.parametrize("name", ["joint", "joint_f0.3", "joint.v2", "11.23.coarse", "JOINT.NPZ"])
 def test_names_with_points_are_names(name, tmp_path):
     SOME.save(tmp_path / name)
-    assert [file.name for file in tmp_path.iterdir()] == [name] and content(fo.ContactSystem.load(tmp_path / name)) == content(SOME)
+    assert [file.name for file in tmp_path.iterdir()] == [name] and content(
+        fo.ContactSystem.load(tmp_path / name)
+    ) == content(SOME)
 
 
 def test_a_contact_in_space_comes_back_as_one(tmp_path):

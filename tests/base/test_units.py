@@ -1,4 +1,5 @@
-"""Names of units: on axes, in tables and in files, and nowhere in the numbers; words for what nodes do; Datasets."""
+"""Names of units: on axes, in tables and in files, and nowhere in the numbers; words for what nodes
+do; Datasets."""
 
 from dataclasses import replace
 
@@ -13,7 +14,9 @@ from helpers.systems import CYCLE, random_system
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
-CONTACT = replace(random_system(np.random.default_rng(3), 4), width=[0.5, 1.0, 1.0, 0.5], units="N, mm")
+CONTACT = replace(
+    random_system(np.random.default_rng(3), 4), width=[0.5, 1.0, 1.0, 0.5], units="N, mm"
+)
 
 
 @pytest.mark.parametrize(
@@ -46,7 +49,14 @@ def test_units_stay_in_files_copies_and_tables(tmp_path):
     steady = fo.steady_state(read, CYCLE, 0.4, 1.0)
     study = fo.dissipation_study(read, CYCLE, 0.4, [1.0], progress=False)
     limit = fo.shakedown_limit(read, CYCLE, 0.4)
-    for table in (read.to_frame(), steady.to_frame(), steady.states().to_frame(), steady.fretting_table(), study, limit.to_frame()):
+    for table in (
+        read.to_frame(),
+        steady.to_frame(),
+        steady.states().to_frame(),
+        steady.fretting_table(),
+        study,
+        limit.to_frame(),
+    ):
         assert table.attrs["units"] == "N, mm"
 
 
@@ -60,7 +70,11 @@ def test_models_pass_their_units_on():
 def test_axes_and_legends_have_the_units():
     steady = fo.steady_state(CONTACT, CYCLE, 0.4, 1.0)
     slip, force, work = steady.plot()
-    assert [one.get_ylabel() for one in (slip, force, work)] == ["slip range (mm)", "traction\n(MPa)", "work of friction per cycle\n(N mm / mm)"]
+    assert [one.get_ylabel() for one in (slip, force, work)] == [
+        "slip range (mm)",
+        "traction\n(MPa)",
+        "work of friction per cycle\n(N mm / mm)",
+    ]
     assert work.get_xlabel().endswith("(mm)")
     table = fo.dissipation_study(CONTACT, CYCLE, 0.4, [1.0, 2.0], progress=False)
     assert fo.plot_study(table).get_ylabel().endswith("(N mm / mm)")
@@ -72,12 +86,21 @@ def test_states_have_words_and_are_a_dataset():
     steady = fo.steady_state(CONTACT, CYCLE, 0.4, 2.0)
     states = steady.states()
     words = {0: "stick", 1: "slip+", -1: "slip-", 2: "open"}
-    assert states.to_frame()["status"].tolist() == [words[code] for code in states.status.ravel().tolist()]
+    assert states.to_frame()["status"].tolist() == [
+        words[code] for code in states.status.ravel().tolist()
+    ]
     data = states.to_xarray()
     assert isinstance(data, xr.Dataset) and data.attrs == {"units": "N, mm"}
-    assert np.array_equal(data["slip"].isel(state=-1), states.slip[-1]) and np.array_equal(data["x"], CONTACT.x)
-    assert np.array_equal(data["amplitude"].sel(case="cyclic"), states.amplitudes[:, list(CONTACT.bonded).index("cyclic")])
-    assert float((data["work"].isel(state=-1)).sum()) == pytest.approx(steady.period * steady.dissipation)
+    assert np.array_equal(data["slip"].isel(state=-1), states.slip[-1]) and np.array_equal(
+        data["x"], CONTACT.x
+    )
+    assert np.array_equal(
+        data["amplitude"].sel(case="cyclic"),
+        states.amplitudes[:, list(CONTACT.bonded).index("cyclic")],
+    )
+    assert float((data["work"].isel(state=-1)).sum()) == pytest.approx(
+        steady.period * steady.dissipation
+    )
 
 
 def test_a_study_is_a_dataset_by_its_axes():

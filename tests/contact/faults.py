@@ -105,15 +105,23 @@ FAULTS = (
     Fault(
         "contact/history.py",
         "loads in phase have many corners",
-        old=("-phases[0] + np.array([0.0, np.pi]) if to_and_fro else 2 * np.pi / count * np.arange(count)"),
-        new=("-phases[0] + np.array([0.0, np.pi]) if False else 2 * np.pi / count * np.arange(count)"),
+        old=(
+            "-phases[0] + np.array([0.0, np.pi]) if to_and_fro else 2 * np.pi / count * np.arange(count)"
+        ),
+        new=(
+            "-phases[0] + np.array([0.0, np.pi]) if False else 2 * np.pi / count * np.arange(count)"
+        ),
         tests="cycle",
     ),
     Fault(
         "contact/history.py",
         "a history that one load closes is closed",
-        old=("(np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)).all"),
-        new=("(np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)).any"),
+        old=(
+            "(np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)).all"
+        ),
+        new=(
+            "(np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)).any"
+        ),
         tests="cycle::test_a_history_less_its_mean_is_what_the_load_factor_scales",
     ),
     Fault(
@@ -217,8 +225,12 @@ FAULTS = (
     Fault(
         "contact/parts.py",
         "open nodes that nothing holds",
-        old=("max((np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()):, ~held]))) > _HELD"),
-        new=("max((np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()):, ~held]))) > np.inf"),
+        old=(
+            "max((np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()):, ~held]))) > _HELD"
+        ),
+        new=(
+            "max((np.abs(part).max(initial=0.0) for part in (*driven, vectors[-int(opened.sum()):, ~held]))) > np.inf"
+        ),
         tests="open_nodes patterns slides",
     ),
     Fault(
@@ -254,13 +266,17 @@ FAULTS = (
         "rings of a map are all alike",
         old="for nodes, _, area in circles.values():\n    np.add.at(areas, np.ravel(nodes), area)",
         new="for nodes, _, area in circles.values():\n    areas[np.ravel(nodes)] = _ONE_NODE",
-        tests=("plots_spatial::test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_the_mechanism"),
+        tests=(
+            "plots_spatial::test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_the_mechanism"
+        ),
     ),
     Fault(
         "contact/face.py",
         "open nodes have a residual slip",
         old="np.where(closed[:, None], slip, np.nan)",
         new="slip",
-        tests=("plots_spatial::test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_slip"),
+        tests=(
+            "plots_spatial::test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_slip"
+        ),
     ),
 )

@@ -1,4 +1,5 @@
-"""Displacements at the loads: against solves of the whole model, springs, and the work of friction in the loops."""
+"""Displacements at the loads: against solves of the whole model, springs, and the work of friction
+in the loops."""
 
 import numpy as np
 import pytest
@@ -48,7 +49,12 @@ def test_the_displacement_is_that_of_the_whole_model():
 
 def test_interference_given_later_is_the_same():
     system = plain = springs()[2]
-    later = fo.ContactSystem(plain.S, plain.points, {"a": joined(*plain.bonded["a"])}, compliance=plain.compliance[:1, :1])
+    later = fo.ContactSystem(
+        plain.S,
+        plain.points,
+        {"a": joined(*plain.bonded["a"])},
+        compliance=plain.compliance[:1, :1],
+    )
     later = later.with_interference({"fit": 0.1})
     at = [0, 2]
     assert np.allclose(later.compliance, system.compliance[np.ix_(at, at)], rtol=1e-12)
@@ -57,36 +63,60 @@ def test_interference_given_later_is_the_same():
 
 
 def test_moved_supports_are_those_of_their_force():
-    """A block on rigid ground that is pulled down by its top: the force there, by the stress of a column."""
+    """A block on rigid ground that is pulled down by its top: the force there, by the stress of a
+    column."""
     x = np.linspace(0, 1, 3)
     material = fo.Material(E=2.0, nu=0.0)
     model = fo.ContactModel(
-        bodies={"punch": fo.Body(box(MeshQuad, x, x), material), "block": fo.Body(box(MeshQuad, x, x - 1), material)},
+        bodies={
+            "punch": fo.Body(box(MeshQuad, x, x), material),
+            "block": fo.Body(box(MeshQuad, x, x - 1), material),
+        },
         supports=[fo.Support("block", "y-"), fo.Support("punch", "y+")],
-        loads={"push": [fo.Displacement("punch", "y+", y=-0.1)], "shear": [fo.Traction("punch", "contact", x=1.0)]},
+        loads={
+            "push": [fo.Displacement("punch", "y+", y=-0.1)],
+            "shear": [fo.Traction("punch", "contact", x=1.0)],
+        },
     )
     system = model.condense()
-    assert system.displacements([1.0, 0.0], np.zeros(3), np.zeros(3))[0] == pytest.approx(-0.1 * 0.1 * 2.0 / 2.0)  # force E/2 x 0.1, times 0.1
-    assert system.displacements([1.0, 0.0], np.zeros(3), np.full(3, 0.1))[0] == pytest.approx(-2 * 0.1 * 0.1)  # open by 0.1 more, twice the force
+    assert system.displacements([1.0, 0.0], np.zeros(3), np.zeros(3))[0] == pytest.approx(
+        -0.1 * 0.1 * 2.0 / 2.0
+    )  # force E/2 x 0.1, times 0.1
+    assert system.displacements([1.0, 0.0], np.zeros(3), np.full(3, 0.1))[0] == pytest.approx(
+        -2 * 0.1 * 0.1
+    )  # open by 0.1 more, twice the force
 
 
 @pytest.mark.parametrize("factor", [1.05, 1.5])
 def test_the_area_of_the_loop_is_the_work_of_friction(factor):
     system = fo.scenes.PunchOnHalfPlane(elements=40).condense()
-    steady = fo.steady_state(system, PAPER, 0.7, factor * fo.shakedown_limit(system, PAPER, 0.7).load_factor)
+    steady = fo.steady_state(
+        system, PAPER, 0.7, factor * fo.shakedown_limit(system, PAPER, 0.7).load_factor
+    )
     loop = steady.loop("sigma")
     assert steady.dissipation > 0 and loop.area == pytest.approx(steady.dissipation, rel=1e-10)
-    assert steady.loop("P").area == pytest.approx(0.0, abs=1e-12 * np.ptp(steady.displacement("P")))  # the load is constant
+    assert steady.loop("P").area == pytest.approx(
+        0.0, abs=1e-12 * np.ptp(steady.displacement("P"))
+    )  # the load is constant
     assert np.ptp(loop.amplitude) == pytest.approx(2 * steady.load_factor)
-    assert np.ptp(steady.displacement("sigma")) == pytest.approx(np.ptp(loop.amplitude) / loop.stiffness)
+    assert np.ptp(steady.displacement("sigma")) == pytest.approx(
+        np.ptp(loop.amplitude) / loop.stiffness
+    )
 
 
 def test_in_space_the_area_is_the_work_to_the_error_of_the_increments():
     system = fo.scenes.SquarePunch(elements=3).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": -1.0}, {"Qx": 1.0}])
-    steady = fo.steady_state(system, cycle, 0.5, 0.9 * fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}]), 0.5).load_factor)
+    steady = fo.steady_state(
+        system,
+        cycle,
+        0.5,
+        0.9 * fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}]), 0.5).load_factor,
+    )
     assert steady.dissipation > 0
-    assert abs(steady.loop("Qx").area - steady.dissipation) <= steady.step_error * steady.dissipation
+    assert (
+        abs(steady.loop("Qx").area - steady.dissipation) <= steady.step_error * steady.dissipation
+    )
 
 
 def test_the_transient_knows_its_amplitudes_from_the_mean_load_on():
@@ -100,14 +130,21 @@ def test_the_transient_knows_its_amplitudes_from_the_mean_load_on():
         q, p = system.reaction(loads)
         assert np.abs(path.bonded_p[row] - p).max() + np.abs(path.bonded_q[row] - q).max() < 1e-12
     later = fo.march(system, PAPER, 0.5, 0.3, initial_state=path.state_at(-1), cycles=1)
-    assert np.isnan(later.amplitudes[0]).all() and later.amplitudes[-1].tolist() == path.amplitudes[-1].tolist()
+    assert (
+        np.isnan(later.amplitudes[0]).all()
+        and later.amplitudes[-1].tolist() == path.amplitudes[-1].tolist()
+    )
 
 
 def test_contact_stiffness_and_gaps_carry_the_compliance(tmp_path):
     system = springs()[2]
-    widths = fo.ContactSystem(system.S, system.points, dict(system.bonded), width=[0.5, 0.7], compliance=system.compliance)
+    widths = fo.ContactSystem(
+        system.S, system.points, dict(system.bonded), width=[0.5, 0.7], compliance=system.compliance
+    )
     soft = widths.with_gap([0.1, 0.0]).with_contact_stiffness(tangential=3.0, normal=5.0)
-    r = np.random.default_rng(0).normal(size=4)  # tractions: what they and the loads do to the bodies and to the springs
+    r = np.random.default_rng(0).normal(
+        size=4
+    )  # tractions: what they and the loads do to the bodies and to the springs
     give = 1 / np.array([1.5, 2.1, 2.5, 3.5])
     loads = np.array([0.3, 0.2, -0.1])
     held = np.column_stack([joined(*pair) for pair in widths.bonded.values()])
@@ -131,6 +168,8 @@ def test_no_compliance_and_odd_input():
     for odd in (np.eye(2), [[1, 2, 0], [0, 1, 0], [0, 0, 1]], np.full((3, 3), np.nan)):
         with pytest.raises(fo.ModelError, match="compliance"):
             fo.ContactSystem(system.S, system.points, dict(system.bonded), compliance=odd)
-    path = fo.march(fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense(), PAPER, 0.5, 0.1, cycles=1)
+    path = fo.march(
+        fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense(), PAPER, 0.5, 0.1, cycles=1
+    )
     with pytest.raises(fo.ModelError, match="case: 'R'"):
         path.displacement("R")

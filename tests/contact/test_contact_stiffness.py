@@ -1,4 +1,5 @@
-"""Springs in series with the nodes of a contact: against flexibilities, closed forms and a published limit case, in the plane and in space."""
+"""Springs in series with the nodes of a contact: against flexibilities, closed forms and a
+published limit case, in the plane and in space."""
 
 import numpy as np
 import pytest
@@ -17,7 +18,12 @@ def held(tangents, nodes=4, seed=0):
     M = (tangents + 1) * nodes
     root = rng.normal(size=(M, M))
     points = np.column_stack([np.arange(nodes), *np.zeros((tangents, nodes))])
-    return fo.ContactSystem(root @ root.T + np.eye(M), points, {"P": rng.normal(size=M), "Q": rng.normal(size=M)}, width=rng.uniform(0.5, 2, nodes))
+    return fo.ContactSystem(
+        root @ root.T + np.eye(M),
+        points,
+        {"P": rng.normal(size=M), "Q": rng.normal(size=M)},
+        width=rng.uniform(0.5, 2, nodes),
+    )
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
@@ -30,7 +36,10 @@ def test_flexibilities_add(tangents):
     assert np.abs(soft.S @ flexibility - np.eye(len(give))).max() < 1e-12
     for name, pair in system.bonded.items():  # what moves without contact is the same
         free = np.linalg.solve(system.S, joined(*pair))
-        assert np.abs(flexibility @ joined(*soft.bonded[name]) - free).max() < 1e-12 * np.abs(free).max()
+        assert (
+            np.abs(flexibility @ joined(*soft.bonded[name]) - free).max()
+            < 1e-12 * np.abs(free).max()
+        )
 
 
 @pytest.mark.parametrize("least", [1.0, 1e-8, 1e-11, 0.0])
@@ -38,19 +47,36 @@ def test_springs_add_what_they_give_to_the_compliance_however_soft_a_motion_of_t
     """`R^T (G^-1 + S)^-1 R`, with a bolted joint in mind: it hardly resists one motion."""
     rng = np.random.default_rng(2)
     V = np.linalg.qr(rng.normal(size=(8, 8)))[0]
-    S, R, width = V * np.r_[least, rng.uniform(1, 3, 7)] @ V.T, rng.normal(size=(8, 2)), rng.uniform(0.5, 2, 4)
+    S, R, width = (
+        V * np.r_[least, rng.uniform(1, 3, 7)] @ V.T,
+        rng.normal(size=(8, 2)),
+        rng.uniform(0.5, 2, 4),
+    )
     points = np.column_stack([np.arange(4.0), np.zeros(4)])
-    system = fo.ContactSystem((S + S.T) / 2, points, dict(zip("PQ", R.T, strict=True)), width=width, compliance=np.eye(2))
-    soft, springs = system.with_contact_stiffness(tangential=5.0, normal=7.0), np.diag(np.r_[5.0 * width, 7.0 * width])
+    system = fo.ContactSystem(
+        (S + S.T) / 2, points, dict(zip("PQ", R.T, strict=True)), width=width, compliance=np.eye(2)
+    )
+    soft, springs = (
+        system.with_contact_stiffness(tangential=5.0, normal=7.0),
+        np.diag(np.r_[5.0 * width, 7.0 * width]),
+    )
     added = R.T @ np.linalg.solve(springs + system.S, R)
     assert np.abs(soft.compliance - np.eye(2) - added).max() < 1e-13 * np.abs(added).max()
     reactions = springs @ np.linalg.solve(springs + system.S, R)
-    assert np.abs(np.column_stack([joined(*pair) for pair in soft.bonded.values()]) - reactions).max() < 1e-13 * np.abs(R).max()
+    assert (
+        np.abs(np.column_stack([joined(*pair) for pair in soft.bonded.values()]) - reactions).max()
+        < 1e-13 * np.abs(R).max()
+    )
 
 
 @pytest.mark.parametrize(
     ("cells", "give", "limit", "onset"),
-    [(80, 0.02, 0.20060, -0.239), (160, 0.02, 0.20055, -0.242), (80, 0.1, 0.21964, -0.152), (160, 0.1, 0.21962, -0.152)],
+    [
+        (80, 0.02, 0.20060, -0.239),
+        (160, 0.02, 0.20055, -0.242),
+        (80, 0.1, 0.21964, -0.152),
+        (160, 0.1, 0.21962, -0.152),
+    ],
 )
 def test_the_rigid_punch_settles_with_the_mesh(cells, give, limit, onset):
     hard, soft = punch(cells), punch(cells, give)
@@ -66,19 +92,34 @@ def test_the_rigid_punch_settles_with_the_mesh(cells, give, limit, onset):
 @pytest.mark.parametrize("tangents", [1, 2])
 @pytest.mark.parametrize("size", [1e-14, 1e14, 1e-40, 1e40])
 def test_surfaces_far_softer_or_stiffer_than_the_bodies(tangents, size):
-    """Behind very soft surfaces the bodies are rigid: a free punch without turning is pressed and sheared evenly."""
-    system = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).condense() if tangents == 1 else fo.scenes.SquarePunch(elements=4).condense()
+    """Behind very soft surfaces the bodies are rigid: a free punch without turning is pressed and
+    sheared evenly."""
+    system = (
+        fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).condense()
+        if tangents == 1
+        else fo.scenes.SquarePunch(elements=4).condense()
+    )
     name = "Q" if "Q" in system.bonded else "Qx"
     cycle, f = fo.LoadCycle({"P": 1.0}, [{name: 1.0}, {name: -1.0}]), 0.5
-    soft = system.with_contact_stiffness(tangential=size * system.stiffness_scale, normal=size * system.stiffness_scale)
+    soft = system.with_contact_stiffness(
+        tangential=size * system.stiffness_scale, normal=size * system.stiffness_scale
+    )
     assert np.linalg.eigvalsh(soft.S)[0] > -1e-12 * np.abs(soft.S).max()
     for case in system.bonded:  # what the bodies carry as a whole
-        assert np.abs(rigid_motions(soft.S, soft.own_stiffness).T @ (joined(*soft.bonded[case]) - joined(*system.bonded[case]))).max() < 1e-10
+        assert (
+            np.abs(
+                rigid_motions(soft.S, soft.own_stiffness).T
+                @ (joined(*soft.bonded[case]) - joined(*system.bonded[case]))
+            ).max()
+            < 1e-10
+        )
     assert system.with_contact_stiffness() is system
     if size > 1:
         assert np.abs(soft.S - system.S).max() < (1e-13 + 100 / size) * np.abs(system.S).max()
         hard = fo.shakedown_limit(system, cycle, f)
-        assert fo.shakedown_limit(soft, cycle, f).load_factor == pytest.approx(hard.load_factor, rel=1e-9 if tangents == 1 else 1e-7)
+        assert fo.shakedown_limit(soft, cycle, f).load_factor == pytest.approx(
+            hard.load_factor, rel=1e-9 if tangents == 1 else 1e-7
+        )
     else:
         q = np.linalg.norm(soft.bonded[name][0].reshape(soft.nodes, -1), axis=1) / soft.width
         assert np.ptp(q) < 1e-9 * q.max()
@@ -87,7 +128,10 @@ def test_surfaces_far_softer_or_stiffer_than_the_bodies(tangents, size):
 def test_a_contact_of_a_model_has_its_own_stiffness():
     model = wedge()
     hard = model.condense()
-    contacts = [fo.Contact(*_sides(one), tangential_stiffness=k) for one, k in zip(model.contacts, (3.0, np.inf), strict=True)]
+    contacts = [
+        fo.Contact(*_sides(one), tangential_stiffness=k)
+        for one, k in zip(model.contacts, (3.0, np.inf), strict=True)
+    ]
     soft = fo.ContactModel(model.bodies, model.supports, model.loads, contacts, model.kinematics)
     on_first = np.where(hard.contact == model.contacts[0].name, 3.0, np.inf)
     assert np.array_equal(soft.condense().S, hard.with_contact_stiffness(tangential=on_first).S)
@@ -103,7 +147,9 @@ def _sides(contact):
     return contact.body_1, contact.body_2, contact.boundary_1, contact.boundary_2, contact.name
 
 
-@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, 1e-200, [1.0, 2.0], "soft", None, [1.0, 1.0, 0.0, 1.0], 1j])
+@pytest.mark.parametrize(
+    "bad", [0.0, -1.0, np.nan, 1e-200, [1.0, 2.0], "soft", None, [1.0, 1.0, 0.0, 1.0], 1j]
+)
 @pytest.mark.parametrize("way", ["tangential", "normal"])
 def test_odd_stiffnesses(bad, way):
     with pytest.raises(fo.ModelError, match=way):
@@ -124,12 +170,24 @@ def test_springs_that_are_soft_in_one_direction_leave_the_other_one_rigid(stiffn
     rng = np.random.default_rng(0)
     G = rng.normal(size=(4, 4))
     bonded = {"P": [0.0, 0.0, 1.0, 1.0], "Q": [1.0, 0.5, 0.0, 0.0]}
-    system = fo.ContactSystem(G @ G.T / 4 + 0.1 * np.eye(4), [[0, 0], [1, 0]], bonded, width=[1.0, 1.0], compliance=[[3.0, 1.0], [1.0, 4.0]])
+    system = fo.ContactSystem(
+        G @ G.T / 4 + 0.1 * np.eye(4),
+        [[0, 0], [1, 0]],
+        bonded,
+        width=[1.0, 1.0],
+        compliance=[[3.0, 1.0], [1.0, 4.0]],
+    )
     free = system.C - system.B @ np.linalg.solve(system.A, system.B.T)
     soft = system.with_contact_stiffness(tangential=stiffness)
     assert np.abs(soft.C - free).max() < (1e-13 + 10 * stiffness) * np.abs(free).max()
     assert np.abs(soft.A - stiffness * np.eye(2)).max() < 1e-6 * stiffness + 1e-15
-    q = np.array([1.0, 0.5])  # which moves its load as if the bodies did not touch along the tangents
-    assert np.allclose(np.diag(soft.compliance), [3.0, 4.0 + q @ np.linalg.solve(system.A, q)], rtol=10 * stiffness + 1e-12)
+    q = np.array(
+        [1.0, 0.5]
+    )  # which moves its load as if the bodies did not touch along the tangents
+    assert np.allclose(
+        np.diag(soft.compliance),
+        [3.0, 4.0 + q @ np.linalg.solve(system.A, q)],
+        rtol=10 * stiffness + 1e-12,
+    )
     with pytest.raises(fo.ModelError, match=r"tangential: .*e\+39 times softer than the bodies"):
         system.with_contact_stiffness(tangential=1e-40)

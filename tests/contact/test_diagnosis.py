@@ -18,7 +18,9 @@ def mean(**loads):
 
 def pressed(p, q=0.0, B=None, gap=None):
     n = len(p)
-    return system(np.eye(n), np.zeros((n, n)) if B is None else B, q, np.array(p), 0.0, 0.0, gap=gap)
+    return system(
+        np.eye(n), np.zeros((n, n)) if B is None else B, q, np.array(p), 0.0, 0.0, gap=gap
+    )
 
 
 def test_open_nodes_against_all_sets():
@@ -46,12 +48,37 @@ def test_open_nodes_against_all_sets():
         (pressed([1.0, 1.0]), mean(mean=0.0), 0.5, ["the mean load is zero"]),
         (pressed([1.0, 1.0]), mean(mean=-1.0), 0.5, ["compression must be positive", "sum to -2"]),
         (pressed([0.0, 0.0], q=1.0), mean(mean=1.0), 0.5, ["nothing presses the bodies together"]),
-        (pressed([1.0, -0.5, 1.0]), mean(mean=1.0), 0.5, ["1 of 3 nodes (x = 1)", "open under the mean load alone", "incomplete"]),
+        (
+            pressed([1.0, -0.5, 1.0]),
+            mean(mean=1.0),
+            0.5,
+            ["1 of 3 nodes (x = 1)", "open under the mean load alone", "incomplete"],
+        ),
         (pressed([1.0, 0.0, 1.0]), mean(mean=1.0), 0.5, ["1 of 3 nodes (x = 1) carry no pressure"]),
-        (pressed([1.0, 1.0], gap=[0.0, 5.0]), mean(mean=1.0), 0.5, ["1 of 2 nodes (x = 1)", "1 of them with an initial gap"]),
-        (pressed([1.0, 1.0], q=[0.6, 0.0]), mean(mean=1.0), 0.5, ["1 of 2 nodes (x = 0) exceed their friction bound"]),
-        (pressed([1.0, 1.0], q=0.1), mean(mean=1.0), [0.0, 0.5], ["1 of 2 nodes (x = 0) have no friction"]),
-        (pressed([-1.0, 9.0, -1.0, -1.0, 9.0]), mean(mean=1.0), 0.5, ["3 of 5 nodes (x = 0, 2 .. 3)"]),
+        (
+            pressed([1.0, 1.0], gap=[0.0, 5.0]),
+            mean(mean=1.0),
+            0.5,
+            ["1 of 2 nodes (x = 1)", "1 of them with an initial gap"],
+        ),
+        (
+            pressed([1.0, 1.0], q=[0.6, 0.0]),
+            mean(mean=1.0),
+            0.5,
+            ["1 of 2 nodes (x = 0) exceed their friction bound"],
+        ),
+        (
+            pressed([1.0, 1.0], q=0.1),
+            mean(mean=1.0),
+            [0.0, 0.5],
+            ["1 of 2 nodes (x = 0) have no friction"],
+        ),
+        (
+            pressed([-1.0, 9.0, -1.0, -1.0, 9.0]),
+            mean(mean=1.0),
+            0.5,
+            ["3 of 5 nodes (x = 0, 2 .. 3)"],
+        ),
     ],
 )
 def test_each_fault_is_named(contact, cycle, friction, texts):
@@ -65,7 +92,9 @@ def test_a_punch_that_slides_as_a_whole_is_named_where_nothing_holds_it(punch):
     for share, slides in ((1.01, True), (0.99, False)):
         loads = {"P": 1.0, "Q": share * 0.5 * P / abs(Q)}
         assert ("slides as a whole" in mean_load_diagnosis(contact, mean(**loads), 0.5)) == slides
-        held = fo.ContactSystem.from_blocks(contact.A + np.eye(17), contact.B, contact.C, contact.x, contact.bonded)
+        held = fo.ContactSystem.from_blocks(
+            contact.A + np.eye(17), contact.B, contact.C, contact.x, contact.bonded
+        )
         assert "slides as a whole" not in mean_load_diagnosis(held, mean(**loads), 0.5)
 
 
@@ -80,16 +109,36 @@ def test_units_do_not_matter(punch):
     said = mean_load_diagnosis(contact, mean(P=1.0), 0.5)
     for stiff, load in ((1e12, 1.0), (1.0, 1e-9)):
         bonded = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem.from_blocks(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, bonded, contact.gap * load / stiff)
+        changed = fo.ContactSystem.from_blocks(
+            stiff * contact.A,
+            stiff * contact.B,
+            stiff * contact.C,
+            contact.x,
+            bonded,
+            contact.gap * load / stiff,
+        )
         assert mean_load_diagnosis(changed, mean(P=1.0), 0.5) == said
-    assert "open" in mean_load_diagnosis(punch(16).with_gap(10 * (punch(16).x > 0)), mean(P=1.0), 0.5)
+    assert "open" in mean_load_diagnosis(
+        punch(16).with_gap(10 * (punch(16).x > 0)), mean(P=1.0), 0.5
+    )
 
 
 def test_the_forces_of_a_state_are_those_of_each_contact():
     contact = fo.ContactSystem.from_blocks(
-        np.eye(4), np.zeros((4, 4)), np.eye(4), range(4), {"P": (np.zeros(4), np.ones(4))}, contact=["a", "a", "b", "b"]
+        np.eye(4),
+        np.zeros((4, 4)),
+        np.eye(4),
+        range(4),
+        {"P": (np.zeros(4), np.ones(4))},
+        contact=["a", "a", "b", "b"],
     )
-    said = pressing(contact, np.full(4, 0.5), np.array([0.25, 0.5, 0.0, 1e-14]), np.array([1.0, 2.0, 0.0, -1e-15]), 1.0)
+    said = pressing(
+        contact,
+        np.full(4, 0.5),
+        np.array([0.25, 0.5, 0.0, 1e-14]),
+        np.array([1.0, 2.0, 0.0, -1e-15]),
+        1.0,
+    )
     assert said == (
         "contact 'a' has a normal force of 3 on 2 of 2 nodes and a shear force of 0.75, of at most f p = 1.5, "
         "contact 'b' has a normal force of 0 on 0 of 2 nodes and a shear force of 0, of at most f p = 0"
@@ -97,32 +146,41 @@ def test_the_forces_of_a_state_are_those_of_each_contact():
 
 
 def test_a_path_that_ends_names_the_forces_at_its_end_and_not_the_mean_load():
-    """A free body, pressed by 0.5 + 0.5 and then pulled: at 1 / 1.1 of the way from 1 to -0.1 nothing presses it."""
+    """A free body, pressed by 0.5 + 0.5 and then pulled: at 1 / 1.1 of the way from 1 to -0.1
+    nothing presses it."""
     punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).condense()
     cycle = fo.LoadCycle({"P": 0.5}, [{"P": 0.5}, {"P": -0.6}])
-    with pytest.raises(fo.NoContinuation, match=r"corner \(P = -0\.6\): at 0\.909090909 of it .* a normal force of 0 on 0 of 9 nodes") as ended:
+    with pytest.raises(
+        fo.NoContinuation,
+        match=r"corner \(P = -0\.6\): at 0\.909090909 of it .* a normal force of 0 on 0 of 9 nodes",
+    ) as ended:
         fo.steady_state(punch, cycle, 0.5, 1.0)
     assert "mean load" not in str(ended.value)
-    with pytest.raises(fo.NoContinuation, match=r"a normal force of .* the mean load pulls the bodies apart"):
+    with pytest.raises(
+        fo.NoContinuation, match=r"a normal force of .* the mean load pulls the bodies apart"
+    ):
         fo.steady_state(punch, fo.LoadCycle({"P": -0.5}, [{"P": -0.5}]), 0.5, 1.0)
 
 
 @pytest.mark.parametrize("engine", ["newton", "qp"])
 def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
-    """Two nodes that nothing but friction holds along x and y: pressed by 1 each, and pulled along (0.6, 0.8) by up to 0.75 each with f = 0.5.
+    """Two nodes that nothing but friction holds along x and y: pressed by 1 each, and pulled along
+    (0.6, 0.8) by up to 0.75 each with f = 0.5.
 
-    Where slip changes pressures, statics does not know them, and increments go as far as friction holds.
+    Where slip changes pressures, statics does not know them, and increments go as far as friction
+    holds.
     """
-    loads, stretch = {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]}, np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3])
+    loads, stretch = (
+        {"P": [0, 0, 0, 0, 1, 1], "Q": [0.6, 0.6, 0.8, 0.8, 0, 0]},
+        np.array([1.0, -1.0, 0.0, 0.0, 0.3, -0.3]),
+    )
     apart = fo.ContactSystem(np.diag([0, 0, 0, 0, 1.0, 1.0]), [[0, 0, 0], [1, 0, 0]], loads)
     free = fo.ContactSystem(apart.S + np.outer(stretch, stretch), apart.points, loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     told = r"slides as a whole: the load at the corner \(Q = \+1\) has the shear force 1\.5 along \(-0\.6, -0\.8, 0\), above f P = 1;"
     with pytest.raises(fo.NoContinuation, match=told):
         fo.march(apart, cycle, 0.5, 0.75, cycles=1, steps=4, engine=engine)
-    said = (
-        r"increment 3 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.75, of at most f p = 1"
-    )
+    said = r"increment 3 of 4: .* slide or open as a whole, .*: hold .*less \(there the contact has a normal force of 2 .* of 0\.75, of at most f p = 1"
     with pytest.raises(fo.SolverError, match=said):
         fo.march(free, cycle, 0.5, 0.75, cycles=1, steps=4, engine=engine)
     held = fo.ContactSystem(free.S + np.eye(6), free.points, loads)
@@ -131,16 +189,43 @@ def test_increments_that_end_at_a_slide_name_it_and_its_forces(engine):
 
 def test_nodes_are_told_with_their_contacts_where_there_are_two():
     """In a reason, in the message of a transient that ends, and in the tables."""
-    loads, names = {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)}, ["head", "nut", "nut"]
-    joint = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), range(3), loads, contact=names)
+    loads, names = (
+        {"P": ([0.0] * 3, [1.0, 1.0, -1.0]), "Q": ([1.0, 0.0, 0.0], [0.0] * 3)},
+        ["head", "nut", "nut"],
+    )
+    joint = fo.ContactSystem.from_blocks(
+        np.eye(3), np.zeros((3, 3)), np.eye(3), range(3), loads, contact=names
+    )
     cycle, friction = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), [0.0, 0.5, 0.5]
     assert counted(joint, np.array([True, False, True])) == "2 of 3 nodes (head 1 of 1, nut 1 of 2)"
-    assert in_contact(joint, [2, 1]) == " (nut)" and in_contact(replace(joint, contact=["nut"] * 3), 0) == ""
+    assert (
+        in_contact(joint, [2, 1]) == " (nut)"
+        and in_contact(replace(joint, contact=["nut"] * 3), 0) == ""
+    )
     reason = fo.shakedown_limit(joint, cycle, friction).reason
-    assert reason.startswith("with 1 of 3 nodes open (nut 1 of 2): ") and "node 0 (head) has no friction" in reason
-    assert mean_load_diagnosis(joint, cycle, 0.5).startswith("1 of 3 nodes (nut 1 of 2) are open under the mean load alone")
-    slider = fo.ContactSystem.from_blocks(np.diag([0.0, 1.0]), np.zeros((2, 2)), np.eye(2), [0, 1], {"P": ([0, 0], [1, 1]), "Q": ([1, 0], [0, 0])})
+    assert (
+        reason.startswith("with 1 of 3 nodes open (nut 1 of 2): ")
+        and "node 0 (head) has no friction" in reason
+    )
+    assert mean_load_diagnosis(joint, cycle, 0.5).startswith(
+        "1 of 3 nodes (nut 1 of 2) are open under the mean load alone"
+    )
+    slider = fo.ContactSystem.from_blocks(
+        np.diag([0.0, 1.0]),
+        np.zeros((2, 2)),
+        np.eye(2),
+        [0, 1],
+        {"P": ([0, 0], [1, 1]), "Q": ([1, 0], [0, 0])},
+    )
     with pytest.raises(fo.NoContinuation, match=r"nodes \[0\] \(head\)"):
-        fo.steady_state(replace(slider, contact=["head", "nut"]), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5, 1.0)
+        fo.steady_state(
+            replace(slider, contact=["head", "nut"]),
+            fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]),
+            0.5,
+            1.0,
+        )
     steady = fo.steady_state(joint, cycle, 0.5, 0.1)
-    assert steady.to_frame()["contact"].tolist() == names and steady.states().to_frame()["contact"].tolist()[:3] == names
+    assert (
+        steady.to_frame()["contact"].tolist() == names
+        and steady.states().to_frame()["contact"].tolist()[:3] == names
+    )

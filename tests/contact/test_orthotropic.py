@@ -1,4 +1,5 @@
-"""Friction that differs along the tangents: against its ellipse in lengths as they are, cone programs, and tangents that change places."""
+"""Friction that differs along the tangents: against its ellipse in lengths as they are, cone
+programs, and tangents that change places."""
 
 from functools import partial
 
@@ -24,21 +25,31 @@ def turned(system):
     Q[each, n + each], Q[n + each, each], Q[2 * n + each, 2 * n + each] = 1.0, -1.0, 1.0
     frames = np.einsum("ab,nbc->nac", [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], system.frames)
     bonded = {name: Q @ joined(*pair) for name, pair in system.bonded.items()}
-    return fo.ContactSystem(Q @ system.S @ Q.T, system.points, bonded, frames=frames, gap=system.gap, width=system.width)
+    return fo.ContactSystem(
+        Q @ system.S @ Q.T, system.points, bonded, frames=frames, gap=system.gap, width=system.width
+    )
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.0, np.pi / 2])
 def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
-    """`(x / f1)^2 + (y / f2)^2 = (p / Q)^2`, by onset, limit, sliding-off load and the work of a transient along an axis."""
+    """`(x / f1)^2 + (y / f2)^2 = (p / Q)^2`, by onset, limit, sliding-off load and the work of a
+    transient along an axis."""
     x, y, ratio, P = np.cos(angle), np.sin(angle), 0.3, 2.0
-    node = fo.ContactSystem(np.diag([1.0, 1.0, 2.0]), [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [x, y, 0.0]}).with_orthotropic_friction(ratio)
+    node = fo.ContactSystem(
+        np.diag([1.0, 1.0, 2.0]), [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [x, y, 0.0]}
+    ).with_orthotropic_friction(ratio)
     cycle, most = fo.LoadCycle({"P": P}, TO_AND_FRO), P / np.hypot(x / F, y / (F * ratio))
     way = -np.array([x / F**2, y / (F * ratio) ** 2])  # normal to the ellipse, against the load
     first = fo.onset(node, cycle, F).slip
-    assert first.load_factor == pytest.approx(most, rel=1e-9) and np.abs(first.sense - way / np.linalg.norm(way)).max() < 1e-12
+    assert (
+        first.load_factor == pytest.approx(most, rel=1e-9)
+        and np.abs(first.sense - way / np.linalg.norm(way)).max() < 1e-12
+    )
     assert fo.shakedown_limit(node, cycle, F).load_factor == pytest.approx(most, rel=1e-9)
     assert fo.guaranteed_limit(node, cycle, F).load_factor == pytest.approx(most, rel=1e-7)
-    free = fo.ContactSystem(np.zeros((3, 3)), [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [x, y, 0.0]}).with_orthotropic_friction(ratio)
+    free = fo.ContactSystem(
+        np.zeros((3, 3)), [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [x, y, 0.0]}
+    ).with_orthotropic_friction(ratio)
     slide = fo.gross_slip(free, cycle, F)
     assert slide.load_factor == pytest.approx(most, rel=1e-8)
     found = slide.motion[["x", "y"]].to_numpy()[0]
@@ -49,15 +60,21 @@ def test_one_node_slips_where_its_shear_reaches_the_ellipse(angle):
 
 
 def test_increments_obey_the_ellipse_and_its_normal_in_lengths_as_they_are():
-    """Of random coupled contacts with gaps: equilibrium with their own stiffness, and slip normal to the ellipse, against the force."""
+    """Of random coupled contacts with gaps: equilibrium with their own stiffness, and slip normal
+    to the ellipse, against the force."""
     rng, slid = np.random.default_rng(0), 0
     for _ in range(25):
         n = 4
         bare = random_contact(rng, n).with_gap(0.3 * rng.random(n) * rng.integers(2, size=n))
-        ratio, load = rng.uniform(0.3, 3.0, n), np.r_[rng.normal(size=2 * n), rng.normal(size=n) + 1.0]
+        ratio, load = (
+            rng.uniform(0.3, 3.0, n),
+            np.r_[rng.normal(size=2 * n), rng.normal(size=n) + 1.0],
+        )
         system = bare.with_bonded({"load": load}).with_orthotropic_friction(ratio)
         start = 0.2 * rng.normal(size=(n, 2))
-        found = fo.increments.NewtonIncrement(system, F).solve(start * system.stretch, system.reaction({"load": 1.0}))
+        found = fo.increments.NewtonIncrement(system, F).solve(
+            start * system.stretch, system.reaction({"load": 1.0})
+        )
         v, q, p, w = found.slip / system.stretch, found.q * system.stretch, found.p, found.gap
         assert np.abs(joined(q, p) - load - bare.S @ joined(v, w - bare.gap)).max() < 1e-9
         assert (np.minimum(p, w) < 1e-9).all() and min(p.min(), w.min()) > -1e-9
@@ -70,7 +87,9 @@ def test_increments_obey_the_ellipse_and_its_normal_in_lengths_as_they_are():
         assert np.abs(size - p)[slips].max(initial=0.0) < 1e-9
         cross = moved[:, 0] * normal[:, 1] - moved[:, 1] * normal[:, 0]
         along = (moved * normal).sum(axis=1)
-        assert np.abs(cross[slips] / along[slips]).max(initial=0.0) < 1e-8 and (along[slips] > 0).all()
+        assert (
+            np.abs(cross[slips] / along[slips]).max(initial=0.0) < 1e-8 and (along[slips] > 0).all()
+        )
     assert slid > 20
 
 
@@ -78,7 +97,9 @@ def test_the_limit_is_that_of_the_cone_program_in_lengths_as_they_are():
     rng = np.random.default_rng(1)
     for n in (1, 3):
         bare, ratio = random_contact(rng, n), rng.uniform(0.3, 3.0, n)
-        limit = fo.shakedown_limit(bare.with_orthotropic_friction(ratio), CYCLE, F, open=np.zeros(n, dtype=bool))
+        limit = fo.shakedown_limit(
+            bare.with_orthotropic_friction(ratio), CYCLE, F, open=np.zeros(n, dtype=bool)
+        )
         v, lam, rows = cp.Variable(2 * n), cp.Variable(nonneg=True), []
         (q0, p0), (q1, p1) = bare.closed_reaction(CYCLE.mean), CYCLE.corner_reactions(bare)
         for q, p in zip(q1, p1, strict=True):
@@ -86,13 +107,16 @@ def test_the_limit_is_that_of_the_cone_program_in_lengths_as_they_are():
             scaled = cp.vstack([shear[:n] / F, cp.multiply(shear[n:], 1 / (F * ratio))])
             rows.append(cp.norm(scaled, 2, axis=0) <= p0 + lam * p + bare.B @ v)
         cp.Problem(cp.Maximize(lam), rows).solve(solver="CLARABEL")
-        assert limit.load_factor == pytest.approx(float(lam.value), rel=1e-6) and limit.residual < 1e-9
+        assert (
+            limit.load_factor == pytest.approx(float(lam.value), rel=1e-6) and limit.residual < 1e-9
+        )
         shear, _ = limit.reactions
         assert np.abs(shear).max() > 0
 
 
 def test_tangents_that_change_places_change_no_answer():
-    """Friction f and r f along t1 and t2 is r f and f along t2 and -t1, ratio 1 / r: limits, loads that slide off, works, tables and texts."""
+    """Friction f and r f along t1 and t2 is r f and f along t2 and -t1, ratio 1 / r: limits, loads
+    that slide off, works, tables and texts."""
     bare = random_contact(np.random.default_rng(2), 4)
     bare = fo.ContactSystem(bare.S, bare.points, dict(bare.bonded), width=[0.5, 1.0, 1.5, 2.0])
     ratio = np.array([0.5, 2.0, 0.8, 1.4])
@@ -100,17 +124,26 @@ def test_tangents_that_change_places_change_no_answer():
     other, g = turned(bare).with_orthotropic_friction(1 / ratio), F * ratio
     limits = [fo.shakedown_limit(system, CYCLE, c) for system, c in ((one, f), (other, g))]
     assert limits[0].load_factor == pytest.approx(limits[1].load_factor, rel=1e-8)
-    assert fo.guaranteed_limit(one, CYCLE, f).load_factor == pytest.approx(fo.guaranteed_limit(other, CYCLE, g).load_factor, rel=1e-6)
+    assert fo.guaranteed_limit(one, CYCLE, f).load_factor == pytest.approx(
+        fo.guaranteed_limit(other, CYCLE, g).load_factor, rel=1e-6
+    )
     lam = 1.5 * limits[0].load_factor
-    steady = [fo.steady_state(system, CYCLE, c, lam, steps=4) for system, c in ((one, f), (other, g))]
-    assert steady[0].dissipation > 0 and np.allclose(steady[0].dissipation_per_node, steady[1].dissipation_per_node, rtol=1e-7, atol=1e-12)
+    steady = [
+        fo.steady_state(system, CYCLE, c, lam, steps=4) for system, c in ((one, f), (other, g))
+    ]
+    assert steady[0].dissipation > 0 and np.allclose(
+        steady[0].dissipation_per_node, steady[1].dissipation_per_node, rtol=1e-7, atol=1e-12
+    )
     columns = ["slip_range", "tau_amplitude", "work", "F1"]
     tables = [each.fretting_table() for each in steady]
     assert np.allclose(tables[0][columns], tables[1][columns], rtol=1e-6, atol=1e-12)
     assert np.allclose(tables[0]["tau_mean1"], -tables[1]["tau_mean2"], atol=1e-9) and np.allclose(
         tables[0]["tau_mean2"], tables[1]["tau_mean1"], atol=1e-9
     )
-    contacts = [each.by_contact()[["work", "slip_range", "P_0", "Q_0", "Q_1"]].to_numpy(dtype=float) for each in steady]
+    contacts = [
+        each.by_contact()[["work", "slip_range", "P_0", "Q_0", "Q_1"]].to_numpy(dtype=float)
+        for each in steady
+    ]
     assert np.allclose(*contacts, rtol=1e-6)
     slips = [each.slip / each.system.stretch for each in steady]
     assert np.allclose(slips[0], np.column_stack([-slips[1][:, 1], slips[1][:, 0]]), atol=1e-8)
@@ -123,7 +156,10 @@ def test_searches_and_regions_see_the_same_ellipse():
     lam = fo.shakedown_limit(one, CYCLE, F).load_factor
     required = [fo.required_friction(system, CYCLE, 0.8 * lam).required for system in (one, other)]
     assert 0.5 * required[0] == pytest.approx(required[1], rel=1e-6)
-    regions = [fo.safe_region(system, {"mean": 1.0}, ["a", "b"], f, tolerance=0.05) for system, f in ((one, F), (other, F / 2))]
+    regions = [
+        fo.safe_region(system, {"mean": 1.0}, ["a", "b"], f, tolerance=0.05)
+        for system, f in ((one, F), (other, F / 2))
+    ]
     assert np.allclose(*(region.to_frame()[["a", "b"]].to_numpy() for region in regions), rtol=1e-5)
     best = []
     for system, f in ((one, F), (other, F / 2)):
@@ -133,10 +169,14 @@ def test_searches_and_regions_see_the_same_ellipse():
 
 
 def test_the_shear_through_a_contact_is_that_of_the_loads():
-    """A block that its load cannot turn: the sum of its shear forces is the push, in a table, along the second tangent."""
+    """A block that its load cannot turn: the sum of its shear forces is the push, in a table, along
+    the second tangent."""
     points = np.array([[x, y, 0.0] for x in (-4.0, 0.0, 4.0) for y in (-1.0, 1.0)])
     n = len(points)
-    push = {"P": np.r_[np.zeros(2 * n), np.full(n, 1 / n)], "Y": np.r_[np.zeros(n), np.full(n, 1 / n), np.zeros(n)]}
+    push = {
+        "P": np.r_[np.zeros(2 * n), np.full(n, 1 / n)],
+        "Y": np.r_[np.zeros(n), np.full(n, 1 / n), np.zeros(n)],
+    }
     slides = np.kron(np.eye(2), np.full((n, n), 1 / n))
     S = np.zeros((3 * n, 3 * n))
     S[: 2 * n, : 2 * n], S[2 * n :, 2 * n :] = np.eye(2 * n) - slides, np.eye(n)
@@ -144,8 +184,12 @@ def test_the_shear_through_a_contact_is_that_of_the_loads():
     cycle = fo.LoadCycle({"P": 6.0}, [{"Y": 1.0}, {"Y": -1.0}])
     steady = fo.steady_state(body, cycle, F, 1.0, steps=2)
     table = steady.by_contact()
-    assert table["Q_0"].item() == pytest.approx(1.0, rel=1e-9) and table["fP_0"].item() == pytest.approx(6 * F)
-    with pytest.raises(fo.NoContinuation, match=r"shear force 1.3 along \(0, .?1, 0\), above f P = 1.2"):
+    assert table["Q_0"].item() == pytest.approx(1.0, rel=1e-9) and table[
+        "fP_0"
+    ].item() == pytest.approx(6 * F)
+    with pytest.raises(
+        fo.NoContinuation, match=r"shear force 1.3 along \(0, .?1, 0\), above f P = 1.2"
+    ):
         fo.steady_state(body, cycle, F, 1.3, steps=2)
     assert fo.shakedown_limit(body, cycle, F).load_factor == pytest.approx(1.2, rel=1e-8)
 
@@ -153,21 +197,36 @@ def test_the_shear_through_a_contact_is_that_of_the_loads():
 def test_a_strength_is_an_ellipse_too():
     """Where nothing changes a pressure, it is friction that is lowered, with the same ratio."""
     bare, p = uncoupled(np.random.default_rng(3), 4, 2)
-    system, cycle = bare.with_orthotropic_friction(0.6), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
+    system, cycle = (
+        bare.with_orthotropic_friction(0.6),
+        fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}]),
+    )
     c = np.array([0.2, 0.3, 0.1, 0.4])
-    strong = fo.ContactSystem(system.S, system.points, dict(system.bonded), shear_strength=c, stretch=system.stretch)
-    limits = [fo.shakedown_limit(each, cycle, f).load_factor for each, f in ((strong, F), (system, np.minimum(F, c / p)))]
+    strong = fo.ContactSystem(
+        system.S, system.points, dict(system.bonded), shear_strength=c, stretch=system.stretch
+    )
+    limits = [
+        fo.shakedown_limit(each, cycle, f).load_factor
+        for each, f in ((strong, F), (system, np.minimum(F, c / p)))
+    ]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
 
 
 def test_bodies_are_recovered_with_slips_as_they_are():
     model = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
-    rolled, cycle = model.condense().with_orthotropic_friction(0.4), fo.LoadCycle({"P": 1.0}, [{"Qx": 0.05, "Qy": 0.15}, {"Qx": -0.05, "Qy": -0.15}])
+    rolled, cycle = (
+        model.condense().with_orthotropic_friction(0.4),
+        fo.LoadCycle({"P": 1.0}, [{"Qx": 0.05, "Qy": 0.15}, {"Qx": -0.05, "Qy": -0.15}]),
+    )
     steady = fo.steady_state(rolled, cycle, 0.5, 1.0, steps=4)
     assert steady.dissipation > 0
     fields = model.recover(steady)
     again = model.recover(cycle.at(1.0)[-1], steady.slip / rolled.stretch, steady.gap)
-    q, p = parted(joined(*rolled.reaction(cycle.at(1.0)[-1])) + rolled.S @ joined(steady.slip, steady.gap - rolled.gap), 3)
+    q, p = parted(
+        joined(*rolled.reaction(cycle.at(1.0)[-1]))
+        + rolled.S @ joined(steady.slip, steady.gap - rolled.gap),
+        3,
+    )
     assert np.abs(fields.q - q * rolled.stretch).max() < 1e-9 and np.abs(fields.p - p).max() < 1e-9
     shear = fields.q.sum(axis=0)
     assert np.array_equal(fields.q, again.q) and shear[1] / shear[0] == pytest.approx(3.0, rel=1e-8)
@@ -175,11 +234,17 @@ def test_bodies_are_recovered_with_slips_as_they_are():
 
 def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
     bare = random_contact(np.random.default_rng(4), 3)
-    assert not bare.with_orthotropic_friction(1.0).orthotropic and np.array_equal(bare.with_orthotropic_friction(1.0).S, bare.S)
+    assert not bare.with_orthotropic_friction(1.0).orthotropic and np.array_equal(
+        bare.with_orthotropic_friction(1.0).S, bare.S
+    )
     system = bare.with_orthotropic_friction([0.5, 1.0, 2.0])
     system.save(tmp_path / "block.npz")
     again = fo.ContactSystem.load(tmp_path / "block.npz")
-    assert np.array_equal(again.stretch, [[1, 0.5], [1, 1], [1, 2]]) and np.array_equal(again.S, system.S) and "orthotropic=True" in repr(again)
+    assert (
+        np.array_equal(again.stretch, [[1, 0.5], [1, 1], [1, 2]])
+        and np.array_equal(again.S, system.S)
+        and "orthotropic=True" in repr(again)
+    )
     assert np.array_equal(system.with_gap([0.1] * 3).stretch, system.stretch)
 
 
@@ -187,7 +252,12 @@ def test_a_ratio_of_one_is_the_same_contact_and_files_keep_another(tmp_path):
 def test_arrows_of_a_picture_are_slips_as_they_are(monkeypatch):
     from frictopt.contact import strip
 
-    limit, drawn = fo.shakedown_limit(random_contact(np.random.default_rng(5), 4).with_orthotropic_friction(0.5), CYCLE, F), []
+    limit, drawn = (
+        fo.shakedown_limit(
+            random_contact(np.random.default_rng(5), 4).with_orthotropic_friction(0.5), CYCLE, F
+        ),
+        [],
+    )
     monkeypatch.setattr(strip, "face_map", lambda *asked, slip, **more: drawn.append(slip))
     limit.plot()
     assert np.array_equal(drawn[0], limit.slip / [1.0, 0.5])

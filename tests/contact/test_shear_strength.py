@@ -1,4 +1,5 @@
-"""Surfaces that shear off at a strength: against enumeration, scipy, closed forms, and friction that is lowered where pressures never change."""
+"""Surfaces that shear off at a strength: against enumeration, scipy, closed forms, and friction
+that is lowered where pressures never change."""
 
 import re
 from dataclasses import replace
@@ -13,10 +14,20 @@ import frictopt as fo
 from frictopt.contact import joined, parted
 from helpers.refused import refused
 from helpers.spatial import random_contact
-from helpers.systems import CYCLE, TO_AND_FRO, at_corners, block, corner_rows, random_system, uncoupled
+from helpers.systems import (
+    CYCLE,
+    TO_AND_FRO,
+    at_corners,
+    block,
+    corner_rows,
+    random_system,
+    uncoupled,
+)
 
 STICK, FORWARD, BACKWARD, OPEN, OFF_FORWARD, OFF_BACKWARD = range(6)
-ROD = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=6, EA=1.0, h=1.0), width=[2.0] * 6)
+ROD = fo.ContactSystem.from_blocks(
+    **fo.reference.foundation_rod(nodes=6, EA=1.0, h=1.0), width=[2.0] * 6
+)
 PUSHES = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
 
 
@@ -32,11 +43,17 @@ def enumerated(system, f, slip, load):
     for status in product(range(6), repeat=n):
         rows, right = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
         for i, kind in enumerate(status):
-            sense = {FORWARD: 1.0, OFF_FORWARD: 1.0, BACKWARD: -1.0, OFF_BACKWARD: -1.0}.get(kind, 0.0)
-            law = {STICK: (0 * S[0], 0.0), OPEN: (S[i], trial[i])}.get(kind, (S[i] + sense * f * S[n + i], trial[i] + sense * f * trial[n + i]))
+            sense = {FORWARD: 1.0, OFF_FORWARD: 1.0, BACKWARD: -1.0, OFF_BACKWARD: -1.0}.get(
+                kind, 0.0
+            )
+            law = {STICK: (0 * S[0], 0.0), OPEN: (S[i], trial[i])}.get(
+                kind, (S[i] + sense * f * S[n + i], trial[i] + sense * f * trial[n + i])
+            )
             law = (S[i], trial[i] + sense * c[i]) if kind in (OFF_FORWARD, OFF_BACKWARD) else law
             rows[i], right[i] = (unit[i], 0.0) if kind == STICK else (law[0], -law[1])
-            rows[n + i], right[n + i] = (S[n + i], -trial[n + i]) if kind == OPEN else (unit[n + i], 0.0)
+            rows[n + i], right[n + i] = (
+                (S[n + i], -trial[n + i]) if kind == OPEN else (unit[n + i], 0.0)
+            )
         if not np.isfinite(right).all():
             continue
         u = np.linalg.solve(rows, right)
@@ -52,7 +69,9 @@ def status_sense(kind):
     return {FORWARD: 1.0, OFF_FORWARD: 1.0, BACKWARD: -1.0, OFF_BACKWARD: -1.0}.get(kind, 0.0)
 
 
-@pytest.mark.parametrize("engine", [fo.increments.NewtonIncrement, fo.increments.FrozenBoundIncrement])
+@pytest.mark.parametrize(
+    "engine", [fo.increments.NewtonIncrement, fo.increments.FrozenBoundIncrement]
+)
 def test_increments_are_those_that_trying_all_statuses_finds(engine):
     """Random coupled contacts of one to three nodes, some without a strength, some with gaps."""
     rng, kinds = np.random.default_rng(0), []
@@ -65,7 +84,9 @@ def test_increments_are_those_that_trying_all_statuses_finds(engine):
         found = engine(system, 0.4).solve(slip, parted(load, 2))
         state = np.r_[found.slip, found.gap, found.q, found.p]
         assert min(np.abs(state - other).max() for other in states) < 1e-8 and found.residual < 1e-9
-        kinds += [*zip(np.abs(found.status) == 1, np.abs(found.q) > 0.4 * found.p - 1e-9, strict=True)]
+        kinds += [
+            *zip(np.abs(found.status) == 1, np.abs(found.q) > 0.4 * found.p - 1e-9, strict=True)
+        ]
     slid = [at_friction for slides, at_friction in kinds if slides]
     assert sum(slid) > 8 and len(slid) - sum(slid) > 20, "nodes slide at either bound"
 
@@ -78,14 +99,20 @@ def test_newtons_method_alone_finds_them_too():
         slip, load = np.zeros(3), np.r_[rng.normal(size=3), rng.normal(size=3) + 1.0]
         engine = fo.increments.NewtonIncrement(system, 0.4)
         state, swept = engine.solve(slip, parted(load, 2)), engine._swept
-        engine._swept = lambda u, r, law, swept=swept: (replace(swept(0 * u, r, law)[0], u=0 * u, error=np.inf), r)
+        engine._swept = lambda u, r, law, swept=swept: (
+            replace(swept(0 * u, r, law)[0], u=0 * u, error=np.inf),
+            r,
+        )
         again = engine.solve(slip, parted(load, 2))
         assert again.record.solver == "NEWTON" and state.record.solver == "SWEEPS"
-        assert np.abs(again.slip - state.slip).max() < 1e-9 and np.abs(again.q - state.q).max() < 1e-9
+        assert (
+            np.abs(again.slip - state.slip).max() < 1e-9 and np.abs(again.q - state.q).max() < 1e-9
+        )
 
 
 def test_the_limit_is_that_of_raw_rows_by_scipy():
-    """Pressures change with slip and load; corners, mechanism and bound are those of the same contact."""
+    """Pressures change with slip and load; corners, mechanism and bound are those of the same
+    contact."""
     rng, ruled = np.random.default_rng(2), 0
     for case in range(12):
         n = 1 + case % 5
@@ -94,16 +121,31 @@ def test_the_limit_is_that_of_raw_rows_by_scipy():
         limit = fo.shakedown_limit(strong(bare, *c), CYCLE, 0.6, open=np.zeros(n, dtype=bool))
         rows, right = corner_rows(bare, CYCLE, 0.6)
         q0, q1 = bare.closed_reaction(CYCLE.mean)[0], CYCLE.corner_reactions(bare)[0]
-        most = [(np.append(way * bare.A[i], way * q[i]), c[i] - way * q0[i]) for q in q1 for way in (1, -1) for i in np.flatnonzero(c < np.inf)]
-        pressed = [(np.append(-bare.B[i], -p[i]), bare.closed_reaction(CYCLE.mean)[1][i]) for p in CYCLE.corner_reactions(bare)[1] for i in range(n)]
+        most = [
+            (np.append(way * bare.A[i], way * q[i]), c[i] - way * q0[i])
+            for q in q1
+            for way in (1, -1)
+            for i in np.flatnonzero(c < np.inf)
+        ]
+        pressed = [
+            (np.append(-bare.B[i], -p[i]), bare.closed_reaction(CYCLE.mean)[1][i])
+            for p in CYCLE.corner_reactions(bare)[1]
+            for i in range(n)
+        ]
         every, sides = zip(*most, *pressed, strict=True)
         rows, sides = np.vstack([rows.reshape(-1, n + 1), *every]), np.r_[right.ravel(), sides]
-        answer = linprog(np.append(np.zeros(n), -1.0), rows, sides, bounds=[(None, None)] * n + [(0, None)])
+        answer = linprog(
+            np.append(np.zeros(n), -1.0), rows, sides, bounds=[(None, None)] * n + [(0, None)]
+        )
         assert (answer.status == 0) == (limit.kind is fo.LimitKind.FINITE)
         if answer.status == 0:
-            assert limit.load_factor == pytest.approx(-answer.fun, rel=1e-8) and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+            assert limit.load_factor == pytest.approx(
+                -answer.fun, rel=1e-8
+            ) and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
             q, _ = at_corners(bare, CYCLE, limit.load_factor, limit.slip)
-            assert (np.abs(q) <= c + 1e-9).all() and np.nanmax(limit.traction_ratios) == pytest.approx(1.0, abs=1e-7)
+            assert (np.abs(q) <= c + 1e-9).all() and np.nanmax(
+                limit.traction_ratios
+            ) == pytest.approx(1.0, abs=1e-7)
             rates = limit.multipliers[limit.multipliers["row"].str.startswith("strength")]
             ruled += bool(rates["multiplier"].abs().max() > 1e-6)
             assert set(rates["node"]) == set(np.flatnonzero(c < np.inf))
@@ -117,31 +159,51 @@ def test_rates_of_the_limit_are_its_differences():
     limit = ask(strong(system, *c), CYCLE, 0.6)
     for node in range(4):
         f = np.where(np.arange(4) == node, 0.6 + h, 0.6)
-        assert limit.friction_rate[node] == pytest.approx((ask(strong(system, *c), CYCLE, f).load_factor - limit.load_factor) / h, abs=1e-4)
-    rows = limit.multipliers[limit.multipliers["row"].str.startswith("strength")].groupby("node")["multiplier"].sum()
+        assert limit.friction_rate[node] == pytest.approx(
+            (ask(strong(system, *c), CYCLE, f).load_factor - limit.load_factor) / h, abs=1e-4
+        )
+    rows = (
+        limit.multipliers[limit.multipliers["row"].str.startswith("strength")]
+        .groupby("node")["multiplier"]
+        .sum()
+    )
     assert rows.max() > 1e-3
     for node, rate in rows.items():
         more = c + h * (np.arange(4) == node)
-        assert rate == pytest.approx((ask(strong(system, *more), CYCLE, 0.6).load_factor - limit.load_factor) / h, abs=1e-4)
+        assert rate == pytest.approx(
+            (ask(strong(system, *more), CYCLE, 0.6).load_factor - limit.load_factor) / h, abs=1e-4
+        )
     table = limit.load_rates.query("part == 'mean' and load == 'mean'")["rate"].item()
     pressed = fo.LoadCycle({"mean": 1.0 + h}, CYCLE.corners)
-    assert table == pytest.approx((ask(strong(system, *c), pressed, 0.6).load_factor - limit.load_factor) / h, abs=1e-4)
+    assert table == pytest.approx(
+        (ask(strong(system, *c), pressed, 0.6).load_factor - limit.load_factor) / h, abs=1e-4
+    )
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
-    """Coulomb's law with `f' = min(f, c / p)` in limits, onset, bounds of slip and transients; those in the plane by the exact path."""
+    """Coulomb's law with `f' = min(f, c / p)` in limits, onset, bounds of slip and transients;
+    those in the plane by the exact path."""
     rng = np.random.default_rng(4)
     bare, p = uncoupled(rng, 5, tangents)
     c = np.array([0.2, np.inf, 0.3, 0.1, 5.0])
     capped, lowered = strong(bare, *c), np.minimum(0.4, c / p)
-    limit, same = (fo.shakedown_limit(system, CYCLE, f) for system, f in ((capped, 0.4), (bare, lowered)))
-    assert limit.load_factor == pytest.approx(same.load_factor, rel=1e-8) and limit.proven == same.proven
+    limit, same = (
+        fo.shakedown_limit(system, CYCLE, f) for system, f in ((capped, 0.4), (bare, lowered))
+    )
+    assert (
+        limit.load_factor == pytest.approx(same.load_factor, rel=1e-8)
+        and limit.proven == same.proven
+    )
     one, other = limit.least_slip(1.5 * limit.load_factor), same.least_slip(1.5 * limit.load_factor)
     assert one.total == pytest.approx(other.total, rel=1e-6)
     first, again = (fo.onset(system, CYCLE, f) for system, f in ((capped, 0.4), (bare, lowered)))
-    assert [event.node for event in first.slips] == [event.node for event in again.slips] and first.slip.node != 1
-    assert [event.load_factor for event in first.slips] == pytest.approx([event.load_factor for event in again.slips], rel=1e-12)
+    assert [event.node for event in first.slips] == [
+        event.node for event in again.slips
+    ] and first.slip.node != 1
+    assert [event.load_factor for event in first.slips] == pytest.approx(
+        [event.load_factor for event in again.slips], rel=1e-12
+    )
     assert first.residual < 1e-12
     load_factor = 1.7 * limit.load_factor
     steady, known = (
@@ -149,9 +211,16 @@ def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
         fo.steady_state(bare, CYCLE, lowered, load_factor, steps=None if tangents == 1 else 4),
     )
     assert steady.dissipation > 0 and steady.outcome is known.outcome
-    assert np.allclose(steady.dissipation_per_node, known.dissipation_per_node, rtol=1e-7, atol=1e-9 * known.dissipation)
+    assert np.allclose(
+        steady.dissipation_per_node,
+        known.dissipation_per_node,
+        rtol=1e-7,
+        atol=1e-9 * known.dissipation,
+    )
     assert np.allclose(steady.by_contact()["fP_0"], (lowered * p).sum())
-    rests = fo.steady_state(capped, CYCLE, 0.4, 0.99 * limit.load_factor, initial_slip=limit.slip, steps=4)
+    rests = fo.steady_state(
+        capped, CYCLE, 0.4, 0.99 * limit.load_factor, initial_slip=limit.slip, steps=4
+    )
     assert rests.outcome is fo.Outcome.SHAKEDOWN
     path = fo.march(capped, CYCLE, 0.4, load_factor, cycles=1, steps=4)
     assert path.residual < 1e-9 and (path.q <= np.inf).all()
@@ -162,25 +231,41 @@ def test_where_pressures_never_change_it_is_friction_that_is_lowered(tangents):
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_slip_of_an_uncoupled_contact_ends_below_the_limit_from_random_starts(tangents):
-    """Its pressures change with the load, and friction rules at some corners, the strength at others."""
+    """Its pressures change with the load, and friction rules at some corners, the strength at
+    others."""
     rng = np.random.default_rng(8)
     bare, p = uncoupled(rng, 4, tangents)
     pressing = joined(0.3 * rng.normal(size=bare.slip_shape), 0.5 * p)
     contact = strong(bare.with_bonded({"cyclic": pressing}), *np.r_[0.3 * p[:3], np.inf])
     limit = fo.shakedown_limit(contact, CYCLE, 0.4)
-    assert limit.load_factor < 0.99 * fo.shakedown_limit(bare.with_bonded({"cyclic": pressing}), CYCLE, 0.4).load_factor
+    assert (
+        limit.load_factor
+        < 0.99 * fo.shakedown_limit(bare.with_bonded({"cyclic": pressing}), CYCLE, 0.4).load_factor
+    )
     for size in (0.1, 1.0, 10.0):
-        ask = partial(fo.steady_state, contact, CYCLE, 0.4, initial_slip=size * rng.normal(size=contact.slip_shape), steps=4)
+        ask = partial(
+            fo.steady_state,
+            contact,
+            CYCLE,
+            0.4,
+            initial_slip=size * rng.normal(size=contact.slip_shape),
+            steps=4,
+        )
         assert ask(0.97 * limit.load_factor).outcome is fo.Outcome.SHAKEDOWN
         assert ask(1.03 * limit.load_factor).outcome is not fo.Outcome.SHAKEDOWN
 
 
 def test_the_capped_rod_in_closed_form():
-    """A rod pulled to and fro over a foundation: its work falls with the cube of the force over the shear, which is the strength times the width."""
-    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=100, EA=1.0, h=1.0), width=[1.0] * 100)
+    """A rod pulled to and fro over a foundation: its work falls with the cube of the force over the
+    shear, which is the strength times the width."""
+    rod = fo.ContactSystem.from_blocks(
+        **fo.reference.foundation_rod(nodes=100, EA=1.0, h=1.0), width=[1.0] * 100
+    )
     shears = rod.reaction({"pressure": 1.0})[1]
     steady = fo.steady_state(replace(rod, shear_strength=0.5 * shears), PUSHES, 0.9, 15.0, steps=2)
-    assert steady.dissipation == pytest.approx(fo.reference.rod_dissipation(F0=15.0, EA=1.0, tau=0.5, h=1.0), rel=0.05)
+    assert steady.dissipation == pytest.approx(
+        fo.reference.rod_dissipation(F0=15.0, EA=1.0, tau=0.5, h=1.0), rel=0.05
+    )
 
 
 def test_a_block_slides_off_at_what_pressure_and_strength_hold():
@@ -189,16 +274,27 @@ def test_a_block_slides_off_at_what_pressure_and_strength_hold():
     system, cycle = block(rng, width=8.0), fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
     N = np.linalg.svd(system.S)[2][-3:].T
     (q0, p0), (q1, p1) = (system.reaction(load) for load in ({"P": 4.0}, {"Q": 1.0}))
-    within = np.vstack([np.hstack([way * np.eye(n), -0.5 * np.eye(n), np.zeros((n, 1))]) for way in (1, -1)])
+    within = np.vstack(
+        [np.hstack([way * np.eye(n), -0.5 * np.eye(n), np.zeros((n, 1))]) for way in (1, -1)]
+    )
     for c in (rng.uniform(0.05, 0.3, n), np.array([0.1, 0.2, np.inf, 0.1, 0.3]), np.full(n, 0.01)):
         slide = fo.gross_slip(strong(system, *c), cycle, 0.5)
         found = []
         for way in (1, -1):
             balance = np.hstack([N.T, -way * N.T @ joined(q1, p1)[:, None]])
             bounds = [(-most, most) for most in c] + [(0, None)] * (n + 1)
-            answer = linprog(-np.eye(2 * n + 1)[-1], within, np.zeros(2 * n), balance, N.T @ joined(q0, p0), bounds=bounds)
+            answer = linprog(
+                -np.eye(2 * n + 1)[-1],
+                within,
+                np.zeros(2 * n),
+                balance,
+                N.T @ joined(q0, p0),
+                bounds=bounds,
+            )
             found.append(-answer.fun)
-        assert slide.load_factor == pytest.approx(min(found), rel=1e-8) and slide.bound == pytest.approx(slide.load_factor, rel=1e-7)
+        assert slide.load_factor == pytest.approx(
+            min(found), rel=1e-8
+        ) and slide.bound == pytest.approx(slide.load_factor, rel=1e-7)
         assert slide.load_factor < 0.99 * fo.gross_slip(system, cycle, 0.5).load_factor
         assert "strength: " in str(slide.problem) and slide.residual < 1e-9
 
@@ -208,24 +304,37 @@ def test_a_block_in_space_slides_off_at_the_sum_of_its_strengths():
     c = np.repeat([0.05, 0.1, 0.12, 0.07, 0.08], 3)
     system = strong(block(np.random.default_rng(6), width=8.0, axes=3), *c)
     slide = fo.gross_slip(system, fo.LoadCycle({"P": 4.0}, TO_AND_FRO), 0.5)
-    assert slide.load_factor == pytest.approx(c.sum(), rel=1e-8) and slide.bound == pytest.approx(c.sum(), rel=1e-8)
+    assert slide.load_factor == pytest.approx(c.sum(), rel=1e-8) and slide.bound == pytest.approx(
+        c.sum(), rel=1e-8
+    )
     *along, lift = slide.phi
-    assert np.abs(lift).max() < 1e-6 and np.ptp(along[0]) < 1e-6, "it slides without lift, where friction alone would make it rise"
+    assert np.abs(lift).max() < 1e-6 and np.ptp(along[0]) < 1e-6, (
+        "it slides without lift, where friction alone would make it rise"
+    )
 
 
 def test_a_coupled_node_in_space_in_closed_form():
-    """One node that its load also presses at one corner and relieves at the other: `2 lam = min(f (p0 + lam p1), c) + min(f (p0 - lam p1), c)`."""
-    node = fo.ContactSystem(np.eye(3) * [1.0, 1.0, 2.0], [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [0.6, 0.8, 0.3]})
+    """One node that its load also presses at one corner and relieves at the other: `2 lam = min(f
+    (p0 + lam p1), c) + min(f (p0 - lam p1), c)`."""
+    node = fo.ContactSystem(
+        np.eye(3) * [1.0, 1.0, 2.0], [[0, 0, 0]], {"P": [0, 0, 1.0], "Q": [0.6, 0.8, 0.3]}
+    )
     cycle = fo.LoadCycle({"P": 2.0}, [{"Q": 1.0}, {"Q": -1.0}])
     for c in (0.4, 0.9, 1.1, 2.0):
         limit = fo.shakedown_limit(strong(node, c), cycle, 0.5)
-        assert limit.load_factor == pytest.approx(min(1.0, c, (1 + c) / 2.15), rel=1e-8) and limit.residual < 1e-9
+        assert (
+            limit.load_factor == pytest.approx(min(1.0, c, (1 + c) / 2.15), rel=1e-8)
+            and limit.residual < 1e-9
+        )
 
 
 def test_a_body_that_its_surface_does_not_hold_has_no_state():
     """Strengths of .5 in all hold what is below."""
     body, cycle = strong(block(np.random.default_rng(6)), 0.1), fo.LoadCycle({"P": 4.0}, TO_AND_FRO)
-    with pytest.raises(fo.NoContinuation, match=r"\(Q = \+1\) has the shear force 0\.6 along \(1, 0\), above the 0\.5 of friction and strength;"):
+    with pytest.raises(
+        fo.NoContinuation,
+        match=r"\(Q = \+1\) has the shear force 0\.6 along \(1, 0\), above the 0\.5 of friction and strength;",
+    ):
         fo.march(body, cycle, 0.5, 0.6, cycles=1, steps=2)
     assert fo.march(body, cycle, 0.5, 0.4, cycles=1, steps=2).residual < 1e-9
 
@@ -249,50 +358,86 @@ def test_a_mean_load_slides_and_turns_bodies_off_from_the_sliding_off_load_on(ax
 
 
 def test_wear_at_the_strength_takes_the_same_depth_each_cycle_until_friction_rules():
-    """One node: pressure `P - C h` falls as depth h grows, and work stays that of the strength while it is below `f p`."""
+    """One node: pressure `P - C h` falls as depth h grows, and work stays that of the strength
+    while it is below `f p`."""
     P, C, A, c, f, Q, width = 4.0, 2.0, 3.0, 0.5, 0.5, 2.0, 0.25
-    node = fo.ContactSystem.from_blocks([[A]], [[0.0]], [[C]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[width])
+    node = fo.ContactSystem.from_blocks(
+        [[A]], [[0.0]], [[C]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[width]
+    )
     cycle, k = fo.LoadCycle({"P": P}, [{"Q": Q}, {"Q": -Q}]), 1e-6
     rate = k / (f * width) * c * 4 * (Q - c) / A
     until = (P - c / f) / C / rate
     capped = strong(node, c)
-    history = fo.wear(capped, cycle, f, 1.0, coefficient=k, cycles=0.9 * until, steps=2, tolerance=1e-3)
+    history = fo.wear(
+        capped, cycle, f, 1.0, coefficient=k, cycles=0.9 * until, steps=2, tolerance=1e-3
+    )
     assert np.allclose(history.depth[:, 0], rate * history.cycles, rtol=1e-3)
     late = fo.wear(capped, cycle, f, 1.0, coefficient=k, cycles=2 * until, steps=2, tolerance=1e-3)
     assert (P - c / f) / C < late.depth[-1, 0] < 2 * until * rate * 0.999
 
 
 def test_the_referee_sees_shear_beyond_the_strength():
-    node = strong(fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}), 0.3)
+    node = strong(
+        fo.ContactSystem.from_blocks(
+            [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+        ),
+        0.3,
+    )
     bonded = node.reaction({"P": 2.0, "Q": 0.8})
     ask = partial(fo.reference.referee, node, bonded, 0.5, w=[0.0], p=[2.0], previous_slip=[0.0])
     assert ask(v=[-0.5], q=[0.3]).residual < 1e-15
-    assert ask(v=[0.0], q=[0.8]).bound == pytest.approx(0.25) and ask(v=[-0.4], q=[0.4]).bound == pytest.approx(0.05)
+    assert ask(v=[0.0], q=[0.8]).bound == pytest.approx(0.25) and ask(
+        v=[-0.4], q=[0.4]
+    ).bound == pytest.approx(0.05)
     assert ask(v=[-0.6], q=[0.2]).direction > 0.04, "it slides below its strength"
 
 
 def test_a_strength_is_given_per_area_kept_in_files_and_carried_by_copies(tmp_path):
     soft = ROD.with_shear_strength(0.1)
-    assert np.array_equal(soft.shear_strength, [0.2] * 6) and soft.capped and "shear_strength=True" in repr(soft)
-    assert not ROD.with_shear_strength(np.inf).capped and not ROD.capped and "shear" not in repr(ROD)
+    assert (
+        np.array_equal(soft.shear_strength, [0.2] * 6)
+        and soft.capped
+        and "shear_strength=True" in repr(soft)
+    )
+    assert (
+        not ROD.with_shear_strength(np.inf).capped and not ROD.capped and "shear" not in repr(ROD)
+    )
     soft.save(tmp_path / "rod.npz")
-    assert np.array_equal(fo.ContactSystem.load(tmp_path / "rod.npz").shear_strength, soft.shear_strength)
-    copies = soft.with_gap(0.1 * np.ones(6)), soft.with_contact_stiffness(tangential=1.0), soft.with_interference({"fit": 0.1})
+    assert np.array_equal(
+        fo.ContactSystem.load(tmp_path / "rod.npz").shear_strength, soft.shear_strength
+    )
+    copies = (
+        soft.with_gap(0.1 * np.ones(6)),
+        soft.with_contact_stiffness(tangential=1.0),
+        soft.with_interference({"fit": 0.1}),
+    )
     assert all(np.array_equal(each.shear_strength, soft.shear_strength) for each in copies)
 
 
 def test_a_study_does_not_take_runs_of_another_strength(tmp_path):
     ask = partial(
-        fo.dissipation_study, cycle=PUSHES, friction=0.5, load_factors=[1.0], starts=fo.starts.no_slip(), store=tmp_path / "runs.db", progress=False
+        fo.dissipation_study,
+        cycle=PUSHES,
+        friction=0.5,
+        load_factors=[1.0],
+        starts=fo.starts.no_slip(),
+        store=tmp_path / "runs.db",
+        progress=False,
     )
-    works = [ask(system)["dissipation"].item() for system in (ROD, ROD.with_shear_strength(0.1), ROD.with_shear_strength(0.05), ROD)]
+    works = [
+        ask(system)["dissipation"].item()
+        for system in (ROD, ROD.with_shear_strength(0.1), ROD.with_shear_strength(0.05), ROD)
+    ]
     assert works[0] == works[3] and len(set(works)) == 3
 
 
 def test_a_report_leaves_out_what_does_not_know_it():
     soft = ROD.with_shear_strength(0.1)
     joint = fo.report(soft, PUSHES, 0.5, load_factors=[0.5], steps=2)
-    assert {"guaranteed limit", "required friction"} == joint.missing.keys() and joint.limit.load_factor < fo.shakedown_limit(
+    assert {
+        "guaranteed limit",
+        "required friction",
+    } == joint.missing.keys() and joint.limit.load_factor < fo.shakedown_limit(
         ROD, PUSHES, 0.5
     ).load_factor
 
@@ -330,28 +475,47 @@ def test_a_picture_of_a_limit_is_over_the_strength():
     limit = fo.shakedown_limit(ROD.with_shear_strength(0.1), PUSHES, 0.5)
     axes = limit.plot()
     assert axes.get_ylabel() == r"$q / \min(f p, c)$"
-    assert max(np.abs(line.get_ydata()).max() for line in axes.get_lines() if len(line.get_xdata()) == 6) == pytest.approx(1.0, abs=1e-6)
+    assert max(
+        np.abs(line.get_ydata()).max() for line in axes.get_lines() if len(line.get_xdata()) == 6
+    ) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_open_nodes_in_space_are_eliminated_with_their_strengths():
-    """A transient in which sweeps fail and nodes are open gives the same, from what is left of the contact."""
+    """A transient in which sweeps fail and nodes are open gives the same, from what is left of the
+    contact."""
     rng = np.random.default_rng(7)
-    system = strong(random_contact(rng, 6).with_gap([0.0] * 4 + [5.0] * 2), 0.1, 0.2, np.inf, 0.15, 0.1, 0.1)
+    system = strong(
+        random_contact(rng, 6).with_gap([0.0] * 4 + [5.0] * 2), 0.1, 0.2, np.inf, 0.15, 0.1, 0.1
+    )
     engine = fo.increments.NewtonIncrement(system, 0.4)
     loads = [joined(*system.reaction({"mean": 1.0, "a": share})) for share in (0.2, 0.5, -0.5, 0.1)]
-    plain = list(fo.increments.NewtonIncrement(system, 0.4).along(np.r_[np.zeros(12), -system.gap], loads))
+    plain = list(
+        fo.increments.NewtonIncrement(system, 0.4).along(np.r_[np.zeros(12), -system.gap], loads)
+    )
     swept, eliminated, left = engine._swept, engine._without_open, []
     engine._swept = lambda u, r, law: (replace(swept(u, r, law)[0], error=np.inf), r)
     engine._without_open = lambda *asked: left.append(eliminated(*asked)) or left[-1]
-    for (u, r, status), (v, q, kind) in zip(plain, engine.along(np.r_[np.zeros(12), -system.gap], loads), strict=True):
+    for (u, r, status), (v, q, kind) in zip(
+        plain, engine.along(np.r_[np.zeros(12), -system.gap], loads), strict=True
+    ):
         assert np.abs(u - v).max() < 1e-9 and np.abs(r - q).max() < 1e-9 and (status == kind).all()
-    assert len(left) == 3 and all(left) and all(np.abs(status).sum() > 4 for _, _, status in left), "two open nodes, and others that slip"
+    assert (
+        len(left) == 3 and all(left) and all(np.abs(status).sum() > 4 for _, _, status in left)
+    ), "two open nodes, and others that slip"
 
 
 def test_a_body_that_its_mean_load_slides_off_at_its_strength_has_no_limit_and_is_told_so():
     body = replace(block(np.random.default_rng(6), width=8.0), shear_strength=np.full(5, 0.1))
-    cycle = fo.LoadCycle({"P": 4.0, "Q": 0.7}, [{"Q": 0.1}, {"Q": -0.1}])  # friction alone holds 2.0, the strengths 0.5
+    cycle = fo.LoadCycle(
+        {"P": 4.0, "Q": 0.7}, [{"Q": 0.1}, {"Q": -0.1}]
+    )  # friction alone holds 2.0, the strengths 0.5
     assert np.isnan(fo.shakedown_limit(body, cycle, 0.5).load_factor)
-    assert "forces within friction and the strength of the surface cannot balance" in fo.gross_slip(body, cycle, 0.5).reason
+    assert (
+        "forces within friction and the strength of the surface cannot balance"
+        in fo.gross_slip(body, cycle, 0.5).reason
+    )
     said = "has the shear force 0.7 along (1, 0), above the 0.5 of friction and strength"
-    assert said in fo.onset(body, cycle, 0.5).reason and said in fo.shakedown_limit(body, cycle, 0.5).reason
+    assert (
+        said in fo.onset(body, cycle, 0.5).reason
+        and said in fo.shakedown_limit(body, cycle, 0.5).reason
+    )

@@ -11,7 +11,13 @@ from helpers.spatial import random_contact
 from helpers.systems import random_system
 
 ONE = np.eye(2)
-GOOD = {"A": ONE, "B": 0 * ONE, "C": ONE, "x": [0.0, 1.0], "bonded": {"P": ([0.0, 0.0], [1.0, 1.0])}}
+GOOD = {
+    "A": ONE,
+    "B": 0 * ONE,
+    "C": ONE,
+    "x": [0.0, 1.0],
+    "bonded": {"P": ([0.0, 0.0], [1.0, 1.0])},
+}
 BAD = {
     "A: not symmetric, A[0, 1] = 0.5": {"A": ONE + [[0, 0.5], [0, 0]]},
     "float32 has 7": {"A": -ONE},
@@ -26,14 +32,23 @@ BAD = {
     "load case name 3": {"bonded": {3: ([0.0, 0.0], [1.0, 1.0])}},
     "contact: 1 names for 2 nodes": {"contact": ["one"]},
     "contact of node 1: 3; give a printable text": {"contact": ["one", 3]},
-    "width: -1 at node 1; give the length or area that the node collects, > 0": {"width": [1.0, -1.0]},
+    "width: -1 at node 1; give the length or area that the node collects, > 0": {
+        "width": [1.0, -1.0]
+    },
 }
-PLACED = {"points": [[0, 0], [0, 1]], "frames": [[[0, -1], [1, 0]], [[0.8, -0.6], [0.6, 0.8]]], "contact": ["left", "right"], "width": [1.0, 2.0]}
+PLACED = {
+    "points": [[0, 0], [0, 1]],
+    "frames": [[[0, -1], [1, 0]], [[0.8, -0.6], [0.6, 0.8]]],
+    "contact": ["left", "right"],
+    "width": [1.0, 2.0],
+}
 PLACES = ["point_x", "point_y", "normal_x", "normal_y"]
 STATED = {"S": np.eye(4), "points": [[0.0, 0.0], [1.0, 0.0]], "bonded": {"P": [0.0, 0.0, 1.0, 1.0]}}
 BAD_STATED = {
     "points: shape (2,), expected": {"points": [0.0, 1.0]},
-    "points: shape (2, 4); give (N, 2) in the plane or (N, 3) in space": {"points": np.zeros((2, 4))},
+    "points: shape (2, 4); give (N, 2) in the plane or (N, 3) in space": {
+        "points": np.zeros((2, 4))
+    },
     "points: no nodes": {"points": np.zeros((0, 2))},
     "S: shape (4, 4), expected (6, 6)": {"points": np.zeros((2, 3))},
     "S: not symmetric, S[0, 1] = 1": {"S": np.eye(4) + np.eye(4, k=1)},
@@ -57,7 +72,8 @@ def test_bad_matrices_points_and_frames_are_refused(message):
 
 @pytest.mark.parametrize(("nodes", "mixed"), [(130, True), (300, True), (300, False)])
 def test_a_stiffness_of_many_nodes_is_refused_by_its_lowest_eigenvalue(nodes, mixed):
-    """Eigenvalues 1, but those of two far nodes, 1 + c and 1 - c; turned by a reflection, which fills the matrix and leaves them."""
+    """Eigenvalues 1, but those of two far nodes, 1 + c and 1 - c; turned by a reflection, which
+    fills the matrix and leaves them."""
     normal = np.ones(2 * nodes) / np.sqrt(2 * nodes)
     turn = np.eye(2 * nodes) - 2 * np.outer(normal, normal) * mixed
     points = np.column_stack([np.arange(nodes), np.zeros(nodes)])
@@ -76,9 +92,13 @@ def test_reactions_may_be_given_as_a_pair_or_in_the_order_of_the_stiffness():
         size = 2 * len(points[0])
         r = np.arange(1.0, size + 1)
         q = r[:-2] if shape == (2,) else np.column_stack([r[:2], r[2:4]])
-        one, other = (fo.ContactSystem(np.eye(size), points, {"P": given}) for given in (r, (q, r[-2:])))
+        one, other = (
+            fo.ContactSystem(np.eye(size), points, {"P": given}) for given in (r, (q, r[-2:]))
+        )
         for system in (one, other):
-            assert np.array_equal(system.bonded["P"][0], q) and np.array_equal(joined(*system.bonded["P"]), r)
+            assert np.array_equal(system.bonded["P"][0], q) and np.array_equal(
+                joined(*system.bonded["P"]), r
+            )
             assert system.slip_shape == shape and np.array_equal(parted(r, len(points[0]))[0], q)
 
 
@@ -87,7 +107,9 @@ def test_the_blocks_of_a_stiffness_are_its_parts_in_plane_and_space():
         G = np.random.default_rng(axes).normal(size=(3 * axes, 3 * axes))
         points = np.column_stack([np.arange(3.0), np.zeros((3, axes - 1))])
         system = fo.ContactSystem(S := G @ G.T, points, {"P": np.ones(3 * axes)})
-        assert np.allclose(np.block([[system.A, system.B.T], [system.B, system.C]]), S) and system.C.shape == (3, 3)
+        assert np.allclose(
+            np.block([[system.A, system.B.T], [system.B, system.C]]), S
+        ) and system.C.shape == (3, 3)
 
 
 def test_a_contact_in_space_has_no_arc_length():
@@ -122,7 +144,9 @@ def test_reactions_are_linear_in_the_loads_and_closing_the_gap_pushes_back(make)
 
 
 def test_load_cases_are_added_and_replaced():
-    again = fo.ContactSystem.from_blocks(**GOOD).with_bonded({"P": ([1, 2], [3, 4]), "Q": ([5, 6], [7, 8])})
+    again = fo.ContactSystem.from_blocks(**GOOD).with_bonded(
+        {"P": ([1, 2], [3, 4]), "Q": ([5, 6], [7, 8])}
+    )
     assert again.bonded["P"][1].tolist() == [3, 4] and again.bonded["Q"][0].tolist() == [5, 6]
 
 
@@ -138,8 +162,12 @@ def test_the_contact_modulus_is_kept_copied_and_checked():
 
 def test_a_condensed_scene_knows_its_contact_modulus():
     bodies = fo.Material(E=210.0, nu=0.3), fo.Material(E=70.0, nu=0.33)
-    scene = fo.scenes.PunchOnHalfPlane(elements=4, punch_material=bodies[0], block_material=bodies[1])
-    assert scene.condense().E_star == pytest.approx(fo.reference.contact_modulus(210.0, 0.3, 70.0, 0.33), rel=1e-14)
+    scene = fo.scenes.PunchOnHalfPlane(
+        elements=4, punch_material=bodies[0], block_material=bodies[1]
+    )
+    assert scene.condense().E_star == pytest.approx(
+        fo.reference.contact_modulus(210.0, 0.3, 70.0, 0.33), rel=1e-14
+    )
 
 
 def test_points_normals_names_and_widths_are_kept_shown_and_read_only():
@@ -147,15 +175,28 @@ def test_points_normals_names_and_widths_are_kept_shown_and_read_only():
     placed = replace(plain, **PLACED)
     for name, values in PLACED.items():
         assert getattr(placed, name).tolist() == values
-        assert getattr(placed.with_gap([0, 0.1]), name).tolist() == values and getattr(pickle.loads(pickle.dumps(placed)), name).tolist() == values
+        assert (
+            getattr(placed.with_gap([0, 0.1]), name).tolist() == values
+            and getattr(pickle.loads(pickle.dumps(placed)), name).tolist() == values
+        )
         with pytest.raises(ValueError, match="read-only"):
             getattr(placed, name)[0] = getattr(placed, name)[1]
-    assert repr(placed) == "ContactSystem(nodes=2, x=0 .. 1, contacts=['left', 'right'], loads=['P'], gap=False)"
+    assert (
+        repr(placed)
+        == "ContactSystem(nodes=2, x=0 .. 1, contacts=['left', 'right'], loads=['P'], gap=False)"
+    )
     assert repr(plain) == "ContactSystem(nodes=2, x=0 .. 1, loads=['P'], gap=False)"
-    assert plain.contact is None and plain.width is None and list(plain.to_frame()) == ["node", "x", "gap", *PLACES]
+    assert (
+        plain.contact is None
+        and plain.width is None
+        and list(plain.to_frame()) == ["node", "x", "gap", *PLACES]
+    )
     table = placed.to_frame()
     assert list(table) == ["node", "x", "gap", "contact", *PLACES, "width"]
-    assert table["normal_y"].tolist() == [0.0, 0.8] and table["contact"].tolist() == ["left", "right"]
+    assert table["normal_y"].tolist() == [0.0, 0.8] and table["contact"].tolist() == [
+        "left",
+        "right",
+    ]
     with pytest.raises(fo.ModelError, match="contact: 'a' begins again at node 2"):
         replace(random_system(np.random.default_rng(0), 3), contact=["a", "b", "a"])
 
@@ -164,6 +205,8 @@ def test_an_interference_closes_as_a_negative_gap_would():
     system = random_system(np.random.default_rng(3), 4)
     d = np.array([0.0, 0.1, 0.2, 0.0])
     q, p = system.with_interference({"fit": d, "one": 0.5}).reaction({"mean": 1.0, "fit": 2.0})
-    assert np.allclose(np.r_[q, p], np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), 2.0 * d])
+    assert np.allclose(
+        np.r_[q, p], np.r_[system.bonded["mean"]] + system.S @ np.r_[np.zeros(4), 2.0 * d]
+    )
     with pytest.raises(fo.ModelError, match=r"cases\['fit'\]: -0\.1 at node 1; give overlaps >= 0"):
         system.with_interference({"fit": -d})

@@ -228,7 +228,9 @@ FAULTS = (
         "fem/cyclic.py",
         "a body that goes the long way round is a sector",
         old="(onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0",
-        new=("(onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < -1000000000.0"),
+        new=(
+            "(onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < -1000000000.0"
+        ),
         tests="sectors",
     ),
     Fault(
@@ -318,8 +320,12 @@ FAULTS = (
     Fault(
         "fem/paraview.py",
         "vectors on the other cut are not turned",
-        old=("mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), :points.shape[1]] @= sector.turn.T"),
-        new=("mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), :points.shape[1]] *= 1.0"),
+        old=(
+            "mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), :points.shape[1]] @= sector.turn.T"
+        ),
+        new=(
+            "mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), :points.shape[1]] *= 1.0"
+        ),
         tests="sectors::test_fields_and_pictures_of_a_sector_are_those_of_the_whole",
     ),
     Fault(
@@ -514,7 +520,9 @@ FAULTS = (
     Fault(
         "fem/contacts.py",
         "curved faces overlap by their sag",
-        old=("error + sag(one, x, errors)[nodes] + np.maximum.reduceat(sag(two, y, others_errors)[P.indices], P.indptr[:-1])"),
+        old=(
+            "error + sag(one, x, errors)[nodes] + np.maximum.reduceat(sag(two, y, others_errors)[P.indices], P.indptr[:-1])"
+        ),
         new="error + sag(one, x, errors)[nodes]",
         tests="contact_model any_contact",
     ),
@@ -717,7 +725,9 @@ FAULTS = (
     Fault(
         "fem/normals.py",
         "a corner of two flat faces is rounded",
-        old=("~through & goes_on & goes_far & (near * far > 0) & (np.abs(far) >= _BENDS_ON * np.abs(near))"),
+        old=(
+            "~through & goes_on & goes_far & (near * far > 0) & (np.abs(far) >= _BENDS_ON * np.abs(near))"
+        ),
         new="~through & goes_on & goes_far & (near != 0)",
         tests="curved_faces",
     ),

@@ -1,4 +1,5 @@
-"""Areas of the nodes on faces of decks, by hand and by the forces of a uniform pressure; and what needs them: wear, tractions, surfaces that give."""
+"""Areas of the nodes on faces of decks, by hand and by the forces of a uniform pressure; and what
+needs them: wear, tractions, surfaces that give."""
 
 import numpy as np
 import pytest
@@ -21,37 +22,62 @@ def halves(line):
 def bricks(tmp_path):
     """Two blocks of bricks of different sizes, 1 x 2, one on the other, and their job."""
     low, up = (
-        Block(first, [*map(np.array, GRID), np.array(z)], 1000.0, 0.3, name) for first, z, name in ((1, [-1.0, 0.0], "LOW"), (101, [0.0, 1.0], "UP"))
+        Block(first, [*map(np.array, GRID), np.array(z)], 1000.0, 0.3, name)
+        for first, z, name in ((1, [-1.0, 0.0], "LOW"), (101, [0.0, 1.0], "UP"))
     )
-    sets = node_set("CU", up.on(2, 0)) + node_set("CL", low.on(2, 0)) + node_set("TOP", up.on(2, 1)) + node_set("BOT", low.on(2, -1))
-    return fo.read_calculix(run(tmp_path, f"{up.deck()}{low.deck()}{sets}*BOUNDARY\nBOT, 1, 3\n")[0])
+    sets = (
+        node_set("CU", up.on(2, 0))
+        + node_set("CL", low.on(2, 0))
+        + node_set("TOP", up.on(2, 1))
+        + node_set("BOT", low.on(2, -1))
+    )
+    return fo.read_calculix(
+        run(tmp_path, f"{up.deck()}{low.deck()}{sets}*BOUNDARY\nBOT, 1, 3\n")[0]
+    )
 
 
 @needs_ccx
 def test_the_areas_of_bricks_are_products_of_half_sides_in_the_order_of_the_pairs(bricks):
     pairs = bricks.pairs("CU", "CL")
     areas, points = bricks.areas(pairs[:, 1]), bricks.points[pairs[:, 1]]
-    by_hand = [halves(GRID[0])[GRID[0].index(x)] * halves(GRID[1])[GRID[1].index(y)] for x, y, _ in points]
+    by_hand = [
+        halves(GRID[0])[GRID[0].index(x)] * halves(GRID[1])[GRID[1].index(y)] for x, y, _ in points
+    ]
     assert areas == pytest.approx(by_hand, rel=1e-12) and areas.sum() == pytest.approx(2.0)
     backwards = pairs[::-1, 0]
     assert bricks.areas(backwards) == pytest.approx(by_hand[::-1], rel=1e-12)
-    assert np.sort(bricks.areas("CL")) == pytest.approx(np.sort(by_hand)) and not areas.flags.writeable
+    assert (
+        np.sort(bricks.areas("CL")) == pytest.approx(np.sort(by_hand)) and not areas.flags.writeable
+    )
 
 
 def test_a_plane_face_has_the_lengths_that_condense_finds(flat):
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
-    system = fo.condense(flat.K, {"P": flat.force("N_TOP", pressure=1.0)}, pairs, [0.0, 1.0], flat.unknowns, flat.points)
+    system = fo.condense(
+        flat.K,
+        {"P": flat.force("N_TOP", pressure=1.0)},
+        pairs,
+        [0.0, 1.0],
+        flat.unknowns,
+        flat.points,
+    )
     assert np.allclose(flat.areas(pairs[:, 1]), system.width, rtol=1e-12)
 
 
 @needs_ccx
 @pytest.mark.parametrize("kind", ["C3D10", "C3D20"])
-def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_does(tmp_path, kind):
-    bodies = two_boxes({"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3), bulge=None)
+def test_faces_of_quadratic_elements_give_their_corners_what_a_uniform_pressure_does(
+    tmp_path, kind
+):
+    bodies = two_boxes(
+        {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3), bulge=None
+    )
     job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces("CU", "CL")
     nodes = job.pairs("CU", "CL")[:, 1]
     push = job.force("CL", pressure=1.0)[job.unknowns[nodes]]
-    assert job.areas(nodes) == pytest.approx(-push[:, 2], rel=1e-9) and job.areas(nodes).sum() == pytest.approx(1.0)
+    assert job.areas(nodes) == pytest.approx(-push[:, 2], rel=1e-9) and job.areas(
+        nodes
+    ).sum() == pytest.approx(1.0)
 
 
 @needs_ccx
@@ -60,16 +86,22 @@ def test_a_curved_face_has_the_area_of_the_facets_through_its_corners(tmp_path):
     bodies = two_boxes(MeshTet, fo.Material(2.0, 0.3), bulge=arched)
     job = fo.read_calculix(run(tmp_path, deck(bodies, "C3D10"))[0]).with_linear_faces("CU", "CL")
     nodes = job.pairs("CU", "CL")[:, 1]
-    own = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}).condense()
+    own = fo.ContactModel(
+        bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
+    ).condense()
     place = [np.linalg.norm(own.points - point, axis=1).argmin() for point in job.points[nodes]]
     assert job.areas(nodes) == pytest.approx(own.width[place], rel=1e-9)
 
 
 @needs_ccx
 def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
-    """By Archard's law a first small jump wears the volume k W / f, whatever the areas; with areas tractions are forces over them."""
+    """By Archard's law a first small jump wears the volume k W / f, whatever the areas; with areas
+    tractions are forces over them."""
     pairs = bricks.pairs("CU", "CL")
-    loads = {"P": bricks.force("TOP", pressure=1.0), "Q": bricks.force("CU", nodal=[0.06, 0.0, 0.0])}
+    loads = {
+        "P": bricks.force("TOP", pressure=1.0),
+        "Q": bricks.force("CU", nodal=[0.06, 0.0, 0.0]),
+    }
     given = (bricks.K, loads, pairs, [0.0, 0.0, 1.0], bricks.unknowns, bricks.points)
     bare, system = fo.condense(*given), fo.condense(*given, width=bricks.areas(pairs[:, 1]))
     cure = r"`condense\(..., width=job.areas\(pairs\[:, 1\]\)\)`"
@@ -80,23 +112,48 @@ def test_wear_and_tractions_of_a_deck_know_the_areas(bricks, tmp_path):
     steady = fo.steady_state(system, SHAKE, 0.5, 1.0, steps=2)
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     worn = fo.wear(system, SHAKE, 0.5, 1.0, coefficient=1e-9, cycles=1, steps=2)
-    assert (worn.depth[-1] * system.width).sum() == pytest.approx(1e-9 * steady.dissipation / 0.5, rel=1e-4)
+    assert (worn.depth[-1] * system.width).sum() == pytest.approx(
+        1e-9 * steady.dissipation / 0.5, rel=1e-4
+    )
     forces = fo.steady_state(bare, SHAKE, 0.5, 1.0, steps=2).fretting_table()
     table = steady.fretting_table()
-    assert "condense(..., width=job.areas(pairs[:, 1]))" in forces.attrs["note"] and "condense" not in table.attrs["note"]
-    assert table["work"].sum() == pytest.approx(steady.dissipation) and np.allclose(table["work_density"] * system.width, table["work"])
+    assert (
+        "condense(..., width=job.areas(pairs[:, 1]))" in forces.attrs["note"]
+        and "condense" not in table.attrs["note"]
+    )
+    assert table["work"].sum() == pytest.approx(steady.dissipation) and np.allclose(
+        table["work_density"] * system.width, table["work"]
+    )
     assert np.allclose(forces["p_mean"], table["pressure_mean"] * system.width, rtol=1e-9)
 
 
 @needs_ccx
 def test_the_command_condenses_with_areas(bricks, tmp_path):
-    assert main(["condense", str(tmp_path / "job.inp"), str(tmp_path / "made.npz"), "--contact", "CU", "CL", "--load", "P=TOP:pressure=1"]) == 0
+    assert (
+        main(
+            [
+                "condense",
+                str(tmp_path / "job.inp"),
+                str(tmp_path / "made.npz"),
+                "--contact",
+                "CU",
+                "CL",
+                "--load",
+                "P=TOP:pressure=1",
+            ]
+        )
+        == 0
+    )
     made = fo.ContactSystem.load(tmp_path / "made.npz")
-    assert made.width.sum() == pytest.approx(2.0) and (made.bonded["P"][1]).sum() == pytest.approx(2.0)
+    assert made.width.sum() == pytest.approx(2.0) and (made.bonded["P"][1]).sum() == pytest.approx(
+        2.0
+    )
 
 
 def test_bad_faces_are_named(flat):
-    with pytest.raises(fo.ModelError, match="nodes: no facet of the outline lies between these 1 nodes"):
+    with pytest.raises(
+        fo.ModelError, match="nodes: no facet of the outline lies between these 1 nodes"
+    ):
         flat.areas([0])
     with pytest.raises(fo.ModelError, match="node set 'none': unknown"):
         flat.areas("none")

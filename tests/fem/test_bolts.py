@@ -1,4 +1,5 @@
-"""Bolts that are tightened, against bars, springs, ties by multipliers, and pretension sections of CalculiX."""
+"""Bolts that are tightened, against bars, springs, ties by multipliers, and pretension sections of
+CalculiX."""
 
 import re
 
@@ -15,11 +16,21 @@ HEIGHTS = np.array([0.0, 0.7, 1.5, 3.0])
 
 
 def bar(kind=MeshQuad, low=0, high=None, half=1.0, kinematics=None):
-    """A bar from y (in space z) = 0 to 3 with the section 1.5, or the part of it between two of its heights."""
-    x = np.array([0.5, 0.7, 1.0]) * half if kinematics == "axisymmetric" else np.array([-1.0, 0.1, 1.0]) * half
+    """A bar from y (in space z) = 0 to 3 with the section 1.5, or the part of it between two of its
+    heights."""
+    x = (
+        np.array([0.5, 0.7, 1.0]) * half
+        if kinematics == "axisymmetric"
+        else np.array([-1.0, 0.1, 1.0]) * half
+    )
     mesh = kind.init_tensor(*[x] * (kind().dim() - 1), HEIGHTS[low:high])
     mesh = mesh.with_boundaries(
-        {"contact": lambda x: x[-1] == 0, "foot": lambda x: x[-1] == 0, "top": lambda x: x[-1] == 3, "side": lambda x: x[0] == 1}
+        {
+            "contact": lambda x: x[-1] == 0,
+            "foot": lambda x: x[-1] == 0,
+            "top": lambda x: x[-1] == 3,
+            "side": lambda x: x[0] == 1,
+        }
     )
     return mesh.with_boundaries({"section": lambda x: x[-1] == 1.5}, boundaries_only=False)
 
@@ -28,11 +39,17 @@ def stands(kind=MeshQuad, loads=None, material=CORK, kinematics=None, supports=N
     """A bar that hangs between a base and a fixed top."""
     bolt, up = bar(kind, kinematics=kinematics), "xyz"[kind().dim() - 1]
     levels = [np.unique(x) for x in bolt.p[:-1]]
-    base = kind.init_tensor(*levels, [-1.0, -0.3, 0.0]).with_boundaries({"contact": lambda x: x[-1] == 0, "bottom": lambda x: x[-1] == -1})
+    base = kind.init_tensor(*levels, [-1.0, -0.3, 0.0]).with_boundaries(
+        {"contact": lambda x: x[-1] == 0, "bottom": lambda x: x[-1] == -1}
+    )
     return fo.ContactModel(
         bodies={"base": fo.Body(base, material, element), "bolt": fo.Body(bolt, material, element)},
         supports=supports or [fo.Support("base", "bottom"), fo.Support("bolt", "top")],
-        loads=loads or {"F": [fo.BoltPreload("bolt", "section", 10.0)], "down": [fo.BodyForce("base", **{up: -0.5})]},
+        loads=loads
+        or {
+            "F": [fo.BoltPreload("bolt", "section", 10.0)],
+            "down": [fo.BodyForce("base", **{up: -0.5})],
+        },
         contacts=[fo.Contact("bolt", "base")],
         kinematics=kinematics,
     )
@@ -40,38 +57,66 @@ def stands(kind=MeshQuad, loads=None, material=CORK, kinematics=None, supports=N
 
 def glued(model, **loads):
     system = model.condense()
-    return model.recover(loads, np.zeros(system.normals.shape[:1] + (2,) * (system.normals.shape[1] == 3)))
+    return model.recover(
+        loads, np.zeros(system.normals.shape[:1] + (2,) * (system.normals.shape[1] == 3))
+    )
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize(
     ("kind", "kinematics", "area"),
-    [(MeshQuad, None, 2), (MeshTri, "plane_stress", 2), (MeshQuad, "axisymmetric", 0.75 * np.pi), (MeshHex, None, 4), (MeshTet, None, 4)],
+    [
+        (MeshQuad, None, 2),
+        (MeshTri, "plane_stress", 2),
+        (MeshQuad, "axisymmetric", 0.75 * np.pi),
+        (MeshHex, None, 4),
+        (MeshTet, None, 4),
+    ],
 )
-def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere(kind, kinematics, area, element):
-    """Bars of length 1.5 on either side of the section, the lower one on a base of length 1; nodes amid edges are cut as corners are."""
+def test_the_stress_of_a_bar_is_the_force_over_its_area_whatever_pulls_elsewhere(
+    kind, kinematics, area, element
+):
+    """Bars of length 1.5 on either side of the section, the lower one on a base of length 1; nodes
+    amid edges are cut as corners are."""
     model = stands(kind, kinematics=kinematics, element=element)
     fields, down = (glued(model, F=2.0, down=load) for load in (0.0, 3.0))
     axial, strain = 1 if kind().dim() == 2 else 3, 20.0 / area / CORK.E
     for body in ("base", "bolt"):
         expected = np.zeros_like(fields.stress[body])
         expected[axial] = 20.0 / area
-        assert np.allclose(fields.stress[body], expected, atol=1e-12 if element == "linear" else 1e-10)
-    u, mesh, whole = fields.displacement["bolt"][-1], fields.bodies["bolt"].mesh, model.bodies["bolt"].mesh
+        assert np.allclose(
+            fields.stress[body], expected, atol=1e-12 if element == "linear" else 1e-10
+        )
+    u, mesh, whole = (
+        fields.displacement["bolt"][-1],
+        fields.bodies["bolt"].mesh,
+        model.bodies["bolt"].mesh,
+    )
     height, section = mesh.p[-1], np.sort(u[mesh.p[-1] == 1.5])
-    assert len(section) == 2 * (whole.p[-1] == 1.5).sum() and np.allclose(section, np.repeat([-1.5 * strain, 2.5 * strain], len(section) // 2))
-    assert np.allclose(u[height > 1.5], (height[height > 1.5] - 3) * strain) and np.allclose(u[height < 1.5], (height[height < 1.5] + 1) * strain)
+    assert len(section) == 2 * (whole.p[-1] == 1.5).sum() and np.allclose(
+        section, np.repeat([-1.5 * strain, 2.5 * strain], len(section) // 2)
+    )
+    assert np.allclose(u[height > 1.5], (height[height > 1.5] - 3) * strain) and np.allclose(
+        u[height < 1.5], (height[height < 1.5] + 1) * strain
+    )
     if element == "quadratic":
         assert np.allclose(down.stress["bolt"][axial], 20.0 / area)
     else:
-        assert np.allclose(u[(height == 1.5).nonzero()[0][len(section) // 2 :]], -1.5 * strain)  # the far face comes last
-    assert fields.p.sum() == pytest.approx(-20.0) and down.p.sum() == pytest.approx(-20.0) and np.allclose(fields.q, 0.0, atol=1e-12)
+        assert np.allclose(
+            u[(height == 1.5).nonzero()[0][len(section) // 2 :]], -1.5 * strain
+        )  # the far face comes last
+    assert (
+        fields.p.sum() == pytest.approx(-20.0)
+        and down.p.sum() == pytest.approx(-20.0)
+        and np.allclose(fields.q, 0.0, atol=1e-12)
+    )
     assert whole.p.shape[1] < mesh.p.shape[1]
 
 
 @pytest.mark.parametrize("kind", [MeshTri, MeshHex])
 def test_the_faces_move_as_multipliers_tie_them(kind):
-    """Both halves of the bolt as bodies of their own, and every tie as a row of a saddle-point system."""
+    """Both halves of the bolt as bodies of their own, and every tie as a row of a saddle-point
+    system."""
     material, d, up = fo.Material(E=2.0, nu=0.3), kind().dim(), "xyz"[kind().dim() - 1]
 
     def loads(body):
@@ -83,21 +128,33 @@ def test_the_faces_move_as_multipliers_tie_them(kind):
         return [*parts, fo.Centrifugal(body, 0.1)]
 
     model = stands(kind, {"F": [fo.BoltPreload("bolt", "section", 4.0), *loads("bolt")]}, material)
-    fields, meshes = glued(model, F=1.0), {"base": model.bodies["base"].mesh, "lower": bar(kind, 0, 3), "upper": bar(kind, 2, None)}
+    fields, meshes = (
+        glued(model, F=1.0),
+        {"base": model.bodies["base"].mesh, "lower": bar(kind, 0, 3), "upper": bar(kind, 2, None)},
+    )
     bodies = {name: fo.Body(mesh, material) for name, mesh in meshes.items()}
     whole = Assembled(bodies)
-    K, F = np.pad(whole.K, (0, 1)), np.r_[np.zeros(len(whole.K)), 4.0]  # the last unknown is how far the faces come together
+    K, F = (
+        np.pad(whole.K, (0, 1)),
+        np.r_[np.zeros(len(whole.K)), 4.0],
+    )  # the last unknown is how far the faces come together
     for name in ("lower", "upper"):
         for load in loads(name):
-            F[whole.first[name] + whole.bases[name].nodal_dofs] += load._forces(bodies[name], "plane_strain")
+            F[whole.first[name] + whole.bases[name].nodal_dofs] += load._forces(
+                bodies[name], "plane_strain"
+            )
     rows = [*np.eye(len(K))[np.r_[whole.on("base", d - 1, -1.0), whole.on("upper", d - 1, 3.0)]]]
     for one, two, height, closing in (("lower", "base", 0.0, 0.0), ("lower", "upper", 1.5, 1.0)):
         for point in meshes[one].p.T[meshes[one].p[-1] == height]:
-            for axis, unknowns in enumerate(zip(whole.rows(one, point), whole.rows(two, point), strict=True)):
+            for axis, unknowns in enumerate(
+                zip(whole.rows(one, point), whole.rows(two, point), strict=True)
+            ):
                 rows.append(np.zeros(len(K)))
                 rows[-1][[*unknowns, -1]] = 1.0, -1.0, -closing * (axis == d - 1)
     C = np.array(rows)
-    u = np.linalg.solve(np.block([[K, C.T], [C, np.zeros((len(C), len(C)))]]), np.r_[F, np.zeros(len(C))])
+    u = np.linalg.solve(
+        np.block([[K, C.T], [C, np.zeros((len(C), len(C)))]]), np.r_[F, np.zeros(len(C))]
+    )
     ours, mesh = fields.displacement["bolt"], fields.bodies["bolt"].mesh
     for name, which in (("lower", 0), ("upper", -1)):  # of the two nodes in the section
         for point in meshes[name].p.T:
@@ -108,49 +165,93 @@ def test_the_faces_move_as_multipliers_tie_them(kind):
 def test_two_legs_of_one_bolt_have_a_section_each():
     """A portal on two rigid feet: each leg carries its own force, and both cuts lie in one body."""
     legs = MeshQuad.init_tensor(np.linspace(0.0, 3.0, 4), np.linspace(0.0, 3.0, 4))
-    legs = legs.remove_elements(np.flatnonzero((abs(legs.p[0, legs.t].mean(axis=0) - 1.5) < 1) & (legs.p[1, legs.t].mean(axis=0) < 2)))
+    legs = legs.remove_elements(
+        np.flatnonzero(
+            (abs(legs.p[0, legs.t].mean(axis=0) - 1.5) < 1) & (legs.p[1, legs.t].mean(axis=0) < 2)
+        )
+    )
     legs = legs.with_boundaries({"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 3})
     legs = legs.with_boundaries(
-        {name: (lambda x, s=s: (x[1] == 1) & (s * (x[0] - 1.5) > 0)) for name, s in (("a", -1), ("b", 1))}, boundaries_only=False
+        {
+            name: (lambda x, s=s: (x[1] == 1) & (s * (x[0] - 1.5) > 0))
+            for name, s in (("a", -1), ("b", 1))
+        },
+        boundaries_only=False,
     )
     foot = MeshQuad.init_tensor(np.linspace(0.0, 3.0, 4), [-1.0, 0.0])
-    foot = foot.with_boundaries({"contact": lambda x: (x[1] == 0) & (abs(x[0] - 1.5) > 1), "bottom": lambda x: x[1] == -1})
+    foot = foot.with_boundaries(
+        {"contact": lambda x: (x[1] == 0) & (abs(x[0] - 1.5) > 1), "bottom": lambda x: x[1] == -1}
+    )
     contacts = [fo.Contact("bolt", "foot", side, side) for side in ("left", "right")]
-    sides = {"left": lambda x: (x[1] == 0) & (x[0] < 1), "right": lambda x: (x[1] == 0) & (x[0] > 2)}
-    bodies = {"bolt": fo.Body(legs.with_boundaries(sides), CORK), "foot": fo.Body(foot.with_boundaries(sides), CORK)}
+    sides = {
+        "left": lambda x: (x[1] == 0) & (x[0] < 1),
+        "right": lambda x: (x[1] == 0) & (x[0] > 2),
+    }
+    bodies = {
+        "bolt": fo.Body(legs.with_boundaries(sides), CORK),
+        "foot": fo.Body(foot.with_boundaries(sides), CORK),
+    }
     loads = {name: [fo.BoltPreload("bolt", name)] for name in "ab"}
-    model = fo.ContactModel(bodies, [fo.Support("foot", "bottom"), fo.Support("bolt", "top")], loads, contacts)
+    model = fo.ContactModel(
+        bodies, [fo.Support("foot", "bottom"), fo.Support("bolt", "top")], loads, contacts
+    )
     system = model.condense()
     for name, here in (("a", "left"), ("b", "right")):
-        p = {side: system.bonded[name][1][system.contact == side].sum() for side in ("left", "right")}
+        p = {
+            side: system.bonded[name][1][system.contact == side].sum() for side in ("left", "right")
+        }
         assert p[here] == pytest.approx(-1.0) and p["left"] + p["right"] == pytest.approx(-1.0)
 
 
 def named(**places):
-    return bar().with_boundaries({name: lambda x, place=place: place(*x) for name, place in places.items()}, boundaries_only=False)
+    return bar().with_boundaries(
+        {name: lambda x, place=place: place(*x) for name, place in places.items()},
+        boundaries_only=False,
+    )
 
 
-def asked(mesh=None, section="section", body="bolt", supports=None, contacts=None, kinematics=None, **more):
+def asked(
+    mesh=None, section="section", body="bolt", supports=None, contacts=None, kinematics=None, **more
+):
     model = stands(kinematics=kinematics)
     bodies = model.bodies if mesh is None else {**model.bodies, "bolt": fo.Body(mesh, CORK)}
     loads = {"F": [fo.BoltPreload(body, name) for name in (section, *more.get("also", ()))]}
-    return fo.ContactModel(bodies, supports or model.supports, loads, contacts or model.contacts, kinematics).condense()
+    return fo.ContactModel(
+        bodies, supports or model.supports, loads, contacts or model.contacts, kinematics
+    ).condense()
 
 
 BAD = {
     "bolt: body: 'nut'; give 'base' or 'bolt'": {"body": "nut"},
-    "bolt 'bolt': section 'cut' is unknown; this mesh names ['contact', 'foot', 'section', 'side', 'top']": {"section": "cut"},
+    "bolt 'bolt': section 'cut' is unknown; this mesh names ['contact', 'foot', 'section', 'side', 'top']": {
+        "section": "cut"
+    },
     "section 'top' has no facets, or facets on the outline": {"section": "top"},
-    "section 'bent' is not flat": {"mesh": named(bent=lambda x, y: ((y == 1.5) & (x < 0.1)) | ((x == 0.1) & (y > 1.5))), "section": "bent"},
-    "section 'half' does not cut the body in two": {"mesh": named(half=lambda x, y: (y == 1.5) & (x < 0.1)), "section": "half"},
-    "section 'again' has no facets, or facets on the outline": {"mesh": named(again=lambda x, y: y == 1.5), "also": ["again"]},
+    "section 'bent' is not flat": {
+        "mesh": named(bent=lambda x, y: ((y == 1.5) & (x < 0.1)) | ((x == 0.1) & (y > 1.5))),
+        "section": "bent",
+    },
+    "section 'half' does not cut the body in two": {
+        "mesh": named(half=lambda x, y: (y == 1.5) & (x < 0.1)),
+        "section": "half",
+    },
+    "section 'again' has no facets, or facets on the outline": {
+        "mesh": named(again=lambda x, y: y == 1.5),
+        "also": ["again"],
+    },
     "'bolt': its section at (0.0333333, 1.5) has nodes on a cut of a sector, in a contact, in another section, or held": {
         "supports": [fo.Support("base", "bottom"), fo.Support("bolt", "side")]
     },
-    "nothing holds what is around (0.0333333, 2.25) against the force along the axis": {"supports": [fo.Support("base", "bottom")]},
-    "nothing holds what is around (0.0333333, 0.15) against the force": {"supports": [fo.Support("base", "bottom", "x"), fo.Support("bolt", "top")]},
+    "nothing holds what is around (0.0333333, 2.25) against the force along the axis": {
+        "supports": [fo.Support("base", "bottom")]
+    },
+    "nothing holds what is around (0.0333333, 0.15) against the force": {
+        "supports": [fo.Support("base", "bottom", "x"), fo.Support("bolt", "top")]
+    },
     "section 'upright' is not normal to the axis": {
-        "mesh": bar(kinematics="axisymmetric").with_boundaries({"upright": lambda x: x[0] == 0.7}, boundaries_only=False),
+        "mesh": bar(kinematics="axisymmetric").with_boundaries(
+            {"upright": lambda x: x[0] == 0.7}, boundaries_only=False
+        ),
         "section": "upright",
         "kinematics": "axisymmetric",
     },
@@ -163,7 +264,10 @@ def test_sections_that_are_none_are_refused(message):
         asked(**BAD[message])
 
 
-@pytest.mark.parametrize(("arguments", "message"), [((1, "a"), "body: 1"), (("a", None), "section: None"), (("a", "b", np.nan), "force: nan")])
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [((1, "a"), "body: 1"), (("a", None), "section: None"), (("a", "b", np.nan), "force: nan")],
+)
 def test_arguments_of_a_bolt(arguments, message):
     with pytest.raises(fo.ModelError, match=message):
         fo.BoltPreload(*arguments)
@@ -171,7 +275,8 @@ def test_arguments_of_a_bolt(arguments, message):
 
 @needs_ccx
 def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
-    """A bolt between a base and a fixed top, pushed aside too: its displacements, and its tension in the contact at its foot."""
+    """A bolt between a base and a fixed top, pushed aside too: its displacements, and its tension
+    in the contact at its foot."""
     base, bolt = (
         Block(1, lines((-1, 2, 6), (-1, 2, 6), (-1, 0, 2)), 1.0, 0.3, "BASE"),
         Block(1001, lines((0, 1, 2), (0, 1, 2), (0, 2, 4)), 2.0, 0.2, "BOLT"),
@@ -179,25 +284,56 @@ def test_a_tightened_bolt_is_a_pretension_section(tmp_path):
     on_base = {tuple(point): n for n, point in zip(base.numbers, base.points, strict=True)}
     glue = [(n, on_base[tuple(bolt.points[n - 1001])]) for n in bolt.on(2, 0)]
     above = 1001 + np.flatnonzero((bolt.points[bolt.elements[:, :4], 2] == 1).all(axis=1))
-    deck = base.deck() + bolt.deck() + node_set("FIX", [*base.on(2, -1), *bolt.on(2, 2)]) + "*BOUNDARY\nFIX, 1, 3\n*NODE\n9999, 0., 0., 9.\n"
+    deck = (
+        base.deck()
+        + bolt.deck()
+        + node_set("FIX", [*base.on(2, -1), *bolt.on(2, 2)])
+        + "*BOUNDARY\nFIX, 1, 3\n*NODE\n9999, 0., 0., 9.\n"
+    )
     deck += "".join(equation((a, k, 1.0), (b, k, -1.0)) for k in (1, 2, 3) for a, b in glue)
-    deck += "*SURFACE, NAME=CUT\n" + "".join(f"{n}, S1\n" for n in above) + "*PRE-TENSION SECTION, SURFACE=CUT, NODE=9999\n0., 0., -1.\n"
+    deck += (
+        "*SURFACE, NAME=CUT\n"
+        + "".join(f"{n}, S1\n" for n in above)
+        + "*PRE-TENSION SECTION, SURFACE=CUT, NODE=9999\n0., 0., -1.\n"
+    )
     meshes = {"base": MeshHex.init_tensor(*base.lines), "bolt": MeshHex.init_tensor(*bolt.lines)}
-    sides = {"foot": lambda x: x[2] == 0, "low": lambda x: x[2] == -1, "top": lambda x: x[2] == 2, "side": lambda x: x[0] == 1}
+    sides = {
+        "foot": lambda x: x[2] == 0,
+        "low": lambda x: x[2] == -1,
+        "top": lambda x: x[2] == 2,
+        "side": lambda x: x[0] == 1,
+    }
     meshes = {name: mesh.with_boundaries(sides) for name, mesh in meshes.items()}
-    meshes["bolt"] = meshes["bolt"].with_boundaries({"cut": lambda x: x[2] == 1}, boundaries_only=False)
-    bodies = {name: fo.Body(meshes[name], fo.Material(block.E, block.nu)) for name, block in (("base", base), ("bolt", bolt))}
-    loads = {"F": [fo.BoltPreload("bolt", "cut", 0.03)], "push": [fo.Traction("bolt", "side", x=0.01)]}
+    meshes["bolt"] = meshes["bolt"].with_boundaries(
+        {"cut": lambda x: x[2] == 1}, boundaries_only=False
+    )
+    bodies = {
+        name: fo.Body(meshes[name], fo.Material(block.E, block.nu))
+        for name, block in (("base", base), ("bolt", bolt))
+    }
+    loads = {
+        "F": [fo.BoltPreload("bolt", "cut", 0.03)],
+        "push": [fo.Traction("bolt", "side", x=0.01)],
+    }
     held = [fo.Support("base", "low"), fo.Support("bolt", "top")]
     model = fo.ContactModel(bodies, held, loads, [fo.Contact("bolt", "base", "foot", "foot")])
     system = model.condense()
     assert system.bonded["F"][1].sum() == pytest.approx(-0.03, rel=1e-12)
-    fields, pushed = model.recover({"F": 1.0, "push": 1.0}, np.zeros((system.nodes, 2))), loads["push"][0]._forces(bodies["bolt"], "space")[0]
+    fields, pushed = (
+        model.recover({"F": 1.0, "push": 1.0}, np.zeros((system.nodes, 2))),
+        loads["push"][0]._forces(bodies["bolt"], "space")[0],
+    )
     number = {tuple(point): n for n, point in zip(bolt.numbers, bolt.points, strict=True)}
-    forces = "".join(f"{number[tuple(point)]}, 1, {f!r}\n" for point, f in zip(meshes["bolt"].p.T, pushed.tolist(), strict=True) if f)
+    forces = "".join(
+        f"{number[tuple(point)]}, 1, {f!r}\n"
+        for point, f in zip(meshes["bolt"].p.T, pushed.tolist(), strict=True)
+        if f
+    )
     found = displacements(tmp_path, deck, f"*CLOAD\n9999, 1, 0.03\n{forces}")
     largest = max(np.abs(u).max() for u in fields.displacement.values())
     for name, places in (("base", on_base), ("bolt", number)):
         for point, u in zip(fields.bodies[name].mesh.p.T, fields.displacement[name].T, strict=True):
             if name == "base" or point[2] != 1:  # two nodes are there
-                assert np.abs(found[places[tuple(point)]] - u).max() < 1e-6 * largest  # CalculiX prints seven digits
+                assert (
+                    np.abs(found[places[tuple(point)]] - u).max() < 1e-6 * largest
+                )  # CalculiX prints seven digits

@@ -16,7 +16,8 @@ from helpers.refused import refused
 
 @st.composite
 def sparse_problems(draw):
-    """A matrix that is positive definite in what is eliminated (any graph: disconnected, dense rows, none), fronts in any order, and loads."""
+    """A matrix that is positive definite in what is eliminated (any graph: disconnected, dense
+    rows, none), fronts in any order, and loads."""
     eliminated, kept = draw(st.integers(0, 25)), draw(st.integers(0, 7))
     rng, n = np.random.default_rng(draw(st.integers(0, 10**6))), eliminated + kept
     density = draw(st.sampled_from([0.0, 0.05, 0.2, 0.6]))
@@ -26,8 +27,12 @@ def sparse_problems(draw):
     K = A @ A.T + np.diag(10.0 ** rng.uniform(-3, 3, size=n))
     front = np.full(n, -1)
     own = np.sort(rng.permutation(n)[:eliminated])
-    front[own] = np.unique(rng.integers(draw(st.integers(1, 12)), size=eliminated), return_inverse=True)[1]
-    K[np.ix_(front < 0, front < 0)] -= np.diag(rng.uniform(0, 2e3, size=kept))  # what is kept may be anything
+    front[own] = np.unique(
+        rng.integers(draw(st.integers(1, 12)), size=eliminated), return_inverse=True
+    )[1]
+    K[np.ix_(front < 0, front < 0)] -= np.diag(
+        rng.uniform(0, 2e3, size=kept)
+    )  # what is kept may be anything
     return K, front, rng.normal(size=n)
 
 
@@ -40,20 +45,32 @@ def test_elimination_against_dense_algebra(problem):
     S = K[np.ix_(r, r)] - coupling.T @ np.linalg.solve(inner, coupling)
     found, _ = eliminate(csr_matrix(K), front)
     scale = np.abs(K).max(initial=1.0)
-    assert found.shape == S.shape and np.allclose(found, S, rtol=1e-9, atol=1e-11 * scale) and np.array_equal(found, found.T)
+    assert (
+        found.shape == S.shape
+        and np.allclose(found, S, rtol=1e-9, atol=1e-11 * scale)
+        and np.array_equal(found, found.T)
+    )
     u = solve(eliminate(csr_matrix(inner), front[i], keep=True)[1], F[i])
-    assert np.allclose(u, np.linalg.solve(inner, F[i]), rtol=1e-7, atol=1e-9 * np.abs(u).max(initial=1.0))
+    assert np.allclose(
+        u, np.linalg.solve(inner, F[i]), rtol=1e-7, atol=1e-9 * np.abs(u).max(initial=1.0)
+    )
 
 
 @settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 20), fronts=st.integers(1, 6))
 def test_an_indefinite_part_is_refused(seed, n, fronts):
-    """The unknown that is told has a leading part, in the order of elimination, that is not positive definite."""
+    """The unknown that is told has a leading part, in the order of elimination, that is not
+    positive definite."""
     rng = np.random.default_rng(seed)
     A = rng.normal(size=(n, n))
     values, vectors = np.linalg.eigh(A + A.T)
-    values[0] = rng.choice([-1e-9 * np.abs(values).max(), -1e-3 * np.abs(values).max(), -np.abs(values).max()])
-    K, front = vectors * np.r_[values[0], np.abs(values[1:]) + 0.1] @ vectors.T, np.unique(rng.integers(fronts, size=n), return_inverse=True)[1]
+    values[0] = rng.choice(
+        [-1e-9 * np.abs(values).max(), -1e-3 * np.abs(values).max(), -np.abs(values).max()]
+    )
+    K, front = (
+        vectors * np.r_[values[0], np.abs(values[1:]) + 0.1] @ vectors.T,
+        np.unique(rng.integers(fronts, size=n), return_inverse=True)[1],
+    )
     with pytest.raises(LinAlgError) as told:
         eliminate(csr_matrix(K), front)
     order = np.argsort(front, kind="stable")
@@ -62,34 +79,55 @@ def test_an_indefinite_part_is_refused(seed, n, fronts):
 
 
 def test_an_unknown_without_stiffness_is_refused_whatever_the_others_are():
-    for K in (np.diag([1e9, 0.0, 1.0]), np.array([[1e9, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 2.0]])):
+    for K in (
+        np.diag([1e9, 0.0, 1.0]),
+        np.array([[1e9, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 2.0]]),
+    ):
         with pytest.raises(LinAlgError) as told:
             eliminate(csr_matrix(K), np.array([0, 0, -1]))
         assert told.value.args == (1,)
 
 
 def test_a_body_that_comes_apart_is_named_with_its_node():
-    """A spring to the ground that pulls: the node has less than no stiffness once its neighbours may move."""
+    """A spring to the ground that pulls: the node has less than no stiffness once its neighbours
+    may move."""
     spring = np.array([[1.0, -1.0], [-1.0, 1.0]])
     K = np.zeros((6, 6))
     for one, two in ((0, 2), (2, 4), (1, 3), (3, 5)):
         K[np.ix_([one, two], [one, two])] += spring
     K[[4, 5], [4, 5]] = -0.9
-    rows, points = np.vstack([np.arange(6).reshape(3, 2), [-1, -1]]), [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [0.0, 0.0]]
-    with pytest.raises(fo.ModelError, match=r"stiffness: node [12] of body 0 at \(0, [12]\) has none left .*; support the bodies"):
-        fo.condense(csr_matrix(K), {"P": np.ones(6)}, [[0, 3]], [0.0, 1.0], rows, points, width=[1.0])
+    rows, points = (
+        np.vstack([np.arange(6).reshape(3, 2), [-1, -1]]),
+        [[0.0, 0.0], [0.0, 1.0], [0.0, 2.0], [0.0, 0.0]],
+    )
+    with pytest.raises(
+        fo.ModelError,
+        match=r"stiffness: node [12] of body 0 at \(0, [12]\) has none left .*; support the bodies",
+    ):
+        fo.condense(
+            csr_matrix(K), {"P": np.ones(6)}, [[0, 3]], [0.0, 1.0], rows, points, width=[1.0]
+        )
 
 
 def test_a_body_much_softer_than_its_neighbour_is_named():
-    """A free punch 1e15 times as stiff as the block: of the stiffness at the contact, what holds the punch is rounding."""
+    """A free punch 1e15 times as stiff as the block: of the stiffness at the contact, what holds
+    the punch is rounding."""
     scene = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0, punch_material=Material(1e15))
     for ask in (scene.condense, lambda: scene.model().recover({"P": 1.0}, np.zeros(5))):
-        with pytest.raises(fo.ModelError, match=r"stiffness: node \d+ of body '(punch|block)' at .* has none left .* bring the stiffness"):
+        with pytest.raises(
+            fo.ModelError,
+            match=r"stiffness: node \d+ of body '(punch|block)' at .* has none left .* bring the stiffness",
+        ):
             ask()
 
 
 @pytest.mark.parametrize(
-    "mesh", [MeshQuad.init_tensor(np.linspace(0, 1, 41) ** 2, np.linspace(0, 1, 31)), MeshTri().refined(5), MeshTri.init_circle(5)]
+    "mesh",
+    [
+        MeshQuad.init_tensor(np.linspace(0, 1, 41) ** 2, np.linspace(0, 1, 31)),
+        MeshTri().refined(5),
+        MeshTri.init_circle(5),
+    ],
 )
 def test_nested_dissection_orders_nodes_with_little_fill(mesh):
     K = body_stiffness(mesh, Material())
@@ -98,50 +136,77 @@ def test_nested_dissection_orders_nodes_with_little_fill(mesh):
     order = np.argsort(nested_dissection(K, mesh.p), kind="stable")
 
     def fill(permutation):
-        options = {"permc_spec": "NATURAL", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+        options = {
+            "permc_spec": "NATURAL",
+            "diag_pivot_thresh": 0.0,
+            "options": {"SymmetricMode": True},
+        }
         return splu(K[permutation][:, permutation].tocsc(), **options).L.nnz
 
     assert fill(order) < 0.8 * fill(np.lexsort(mesh.p))
 
 
 def test_coincident_nodes_do_not_stop_the_ordering():
-    assert np.array_equal(nested_dissection(csr_matrix(np.ones((90, 90))), np.zeros((2, 90))), np.zeros(90))
+    assert np.array_equal(
+        nested_dissection(csr_matrix(np.ones((90, 90))), np.zeros((2, 90))), np.zeros(90)
+    )
 
 
 @pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.4999])
 def test_an_element_that_swells_on_one_side_and_shrinks_on_the_other_keeps_its_volume(nu):
-    """Energy of u_x = x y on the square of side 2: 2 mu from the shear modulus, and 2 lambda / 3 from the volume if it is not averaged."""
+    """Energy of u_x = x y on the square of side 2: 2 mu from the shear modulus, and 2 lambda / 3
+    from the volume if it is not averaged."""
     mesh, material = MeshQuad.init_tensor([-1.0, 1.0], [-1.0, 1.0]), Material(E=2.0, nu=nu)
     lam, mu = 2.0 * nu / ((1 + nu) * (1 - 2 * nu)), 2.0 / (2 * (1 + nu))
     x, y = mesh.p
     for u in (np.r_[x * y, 0 * x], np.r_[0 * x, x * y]):
-        assert u @ body_stiffness(mesh, material, "mean_dilatation") @ u / 2 == pytest.approx(2 * mu, rel=1e-12)
-        assert u @ body_stiffness(mesh, material, "linear") @ u / 2 == pytest.approx(2 * mu + 2 * lam / 3, rel=1e-12)
+        assert u @ body_stiffness(mesh, material, "mean_dilatation") @ u / 2 == pytest.approx(
+            2 * mu, rel=1e-12
+        )
+        assert u @ body_stiffness(mesh, material, "linear") @ u / 2 == pytest.approx(
+            2 * mu + 2 * lam / 3, rel=1e-12
+        )
 
 
 @pytest.mark.parametrize("nu", [-0.9, 0.3, 0.4999])
 def test_averaging_the_dilatation_frees_no_motion(nu):
-    """On a distorted mesh only the three rigid motions need no force, and what needs least needs about as much as without averaging."""
+    """On a distorted mesh only the three rigid motions need no force, and what needs least needs
+    about as much as without averaging."""
     mesh = MeshQuad.init_tensor(np.linspace(0, 1, 5), np.linspace(0, 1, 4))
     mesh = MeshQuad(mesh.p + 0.06 * np.random.default_rng(0).uniform(-1, 1, mesh.p.shape), mesh.t)
-    mean, full = (np.linalg.eigvalsh(body_stiffness(mesh, Material(nu=nu), element).toarray()) for element in ("mean_dilatation", "linear"))
+    mean, full = (
+        np.linalg.eigvalsh(body_stiffness(mesh, Material(nu=nu), element).toarray())
+        for element in ("mean_dilatation", "linear")
+    )
     assert np.abs(mean[:3]).max() < 1e-11 * mean[-1] and 0.3 < mean[3] / full[3] < 3.0
 
 
 def test_triangles_have_a_uniform_dilatation_already():
     mesh = MeshTri().refined(2)
-    mean, full = (body_stiffness(mesh, Material(nu=0.49), element).toarray() for element in ("mean_dilatation", "linear"))
+    mean, full = (
+        body_stiffness(mesh, Material(nu=0.49), element).toarray()
+        for element in ("mean_dilatation", "linear")
+    )
     assert np.allclose(mean, full, rtol=0, atol=1e-12 * np.abs(full).max())
 
 
-@refused((0.0, 0.3, "E: 0.0"), (-1.0, 0.3, "E: -1"), (1.0, 0.5, "nu: 0.5"), (1.0, -1.0, "nu: -1"), (np.nan, 0.3, "E: nan"))
+@refused(
+    (0.0, 0.3, "E: 0.0"),
+    (-1.0, 0.3, "E: -1"),
+    (1.0, 0.5, "nu: 0.5"),
+    (1.0, -1.0, "nu: -1"),
+    (np.nan, 0.3, "E: nan"),
+)
 def test_impossible_materials_are_refused(E, nu):
     fo.Material(E=E, nu=nu)
 
 
 @pytest.mark.parametrize("stiff", [1e-6, 1e6])
 def test_a_stiff_or_soft_punch_takes_its_loads_to_rounding(stiff):
-    """A million times as stiff as the block: the elimination is right to 4e-7, the sums of the reactions are those of the loads."""
-    contact = fo.scenes.PunchOnHalfPlane(elements=24, punch_material=Material(E=stiff, nu=0.3)).condense()
+    """A million times as stiff as the block: the elimination is right to 4e-7, the sums of the
+    reactions are those of the loads."""
+    contact = fo.scenes.PunchOnHalfPlane(
+        elements=24, punch_material=Material(E=stiff, nu=0.3)
+    ).condense()
     for name, q, p in (("P", 0.0, 2.0), ("sigma", 0.0, 0.0), ("Q", -2.0, 0.0)):
         assert [part.sum() for part in contact.bonded[name]] == pytest.approx([q, p], abs=1e-12)

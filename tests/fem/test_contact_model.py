@@ -16,10 +16,16 @@ def test_the_punch_keeps_its_free_motions_and_a_held_one_has_none():
     rigid = np.linalg.eigvalsh(free.S) < 1e-12 * np.linalg.norm(free.S)
     assert rigid.sum() == 3
     assert np.abs(free.S @ np.r_[np.ones(4), np.zeros(4)]).max() < 1e-15
-    held = fo.ContactModel(blocks(), supports=[*FREE, fo.Support("punch", "top", "xy")], loads={"tau": LOADS["tau"]}).condense()
+    held = fo.ContactModel(
+        blocks(), supports=[*FREE, fo.Support("punch", "top", "xy")], loads={"tau": LOADS["tau"]}
+    ).condense()
     assert np.linalg.eigvalsh(held.S)[0] > 1e-3
-    guided = fo.ContactModel(blocks(), supports=[*FREE, fo.Support("punch", "top", "x")], loads={"p": LOADS["p"]}).condense()
-    assert (np.linalg.eigvalsh(guided.S) < 1e-12 * np.linalg.norm(guided.S)).sum() == 2  # up and down, and a turn about the guide
+    guided = fo.ContactModel(
+        blocks(), supports=[*FREE, fo.Support("punch", "top", "x")], loads={"p": LOADS["p"]}
+    ).condense()
+    assert (
+        np.linalg.eigvalsh(guided.S) < 1e-12 * np.linalg.norm(guided.S)
+    ).sum() == 2  # up and down, and a turn about the guide
 
 
 PUNCH, BLOCK = blocks().values()
@@ -29,46 +35,81 @@ GOOD = {"bodies": BOTH, "supports": FREE, "loads": LOADS}
 
 def moved(body, by, **boundaries):
     """A body moved, with more boundaries named."""
-    mesh = type(body.mesh)(body.mesh.p + np.array(by)[:, None], body.mesh.t).with_boundaries(body.mesh.boundaries)
+    mesh = type(body.mesh)(body.mesh.p + np.array(by)[:, None], body.mesh.t).with_boundaries(
+        body.mesh.boundaries
+    )
     return fo.Body(mesh.with_boundaries(boundaries) if boundaries else mesh)
 
 
 def mirrored(body):
-    return fo.Body(MeshQuad(body.mesh.p * [[1.0], [-1.0]], body.mesh.t).with_boundaries(body.mesh.boundaries))
+    return fo.Body(
+        MeshQuad(body.mesh.p * [[1.0], [-1.0]], body.mesh.t).with_boundaries(body.mesh.boundaries)
+    )
 
 
 CORNERED = fo.Body(PUNCH.mesh.with_boundaries({"two sides": lambda x: (x[1] == 0) | (x[1] == 1)}))
 PINCHED = MeshQuad.init_tensor(np.arange(4.0), np.arange(4.0)).remove_elements(np.array([0, 4]))
 PINCHED = fo.Body(PINCHED.with_boundaries({"outline": lambda x: x[0] > -1}))
-INNER = fo.Body(PUNCH.mesh.with_boundaries({"contact": lambda x: np.isclose(x[1], 0.4)}, boundaries_only=False))
-WALL = fo.Body(MeshQuad.init_tensor([-3.0, -1.0], [0.0, 0.4, 1.0]).with_boundaries({"wall": lambda x: x[0] == -1.0}))
-FLOOR = fo.Body(MeshQuad.init_tensor([-1.0, 1.0], [2.0, 3.0]).with_boundaries({"under": lambda x: x[1] == 2.0}))
+INNER = fo.Body(
+    PUNCH.mesh.with_boundaries({"contact": lambda x: np.isclose(x[1], 0.4)}, boundaries_only=False)
+)
+WALL = fo.Body(
+    MeshQuad.init_tensor([-3.0, -1.0], [0.0, 0.4, 1.0]).with_boundaries(
+        {"wall": lambda x: x[0] == -1.0}
+    )
+)
+FLOOR = fo.Body(
+    MeshQuad.init_tensor([-1.0, 1.0], [2.0, 3.0]).with_boundaries({"under": lambda x: x[1] == 2.0})
+)
 BAD_MODELS = {
-    "at (-1, 0.5): the faces do not touch, they are 0.5 apart": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.0, 0.5])}},
-    "at (-1, -0.01): the bodies overlap by 0.01": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.0, -0.01])}},
-    "around (1.05, 0) faces nothing of body 'block'": {"bodies": {**BOTH, "punch": moved(PUNCH, [0.5, 0.0])}},
-    "of body 'punch' around (-0.75, 0) faces nothing of body 'block'": {"bodies": {**BOTH, "punch": mirrored(PUNCH)}},
-    "the elements of body 1 and of body 2 belong on opposite sides": {"bodies": {**BOTH, "block": mirrored(BLOCK)}},
+    "at (-1, 0.5): the faces do not touch, they are 0.5 apart": {
+        "bodies": {**BOTH, "punch": moved(PUNCH, [0.0, 0.5])}
+    },
+    "at (-1, -0.01): the bodies overlap by 0.01": {
+        "bodies": {**BOTH, "punch": moved(PUNCH, [0.0, -0.01])}
+    },
+    "around (1.05, 0) faces nothing of body 'block'": {
+        "bodies": {**BOTH, "punch": moved(PUNCH, [0.5, 0.0])}
+    },
+    "of body 'punch' around (-0.75, 0) faces nothing of body 'block'": {
+        "bodies": {**BOTH, "punch": mirrored(PUNCH)}
+    },
+    "the elements of body 1 and of body 2 belong on opposite sides": {
+        "bodies": {**BOTH, "block": mirrored(BLOCK)}
+    },
     "boundary 'two sides' is in several pieces, one at": {
         "bodies": {**BOTH, "punch": CORNERED},
         "contacts": [fo.Contact("punch", "block", "two sides")],
     },
-    "boundary 'outline' touches itself at (1, 1)": {"bodies": {**BOTH, "punch": PINCHED}, "contacts": [fo.Contact("punch", "block", "outline")]},
+    "boundary 'outline' touches itself at (1, 1)": {
+        "bodies": {**BOTH, "punch": PINCHED},
+        "contacts": [fo.Contact("punch", "block", "outline")],
+    },
     "contact 'contact', body 'punch': boundary 'joint' is unknown; this mesh names": {
         "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
     },
     "contacts: body: 'bolt'; give 'punch' or 'block'": {"contacts": [fo.Contact("bolt", "block")]},
-    "contact 'contact', at (-1, 0): gap -1; give gaps >= 0": {"contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]},
-    "contact 'contact': gap: the function raised": {"contacts": [fo.Contact("punch", "block", gap=lambda x: x)]},
+    "contact 'contact', at (-1, 0): gap -1; give gaps >= 0": {
+        "contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]
+    },
+    "contact 'contact': gap: the function raised": {
+        "contacts": [fo.Contact("punch", "block", gap=lambda x: x)]
+    },
     "facets inside the body": {"bodies": {**BOTH, "punch": INNER}},
     "contacts: two are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
     "contacts: none, with 3 bodies": {"bodies": {**BOTH, "wall": WALL}},
     "bodies['punch']: a MeshQuad1; give a Body": {"bodies": {**BOTH, "punch": PUNCH.mesh}},
     "supports: body: 'bolt'; give 'punch' or 'block'": {"supports": [fo.Support("bolt", "top")]},
     "no node at (0.0, 5.0)": {"supports": [fo.Support("block", (0.0, 5.0))]},
-    "loads['p']: body: 'bolt'; give 'punch' or 'block'": {"loads": {"p": [fo.Traction("bolt", "top", y=1.0)]}},
-    "loads['p']: boundary 'roof' is unknown": {"loads": {"p": [fo.Traction("punch", "roof", y=1.0)]}},
-    "loads['fit']: contact: 'bore'; give 'contact'": {"loads": {"fit": [fo.Interference("bore", 0.1)]}},
+    "loads['p']: body: 'bolt'; give 'punch' or 'block'": {
+        "loads": {"p": [fo.Traction("bolt", "top", y=1.0)]}
+    },
+    "loads['p']: boundary 'roof' is unknown": {
+        "loads": {"p": [fo.Traction("punch", "roof", y=1.0)]}
+    },
+    "loads['fit']: contact: 'bore'; give 'contact'": {
+        "loads": {"fit": [fo.Interference("bore", 0.1)]}
+    },
     "loads['p']: no load; give at least one": {"loads": {"p": []}},
 }
 
@@ -83,12 +124,19 @@ def test_a_model_shows_the_units_of_its_bodies():
     soft = fo.Body(BLOCK.mesh, fo.Material(E=70e9, nu=0.25))
     model = fo.ContactModel({"punch": PUNCH, "block": soft}, FREE, LOADS)
     told = f"'block': 'E=7e+10, nu=0.25, 2 x 1, {soft.mesh.p.shape[1]} nodes'"
-    assert f"'punch': 'E={PUNCH.material.E:g}, nu={PUNCH.material.nu:g}, 2 x 1, 12 nodes'" in repr(model) and told in repr(model)
-    assert f"block: {told[10:-1]}</td>" in model._repr_html_() and "12 nodes<br>block" in model._repr_html_()
+    assert f"'punch': 'E={PUNCH.material.E:g}, nu={PUNCH.material.nu:g}, 2 x 1, 12 nodes'" in repr(
+        model
+    ) and told in repr(model)
+    assert (
+        f"block: {told[10:-1]}</td>" in model._repr_html_()
+        and "12 nodes<br>block" in model._repr_html_()
+    )
 
 
 UNHELD = {
-    "the body at (-1, 0), with all that contacts glue to it, can still turn; add a Support": {"supports": FREE[:1]},
+    "the body at (-1, 0), with all that contacts glue to it, can still turn; add a Support": {
+        "supports": FREE[:1]
+    },
     "can still move along x and y and turn; add": {"supports": []},
     "can still move along x; add": {"supports": [fo.Support("block", "bottom", "y")]},
     "can still move along y and turn; add": {"supports": [fo.Support("block", (-0.5, -1.0), "x")]},
@@ -114,8 +162,12 @@ def test_bad_parts_are_refused():
     for make, message in {
         lambda: fo.Body(apart): "2 parts that share no edge",
         lambda: fo.Body(hinge): "2 parts that share no edge",
-        lambda: fo.Body(MeshWedge1()): "mesh: a MeshWedge1; give one of scikit-fem with elements of one shape, linear or quadratic: MeshTri1, MeshQ",
-        lambda: fo.Body(MeshTri2(), element="mean_dilatation"): "element: 'mean_dilatation', but the mesh is a MeshTri2 with quadratic elements",
+        lambda: fo.Body(
+            MeshWedge1()
+        ): "mesh: a MeshWedge1; give one of scikit-fem with elements of one shape, linear or quadratic: MeshTri1, MeshQ",
+        lambda: fo.Body(
+            MeshTri2(), element="mean_dilatation"
+        ): "element: 'mean_dilatation', but the mesh is a MeshTri2 with quadratic elements",
         lambda: fo.Body(MeshQuad(), element="cubic"): "element: 'cubic'",
         lambda: fo.Support("punch", "top", "yx"): "directions: 'yx'",
         lambda: fo.Contact("punch", "punch"): "a face cannot touch itself",
@@ -127,28 +179,44 @@ def test_bad_parts_are_refused():
 
 def test_bad_elements_are_refused():
     square = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0])
-    for place, message in (((3.0, 5.0), "not convex"), ((1.0, 0.0), "no area"), ((np.nan, 0.0), "not finite"), ((np.inf, 0.0), "not finite")):
+    for place, message in (
+        ((3.0, 5.0), "not convex"),
+        ((1.0, 0.0), "no area"),
+        ((np.nan, 0.0), "not finite"),
+        ((np.inf, 0.0), "not finite"),
+    ):
         points = square.p.copy()
         points[:, 0] = place
         with pytest.raises(fo.ModelError, match=message):
             fo.Body(MeshQuad(points, square.t, sort_t=False))
     with pytest.raises(fo.ModelError, match="not convex or have no volume"):
         fo.Body(MeshHex(MeshHex().p * [[1.0], [1.0], [0.0]], MeshHex().t))
-    straight = np.array([[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # at a straight corner the map from the square is singular
+    straight = np.array(
+        [[0.0, 1.0, 2.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+    )  # at a straight corner the map from the square is singular
     for order in ([0, 1, 2, 3], [3, 2, 1, 0]):
         with pytest.raises(fo.ModelError, match="mesh: 1 elements"):
             fo.Body(MeshQuad(straight, np.array(order)[:, None]))
 
 
 def test_a_punch_in_a_socket_is_accepted():
-    """Which body is above is a matter of the elements at the interface, not of where most nodes are."""
+    """Which body is above is a matter of the elements at the interface, not of where most nodes
+    are."""
     punch = blocks()["punch"]
-    walls = MeshQuad.init_tensor([-3.0, -2.0, -1.0, -0.5, 0.1, 1.0, 2.0, 3.0], [-1.0, 0.0, 5.0, 5.1, 5.2, 5.3])
+    walls = MeshQuad.init_tensor(
+        [-3.0, -2.0, -1.0, -0.5, 0.1, 1.0, 2.0, 3.0], [-1.0, 0.0, 5.0, 5.1, 5.2, 5.3]
+    )
     centre = walls.p[:, walls.t].mean(axis=1)
     walls = walls.remove_elements(np.flatnonzero((np.abs(centre[0]) < 2) & (centre[1] > 0)))
-    walls = walls.with_boundaries({"contact": lambda x: (x[1] == 0.0) & (np.abs(x[0]) < 1), "bottom": lambda x: x[1] == -1.0})
+    walls = walls.with_boundaries(
+        {"contact": lambda x: (x[1] == 0.0) & (np.abs(x[0]) < 1), "bottom": lambda x: x[1] == -1.0}
+    )
     load = {"p": [fo.Traction("punch", "top", y=-1.0)]}
-    system = fo.ContactModel({"punch": punch, "block": fo.Body(walls)}, supports=[fo.Support("block", "bottom")], loads=load).condense()
+    system = fo.ContactModel(
+        {"punch": punch, "block": fo.Body(walls)},
+        supports=[fo.Support("block", "bottom")],
+        loads=load,
+    ).condense()
     assert system.reaction({"p": 1.0})[1].sum() == pytest.approx(2.0, rel=1e-12)
 
 
@@ -157,14 +225,21 @@ def test_bodies_of_very_different_stiffness(contrast):
     """Against the equations of both bodies with multipliers."""
     punch, block = blocks()["punch"], fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))
     held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
-    model = fo.ContactModel({"punch": punch, "block": block}, supports=held, loads={"tau": [fo.Traction("block", "left", x=1.0)]})
+    model = fo.ContactModel(
+        {"punch": punch, "block": block},
+        supports=held,
+        loads={"tau": [fo.Traction("block", "left", x=1.0)]},
+    )
     found, S = model.condense().S, glued_pairs(model, ("punch", 1, 1.0), ("block", 1, -1.0))
     assert np.allclose(found, S, rtol=0, atol=1e-9 * np.abs(S).max())
 
 
 @pytest.mark.parametrize("contrast", [1e-12, 1e12])
 def test_a_stiff_body_1_on_a_soft_one_is_refused_and_the_reverse_is_exact(contrast):
-    bodies = {"punch": blocks()["punch"], "block": fo.Body(blocks()["block"].mesh, fo.Material(E=contrast))}
+    bodies = {
+        "punch": blocks()["punch"],
+        "block": fo.Body(blocks()["block"].mesh, fo.Material(E=contrast)),
+    }
     held = [fo.Support("block", "bottom"), fo.Support("punch", "top")]
     load = {"tau": [fo.Traction("block", "left", x=1.0)]}
     soft, stiff = ("punch", "block") if contrast > 1 else ("block", "punch")
@@ -172,7 +247,11 @@ def test_a_stiff_body_1_on_a_soft_one_is_refused_and_the_reverse_is_exact(contra
         fo.ContactModel(bodies, held, load, [fo.Contact(stiff, soft)]).condense()
     S = fo.ContactModel(bodies, held, load, [fo.Contact(soft, stiff)]).condense().S
     rigid = fo.Body(bodies[stiff].mesh, fo.Material(E=1e3 * bodies[stiff].material.E))
-    limit = fo.ContactModel({**bodies, stiff: rigid}, held, load, [fo.Contact(soft, stiff)]).condense().S
+    limit = (
+        fo.ContactModel({**bodies, stiff: rigid}, held, load, [fo.Contact(soft, stiff)])
+        .condense()
+        .S
+    )
     assert np.allclose(S, limit, rtol=0, atol=1e-10 * np.abs(S).max())
 
 
@@ -180,16 +259,24 @@ def test_a_stiff_body_1_on_a_soft_one_is_refused_and_the_reverse_is_exact(contra
 def test_a_stiff_contact_takes_no_digits_from_a_soft_one(ratio):
     def pair(name, E, x):
         meshes = {side: blocks()[side].mesh for side in ("punch", "block")}
-        return {f"{name} {side}": fo.Body(mesh.translated([x, 0.0]), fo.Material(E)) for side, mesh in meshes.items()}
+        return {
+            f"{name} {side}": fo.Body(mesh.translated([x, 0.0]), fo.Material(E))
+            for side, mesh in meshes.items()
+        }
 
     soft = pair("soft", 1.0, 0.0)
     supports, contacts = [
         [make(name) for name in ("soft", "stiff")]
-        for make in (lambda n: fo.Support(f"{n} block", "bottom"), lambda n: fo.Contact(f"{n} punch", f"{n} block", name=n))
+        for make in (
+            lambda n: fo.Support(f"{n} block", "bottom"),
+            lambda n: fo.Contact(f"{n} punch", f"{n} block", name=n),
+        )
     ]
     loads = {"P": [fo.Traction("soft punch", "top", x=0.3, y=-1.0)]}
     alone = fo.ContactModel(soft, supports[:1], loads, contacts[:1]).condense()
-    both = fo.ContactModel({**soft, **pair("stiff", ratio, 10.0)}, supports, loads, contacts).condense()
+    both = fo.ContactModel(
+        {**soft, **pair("stiff", ratio, 10.0)}, supports, loads, contacts
+    ).condense()
     n = alone.nodes
     for name in "ABC":
         assert np.allclose(getattr(both, name)[:n, :n], getattr(alone, name), rtol=0, atol=1e-13)
@@ -197,13 +284,28 @@ def test_a_stiff_contact_takes_no_digits_from_a_soft_one(ratio):
 
 @pytest.mark.parametrize("elements", [(12, 96), (96, 12)])
 def test_the_chords_of_a_coarse_circle_touch_a_fine_one(elements):
-    """A shaft in its hub: the nodes of one lie off the chords of the other by up to R (1 - cos(pi / n)), which is no gap, and a real gap is."""
+    """A shaft in its hub: the nodes of one lie off the chords of the other by up to R (1 - cos(pi /
+    n)), which is no gap, and a real gap is."""
 
     def fit(gap):
-        shaft, hub = ring([0.5, 1.0 - gap], elements[0], "bore", "seat"), ring([1.0, 2.0], elements[1], "seat", "rim")
+        shaft, hub = (
+            ring([0.5, 1.0 - gap], elements[0], "bore", "seat"),
+            ring([1.0, 2.0], elements[1], "seat", "rim"),
+        )
         loads = {"P": [fo.Pressure("hub", "rim", 1.0)]}
-        contact = [fo.Contact("shaft", "hub", "seat", "seat")], [fo.Contact("hub", "shaft", "seat", "seat")]
-        return [fo.ContactModel({"shaft": fo.Body(shaft), "hub": fo.Body(hub)}, [fo.Support("shaft", "bore")], loads, c) for c in contact]
+        contact = (
+            [fo.Contact("shaft", "hub", "seat", "seat")],
+            [fo.Contact("hub", "shaft", "seat", "seat")],
+        )
+        return [
+            fo.ContactModel(
+                {"shaft": fo.Body(shaft), "hub": fo.Body(hub)},
+                [fo.Support("shaft", "bore")],
+                loads,
+                c,
+            )
+            for c in contact
+        ]
 
     for model in fit(0.0):
         assert not model.condense().gap.any()

@@ -1,4 +1,5 @@
-"""Corners at which three bodies meet, in the plane and in space: against uniform stress, and against equations with multipliers by dense algebra."""
+"""Corners at which three bodies meet, in the plane and in space: against uniform stress, and
+against equations with multipliers by dense algebra."""
 
 import re
 from dataclasses import replace
@@ -6,7 +7,18 @@ from itertools import product
 
 import numpy as np
 import pytest
-from skfem import Basis, ElementVector, FacetBasis, LinearForm, MeshHex, MeshQuad, MeshTet, MeshTri, condense, solve
+from skfem import (
+    Basis,
+    ElementVector,
+    FacetBasis,
+    LinearForm,
+    MeshHex,
+    MeshQuad,
+    MeshTet,
+    MeshTri,
+    condense,
+    solve,
+)
 from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
@@ -18,27 +30,47 @@ from helpers.spatial import vectors
 KINDS = [MeshQuad, MeshTri, MeshHex, MeshTet]
 SHIMS = {"left": (0.0, 1.0, 0.0, 0.75), "right": (1.0, 2.0, 0.0, 0.75)}
 PLATES = {"below": (0.0, 2.0, -0.5, 0.0), "above": (0.0, 2.0, 0.75, 1.25)}
-JOINTS = [(shim, plate, *sides) for plate, sides in (("below", ("y0", "y1")), ("above", ("y1", "y0"))) for shim in SHIMS]
+JOINTS = [
+    (shim, plate, *sides)
+    for plate, sides in (("below", ("y0", "y1")), ("above", ("y1", "y0")))
+    for shim in SHIMS
+]
 JOINTS.append(("left", "right", "x1", "x0"))
 
 
 def box(kind, x0, x1, y0, y1, across, up=3):
-    """A box of the plane, or one of depth 0 .. 1 in space, whose sides are x0, x1, y0 and y1, and z0 in space."""
+    """A box of the plane, or one of depth 0 .. 1 in space, whose sides are x0, x1, y0 and y1, and
+    z0 in space."""
     steps = [np.linspace(x0, x1, across + 1), np.linspace(y0, y1, up + 1)]
     if kind in (MeshHex, MeshTet):
         steps.append(np.array([0.0, 0.3, 0.6, 1.0]))
     sides = {"x0": (0, x0), "x1": (0, x1), "y0": (1, y0), "y1": (1, y1), "z0": (2, 0.0)}
-    named = {name: (lambda x, a=axis, c=at: np.isclose(x[a], c)) for name, (axis, at) in sides.items() if axis < len(steps)}
+    named = {
+        name: (lambda x, a=axis, c=at: np.isclose(x[a], c))
+        for name, (axis, at) in sides.items()
+        if axis < len(steps)
+    }
     return kind.init_tensor(*steps).with_boundaries(named)
 
 
 def shims(kind, plate=4, element=None, up=3, contacts=None, **more):
-    """Two shims side by side between two plates, free to strain, under P across the plates and S along them."""
-    meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {name: box(kind, *sizes, plate) for name, sizes in PLATES.items()}
+    """Two shims side by side between two plates, free to strain, under P across the plates and S
+    along them."""
+    meshes = {name: box(kind, *sizes, 2, up) for name, sizes in SHIMS.items()} | {
+        name: box(kind, *sizes, plate) for name, sizes in PLATES.items()
+    }
     bodies = {name: fo.Body(mesh, fo.Material(2.0, 0.3), element) for name, mesh in meshes.items()}
     supports = [fo.Support("below", f"{axis}0", axis) for axis in "yxz"[: kind().dim()]]
-    squeeze = [(body, side, sign) for body in bodies for side, sign in (("x0", 1.0), ("x1", -1.0)) if side in outer(body)]
-    loads = {"P": [fo.Traction("above", "y1", y=-1.0)], "S": [fo.Traction(body, side, x=sign) for body, side, sign in squeeze]}
+    squeeze = [
+        (body, side, sign)
+        for body in bodies
+        for side, sign in (("x0", 1.0), ("x1", -1.0))
+        if side in outer(body)
+    ]
+    loads = {
+        "P": [fo.Traction("above", "y1", y=-1.0)],
+        "S": [fo.Traction(body, side, x=sign) for body, side, sign in squeeze],
+    }
     joints = contacts or [fo.Contact(*joint, name=f"{joint[0]} {joint[1]}") for joint in JOINTS]
     return fo.ContactModel(bodies, supports, {**loads, **more}, joints)
 
@@ -51,46 +83,80 @@ OFTEN = [(MeshQuad, "linear"), (MeshQuad, "quadratic"), (MeshHex, "linear"), (Me
 
 
 @pytest.mark.parametrize(
-    ("kind", "element", "plate"), [*((*one, 4) for one in product(KINDS, ["linear", "quadratic"])), *((*one, n) for one in OFTEN for n in (3, 5, 8))]
+    ("kind", "element", "plate"),
+    [
+        *((*one, 4) for one in product(KINDS, ["linear", "quadratic"])),
+        *((*one, n) for one in OFTEN for n in (3, 5, 8)),
+    ],
 )
 def test_uniform_stresses_pass_through_by_superposition(kind, element, plate):
-    """P presses the level faces alone and S the upright one alone; at the corner of the shims plates of 3 or 5 elements have no node."""
+    """P presses the level faces alone and S the upright one alone; at the corner of the shims
+    plates of 3 or 5 elements have no node."""
     system, d = shims(kind, plate, element).condense(), 2 if kind in (MeshQuad, MeshTri) else 3
     level = np.abs(system.normals[:, 1]) > 0.5
     for load, pressed, area in (("P", level, 4.0), ("S", ~level, 0.75)):
         q, p = system.reaction({load: 1.0})
-        assert np.abs(q).max() < 1e-12 and np.abs(p[~pressed]).max() < 1e-12 and p.sum() == pytest.approx(area, rel=1e-12)
+        assert (
+            np.abs(q).max() < 1e-12
+            and np.abs(p[~pressed]).max() < 1e-12
+            and p.sum() == pytest.approx(area, rel=1e-12)
+        )
         if d == 2 or plate != 4:
             assert p[pressed] == pytest.approx(system.width[pressed], rel=1e-12)
-    assert (~level).sum() == (2 if d == 2 else 8)  # of four rows of nodes two are corners of the level faces
+    assert (~level).sum() == (
+        2 if d == 2 else 8
+    )  # of four rows of nodes two are corners of the level faces
 
 
 @pytest.mark.parametrize("up", [2, 3])
 @pytest.mark.parametrize("kind", KINDS)
 def test_shims_side_by_side_against_multipliers(kind, up):
-    """Pairs by hand: all of the level faces; of the upright one those within, which take half of the width of a corner beside them."""
+    """Pairs by hand: all of the level faces; of the upright one those within, which take half of
+    the width of a corner beside them."""
     force = fo.BodyForce("above", 0.5, -3.0)
     model, d = shims(kind, up=up, W=[force]), 3 if kind in (MeshHex, MeshTet) else 2
     system, whole, deep = model.condense(), Assembled(model.bodies), 1 if d == 2 else 4
     joints = [JOINTS[run] for run in np.repeat(np.arange(5), deep * np.array([3, 3, 3, 3, up - 1]))]
     partners = []
     for point, (one, two, *_) in zip(system.points, joints, strict=True):
-        own = {tuple(point): 1.0} if (one, two) != ("left", "right") else widths(model.bodies["left"], point, 0.75 / up)
-        partners.append([(body, place, sign * width / sum(own.values())) for place, width in own.items() for body, sign in ((one, 1), (two, -1))])
+        own = (
+            {tuple(point): 1.0}
+            if (one, two) != ("left", "right")
+            else widths(model.bodies["left"], point, 0.75 / up)
+        )
+        partners.append(
+            [
+                (body, place, sign * width / sum(own.values()))
+                for place, width in own.items()
+                for body, sign in ((one, 1), (two, -1))
+            ]
+        )
     G = whole.motions(system.frames, partners)
-    held = np.concatenate([whole.on("below", axis, at, axis) for axis, at in ((1, -0.5), (0, 0.0), (2, 0.0)) if axis < d])
+    held = np.concatenate(
+        [
+            whole.on("below", axis, at, axis)
+            for axis, at in ((1, -0.5), (0, 0.0), (2, 0.0))
+            if axis < d
+        ]
+    )
     weight = np.zeros(len(whole.K))
     value = LinearForm(lambda v, w: 0.5 * v[0] - 3.0 * v[1]).assemble(whole.bases["above"])
     weight[whole.first["above"] :][: len(value)] = value
     S, R = by_multipliers(whole.K, weight[:, None], G, held)
     q, p = system.reaction({"W": 1.0})
-    assert np.linalg.matrix_rank(G) == len(G) and np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
+    assert np.linalg.matrix_rank(G) == len(G) and np.allclose(
+        system.S, S, rtol=0, atol=1e-9 * np.abs(S).max()
+    )
     assert np.allclose(np.r_[q.ravel(order="F"), p], R[:, 0], rtol=0, atol=1e-9 * np.abs(R).max())
 
 
 def widths(body, point, h):
-    """Widths of the nodes that a pair of the upright face stands for: its own, and a corner's where that is next to it."""
-    places = [point, *(np.r_[1.0, y, point[2:]] for y in (0.0, 0.75) if np.isclose(abs(point[1] - y), h))]
+    """Widths of the nodes that a pair of the upright face stands for: its own, and a corner's where
+    that is next to it."""
+    places = [
+        point,
+        *(np.r_[1.0, y, point[2:]] for y in (0.0, 0.75) if np.isclose(abs(point[1] - y), h)),
+    ]
     if len(point) == 2:
         share = [h if i == 0 else h / 2 for i in range(len(places))]
     else:
@@ -100,18 +166,31 @@ def widths(body, point, h):
 
 
 def test_the_first_contact_of_the_list_has_the_corner():
-    """Whichever order: the means belong to the last one, and the reactions balance a lateral load on the shims alone."""
+    """Whichever order: the means belong to the last one, and the reactions balance a lateral load
+    on the shims alone."""
     order = [JOINTS[i] for i in (4, 0, 1, 2, 3)]
-    model = shims(MeshQuad, contacts=[fo.Contact(*joint, name=" ".join(joint[:2])) for joint in order])
-    counts = "{'left right': 4, 'left below': 3, 'right below': 2, 'left above': 3, 'right above': 2}"
+    model = shims(
+        MeshQuad, contacts=[fo.Contact(*joint, name=" ".join(joint[:2])) for joint in order]
+    )
+    counts = (
+        "{'left right': 4, 'left below': 3, 'right below': 2, 'left above': 3, 'right above': 2}"
+    )
     assert f"contacts={counts}" in repr(model)
     system = model.condense()
     _, p = system.reaction({"P": 1.0})
-    assert p[np.abs(system.normals[:, 1]) > 0.5].sum() == pytest.approx(4.0) and np.ptp(system.width[4:]) > 0
+    assert (
+        p[np.abs(system.normals[:, 1]) > 0.5].sum() == pytest.approx(4.0)
+        and np.ptp(system.width[4:]) > 0
+    )
 
 
 def test_a_face_that_is_all_corners_is_refused():
-    with pytest.raises(fo.ModelError, match=re.escape("all nodes of 'left right' are corners that contacts before it have; mesh it")):
+    with pytest.raises(
+        fo.ModelError,
+        match=re.escape(
+            "all nodes of 'left right' are corners that contacts before it have; mesh it"
+        ),
+    ):
         shims(MeshQuad, up=1)
 
 
@@ -121,17 +200,33 @@ def test_a_face_with_two_names_is_one_face(kind, floor, arch):
     """On a floor whose nodes match and do not, and bent to an arch."""
     systems = []
     for names in ({"face": (0.0, 1.0)}, {"left": (0.0, 0.5), "right": (0.5, 1.0)}):
-        faces = {name: (lambda x, a=a, b=b: np.isclose(x[1], 0) & (a < x[0]) & (x[0] < b)) for name, (a, b) in names.items()}
+        faces = {
+            name: (lambda x, a=a, b=b: np.isclose(x[1], 0) & (a < x[0]) & (x[0] < b))
+            for name, (a, b) in names.items()
+        }
         meshes = [box(kind, 0, 1, 0, 1, 4).with_boundaries(faces), box(kind, 0, 1, -1, 0, floor)]
-        bent = [replace(mesh, doflocs=mesh.p + arch * np.outer(np.arange(len(mesh.p)) == 1, mesh.p[0] * (1 - mesh.p[0]))) for mesh in meshes]
+        bent = [
+            replace(
+                mesh,
+                doflocs=mesh.p
+                + arch * np.outer(np.arange(len(mesh.p)) == 1, mesh.p[0] * (1 - mesh.p[0])),
+            )
+            for mesh in meshes
+        ]
         contacts = [fo.Contact("block", "floor", name, "y1") for name in faces]
         loads = {"P": [fo.Traction("block", "y1", x=0.3, y=-1.0)]}
         bodies = dict(zip(("block", "floor"), map(fo.Body, bent), strict=True))
-        systems.append(fo.ContactModel(bodies, [fo.Support("floor", "y0")], loads, contacts).condense())
+        systems.append(
+            fo.ContactModel(bodies, [fo.Support("floor", "y0")], loads, contacts).condense()
+        )
     one, two = systems
     order = [np.linalg.norm(two.points - point, axis=1).argmin() for point in one.points]
     rows = (np.array(order) + one.nodes * np.arange(one.tangents + 1)[:, None]).ravel()
-    assert one.nodes == two.nodes and len(set(two.contact)) == 2 and np.allclose(two.width[order], one.width, rtol=1e-12)
+    assert (
+        one.nodes == two.nodes
+        and len(set(two.contact)) == 2
+        and np.allclose(two.width[order], one.width, rtol=1e-12)
+    )
     assert np.allclose(two.frames[order], one.frames, rtol=0, atol=1e-12)
     assert np.allclose(two.S[np.ix_(rows, rows)], one.S, rtol=0, atol=1e-10 * np.abs(one.S).max())
     assert np.allclose(vectors(two)["P"][rows], vectors(one)["P"], rtol=0, atol=1e-10)
@@ -155,7 +250,12 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
     system = model.condense()
     assert system.nodes == 6 and (np.linalg.norm(system.points, axis=1) < 1e-9).sum() == 2
     frames = system.frames
-    S = glued_pairs(model, ("floor", 1, -1), ("wall", 0, -1), others=np.where(frames[:, 1, 1] > 0.5, "floor", "wall").tolist())
+    S = glued_pairs(
+        model,
+        ("floor", 1, -1),
+        ("wall", 0, -1),
+        others=np.where(frames[:, 1, 1] > 0.5, "floor", "wall").tolist(),
+    )
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     for load, axis in (("P", 1), ("Q", 0)):
         q, p = system.reaction({load: 1.0})
@@ -164,11 +264,14 @@ def test_a_corner_is_in_both_contacts_of_bodies_that_do_not_meet_otherwise():
     v = np.random.default_rng(2).normal(size=6)
     fields = model.recover({"P": 1.0}, v, None)
     q, p = system.reaction({"P": 1.0})
-    assert np.allclose(fields.q, q + system.A @ v, atol=1e-9) and np.allclose(fields.p, p + system.B @ v, atol=1e-9)
+    assert np.allclose(fields.q, q + system.A @ v, atol=1e-9) and np.allclose(
+        fields.p, p + system.B @ v, atol=1e-9
+    )
 
 
 def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
-    """A column that slides along a wall of its own: against multipliers, with its node on the contact held across."""
+    """A column that slides along a wall of its own: against multipliers, with its node on the
+    contact held across."""
     upper, lower = box(MeshQuad, 0, 1, 0, 1, 2, 2), box(MeshQuad, 0, 1, -1, 0, 2, 2)
     model = fo.ContactModel(
         {"upper": fo.Body(upper), "lower": fo.Body(lower)},
@@ -181,10 +284,16 @@ def test_a_side_of_body_1_may_be_held_where_body_2_is_free():
 
 
 def test_a_plate_that_is_moved_takes_the_shims_along():
-    """A plate moved as a whole, and all that is glued to it: no forces, and the same displacement everywhere."""
+    """A plate moved as a whole, and all that is glued to it: no forces, and the same displacement
+    everywhere."""
     bodies, _, _, contacts = corner_block()
-    move = [fo.Displacement(body, side, x=0.25, y=-0.5) for body, side in (("floor", "y0"), ("wall", "x0"))]
-    model = fo.ContactModel(bodies, [fo.Support("floor", "y0"), fo.Support("wall", "x0")], {"U": move}, contacts)
+    move = [
+        fo.Displacement(body, side, x=0.25, y=-0.5)
+        for body, side in (("floor", "y0"), ("wall", "x0"))
+    ]
+    model = fo.ContactModel(
+        bodies, [fo.Support("floor", "y0"), fo.Support("wall", "x0")], {"U": move}, contacts
+    )
     assert np.abs(model.condense().reaction({"U": 1.0})).max() < 1e-12
     fields = model.recover({"U": 1.0}, np.zeros(6))
     for u in fields.displacement.values():
@@ -194,10 +303,14 @@ def test_a_plate_that_is_moved_takes_the_shims_along():
 @pytest.mark.parametrize("exchanged", [(), (0,), (1,), (0, 1)])
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
-def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_first(kind, order, exchanged):
-    """Two faces of two bodies that meet at a corner, each with either of them as body 1: the displacements of one mesh without a contact.
+def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_first(
+    kind, order, exchanged
+):
+    """Two faces of two bodies that meet at a corner, each with either of them as body 1: the
+    displacements of one mesh without a contact.
 
-    Next to the corner all nodes of the block but those of its faces are held, and most of the seat lies behind the floor.
+    Next to the corner all nodes of the block but those of its faces are held, and most of the seat
+    lies behind the floor.
     """
     steps = [np.array([0.0, 1.0, 1.2]), np.array([0.0, 0.2, 1.2]), np.array([0.0, 0.5])]
     whole = kind.init_tensor(*steps[: 2 if kind is MeshQuad else 3])
@@ -210,14 +323,24 @@ def test_a_held_block_in_a_notch_is_glued_as_one_body_whichever_body_is_the_firs
         "end": lambda x: np.isclose(x[0], 0.0),
     }
     parts = {"block": block, "seat": ~block}
-    bodies = {name: fo.Body(whole.restrict(np.flatnonzero(part)).with_boundaries(sides)) for name, part in parts.items()}
+    bodies = {
+        name: fo.Body(whole.restrict(np.flatnonzero(part)).with_boundaries(sides))
+        for name, part in parts.items()
+    }
     pairs = [("seat", "block") if i in exchanged else ("block", "seat") for i in range(2)]
     contacts = [fo.Contact(*pairs[i], *2 * [("wall", "floor")[i]]) for i in order]
-    model = fo.ContactModel(bodies, [fo.Support("block", "end")], {"P": [fo.Traction("seat", "top", x=1.0, y=-2.0)]}, contacts)
+    model = fo.ContactModel(
+        bodies,
+        [fo.Support("block", "end")],
+        {"P": [fo.Traction("seat", "top", x=1.0, y=-2.0)]},
+        contacts,
+    )
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
     element = ElementVector(whole.elem())
     basis, held = Basis(whole, element), whole.p[:, (whole.p[0] == 0) & (whole.p[1] <= 0.2)]
-    loaded = FacetBasis(whole, element, facets=whole.facets_satisfying(sides["top"], boundaries_only=True))
+    loaded = FacetBasis(
+        whole, element, facets=whole.facets_satisfying(sides["top"], boundaries_only=True)
+    )
     F = LinearForm(lambda v, w: v[0] - 2 * v[1]).assemble(loaded)
     K = linear_elasticity(*fo.Material().lame).assemble(basis)
     u = solve(*condense(K, F, D=basis.nodal_dofs[:, nodes_at(whole, held)].ravel()))
@@ -235,7 +358,8 @@ def nodes_at(mesh, points):
 
 
 def cracked(kind, material, off=0.0, **traction):
-    """A plate with a crack from its side, and the nodes of its upper and lower lip, but for the tip; the lower ones are off by so much along it."""
+    """A plate with a crack from its side, and the nodes of its upper and lower lip, but for the
+    tip; the lower ones are off by so much along it."""
     whole = box(kind, -1.0, 1.0, -1.0, 1.0, 4, 4)
     lower = np.flatnonzero((whole.p[1] == 0) & (whole.p[0] < 0.25))
     copies = np.arange(whole.p.shape[1])
@@ -244,11 +368,25 @@ def cracked(kind, material, off=0.0, **traction):
     points[0, lower] += off * (points[0, lower] > -1)
     mesh = kind(points, np.where(above, copies[whole.t], whole.t))
     outline = mesh.boundary_facets()
-    lips, above = (mesh.p[1, mesh.facets[:, outline]] == 0).all(axis=0), mesh.p[1, mesh.t[:, mesh.f2t[0, outline]]].mean(axis=0) > 0
+    lips, above = (
+        (mesh.p[1, mesh.facets[:, outline]] == 0).all(axis=0),
+        mesh.p[1, mesh.t[:, mesh.f2t[0, outline]]].mean(axis=0) > 0,
+    )
     ends = {"y0": lambda x: x[1] == -1, "y1": lambda x: x[1] == 1}
-    mesh = mesh.with_boundaries({"above": outline[lips & above], "below": outline[lips & ~above], **ends})
-    loads, contact = {"P": [fo.Traction("plate", "y1", **traction)]}, fo.Contact("plate", "plate", "above", "below")
-    return fo.ContactModel({"plate": fo.Body(mesh, material)}, [fo.Support("plate", "y0")], loads, [contact]), copies[lower], lower
+    mesh = mesh.with_boundaries(
+        {"above": outline[lips & above], "below": outline[lips & ~above], **ends}
+    )
+    loads, contact = (
+        {"P": [fo.Traction("plate", "y1", **traction)]},
+        fo.Contact("plate", "plate", "above", "below"),
+    )
+    return (
+        fo.ContactModel(
+            {"plate": fo.Body(mesh, material)}, [fo.Support("plate", "y0")], loads, [contact]
+        ),
+        copies[lower],
+        lower,
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -257,13 +395,18 @@ def test_a_crack_within_a_body_ends_at_its_tip(kind):
     model, upper, lower = cracked(kind, fo.Material(), x=0.2, y=-1.0)
     system, mesh, n = model.condense(), model.bodies["plate"].mesh, len(lower)
     basis = Basis(mesh, ElementVector(mesh.elem()))
-    F = LinearForm(lambda v, w: 0.2 * v[0] - v[1]).assemble(FacetBasis(mesh, ElementVector(mesh.elem()), facets=mesh.boundaries["y1"]))
+    F = LinearForm(lambda v, w: 0.2 * v[0] - v[1]).assemble(
+        FacetBasis(mesh, ElementVector(mesh.elem()), facets=mesh.boundaries["y1"])
+    )
     G = np.zeros((mesh.dim() * n, basis.N))
     for i, point in enumerate(system.points):
         pair = np.abs(mesh.p[:, upper].T - point).max(axis=1).argmin()
         for axis, (nodes, sign) in product(range(mesh.dim()), ((upper, 1), (lower, -1))):
             G[i::n, basis.nodal_dofs[axis, nodes[pair]]] = sign * system.frames[i, :, axis]
-    K, held = linear_elasticity(*fo.Material().lame).assemble(basis).toarray(), basis.get_dofs("y0").all()
+    K, held = (
+        linear_elasticity(*fo.Material().lame).assemble(basis).toarray(),
+        basis.get_dofs("y0").all(),
+    )
     S, r = by_multipliers(K, F[:, None], G, held)
     q, p = system.bonded["P"]
     assert system.nodes == n and np.allclose(system.S, S, rtol=0, atol=1e-10 * np.abs(S).max())
@@ -279,11 +422,20 @@ def test_pictures_show_a_crack_to_its_tip(kind):
     face = contact_face(model, fields, {"work": np.ones(n)})
     places, (cells,) = face.points[:, : mesh.dim()], face.cells
     lip = mesh.p.T[mesh.facets[:, mesh.boundaries["above"]].T]
-    assert sorted(places[cells.data].mean(axis=1).round(9).tolist()) == sorted(lip.mean(axis=1).round(9).tolist())
+    assert sorted(places[cells.data].mean(axis=1).round(9).tolist()) == sorted(
+        lip.mean(axis=1).round(9).tolist()
+    )
     tips = nodes_at(mesh, places[n:].T)
-    assert len(tips) and np.all(mesh.p[0, tips] == 0.5) and np.allclose(mesh.p[:, tips].T, places[n:])
-    assert np.allclose(face.point_data["displacement"][n:, : mesh.dim()], fields.displacement["plate"][:, tips].T)
-    assert all(np.all(face.point_data[name][n:] == 0.0) and face.point_data[name][:n].any() for name in ("slip", "work"))
+    assert (
+        len(tips) and np.all(mesh.p[0, tips] == 0.5) and np.allclose(mesh.p[:, tips].T, places[n:])
+    )
+    assert np.allclose(
+        face.point_data["displacement"][n:, : mesh.dim()], fields.displacement["plate"][:, tips].T
+    )
+    assert all(
+        np.all(face.point_data[name][n:] == 0.0) and face.point_data[name][:n].any()
+        for name in ("slip", "work")
+    )
 
 
 @pytest.mark.parametrize("off", [1e-7, 1e-4, 0.1])
@@ -291,5 +443,7 @@ def test_pictures_show_a_crack_to_its_tip(kind):
 def test_a_uniform_pressure_passes_through_a_crack_the_lips_of_which_do_not_match(kind, off):
     model, upper, _ = cracked(kind, fo.Material(nu=0.0), off, y=-1.0)
     system = model.condense()
-    assert system.nodes == len(upper) and np.allclose(system.bonded["P"][1], system.width, rtol=1e-10)
+    assert system.nodes == len(upper) and np.allclose(
+        system.bonded["P"][1], system.width, rtol=1e-10
+    )
     assert np.abs(system.bonded["P"][0]).max() < 1e-10

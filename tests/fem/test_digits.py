@@ -22,23 +22,33 @@ def decimals(x, count):
 
 
 def fields(x, count):
-    """The numbers in fields of eight characters, without a zero before the point: those with a minus have one digit less."""
+    """The numbers in fields of eight characters, without a zero before the point: those with a
+    minus have one digit less."""
     written = [f"{value:.{count + 1 - (value < 0)}f}" for value in x.ravel()]
     return np.array([float(value) for value in written]).reshape(x.shape)
 
 
 def lap(space, written, angle, apart=0.0, **how):
-    """Two plates of 1 x 0.2, turned by an angle, with faces that are meshed differently; uniform pressure 1 goes through them."""
+    """Two plates of 1 x 0.2, turned by an angle, with faces that are meshed differently; uniform
+    pressure 1 goes through them."""
     bodies, turn = {}, np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     for name, n, z in (("a", 7, [0.0, 0.1, 0.2]), ("b", 5, [-0.2, -0.1, 0.0])):
         x = np.linspace(0.0, 1.0, n + 1)
-        mesh = MeshHex.init_tensor(x, x, np.array(z)) if space else MeshQuad.init_tensor(x, np.array(z))
-        mesh = mesh.with_boundaries({"c": lambda x: x[-1] == 0, "far": lambda x: abs(x[-1]) > 0.199})
+        mesh = (
+            MeshHex.init_tensor(x, x, np.array(z))
+            if space
+            else MeshQuad.init_tensor(x, np.array(z))
+        )
+        mesh = mesh.with_boundaries(
+            {"c": lambda x: x[-1] == 0, "far": lambda x: abs(x[-1]) > 0.199}
+        )
         p = mesh.p.copy()
         p[[0, -1]] = turn @ (mesh.p[[0, -1]] + np.array([[0.0], [apart * (name == "a")]]))
         bodies[name] = fo.Body(type(mesh)(written(p), mesh.t, mesh.boundaries))
     loads = {"P": [fo.Pressure("a", "far", 1.0)]}
-    return fo.ContactModel(bodies, [fo.Support("b", "far")], loads, [fo.Contact("a", "b", "c", "c", **how)]).condense()
+    return fo.ContactModel(
+        bodies, [fo.Support("b", "far")], loads, [fo.Contact("a", "b", "c", "c", **how)]
+    ).condense()
 
 
 @settings(max_examples=few(60))
@@ -53,14 +63,22 @@ def lap(space, written, angle, apart=0.0, **how):
 def test_uniform_pressure_goes_through_flat_oblique_faces(angle, count, form, space, gap, factor):
     """In other units too: these do not change the digits."""
     system = lap(space, lambda x: form(x, count) * factor, angle, gap=gap)
-    assert system.bonded["P"][1].sum() == pytest.approx(factor ** (1 + space), rel=10.0 ** (2 - count))
+    assert system.bonded["P"][1].sum() == pytest.approx(
+        factor ** (1 + space), rel=10.0 ** (2 - count)
+    )
     assert not system.gap.any()
 
 
 @settings(max_examples=few(60))
-@given(angle=st.floats(0.05, 3.0), count=st.sampled_from([6, 7, 8]), form=st.sampled_from([digits, decimals]), space=st.booleans())
+@given(
+    angle=st.floats(0.05, 3.0),
+    count=st.sampled_from([6, 7, 8]),
+    form=st.sampled_from([digits, decimals]),
+    space=st.booleans(),
+)
 def test_what_is_beyond_the_digits_is_told(angle, count, form, space):
-    """Of numbers up to 1 the last digit is at most 10^-count. Two errors of half a unit in two coordinates are sqrt(2) units, and so is the sag."""
+    """Of numbers up to 1 the last digit is at most 10^-count. Two errors of half a unit in two
+    coordinates are sqrt(2) units, and so is the sag."""
     far = 8 * 10.0**-count * (10 if count < 8 and form is digits else 1)
     with pytest.raises(fo.ModelError, match="the bodies overlap by"):
         lap(space, lambda x: form(x, count), angle, apart=-far)
@@ -76,9 +94,13 @@ def plates(gap, size=10.0):
     for name, y in (("low", [0.0, size]), ("high", [size + gap, 2 * size + gap])):
         mesh = MeshQuad.init_tensor(np.linspace(0.0, size, 3), np.array(y))
         ends = {"bottom": y[0], "top": y[1]}
-        bodies[name] = fo.Body(mesh.with_boundaries({key: lambda x, at=at: x[1] == at for key, at in ends.items()}))
+        bodies[name] = fo.Body(
+            mesh.with_boundaries({key: lambda x, at=at: x[1] == at for key, at in ends.items()})
+        )
     contact = fo.Contact("high", "low", "bottom", "top", gap="measured")
-    return fo.ContactModel(bodies, [fo.Support("low", "bottom")], {"P": [fo.Pressure("high", "top", 1.0)]}, [contact]).condense()
+    return fo.ContactModel(
+        bodies, [fo.Support("low", "bottom")], {"P": [fo.Pressure("high", "top", 1.0)]}, [contact]
+    ).condense()
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-4, 1e-5, 1e-6, 3e-7])
@@ -92,11 +114,16 @@ def test_an_overlap_of_round_numbers_is_told():
 
 
 def ring(count, start, form=digits):
-    """A sector of a ring in space, of which the nodes on one cut are turned copies of those on the other."""
+    """A sector of a ring in space, of which the nodes on one cut are turned copies of those on the
+    other."""
     n = 12
-    mesh = MeshHex.init_tensor(np.linspace(30, 40, 4), np.linspace(start, start + 2 * np.pi / n, 5), np.array([0.0, 5.0]))
+    mesh = MeshHex.init_tensor(
+        np.linspace(30, 40, 4), np.linspace(start, start + 2 * np.pi / n, 5), np.array([0.0, 5.0])
+    )
     at = {"low": (1, start), "high": (1, start + 2 * np.pi / n), "foot": (2, 0.0), "top": (2, 5.0)}
-    mesh = mesh.with_boundaries({name: lambda x, i=i, v=v: abs(x[i] - v) < 1e-9 for name, (i, v) in at.items()})
+    mesh = mesh.with_boundaries(
+        {name: lambda x, i=i, v=v: abs(x[i] - v) < 1e-9 for name, (i, v) in at.items()}
+    )
     p = np.array([mesh.p[0] * np.cos(mesh.p[1]), mesh.p[0] * np.sin(mesh.p[1]), mesh.p[2]])
     return MeshHex(form(p, count), mesh.t, mesh.boundaries)
 
@@ -104,12 +131,22 @@ def ring(count, start, form=digits):
 @pytest.mark.parametrize("count", [6, 7, 8, 10])
 @pytest.mark.parametrize("start", [0.0, 0.2, 1.1, 2.5, 4.4])
 def test_cut_faces_of_sectors_are_copies(count, start):
-    """Two rings on each other; the pressure on one sector goes through its contact, which reaches the cuts."""
+    """Two rings on each other; the pressure on one sector goes through its contact, which reaches
+    the cuts."""
     mesh = ring(count, start)
     below = MeshHex(mesh.p - [[0], [0], [5]], mesh.t, mesh.boundaries)
     bodies = {"a": fo.Body(mesh), "b": fo.Body(below)}
-    supports = [fo.Support("b", "foot"), fo.Cyclic("a", "low", "high"), fo.Cyclic("b", "low", "high")]
-    system = fo.ContactModel(bodies, supports, {"P": [fo.Pressure("a", "top", 1.0)]}, [fo.Contact("a", "b", "foot", "top")]).condense()
+    supports = [
+        fo.Support("b", "foot"),
+        fo.Cyclic("a", "low", "high"),
+        fo.Cyclic("b", "low", "high"),
+    ]
+    system = fo.ContactModel(
+        bodies,
+        supports,
+        {"P": [fo.Pressure("a", "top", 1.0)]},
+        [fo.Contact("a", "b", "foot", "top")],
+    ).condense()
     area = 4 * np.sin(2 * np.pi / 48) / 2 * (40**2 - 30**2)  # of four flat pieces
     assert system.bonded["P"][1].sum() == pytest.approx(area, rel=10.0 ** (2 - count))
 
@@ -120,15 +157,25 @@ def test_cut_faces_that_are_off_by_more_than_their_digits_are_none():
     node = mesh.facets[0, mesh.boundaries["high"][0]]
     moved[0, node] += 4e-4  # four units in the sixth digit
     body = fo.Body(MeshHex(moved, mesh.t, mesh.boundaries))
-    model = [{"a": body, "b": body}, [fo.Cyclic("a", "low", "high")], {"P": [fo.Pressure("a", "top", 1.0)]}]
+    model = [
+        {"a": body, "b": body},
+        [fo.Cyclic("a", "low", "high")],
+        {"P": [fo.Pressure("a", "top", 1.0)]},
+    ]
     with pytest.raises(fo.ModelError, match="no turned copies of each other"):
         fo.ContactModel(*model, [fo.Contact("a", "b", "foot", "top")]).condense()
 
 
 @pytest.mark.parametrize(("units", "found"), [(0, 4), (1, 4), (3, 3)])
 def test_nodes_of_a_job_match_to_their_digits(units, found):
-    """Two bricks on each other; a node of one is moved along the face by units of the sixth digit."""
-    x = digits(np.array([(a, b, c) for c in (0, 1, 1, 2) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]) * np.sqrt(2.0) + 1, 6)
+    """Two bricks on each other; a node of one is moved along the face by units of the sixth
+    digit."""
+    x = digits(
+        np.array([(a, b, c) for c in (0, 1, 1, 2) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))])
+        * np.sqrt(2.0)
+        + 1,
+        6,
+    )
     x[10, 0] += units * 1e-5
     joined = np.kron(np.eye(2), 25 * np.eye(24) - np.ones((24, 24)))
     labels = [[node, direction] for node in range(1, 17) for direction in (1, 2, 3)]
@@ -136,7 +183,13 @@ def test_nodes_of_a_job_match_to_their_digits(units, found):
     (face,) = job.matching_faces()
     assert len(face) == found
     pairs = np.column_stack([np.arange(4, 8), np.arange(8, 12)])
-    ask = {"loads": {"P": np.ones(48)}, "pairs": pairs, "normals": [0.0, 0.0, 1.0], "unknowns": job.unknowns, "points": job.points}
+    ask = {
+        "loads": {"P": np.ones(48)},
+        "pairs": pairs,
+        "normals": [0.0, 0.0, 1.0],
+        "unknowns": job.unknowns,
+        "points": job.points,
+    }
     if found == 4:
         assert not fo.condense(job.K, **ask).gap.any()
     else:
@@ -145,9 +198,15 @@ def test_nodes_of_a_job_match_to_their_digits(units, found):
 
 
 @settings(max_examples=few(200))
-@given(seed=st.integers(0, 10**6), count=st.integers(6, 11), form=st.sampled_from([digits, decimals]), power=st.integers(-6, 6))
+@given(
+    seed=st.integers(0, 10**6),
+    count=st.integers(6, 11),
+    form=st.sampled_from([digits, decimals]),
+    power=st.integers(-6, 6),
+)
 def test_no_coordinate_is_off_by_more_than_its_error(seed, count, form, power):
-    """And the error is no more than what rounding may make: half a unit of numbers from 0.1 on; the other part is 5e-10 of the size."""
+    """And the error is no more than what rounding may make: half a unit of numbers from 0.1 on; the
+    other part is 5e-10 of the size."""
     x = np.random.default_rng(seed).uniform(-1.0, 1.0, size=(200, 3))
     found = coordinate_errors(form(x, count) * 10.0**power)
     own = np.abs(form(x, count) - x) * 10.0**power
@@ -158,5 +217,7 @@ def test_no_coordinate_is_off_by_more_than_its_error(seed, count, form, power):
 def test_turned_and_round_coordinates_have_no_digits():
     x = np.random.default_rng(0).uniform(-1.0, 1.0, size=(50, 2))
     assert coordinate_errors(x).max() == pytest.approx(5e-10 * np.ptp(x, axis=0).max())
-    assert coordinate_errors(np.round(x, 3)).max() == pytest.approx(5e-10 * np.ptp(np.round(x, 3), axis=0).max())
+    assert coordinate_errors(np.round(x, 3)).max() == pytest.approx(
+        5e-10 * np.ptp(np.round(x, 3), axis=0).max()
+    )
     assert measured(np.array([1.0, 0.5]), np.array([1.0 + 1e-6, 1.0])).tolist() == [1.0, 0.0]

@@ -1,4 +1,5 @@
-"""Load cycles of which a part is fixed: against programs with all corners, transients, and other ways to say the same loads."""
+"""Load cycles of which a part is fixed: against programs with all corners, transients, and other
+ways to say the same loads."""
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -29,8 +30,14 @@ def in_space(seed):
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(1, 6))
     contact = random_contact(rng, nodes, coupling=rng.choice([0.0, 0.5]))
-    contact = fo.ContactSystem(contact.S, contact.points, vectors(contact) | {name: 0.3 * rng.normal(size=3 * nodes) for name in "de"})
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"a": -1.0}, {"b": 0.7}], [{"d": 0.6}, {}, {"e": -0.5}])
+    contact = fo.ContactSystem(
+        contact.S,
+        contact.points,
+        vectors(contact) | {name: 0.3 * rng.normal(size=3 * nodes) for name in "de"},
+    )
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"a": 1.0}, {"a": -1.0}, {"b": 0.7}], [{"d": 0.6}, {}, {"e": -0.5}]
+    )
     return contact, cycle, rng.uniform(0.3, 0.8, size=nodes)
 
 
@@ -39,15 +46,27 @@ def in_space(seed):
 @given(seed=seeds)
 def test_both_ends_of_the_safe_load_factors_are_those_of_a_program_with_all_corners(make, seed):
     contact, cycle, f = make(seed)
-    limit, oracle, rel = fo.shakedown_limit(contact, cycle, f), Oracle(contact, cycle, f), 1e-8 if make is fixed_contact else 1e-6
+    limit, oracle, rel = (
+        fo.shakedown_limit(contact, cycle, f),
+        Oracle(contact, cycle, f),
+        1e-8 if make is fixed_contact else 1e-6,
+    )
     assume(not limit.open.any())
     most = oracle.largest()
     if np.isnan(most):
         assert np.isnan(limit.load_factor) and "the mean load with fixed[" in limit.reason
     else:
-        assert limit.load_factor == pytest.approx(most, rel=rel) and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
-        assert limit.least == pytest.approx(oracle.least(), rel=10 * rel, abs=rel) and limit.residual <= 1e-9
-        assert np.isinf(most) or fo.safe_slip(contact, cycle, f, 0.5 * (limit.least + limit.load_factor)).exists
+        assert limit.load_factor == pytest.approx(most, rel=rel) and limit.bound == pytest.approx(
+            limit.load_factor, rel=1e-8
+        )
+        assert (
+            limit.least == pytest.approx(oracle.least(), rel=10 * rel, abs=rel)
+            and limit.residual <= 1e-9
+        )
+        assert (
+            np.isinf(most)
+            or fo.safe_slip(contact, cycle, f, 0.5 * (limit.least + limit.load_factor)).exists
+        )
 
 
 @settings(max_examples=few(10))
@@ -59,7 +78,9 @@ def test_the_margin_is_that_of_a_program_with_all_corners(seed, share):
     assume(np.mean([(f * contact.reaction(loads)[1]).mean() for loads in cycle.unscaled]) > 0.05)
     safe = fo.safe_slip(contact, cycle, f, factor)
     assume(not safe.open.any())
-    assert safe.margin == pytest.approx(linprog_margin(contact, cycle, f, factor), rel=1e-7, abs=1e-8)
+    assert safe.margin == pytest.approx(
+        linprog_margin(contact, cycle, f, factor), rel=1e-7, abs=1e-8
+    )
 
 
 @settings(max_examples=few(8))
@@ -70,16 +91,25 @@ def test_transients_rest_on_a_safe_slip_below_the_limit_and_slip_for_ever_above(
     assume(1e-3 < limit.load_factor < np.inf and not limit.open.any())
     below, above = limit.least + 0.98 * (limit.load_factor - limit.least), 1.02 * limit.load_factor
     state = fo.safe_slip(contact, cycle, f, below).state
-    assert fo.steady_state(contact, cycle, f, below, initial_state=state).outcome is fo.Outcome.SHAKEDOWN
+    assert (
+        fo.steady_state(contact, cycle, f, below, initial_state=state).outcome
+        is fo.Outcome.SHAKEDOWN
+    )
     steady = fo.steady_state(contact, cycle, f, above, initial_slip=limit.slip)
     assert steady.outcome is not fo.Outcome.SHAKEDOWN or steady.open.any()
     path = fo.march(contact, cycle, f, above, initial_slip=limit.slip, cycles=1)
     loads = contact.reaction(cycle.at(above)[-1])
     names = list(contact.bonded)
-    assert path.amplitudes[-1] == pytest.approx([cycle.at(above)[-1].get(name, 0.0) for name in names])
+    assert path.amplitudes[-1] == pytest.approx(
+        [cycle.at(above)[-1].get(name, 0.0) for name in names]
+    )
     known = path.time >= 0  # before, the load that carries the slip is none of these
-    assert path.amplitudes[known] @ [contact.bonded[name][1] for name in names] == pytest.approx(path.bonded_p[known])
-    assert path.bonded_q[-1] == pytest.approx(loads[0]) and path.bonded_p[-1] == pytest.approx(loads[1])
+    assert path.amplitudes[known] @ [contact.bonded[name][1] for name in names] == pytest.approx(
+        path.bonded_p[known]
+    )
+    assert path.bonded_q[-1] == pytest.approx(loads[0]) and path.bonded_p[-1] == pytest.approx(
+        loads[1]
+    )
 
 
 @settings(max_examples=few(5))
@@ -89,20 +119,35 @@ def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
     plain, share = fo.LoadCycle(cycle.mean, cycle.corners[:2]), 0.1
     limit = fo.shakedown_limit(contact, plain, f)
     assume(share < 0.5 * limit.load_factor < np.inf and limit.least == 0)
-    moved = fo.LoadCycle(cycle.mean, plain.corners, [{name: share * size for name, size in corner.items()} for corner in plain.corners])
-    assert fo.shakedown_limit(contact, moved, f).load_factor == pytest.approx(limit.load_factor - share, rel=1e-7)
+    moved = fo.LoadCycle(
+        cycle.mean,
+        plain.corners,
+        [{name: share * size for name, size in corner.items()} for corner in plain.corners],
+    )
+    assert fo.shakedown_limit(contact, moved, f).load_factor == pytest.approx(
+        limit.load_factor - share, rel=1e-7
+    )
     low, also = (fo.guaranteed_limit(contact, way, f) for way in (plain, moved))
     if low.load_factor > share:
         assert also.load_factor == pytest.approx(low.load_factor - share, rel=1e-6)
     events, later = (fo.onset(contact, way, f).slips for way in (plain, moved))
     for event, after in zip(events, later, strict=True):
-        assert after.load_factor == pytest.approx(max(event.load_factor - share, 0.0), rel=1e-8, abs=1e-12)
+        assert after.load_factor == pytest.approx(
+            max(event.load_factor - share, 0.0), rel=1e-8, abs=1e-12
+        )
         assert event.load_factor <= share or (event.node, event.sense) == (after.node, after.sense)
     for asked in (fo.safe_slip, fo.march, fo.steady_state):
-        known, found = asked(contact, plain, f, 0.8 * limit.load_factor), asked(contact, moved, f, 0.8 * limit.load_factor - share)
-        assert np.asarray(found.slip)[-1] == pytest.approx(np.asarray(known.slip)[-1], rel=1e-6, abs=1e-8)
+        known, found = (
+            asked(contact, plain, f, 0.8 * limit.load_factor),
+            asked(contact, moved, f, 0.8 * limit.load_factor - share),
+        )
+        assert np.asarray(found.slip)[-1] == pytest.approx(
+            np.asarray(known.slip)[-1], rel=1e-6, abs=1e-8
+        )
     over = [
-        fo.steady_state(contact, way, f, 0.5 * limit.load_factor - by, overload=1.5 * limit.load_factor - by)
+        fo.steady_state(
+            contact, way, f, 0.5 * limit.load_factor - by, overload=1.5 * limit.load_factor - by
+        )
         for way, by in ((plain, 0), (moved, share))
     ]
     assert over[0].slip == pytest.approx(over[1].slip, rel=1e-6, abs=1e-8)
@@ -110,20 +155,29 @@ def test_a_fixed_share_of_the_corners_only_moves_the_load_factor(seed):
 
 @settings(max_examples=few(6))
 @given(seeds)
-def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bounds_at_any_two_corners(seed):
+def test_the_guaranteed_limit_is_the_least_of_programs_with_a_node_on_both_bounds_at_any_two_corners(
+    seed,
+):
     contact, cycle, f = fixed_contact(seed, most_nodes=4)
     assume(contact.B.any())
     limit = fo.shakedown_limit(contact, cycle, f)
     assume(1e-3 < limit.load_factor < np.inf and not limit.open.any())
     least, (left, right) = limit.load_factor, corner_rows(contact, cycle, f)
-    for node, (k, other) in product(range(contact.nodes), permutations(range(len(cycle.corners)), 2)):
-        equal = [(*np.split(left[way, at, node], [-1]), right[way, at, node]) for way, at in ((0, k), (1, other))]
+    for node, (k, other) in product(
+        range(contact.nodes), permutations(range(len(cycle.corners)), 2)
+    ):
+        equal = [
+            (*np.split(left[way, at, node], [-1]), right[way, at, node])
+            for way, at in ((0, k), (1, other))
+        ]
         least = np.fmin(least, linprog_limit(contact, cycle, f, equal=equal, least=True)[1])
     guaranteed = fo.guaranteed_limit(contact, cycle, f)
     assert guaranteed.load_factor == pytest.approx(least, rel=1e-6)
     check(guaranteed)
     every = fo.guaranteed_limit(contact, cycle, f, simplify=False)
-    assert every.node is None or every.to_frame()["load_factor"].min() == every.load_factor  # of all pairs of corners of the node
+    assert (
+        every.node is None or every.to_frame()["load_factor"].min() == every.load_factor
+    )  # of all pairs of corners of the node
     if guaranteed.node is not None and guaranteed.load_factor > guaranteed.least:
         assert fo.verify(guaranteed, starts=0, moved=1).persists
 
@@ -147,10 +201,14 @@ def test_constraints_of_your_own_see_the_loads_of_each_corner(seed):
     assume(1e-3 < fo.shakedown_limit(contact, cycle, f).load_factor < np.inf)
     model = fo.ShakedownModel(contact, cycle)
     limit = model.solve(f, [model.q == model.q])
-    assert model.q.value == pytest.approx(limit.reactions[0], abs=1e-9) and model.p.value == pytest.approx(limit.reactions[1], abs=1e-9)
+    assert model.q.value == pytest.approx(
+        limit.reactions[0], abs=1e-9
+    ) and model.p.value == pytest.approx(limit.reactions[1], abs=1e-9)
     most = 0.5 * limit.largest_slip
     bounded = model.solve(f, [cp.abs(model.slip) <= most])
-    assert bounded.load_factor == pytest.approx(linprog_limit(contact, cycle, f, most)[1], rel=1e-7, nan_ok=True)
+    assert bounded.load_factor == pytest.approx(
+        linprog_limit(contact, cycle, f, most)[1], rel=1e-7, nan_ok=True
+    )
 
 
 @settings(max_examples=few(3))
@@ -160,56 +218,96 @@ def test_open_nodes_stay_open_at_every_corner(seed):
     contact, friction = pulled_system(rng, int(rng.integers(2, 6))), float(rng.uniform(0.2, 1.0))
     n = contact.nodes
     contact = contact.with_bonded({"f": (0.2 * rng.normal(size=n), 0.1 * rng.normal(size=n))})
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}, {}], [{"f": 1.0}, {}, {"f": -1.0}])
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}, {}], [{"f": 1.0}, {}, {"f": -1.0}]
+    )
     limit = fo.shakedown_limit(contact, cycle, friction)
     assume(limit.open.any() and 1e-3 < limit.load_factor < np.inf)
-    assert limit.load_factor == pytest.approx(Oracle(contact, cycle, friction, limit.open).largest(), rel=1e-6)
+    assert limit.load_factor == pytest.approx(
+        Oracle(contact, cycle, friction, limit.open).largest(), rel=1e-6
+    )
     below = limit.least + 0.98 * (limit.load_factor - limit.least)
     state = fo.safe_slip(contact, cycle, friction, below).state
-    assert fo.steady_state(contact, cycle, friction, below, initial_state=state).outcome is fo.Outcome.SHAKEDOWN
+    assert (
+        fo.steady_state(contact, cycle, friction, below, initial_state=state).outcome
+        is fo.Outcome.SHAKEDOWN
+    )
 
 
 @pytest.mark.parametrize("seed", few([None, 16, 19], 1))
 def test_which_corner_is_listed_first_is_no_matter(seed):
-    """Without a seed: what the mean load and the first fixed part open together is not what they open with the second."""
+    """Without a seed: what the mean load and the first fixed part open together is not what they
+    open with the second."""
     rng, n = np.random.default_rng(seed), 2 if seed is None else 3
     if seed is None:
-        S = np.array([[2.33, 0.77, 1.25, -0.19], [0.77, 1.19, 1.26, -0.1], [1.25, 1.26, 2.59, -0.02], [-0.19, -0.1, -0.02, 0.4]])
+        S = np.array(
+            [
+                [2.33, 0.77, 1.25, -0.19],
+                [0.77, 1.19, 1.26, -0.1],
+                [1.25, 1.26, 2.59, -0.02],
+                [-0.19, -0.1, -0.02, 0.4],
+            ]
+        )
         loads = {"m": [0, 0, -0.18, 0.4], "a": [1.4, -0.4, -1.2, 0.7], "b": [-0.5, 0.4, -1.9, -1.2]}
         f, corners, fixed = 0.6, [{"a": 1.0}, {"a": -1.0}], [{"b": 0.2}, {"b": -0.2}]
     else:
         G = rng.normal(size=(2 * n, 2 * n))
-        S, loads = G @ G.T + 0.5 * np.eye(2 * n), {name: 0.5 * rng.normal(size=2 * n) for name in "abcdef"}
+        S, loads = (
+            G @ G.T + 0.5 * np.eye(2 * n),
+            {name: 0.5 * rng.normal(size=2 * n) for name in "abcdef"},
+        )
         loads |= {"m": np.r_[0.2 * rng.normal(size=n), 0.4 + 0.5 * rng.normal(size=n)]}
-        f, corners, fixed = 0.6, [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}], [{"d": 0.5}, {"e": 0.5}, {"f": 0.5}]
+        f, corners, fixed = (
+            0.6,
+            [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}],
+            [{"d": 0.5}, {"e": 0.5}, {"f": 0.5}],
+        )
     contact, found = fo.ContactSystem(S, [[k, 0] for k in range(n)], loads), list[list[float]]()
     for k in range(2):
         cycle = fo.LoadCycle({"m": 1.0}, corners[k:] + corners[:k], fixed[k:] + fixed[:k])
         limit = fo.shakedown_limit(contact, cycle, f)
         load_factor = 0.7 * (found[0][0] if found else limit.load_factor)
-        safe, required = fo.safe_slip(contact, cycle, f, load_factor), fo.required_friction(contact, cycle, load_factor)
+        safe, required = (
+            fo.safe_slip(contact, cycle, f, load_factor),
+            fo.required_friction(contact, cycle, load_factor),
+        )
         found.append([limit.load_factor, safe.margin, required.required])
         assert limit.open.any() and safe.exists and required.required < f
     assert np.array(found) == pytest.approx(np.array(found[:1] * len(found)), rel=1e-8, abs=1e-9)
 
 
 def test_a_limit_with_open_nodes_counts_what_is_fixed_at_each_corner():
-    """A node pulled open by 1, but by 0.5 alone at one corner, touches where the load presses it by 0.5 there; the other one is sheared."""
-    loads = {"P": ([0.0, 0.0], [-1.0, 1.0]), "N": ([0.0, 0.0], [1.0, 0.0]), "Q": ([0.0, 0.1], [0.0, 0.0]), "R": ([0.0, 0.0], [0.5, 0.0])}
+    """A node pulled open by 1, but by 0.5 alone at one corner, touches where the load presses it by
+    0.5 there; the other one is sheared."""
+    loads = {
+        "P": ([0.0, 0.0], [-1.0, 1.0]),
+        "N": ([0.0, 0.0], [1.0, 0.0]),
+        "Q": ([0.0, 0.1], [0.0, 0.0]),
+        "R": ([0.0, 0.0], [0.5, 0.0]),
+    }
     pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
-    limit = fo.shakedown_limit(pair, fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0, "Q": 1.0}], [{}, {"R": 1.0}]), friction=0.5)
+    limit = fo.shakedown_limit(
+        pair,
+        fo.LoadCycle({"P": 1.0}, [{"N": -1.0}, {"N": 1.0, "Q": 1.0}], [{}, {"R": 1.0}]),
+        friction=0.5,
+    )
     assert limit.load_factor == pytest.approx(0.5) and limit.open.tolist() == [True, False]
 
 
 def test_a_study_has_other_keys_with_another_fixed_part(tmp_path):
     contact, cycle, f = fixed_contact(5)
     plain = fo.LoadCycle(cycle.mean, cycle.corners)
-    digests = [Case(contact, one, f, None).digest for one in (plain, cycle, fo.LoadCycle(cycle.mean, cycle.corners, cycle.fixed[::-1]))]
+    digests = [
+        Case(contact, one, f, None).digest
+        for one in (plain, cycle, fo.LoadCycle(cycle.mean, cycle.corners, cycle.fixed[::-1]))
+    ]
     assert len(set(digests)) == 3
     store = tmp_path / "runs.sqlite"
     for one in (plain, cycle):
         with ThreadPoolExecutor(1) as executor:
-            table = fo.dissipation_study(contact, one, [f], [0.1, 0.2], store=store, executor=executor, progress=False)
+            table = fo.dissipation_study(
+                contact, one, [f], [0.1, 0.2], store=store, executor=executor, progress=False
+            )
         alone = [fo.steady_state(contact, one, f, factor).dissipation for factor in (0.1, 0.2)]
         assert table["dissipation"].tolist() == pytest.approx(alone)
     assert len(fo.results.read_store(store)) == 4
@@ -218,13 +316,22 @@ def test_a_study_has_other_keys_with_another_fixed_part(tmp_path):
 def test_the_loads_of_corners_and_what_is_said_of_a_cycle():
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}], fixed=[{"P": -0.5}, {"R": 1.0}])
     assert cycle.at(0.5) == ({"P": 0.5, "Q": 1.0}, {"P": 1.25, "R": 1.0})
-    assert repr(cycle).endswith("corners=[{'Q': 2.0}, {'P': 0.5}], fixed=[{'P': -0.5}, {'R': 1.0}])")
-    assert pickle.loads(pickle.dumps(cycle)) == cycle and hash(cycle) != hash(fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}]))
+    assert repr(cycle).endswith(
+        "corners=[{'Q': 2.0}, {'P': 0.5}], fixed=[{'P': -0.5}, {'R': 1.0}])"
+    )
+    assert pickle.loads(pickle.dumps(cycle)) == cycle and hash(cycle) != hash(
+        fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"P": 0.5}])
+    )
     assert fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}], [{}]) == fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}])
 
 
 def test_bad_fixed_parts_are_refused():
-    messages = {": 1 loads for 2 corners": [{}], ": a dict": {"P": 1.0}, r"\[0\]\['P'\]: nan": [{"P": np.nan}, {}], r"\[0\]: a float": [1.0, 2.0]}
+    messages = {
+        ": 1 loads for 2 corners": [{}],
+        ": a dict": {"P": 1.0},
+        r"\[0\]\['P'\]: nan": [{"P": np.nan}, {}],
+        r"\[0\]: a float": [1.0, 2.0],
+    }
     for message, fixed in messages.items():
         with pytest.raises(fo.ModelError, match="^fixed" + message):
             fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], fixed)
@@ -249,16 +356,27 @@ def test_a_transient_in_space_rests_on_a_safe_slip(seed):
     limit = fo.shakedown_limit(contact, cycle, f)
     below = limit.least + 0.98 * (limit.load_factor - limit.least)
     state = fo.safe_slip(contact, cycle, f, below).state
-    assert fo.steady_state(contact, cycle, f, below, initial_state=state, steps=4).outcome is fo.Outcome.SHAKEDOWN
+    assert (
+        fo.steady_state(contact, cycle, f, below, initial_state=state, steps=4).outcome
+        is fo.Outcome.SHAKEDOWN
+    )
 
 
 def test_a_node_in_space_that_nothing_presses_at_some_corners():
-    """Node 0 has no bound where a corner leaves it bare, so no shear then; it carries one load factor alone, 2, or only those of the other node."""
+    """Node 0 has no bound where a corner leaves it bare, so no shear then; it carries one load
+    factor alone, 2, or only those of the other node."""
     S = np.eye(6)
-    loads = {"P": [0, 0, 0, 0, 0, 1.0], "X": [1.0, 0.2, 0, 0, 0, 0], "Q": [2.0, 0, 0, 0, 0, 0], "N": [0, 0, 0, 0, 1.0, 0]}
+    loads = {
+        "P": [0, 0, 0, 0, 0, 1.0],
+        "X": [1.0, 0.2, 0, 0, 0, 0],
+        "Q": [2.0, 0, 0, 0, 0, 0],
+        "N": [0, 0, 0, 0, 1.0, 0],
+    }
     pair = fo.ContactSystem(S, [[0.0, 0, 0], [1.0, 0, 0]], loads)
     free = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 1.0}, {"X": -1.0}], [{}, {}, {"N": 9.0}])
-    assert fo.shakedown_limit(pair, free, 0.5).load_factor == pytest.approx(2.25)  # 2 q1 <= 0.5 * 9 at node 0, 2 * 0.2 q1 <= 2 * 0.5 at node 1
+    assert fo.shakedown_limit(pair, free, 0.5).load_factor == pytest.approx(
+        2.25
+    )  # 2 q1 <= 0.5 * 9 at node 0, 2 * 0.2 q1 <= 2 * 0.5 at node 1
     meets = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], [{}, {"Q": 1.0}])
     limit = fo.ShakedownModel(pair, meets).of_set(pose(pair, meets, 0.5))  # node 0 closed
     assert (limit.load_factor, limit.least) == pytest.approx((2.0, 2.0), rel=1e-6)
@@ -266,11 +384,16 @@ def test_a_node_in_space_that_nothing_presses_at_some_corners():
     parted = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}], [{}, {"N": 0.0, "P": 0.5}])
     closed = fo.ShakedownModel(pair, parted).of_set(pose(pair, parted, 0.5))
     assert closed.load_factor == 0.0
-    assert fo.shakedown_limit(pair, parted, 0.5).load_factor == pytest.approx(3.125)  # node 0 stays open, and 0.2 |q1| <= 0.5 * 1.25 at node 1
+    assert fo.shakedown_limit(pair, parted, 0.5).load_factor == pytest.approx(
+        3.125
+    )  # node 0 stays open, and 0.2 |q1| <= 0.5 * 1.25 at node 1
 
 
 def test_a_corner_in_space_whose_fixed_part_alone_is_outside_of_the_hull_of_the_others_counts():
-    """Bounds of 1.5 hold a shear of 2 only with a slip of -0.5 or less, and then the cyclic shear only up to 1."""
-    node = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0.0, 0.0, 3.0], "X": [1.0, 0.0, 0.0]})
+    """Bounds of 1.5 hold a shear of 2 only with a slip of -0.5 or less, and then the cyclic shear
+    only up to 1."""
+    node = fo.ContactSystem(
+        np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0.0, 0.0, 3.0], "X": [1.0, 0.0, 0.0]}
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {}], [{}, {}, {"X": 2.0}])
     assert fo.shakedown_limit(node, cycle, 0.5).load_factor == pytest.approx(1.0)

@@ -1,4 +1,5 @@
-"""Meshes that gmsh makes, in every kind of file that it writes: they are the bodies that were drawn, and what was left out is named."""
+"""Meshes that gmsh makes, in every kind of file that it writes: they are the bodies that were
+drawn, and what was left out is named."""
 
 import re
 from pathlib import Path
@@ -13,25 +14,47 @@ from helpers.gmsh_files import gmsh_with
 
 
 def disc(files, solid, quads, **options):
-    """A disc of radius 1, in the plane or 1 thick, with quadratic elements of gmsh; its rim, or its upper side, has a name."""
-    with gmsh_with(**{"Mesh.MeshSizeMax": 0.6, "Mesh.ElementOrder": 2, "Mesh.RecombineAll": quads, **options}) as gmsh:
+    """A disc of radius 1, in the plane or 1 thick, with quadratic elements of gmsh; its rim, or its
+    upper side, has a name."""
+    with gmsh_with(
+        **{"Mesh.MeshSizeMax": 0.6, "Mesh.ElementOrder": 2, "Mesh.RecombineAll": quads, **options}
+    ) as gmsh:
         flat = gmsh.model.occ.addDisk(0, 0, 0, 1, 1)
-        lids = gmsh.model.occ.extrude([(2, flat)], 0, 0, 1, [1], recombine=bool(quads)) if solid else []
+        lids = (
+            gmsh.model.occ.extrude([(2, flat)], 0, 0, 1, [1], recombine=bool(quads))
+            if solid
+            else []
+        )
         gmsh.model.occ.synchronize()
         gmsh.model.addPhysicalGroup(2 + solid, [lids[1][1] if solid else flat], name="BODY")
-        gmsh.model.addPhysicalGroup(1 + solid, [lids[0][1]] if solid else [tag for _, tag in gmsh.model.getEntities(1)], name="EDGE")
+        gmsh.model.addPhysicalGroup(
+            1 + solid,
+            [lids[0][1]] if solid else [tag for _, tag in gmsh.model.getEntities(1)],
+            name="EDGE",
+        )
         gmsh.model.mesh.generate(2 + solid)
         for file in files:
             gmsh.write(str(file))
 
 
 @pytest.mark.parametrize("ending", ["msh", "inp", "vtu"])
-@pytest.mark.parametrize(("kind", "solid", "quads"), [(MeshTri2, 0, 0), (MeshQuad2, 0, 1), (MeshTet2, 1, 0), (MeshHex2, 1, 1)])
-def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(tmp_path, kind, solid, quads, ending):
-    """The area of a disc, some 23 edges around, is 2e-5 off with curved sides, 1e-2 through the corners; 8-node faces are completed."""
+@pytest.mark.parametrize(
+    ("kind", "solid", "quads"),
+    [(MeshTri2, 0, 0), (MeshQuad2, 0, 1), (MeshTet2, 1, 0), (MeshHex2, 1, 1)],
+)
+def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(
+    tmp_path, kind, solid, quads, ending
+):
+    """The area of a disc, some 23 edges around, is 2e-5 off with curved sides, 1e-2 through the
+    corners; 8-node faces are completed."""
     path, made = tmp_path / f"a.{ending}", tmp_path / "made.msh"
     for incomplete in (1,) if ending == "inp" else (0, 1):
-        disc([made if ending == "vtu" else path], solid, quads, **{"Mesh.SecondOrderIncomplete": incomplete})
+        disc(
+            [made if ending == "vtu" else path],
+            solid,
+            quads,
+            **{"Mesh.SecondOrderIncomplete": incomplete},
+        )
         if ending == "vtu":
             whole = meshio.read(made)
             solids = [block for block in whole.cells if block.dim == 2 + solid]
@@ -40,24 +63,45 @@ def test_curved_meshes_are_read_with_the_nodes_amid_their_sides(tmp_path, kind, 
         body = fo.Body(mesh, fo.Material())
         assert type(mesh) is kind and body.element == "quadratic"
         volume, through_corners = (
-            fo.BodyForce("a", x=1.0)._forces(part, "space" if solid else "plane_strain")[0].sum() for part in (body, body.through_corners)
+            fo.BodyForce("a", x=1.0)._forces(part, "space" if solid else "plane_strain")[0].sum()
+            for part in (body, body.through_corners)
         )
         assert volume == pytest.approx(np.pi, rel=1e-4) and through_corners < 0.99 * np.pi
         if ending != "vtu":
-            size = fo.Traction("a", "EDGE", x=1.0)._forces(body, "space" if solid else "plane_strain")[0].sum()
-            assert size == pytest.approx(np.pi if solid else 2 * np.pi, rel=1e-3) and sorted(mesh.subdomains)[0] == "BODY"
+            size = (
+                fo.Traction("a", "EDGE", x=1.0)
+                ._forces(body, "space" if solid else "plane_strain")[0]
+                .sum()
+            )
+            assert (
+                size == pytest.approx(np.pi if solid else 2 * np.pi, rel=1e-3)
+                and sorted(mesh.subdomains)[0] == "BODY"
+            )
 
 
-def cubes(kind, formats, *, bodies=("upper", "lower"), faces=("top", "middle", "bottom"), groups=(), options=()):
+def cubes(
+    kind,
+    formats,
+    *,
+    bodies=("upper", "lower"),
+    faces=("top", "middle", "bottom"),
+    groups=(),
+    options=(),
+):
     """Two cubes that share their nodes, one above the other, meshed by gmsh."""
     with gmsh_with(**{"Mesh.MeshSizeMax": 0.5, **dict(options)}) as gmsh:
-        boxes = {name: gmsh.model.occ.addBox(0, 0, z, 1, 1, 1) for name, z in (("upper", 0), ("lower", -1))}
+        boxes = {
+            name: gmsh.model.occ.addBox(0, 0, z, 1, 1, 1)
+            for name, z in (("upper", 0), ("lower", -1))
+        }
         gmsh.model.occ.fragment([(3, boxes["upper"])], [(3, boxes["lower"])])
         gmsh.model.occ.synchronize()
         for name in bodies:
             gmsh.model.addPhysicalGroup(3, [boxes[name]], name=name)
         for name, z in (("top", 1), ("middle", 0), ("bottom", -1), ("nowhere", 5)):
-            found = gmsh.model.getEntitiesInBoundingBox(-0.1, -0.1, z - 0.1, 1.1, 1.1, z + 0.1, dim=2)
+            found = gmsh.model.getEntitiesInBoundingBox(
+                -0.1, -0.1, z - 0.1, 1.1, 1.1, z + 0.1, dim=2
+            )
             if name in (*faces, *groups):
                 gmsh.model.addPhysicalGroup(2, [tag for _, tag in found], name=name)
         if kind is MeshHex:
@@ -70,7 +114,11 @@ def cubes(kind, formats, *, bodies=("upper", "lower"), faces=("top", "middle", "
 @pytest.mark.parametrize("kind", [MeshTet, MeshHex])
 def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
     files = [tmp_path / name for name in ("a.msh", "a.inp", "sets.inp", "old.msh", "binary.msh")]
-    for file, options in zip(files, ({}, {}, {"Mesh.SaveGroupsOfNodes": 1}, {"Mesh.MshFileVersion": 2.2}, {"Mesh.Binary": 1}), strict=True):
+    for file, options in zip(
+        files,
+        ({}, {}, {"Mesh.SaveGroupsOfNodes": 1}, {"Mesh.MshFileVersion": 2.2}, {"Mesh.Binary": 1}),
+        strict=True,
+    ):
         cubes(kind, [file], options=options)
     systems = []
     for file in files:
@@ -81,10 +129,14 @@ def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
         for name, z in levels.items():
             corners = mesh.p[:, mesh.facets[:, mesh.boundaries[name]]]
             sides = [corners[:, i] - corners[:, 0] for i in (1, 2)]
-            area = np.linalg.norm(np.cross(*sides, axis=0), axis=0).sum() / (2 if kind is MeshTet else 1)
+            area = np.linalg.norm(np.cross(*sides, axis=0), axis=0).sum() / (
+                2 if kind is MeshTet else 1
+            )
             assert np.all(corners[2] == z) and area == pytest.approx(1.0)
         bodies = fo.split_bodies(mesh, {up("upper"): fo.Material(), up("lower"): fo.Material()})
-        assert sorted(set(bodies[up("upper")].mesh.boundaries) & {*levels, up("lower")}) == sorted([up("top"), up("middle"), up("lower")])
+        assert sorted(set(bodies[up("upper")].mesh.boundaries) & {*levels, up("lower")}) == sorted(
+            [up("top"), up("middle"), up("lower")]
+        )
         model = fo.ContactModel(
             bodies,
             supports=[fo.Support(up("lower"), up("bottom"))],
@@ -92,40 +144,79 @@ def test_cubes_of_gmsh_are_bodies_whatever_the_file(tmp_path, kind, caplog):
             contacts=[fo.Contact(up("upper"), up("lower"), up("lower"), up("upper"))],
         )
         systems.append(model.condense())
-        assert np.allclose([*systems[-1].bonded["P"][0].sum(axis=0), systems[-1].bonded["P"][1].sum()], [-1.0, 0.0, 2.0], atol=1e-9)
+        assert np.allclose(
+            [*systems[-1].bonded["P"][0].sum(axis=0), systems[-1].bonded["P"][1].sum()],
+            [-1.0, 0.0, 2.0],
+            atol=1e-9,
+        )
         assert np.allclose(systems[-1].S, systems[0].S, atol=1e-9) and not caplog.records
 
 
 def test_a_crack_of_gmsh_is_a_contact_of_its_body_as_the_page_of_questions_has_it(tmp_path):
-    """A bar with a slit from one side, under uniform pressure and without lateral strain: each node of the slit bears the pressure times its area."""
+    """A bar with a slit from one side, under uniform pressure and without lateral strain: each node
+    of the slit bears the pressure times its area."""
     with gmsh_with(**{"Mesh.MeshSizeMax": 0.5}) as gmsh:
-        bar, slit = gmsh.model.occ.addBox(-1, 0, -1, 2, 1, 2), gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+        bar, slit = (
+            gmsh.model.occ.addBox(-1, 0, -1, 2, 1, 2),
+            gmsh.model.occ.addRectangle(0, 0, 0, 1, 1),
+        )
         gmsh.model.occ.fragment([(3, bar)], [(2, slit)])
         gmsh.model.occ.synchronize()
         near = {
             name: gmsh.model.getEntitiesInBoundingBox(-1.1, -0.1, z - 0.1, 1.1, 1.1, z + 0.1, dim=2)
             for name, z in (("low", -1), ("crack", 0), ("high", 1))
         }
-        groups = {name: gmsh.model.addPhysicalGroup(2, [tag for _, tag in found], name=name) for name, found in near.items()}
+        groups = {
+            name: gmsh.model.addPhysicalGroup(2, [tag for _, tag in found], name=name)
+            for name, found in near.items()
+        }
         gmsh.model.addPhysicalGroup(3, [bar], name="shaft")
-        mouth = [tag for _, tag in gmsh.model.getBoundary(near["crack"], oriented=False) if gmsh.model.occ.getCenterOfMass(1, tag)[0] > 0.1]
+        mouth = [
+            tag
+            for _, tag in gmsh.model.getBoundary(near["crack"], oriented=False)
+            if gmsh.model.occ.getCenterOfMass(1, tag)[0] > 0.1
+        ]
         outside = gmsh.model.addPhysicalGroup(1, mouth)
         gmsh.model.mesh.generate(3)
-        for name, value in (("Dimension", 2), ("PhysicalGroup", groups["crack"]), ("OpenBoundaryPhysicalGroup", outside)):
+        for name, value in (
+            ("Dimension", 2),
+            ("PhysicalGroup", groups["crack"]),
+            ("OpenBoundaryPhysicalGroup", outside),
+        ):
             gmsh.plugin.setNumber("Crack", name, value)
         gmsh.plugin.run("Crack")
         gmsh.write(str(tmp_path / "a.msh"))
-    (code,) = re.findall(r"```\w*\n(lips = .*?)```", (Path(__file__).parents[2] / "docs" / "faq.md").read_text(encoding="utf-8"), re.DOTALL)
-    known = {"fo": fo, "steel": fo.Material(nu=0.0), "supports": [fo.Support("shaft", "low")], "mesh": fo.read_mesh(tmp_path / "a.msh")}
+    (code,) = re.findall(
+        r"```\w*\n(lips = .*?)```",
+        (Path(__file__).parents[2] / "docs" / "faq.md").read_text(encoding="utf-8"),
+        re.DOTALL,
+    )
+    known = {
+        "fo": fo,
+        "steel": fo.Material(nu=0.0),
+        "supports": [fo.Support("shaft", "low")],
+        "mesh": fo.read_mesh(tmp_path / "a.msh"),
+    }
     exec(code, known | {"loads": {"P": [fo.Traction("shaft", "high", z=-3.0)]}}, known)
     system = known["model"].condense()
     q, p = system.bonded["P"]
-    assert np.allclose(p, 3.0 * system.width) and np.allclose(q, 0.0) and np.all(system.points[:, 0] > 0) and np.all(system.points[:, 2] == 0)
+    assert (
+        np.allclose(p, 3.0 * system.width)
+        and np.allclose(q, 0.0)
+        and np.all(system.points[:, 0] > 0)
+        and np.all(system.points[:, 2] == 0)
+    )
 
 
 LEFT_OUT = [
-    ({"bodies": ()}, "a.msh: z varies by 2, and there are no solids; .* gmsh physical groups of the volumes"),
-    ({"bodies": ("upper",)}, "a.msh: boundary 'bottom': [0-9]+ of its [0-9]+ faces belong to no element; put the body beside it into a group"),
+    (
+        {"bodies": ()},
+        "a.msh: z varies by 2, and there are no solids; .* gmsh physical groups of the volumes",
+    ),
+    (
+        {"bodies": ("upper",)},
+        "a.msh: boundary 'bottom': [0-9]+ of its [0-9]+ faces belong to no element; put the body beside it into a group",
+    ),
     ({"groups": ("nowhere",)}, "a.msh: boundary 'nowhere': it names no faces"),
 ]
 
@@ -139,14 +230,34 @@ def test_what_gmsh_leaves_out_is_named(tmp_path, made, message):
 
 def test_a_mesh_without_names_has_no_bodies(tmp_path):
     cubes(MeshTet, [tmp_path / "a.msh"], bodies=(), faces=())
-    with pytest.raises(fo.ModelError, match=r"'upper' is unknown; this mesh names \[\]; name each body .* physical group of its volumes"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"'upper' is unknown; this mesh names \[\]; name each body .* physical group of its volumes",
+    ):
         fo.split_bodies(fo.read_mesh(tmp_path / "a.msh"), {"upper": fo.Material()})
 
 
 def test_bodies_that_share_nodes_are_told_to_split(tmp_path):
     cubes(MeshTet, [tmp_path / "a.msh"])
     both = fo.Body(fo.read_mesh(tmp_path / "a.msh"))
-    with pytest.raises(fo.ModelError, match=r"facets inside the body; name facets of its outline .`split_bodies` gives"):
-        fo.ContactModel({"upper": both, "lower": both}, [], {"P": [fo.BodyForce("upper", z=-1)]}, [fo.Contact("upper", "lower", "middle", "middle")])
-    with pytest.raises(fo.ModelError, match=r"pair 1 is node 0 at \(0, 0\) twice, so both bodies share it"):
-        fo.condense(np.eye(4), {"P": [0, -1, 0, -1]}, [[1, 0], [0, 0]], [0, 1], [[0, 1], [2, 3]], [[0, 0], [1, 0]])
+    with pytest.raises(
+        fo.ModelError,
+        match=r"facets inside the body; name facets of its outline .`split_bodies` gives",
+    ):
+        fo.ContactModel(
+            {"upper": both, "lower": both},
+            [],
+            {"P": [fo.BodyForce("upper", z=-1)]},
+            [fo.Contact("upper", "lower", "middle", "middle")],
+        )
+    with pytest.raises(
+        fo.ModelError, match=r"pair 1 is node 0 at \(0, 0\) twice, so both bodies share it"
+    ):
+        fo.condense(
+            np.eye(4),
+            {"P": [0, -1, 0, -1]},
+            [[1, 0], [0, 0]],
+            [0, 1],
+            [[0, 1], [2, 3]],
+            [[0, 0], [1, 0]],
+        )

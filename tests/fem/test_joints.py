@@ -11,59 +11,93 @@ from helpers.cases import ALL_CASES, few
 from helpers.gmsh_files import gmsh_with
 
 TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial"
-DOVETAILS = [(35, 6.0, 4.0), (45, 8.0, 5.0), (55, 6.0, 3.0), (65, 10.0, 5.0)]  # angle of the flanks, their length, half-width of the neck
+DOVETAILS = [
+    (35, 6.0, 4.0),
+    (45, 8.0, 5.0),
+    (55, 6.0, 3.0),
+    (65, 10.0, 5.0),
+]  # angle of the flanks, their length, half-width of the neck
 STEEL = fo.Material(E=210e3, nu=0.3)
 
 
 def dovetail(file, angle, length, half):
-    """A blade root in the slot of a disc; the flanks of the blade stand out of the slot, those of the disc below the blade."""
+    """A blade root in the slot of a disc; the flanks of the blade stand out of the slot, those of
+    the disc below the blade."""
     along = np.array([np.cos(np.radians(angle)), -np.sin(np.radians(angle))])
-    inner, outer, begins, ends = (np.array([half, 0.0]) + s * along for s in (0.0, length, 1.0, length + 1.0))
+    inner, outer, begins, ends = (
+        np.array([half, 0.0]) + s * along for s in (0.0, length, 1.0, length + 1.0)
+    )
     foot = outer[1] - 5.0
-    right = {"blade": [(half, 12.0), inner, outer, (outer[0], foot)], "disc": [(begins[0], 2.0), begins, ends, (ends[0], foot - 2.0)]}
+    right = {
+        "blade": [(half, 12.0), inner, outer, (outer[0], foot)],
+        "disc": [(begins[0], 2.0), begins, ends, (ends[0], foot - 2.0)],
+    }
     rest = {"blade": [], "disc": [(-30.0, 2.0), (-30.0, -40.0), (30.0, -40.0), (30.0, 2.0)]}
     with gmsh_with(**{"Mesh.MeshSizeMax": 4.0, "Mesh.MeshSizeExtendFromBoundary": 1}) as gmsh:
         faces = {}
         for name, half_line in right.items():
             corners = [*half_line, *((-x, y) for x, y in reversed(half_line)), *rest[name]]
             points = [gmsh.model.occ.addPoint(x, y, 0) for x, y in corners]
-            lines = [gmsh.model.occ.addLine(one, two) for one, two in zip(points, points[1:] + points[:1], strict=True)]
+            lines = [
+                gmsh.model.occ.addLine(one, two)
+                for one, two in zip(points, points[1:] + points[:1], strict=True)
+            ]
             faces[name] = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
         _, parts = gmsh.model.occ.fragment([(2, faces["blade"])], [(2, faces["disc"])])
         gmsh.model.occ.synchronize()
         for name, part in zip(faces, parts, strict=True):
             gmsh.model.addPhysicalGroup(2, [tag for _, tag in part], name=name)
         boxes = {"top": ((-half, 12.0), (half, 12.0)), "bottom": ((-30.0, -40.0), (30.0, -40.0))}
-        boxes |= {"right": (begins * [1, 0] + outer * [0, 1], outer * [1, 0]), "left": (outer * [-1, 1], begins * [-1, 0])}
+        boxes |= {
+            "right": (begins * [1, 0] + outer * [0, 1], outer * [1, 0]),
+            "left": (outer * [-1, 1], begins * [-1, 0]),
+        }
         for name, ((x, y), (to_x, to_y)) in boxes.items():
-            found = gmsh.model.getEntitiesInBoundingBox(x - 0.1, y - 0.1, -0.1, to_x + 0.1, to_y + 0.1, 0.1, dim=1)
+            found = gmsh.model.getEntitiesInBoundingBox(
+                x - 0.1, y - 0.1, -0.1, to_x + 0.1, to_y + 0.1, 0.1, dim=1
+            )
             gmsh.model.addPhysicalGroup(1, [tag for _, tag in found], name=name)
-        gmsh.model.mesh.setSize(gmsh.model.getBoundary([(2, tag) for _, tag in parts[0]], recursive=True), 1.0)
+        gmsh.model.mesh.setSize(
+            gmsh.model.getBoundary([(2, tag) for _, tag in parts[0]], recursive=True), 1.0
+        )
         gmsh.model.mesh.generate(2)
         gmsh.write(str(file))
     return fo.ContactModel(
         fo.split_bodies(fo.read_mesh(file), {"blade": STEEL, "disc": STEEL}),
         contacts=[fo.Contact("blade", "disc", side, side) for side in ("right", "left")],
         supports=[fo.Support("disc", "bottom")],
-        loads={"pull": [fo.Traction("blade", "top", y=100.0)], "sway": [fo.Traction("blade", "top", x=10.0)]},
+        loads={
+            "pull": [fo.Traction("blade", "top", y=100.0)],
+            "sway": [fo.Traction("blade", "top", x=10.0)],
+        },
     )
 
 
 def carried(system, load):
-    """Force and moment about the origin of the reactions on body 1, in space, contact by contact."""
+    """Force and moment about the origin of the reactions on body 1, in space, contact by
+    contact."""
     forces = np.einsum("nr,nra->na", np.column_stack(system.bonded[load]), system.frames)
-    forces, points = (np.pad(part, ((0, 0), (0, 3 - part.shape[1]))) for part in (forces, system.points))
+    forces, points = (
+        np.pad(part, ((0, 0), (0, 3 - part.shape[1]))) for part in (forces, system.points)
+    )
     of = {name: system.contact == name for name in dict.fromkeys(system.contact)}
     moments = np.cross(points, forces)
-    return {name: forces[own].sum(axis=0) for name, own in of.items()}, {name: moments[own].sum(axis=0) for name, own in of.items()}
+    return {name: forces[own].sum(axis=0) for name, own in of.items()}, {
+        name: moments[own].sum(axis=0) for name, own in of.items()
+    }
 
 
 def shakes_down_up_to(limit, system, cycle, friction, share, **options):
-    """The transient from the residual slip of a limit comes to rest below it, and slips for ever above."""
+    """The transient from the residual slip of a limit comes to rest below it, and slips for ever
+    above."""
     for ratio, outcome in ((1 - share, "SHAKEDOWN"), (1 + share, "CYCLIC_SLIP")):
-        steady = fo.steady_state(system, cycle, friction, ratio * limit.load_factor, initial_slip=limit.slip, **options)
+        steady = fo.steady_state(
+            system, cycle, friction, ratio * limit.load_factor, initial_slip=limit.slip, **options
+        )
         assert steady.outcome.name == outcome
-    assert 0 < limit.load_factor <= limit.bound * (1 + 1e-9) and limit.bound == pytest.approx(limit.load_factor, rel=1e-6)
+    assert 0 < limit.load_factor <= limit.bound * (1 + 1e-9) and limit.bound == pytest.approx(
+        limit.load_factor, rel=1e-6
+    )
 
 
 @pytest.mark.parametrize(("angle", "length", "half"), DOVETAILS)
@@ -71,50 +105,86 @@ def test_a_dovetail_of_gmsh_carries_its_loads_and_has_a_limit(tmp_path, angle, l
     system = dovetail(tmp_path / "dovetail.msh", angle, length, half).condense()
     for name, sign in (("right", -1), ("left", 1)):
         own = system.contact == name
-        assert np.allclose(system.normals[own], [sign * np.sin(np.radians(angle)), -np.cos(np.radians(angle))]) and own.sum() >= length - 1
+        assert (
+            np.allclose(
+                system.normals[own], [sign * np.sin(np.radians(angle)), -np.cos(np.radians(angle))]
+            )
+            and own.sum() >= length - 1
+        )
     for load, force in (("pull", [0.0, 200.0 * half, 0.0]), ("sway", [20.0 * half, 0.0, 0.0])):
         forces, moments = carried(system, load)
         assert np.allclose(sum(forces.values()), -np.array(force), atol=1e-6 * 200.0 * half)
-        assert np.allclose(sum(moments.values()), [0.0, 0.0, 12.0 * force[0]], atol=1e-6 * 2400.0 * half)
-    cycle = fo.LoadCycle(mean={"pull": 1.0}, corners=[{"pull": 0.2, "sway": 1.0}, {"pull": -0.2, "sway": -1.0}])
+        assert np.allclose(
+            sum(moments.values()), [0.0, 0.0, 12.0 * force[0]], atol=1e-6 * 2400.0 * half
+        )
+    cycle = fo.LoadCycle(
+        mean={"pull": 1.0}, corners=[{"pull": 0.2, "sway": 1.0}, {"pull": -0.2, "sway": -1.0}]
+    )
     limit = fo.shakedown_limit(system, cycle, friction=0.4)
     assert limit.open.any() or angle not in (45, 65)  # the longer flanks lift off at one end
     shakes_down_up_to(limit, system, cycle, 0.4, 0.03)
 
 
 def scripted(name, folder, monkeypatch):
-    """A mesh of the tutorial from its script, which has the bodies and boundaries of the file beside it."""
+    """A mesh of the tutorial from its script, which has the bodies and boundaries of the file
+    beside it."""
     monkeypatch.chdir(folder)
     runpy.run_path(str(TUTORIAL / f"{name}.py"))
     mesh, kept = fo.read_mesh(f"{name}.msh"), fo.read_mesh(TUTORIAL / f"{name}.msh")
-    assert sorted(mesh.subdomains) == sorted(kept.subdomains) and sorted(mesh.boundaries) == sorted(kept.boundaries)
-    assert np.allclose([mesh.p.min(axis=1), mesh.p.max(axis=1)], [kept.p.min(axis=1), kept.p.max(axis=1)])
+    assert sorted(mesh.subdomains) == sorted(kept.subdomains) and sorted(mesh.boundaries) == sorted(
+        kept.boundaries
+    )
+    assert np.allclose(
+        [mesh.p.min(axis=1), mesh.p.max(axis=1)], [kept.p.min(axis=1), kept.p.max(axis=1)]
+    )
     return mesh
 
 
 def test_the_blade_of_the_tutorial(tmp_path, monkeypatch, capfd):
-    """As much damping from the script as from the file, at an amplitude at which whole flanks slip, and twice as fine: it settles with the mesh."""
+    """As much damping from the script as from the file, at an amplitude at which whole flanks slip,
+    and twice as fine: it settles with the mesh."""
     script = (TUTORIAL / "blade.py").read_text()
-    (tmp_path / "fine.py").write_text(script.replace('"SizeMin": 0.5', '"SizeMin": 0.25').replace("blade.msh", "fine.msh"))
+    (tmp_path / "fine.py").write_text(
+        script.replace('"SizeMin": 0.5', '"SizeMin": 0.25').replace("blade.msh", "fine.msh")
+    )
     meshes = [scripted("blade", tmp_path, monkeypatch), fo.read_mesh(TUTORIAL / "blade.msh")]
     runpy.run_path(str(tmp_path / "fine.py"))
     found, titanium = [], fo.Material(E=115e3, nu=0.33, density=4.4e-9)
     for mesh in (*meshes, fo.read_mesh("fine.msh")):
-        bodies = fo.split_bodies(mesh, dict.fromkeys(("blade", "disc"), titanium), element="quadratic")
+        bodies = fo.split_bodies(
+            mesh, dict.fromkeys(("blade", "disc"), titanium), element="quadratic"
+        )
         model = fo.ContactModel(
             bodies,
-            contacts=[fo.Contact("blade", "disc", flank, flank, name=flank) for flank in ("R1", "L1", "R2", "L2")],
-            supports=[fo.Support("disc", "bottom"), fo.Support("disc", "left", "x"), fo.Support("disc", "right", "x")],
-            loads={"spin": [fo.Centrifugal(name, titanium.density, speed=300.0, centre=(0.0, -300.0)) for name in bodies]},
+            contacts=[
+                fo.Contact("blade", "disc", flank, flank, name=flank)
+                for flank in ("R1", "L1", "R2", "L2")
+            ],
+            supports=[
+                fo.Support("disc", "bottom"),
+                fo.Support("disc", "left", "x"),
+                fo.Support("disc", "right", "x"),
+            ],
+            loads={
+                "spin": [
+                    fo.Centrifugal(name, titanium.density, speed=300.0, centre=(0.0, -300.0))
+                    for name in bodies
+                ]
+            },
         )
         modes = model.modes(1)
-        system, omega = model.with_loads({"mode": modes.load(0)}).condense(), 2 * np.pi * modes.frequency[0]
+        system, omega = (
+            model.with_loads({"mode": modes.load(0)}).condense(),
+            2 * np.pi * modes.frequency[0],
+        )
         factors = np.array([0.4, 0.7, 1.1]) / np.abs(modes.shapes["blade"][0]).max() * omega**2
         cycle = fo.LoadCycle(mean={"spin": 1.0}, corners=[{"mode": 1.0}, {"mode": -1.0}])
         curve = fo.backbone_curve(system, cycle, 0.3, factors, natural_frequency=modes.frequency[0])
         assert modes.frequency[0] > curve.frequency[0] > curve.frequency[1] > curve.frequency[2]
         found.append(curve.damping)
-    assert found[0] == pytest.approx(found[1], rel=1e-2) and found[2][1:] == pytest.approx(found[1][1:], rel=5e-3)
+    assert found[0] == pytest.approx(found[1], rel=1e-2) and found[2][1:] == pytest.approx(
+        found[1][1:], rel=5e-3
+    )
 
 
 def test_the_flange_of_the_tutorial(tmp_path, monkeypatch, capfd):
@@ -134,19 +204,38 @@ def test_the_lap_joint_of_the_tutorial(tmp_path, monkeypatch, capfd):
     contacts = [("upper", "lower"), ("bolt", "upper"), ("bolt", "lower")]
     model = fo.ContactModel(
         bodies,
-        contacts=[fo.Contact(one, two, two, one, name=name) for (one, two), name in zip(contacts, ("lap", "head", "nut"), strict=True)],
+        contacts=[
+            fo.Contact(one, two, two, one, name=name)
+            for (one, two), name in zip(contacts, ("lap", "head", "nut"), strict=True)
+        ],
         supports=[fo.Support("lower", "left")],
-        loads={"preload": [fo.BoltPreload("bolt", "section", 20e3)], "pull": [fo.Traction("upper", "right", x=5.0, y=0.5)]},
+        loads={
+            "preload": [fo.BoltPreload("bolt", "section", 20e3)],
+            "pull": [fo.Traction("upper", "right", x=5.0, y=0.5)],
+        },
     )
     system = model.condense()
     cycle = fo.LoadCycle(mean={"preload": 1.0}, corners=[{"pull": 1.0}, {"pull": -1.0}])
     limit = fo.shakedown_limit(system, cycle, friction=0.3)
     assert limit.open.any() and set(system.contact[limit.open]) == {"lap"}
     shakes_down_up_to(limit, system, cycle, 0.3, 0.1, steps=2)
-    for friction in few([0.1, 0.3], 1):  # bolt and plates may slide together, which opens no gap but for rounding, however far interior points go
-        asked = {"open": None if ALL_CASES else limit.open}  # these nodes in place of a search, which takes half a minute by the interior point
-        one, other = (fo.shakedown_limit(system, cycle, friction, solver=solver, **asked) for solver in ("INTERIOR_POINT", "CLARABEL_DIRECT"))
-        assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8) and one.largest_slip < 0.02
+    for friction in few(
+        [0.1, 0.3],
+        1,
+        # bolt and plates may slide together, which opens no gap but for rounding, however far interior
+        # points go
+    ):
+        asked = {
+            "open": None if ALL_CASES else limit.open
+        }  # these nodes in place of a search, which takes half a minute by the interior point
+        one, other = (
+            fo.shakedown_limit(system, cycle, friction, solver=solver, **asked)
+            for solver in ("INTERIOR_POINT", "CLARABEL_DIRECT")
+        )
+        assert (
+            one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
+            and one.largest_slip < 0.02
+        )
     forces, moments = carried(system, "preload")
     for name, sign in (("lap", 1), ("head", 1), ("nut", -1)):
         assert forces[name][2] == pytest.approx(sign * 20e3, rel=1e-6)

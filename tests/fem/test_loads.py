@@ -13,16 +13,34 @@ STEEL = fo.Material(E=3.0, nu=0.3)
 TOP = [fo.Support("upper", "top", "y")]
 
 
-def column(kinematics="plane_strain", loads=None, supports=(), half=1.0, material=STEEL, element=None):
-    """Two blocks one on the other, 0 <= x <= half (axisymmetric: from 0.5), from y = -1 to 2, on rollers."""
+def column(
+    kinematics="plane_strain", loads=None, supports=(), half=1.0, material=STEEL, element=None
+):
+    """Two blocks one on the other, 0 <= x <= half (axisymmetric: from 0.5), from y = -1 to 2, on
+    rollers."""
     x = np.linspace(0.5 if kinematics == "axisymmetric" else 0.0, half, 5)
     face = {"contact": lambda x: x[1] == 0.0}
-    upper = MeshQuad.init_tensor(x, np.linspace(0.0, 2.0, 5)).with_boundaries({**face, "top": lambda x: x[1] == 2.0})
-    lower = MeshQuad.init_tensor(x, np.linspace(-1.0, 0.0, 4)).with_boundaries({**face, "bottom": lambda x: x[1] == -1.0})
-    beside = [fo.Support("lower", (0.0, -1.0), "x"), fo.Support("lower", (0.0, 0.0), "x"), fo.Support("upper", (0.0, 2.0), "x")]
+    upper = MeshQuad.init_tensor(x, np.linspace(0.0, 2.0, 5)).with_boundaries(
+        {**face, "top": lambda x: x[1] == 2.0}
+    )
+    lower = MeshQuad.init_tensor(x, np.linspace(-1.0, 0.0, 4)).with_boundaries(
+        {**face, "bottom": lambda x: x[1] == -1.0}
+    )
+    beside = [
+        fo.Support("lower", (0.0, -1.0), "x"),
+        fo.Support("lower", (0.0, 0.0), "x"),
+        fo.Support("upper", (0.0, 2.0), "x"),
+    ]
     return fo.ContactModel(
-        bodies={"upper": fo.Body(upper, material, element), "lower": fo.Body(lower, material, element)},
-        supports=[fo.Support("lower", "bottom", "y"), *(beside if kinematics != "axisymmetric" else []), *supports],
+        bodies={
+            "upper": fo.Body(upper, material, element),
+            "lower": fo.Body(lower, material, element),
+        },
+        supports=[
+            fo.Support("lower", "bottom", "y"),
+            *(beside if kinematics != "axisymmetric" else []),
+            *supports,
+        ],
         loads=loads or {"P": [fo.Traction("upper", "top", y=-1.0)]},
         kinematics=kinematics,
     )
@@ -34,7 +52,9 @@ def ring(loads, inner=0.5, outer=2.0, height=0.02, elements=40):
     hub = MeshQuad.init_tensor(np.linspace(inner, 1.0, elements + 1), z).with_boundaries(
         {"contact": lambda x: x[0] == 1.0, "bore": lambda x: x[0] == inner}
     )
-    rim = MeshQuad.init_tensor(np.linspace(1.0, outer, 2 * elements + 1), z).with_boundaries({"contact": lambda x: x[0] == 1.0})
+    rim = MeshQuad.init_tensor(np.linspace(1.0, outer, 2 * elements + 1), z).with_boundaries(
+        {"contact": lambda x: x[0] == 1.0}
+    )
     return fo.ContactModel(
         bodies={"rim": fo.Body(rim, STEEL), "hub": fo.Body(hub, STEEL)},
         supports=[fo.Support("hub", (inner, 0.0), "y")],
@@ -61,7 +81,9 @@ def test_uniform_tension(kinematics, element):
     normal = {"plane_strain": STEEL.nu * 2.0, "plane_stress": 0.0, "axisymmetric": 0.0}[kinematics]
     strain = (2.0 - STEEL.nu * normal) / STEEL.E
     for body in ("upper", "lower"):
-        assert np.allclose(fields.stress[body], np.array([0.0, 2.0, 0.0, normal])[:, None], atol=1e-10)
+        assert np.allclose(
+            fields.stress[body], np.array([0.0, 2.0, 0.0, normal])[:, None], atol=1e-10
+        )
         assert np.allclose(fields.strain[body][1], strain)
         assert np.allclose(fields.strain[body][3], (normal - STEEL.nu * 2.0) / STEEL.E, atol=1e-10)
     assert np.allclose(fields.p / model.condense().width, -2.0)
@@ -70,13 +92,23 @@ def test_uniform_tension(kinematics, element):
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress", "axisymmetric"])
 def test_free_expansion_without_stress(kinematics, element):
-    model = column(kinematics, element=element, loads={"T": [fo.Expansion("upper", 0.01), fo.Expansion("lower", lambda x, y: 0.01 + 0 * x)]})
+    model = column(
+        kinematics,
+        element=element,
+        loads={
+            "T": [fo.Expansion("upper", 0.01), fo.Expansion("lower", lambda x, y: 0.01 + 0 * x)]
+        },
+    )
     fields = glued(model, T=2.0)
     for body in ("upper", "lower"):
         out = -STEEL.E * 0.02 if kinematics == "plane_strain" else 0.0
         assert np.allclose(fields.stress[body], np.array([0.0, 0.0, 0.0, out])[:, None], atol=1e-12)
         grows = 0.02 * (1 + STEEL.nu) if kinematics == "plane_strain" else 0.02
-        assert np.allclose(fields.strain[body], np.array([grows, grows, 0.0, 0.0 if out else 0.02])[:, None], atol=1e-12)
+        assert np.allclose(
+            fields.strain[body],
+            np.array([grows, grows, 0.0, 0.0 if out else 0.02])[:, None],
+            atol=1e-12,
+        )
     assert np.abs([fields.q, fields.p]).max() < 1e-12
 
 
@@ -85,18 +117,24 @@ def cylinders(bore=0.0, loads=None, directions="y"):
 
     def cylinder(z, other):
         face = {"contact": lambda x: x[1] == 0.0, "end": lambda x: x[1] == other}
-        return fo.Body(MeshQuad.init_tensor(np.r_[bore, 0.25, 0.5, 1.0], z).with_boundaries(face), STEEL)
+        return fo.Body(
+            MeshQuad.init_tensor(np.r_[bore, 0.25, 0.5, 1.0], z).with_boundaries(face), STEEL
+        )
 
     bodies = {"upper": cylinder([0.0, 1.0, 2.0], 2.0), "lower": cylinder([-1.0, 0.0], -1.0)}
     loads = {"P": loads or [fo.Traction("upper", "end", y=-1.0)]}
-    return fo.ContactModel(bodies, [fo.Support("lower", "end", directions)], loads, kinematics="axisymmetric")
+    return fo.ContactModel(
+        bodies, [fo.Support("lower", "end", directions)], loads, kinematics="axisymmetric"
+    )
 
 
 @pytest.mark.parametrize("bore", [0.0, 1e-3])
 def test_bodies_of_revolution_meet_on_their_axis_and_around_a_bore(bore):
     model = cylinders(bore)
     system = model.condense()
-    assert glued(model, P=1.0).p / system.width == pytest.approx(1.0) and system.bonded["P"][1] / system.width == pytest.approx(1.0)
+    assert glued(model, P=1.0).p / system.width == pytest.approx(1.0) and system.bonded["P"][
+        1
+    ] / system.width == pytest.approx(1.0)
     assert np.abs(system.bonded["P"][0]).max() < 1e-12
 
 
@@ -105,16 +143,27 @@ def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_vol
     x, y = np.linspace(0.0, 2.0, 17), np.linspace(0.0, 1.0, 9)
     face = {"contact": lambda x: x[1] == 0.0}
     bodies = {
-        name: fo.Body(MeshQuad.init_tensor(x, y + low).with_boundaries(face), fo.Material(1.0, nu), "mean_dilatation")
+        name: fo.Body(
+            MeshQuad.init_tensor(x, y + low).with_boundaries(face),
+            fo.Material(1.0, nu),
+            "mean_dilatation",
+        )
         for name, low in (("a", 0.0), ("b", -1.0))
     }
     heat = [fo.Expansion(name, lambda x, y: x) for name in bodies]
-    model = fo.ContactModel(bodies, [fo.Support("b", (0.0, -1.0)), fo.Support("b", (2.0, -1.0), "y")], {"T": heat})
+    model = fo.ContactModel(
+        bodies, [fo.Support("b", (0.0, -1.0)), fo.Support("b", (2.0, -1.0), "y")], {"T": heat}
+    )
     fields = glued(model, T=1.0)
-    shape = [(1 + nu) * np.array([x**2 - y**2, 2 * x * y]) / 2 for x, y in (body.mesh.p for body in bodies.values())]
+    shape = [
+        (1 + nu) * np.array([x**2 - y**2, 2 * x * y]) / 2
+        for x, y in (body.mesh.p for body in bodies.values())
+    ]
     moved = np.hstack([fields.displacement[name] for name in bodies]) - np.hstack(shape)
     x, y = np.hstack([body.mesh.p for body in bodies.values()])
-    rigid = np.vstack([np.column_stack([1 + 0 * x, 0 * x, -y]), np.column_stack([0 * x, 1 + 0 * x, x])])
+    rigid = np.vstack(
+        [np.column_stack([1 + 0 * x, 0 * x, -y]), np.column_stack([0 * x, 1 + 0 * x, x])]
+    )
     left = moved.ravel() - rigid @ np.linalg.lstsq(rigid, moved.ravel(), rcond=None)[0]
     assert np.abs(left).max() < 0.01 * (1 + nu)
     assert np.abs(fields.stress["a"][:3]).max() < 0.1 * 2  # of E times the largest strain
@@ -125,10 +174,19 @@ def test_a_linear_temperature_bends_a_body_without_stress_however_little_its_vol
 def test_uniform_pressure_passes_between_rings_that_do_not_match(inner, elements):
     one, two = (inner + np.linspace(0.0, 1.0, n + 1) ** 1.2 for n in elements)
     face = {"contact": lambda x: x[1] == 0.0}
-    upper = MeshQuad.init_tensor(one, [0.0, 0.4, 1.0]).with_boundaries({**face, "top": lambda x: x[1] == 1.0})
-    lower = MeshQuad.init_tensor(two, [-1.0, -0.3, 0.0]).with_boundaries({**face, "bottom": lambda x: x[1] == -1.0})
+    upper = MeshQuad.init_tensor(one, [0.0, 0.4, 1.0]).with_boundaries(
+        {**face, "top": lambda x: x[1] == 1.0}
+    )
+    lower = MeshQuad.init_tensor(two, [-1.0, -0.3, 0.0]).with_boundaries(
+        {**face, "bottom": lambda x: x[1] == -1.0}
+    )
     bodies = {"upper": fo.Body(upper), "lower": fo.Body(lower)}
-    model = fo.ContactModel(bodies, [fo.Support("lower", "bottom", "y")], {"P": [fo.Pressure("upper", "top")]}, kinematics="axisymmetric")
+    model = fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "bottom", "y")],
+        {"P": [fo.Pressure("upper", "top")]},
+        kinematics="axisymmetric",
+    )
     fields, width = glued(model, P=1.0), model.condense().width
     assert np.allclose(fields.p, width, atol=1e-12 * width.sum()) and np.abs(fields.q).max() < 1e-12
     assert width.sum() == pytest.approx(np.pi * ((inner + 1) ** 2 - inner**2))
@@ -150,7 +208,11 @@ def test_a_prescribed_displacement_is_the_equivalent_traction():
     top = {"D": [fo.Displacement("upper", "top", y=-1.0)]}
     bottom = {"D": [fo.Displacement("lower", "bottom", y=lambda x, y: 1.0 + 0 * x)]}
     rigid = {"D": [fo.Displacement("lower", where, y=2.0 / 3.0) for where in ("bottom", "contact")]}
-    for loads, supports in ((top, held), (bottom, held), (rigid, [*held, fo.Support("lower", "contact", "y")])):
+    for loads, supports in (
+        (top, held),
+        (bottom, held),
+        (rigid, [*held, fo.Support("lower", "contact", "y")]),
+    ):
         model = column(loads=loads, supports=supports, material=cork)
         assert np.allclose(model.condense().bonded["D"], pulled, atol=1e-10)
         fields = glued(model, D=1.0)
@@ -160,7 +222,11 @@ def test_a_prescribed_displacement_is_the_equivalent_traction():
 
 def test_the_end_of_a_cylinder_may_grow_about_its_axis():
     model = cylinders(
-        loads=[fo.Displacement("lower", "end", x=lambda x, y: 0.1 * x), *(fo.Expansion(name, 0.1) for name in ("upper", "lower"))], directions="xy"
+        loads=[
+            fo.Displacement("lower", "end", x=lambda x, y: 0.1 * x),
+            *(fo.Expansion(name, 0.1) for name in ("upper", "lower")),
+        ],
+        directions="xy",
     )
     assert np.abs(glued(model, P=1.0).stress["lower"]).max() < 1e-12
 
@@ -173,14 +239,20 @@ def test_displacements_that_share_a_node_agree_or_are_refused():
 
     down = fo.Displacement("upper", "top", y=lambda x, y: -0.01 * x)
     assert np.array_equal(moved(down), moved(down, fo.Displacement("upper", (1.0, 2.0), y=-0.01)))
-    for other in (fo.Displacement("upper", (1.0, 2.0), y=-0.02), fo.Displacement("upper", "top", y=0.0)):
+    for other in (
+        fo.Displacement("upper", (1.0, 2.0), y=-0.02),
+        fo.Displacement("upper", "top", y=0.0),
+    ):
         for parts in ((down, other), (other, down)):
-            with pytest.raises(fo.ModelError, match=r"move the node at \(.*, 2\) differently in y; give one"):
+            with pytest.raises(
+                fo.ModelError, match=r"move the node at \(.*, 2\) differently in y; give one"
+            ):
                 moved(*parts)
 
 
 def test_a_spinning_disc():
-    """Stresses of a thin ring that spins (Timoshenko & Goodier, Theory of Elasticity, section 32)."""
+    """Stresses of a thin ring that spins (Timoshenko & Goodier, Theory of Elasticity, section
+    32)."""
     density, speed, a, b, nu = 2.0, 0.7, 0.5, 2.0, STEEL.nu
     model = ring({"spin": [fo.Centrifugal(body, density, speed) for body in ("rim", "hub")]})
     fields = glued(model, spin=1.0)
@@ -188,22 +260,36 @@ def test_a_spinning_disc():
         r, (radial, axial, _, hoop) = at(model, fields, "stress", body)
         inside = (r > 0.53) & (r < 1.97) & (np.abs(r - 1) > 0.03)
         pull = (3 + nu) / 8 * density * speed**2
-        assert np.allclose(radial[inside], (pull * (a**2 + b**2 - (a * b / r) ** 2 - r**2))[inside], atol=4e-3 * pull * b**2)
+        assert np.allclose(
+            radial[inside],
+            (pull * (a**2 + b**2 - (a * b / r) ** 2 - r**2))[inside],
+            atol=4e-3 * pull * b**2,
+        )
         expected = pull * (a**2 + b**2 + (a * b / r) ** 2 - (1 + 3 * nu) / (3 + nu) * r**2)
         assert np.allclose(hoop[inside], expected[inside], atol=4e-3 * pull * b**2)
         assert np.abs(axial[inside]).max() < 4e-3 * pull * b**2
 
 
 def test_lames_press_fit():
-    """A long solid shaft in a long collar of the same material, away from the ends, with the shear of the contact taken off."""
+    """A long solid shaft in a long collar of the same material, away from the ends, with the shear
+    of the contact taken off."""
     scene = fo.scenes.PressFit(
-        collar_length=16.0, shaft_length=16.2, elements=120, grading=2.0, growth=1.1, collar_radius=1.8, shaft_material=STEEL, collar_material=STEEL
+        collar_length=16.0,
+        shaft_length=16.2,
+        elements=120,
+        grading=2.0,
+        growth=1.1,
+        collar_radius=1.8,
+        shaft_material=STEEL,
+        collar_material=STEEL,
     )
     system = scene.condense()
     q, _ = system.bonded["fit"]
     slip = -np.linalg.lstsq(system.A, q, rcond=1e-10)[0]
     a, c, interference = 1.0, 1.8, 0.01
-    fields = scene.model().recover({"fit": interference}, interference * slip, np.zeros(system.nodes))
+    fields = scene.model().recover(
+        {"fit": interference}, interference * slip, np.zeros(system.nodes)
+    )
     lame = STEEL.E * interference * (c**2 - a**2) / (2 * a * c**2)
     middle = system.nodes // 2
     assert (fields.p / system.width)[middle] == pytest.approx(lame, rel=5e-3)
@@ -212,7 +298,9 @@ def test_lames_press_fit():
     row = np.abs(collar[1]) < 1e-9
     r, hoop = collar[0, row], fields.stress["collar"][3, row]
     inside = (r > 1.1) & (r < 1.7)
-    assert np.allclose(hoop[inside], (lame * a**2 / (c**2 - a**2) * (1 + (c / r) ** 2))[inside], rtol=0.02)
+    assert np.allclose(
+        hoop[inside], (lame * a**2 / (c**2 - a**2) * (1 + (c / r) ** 2))[inside], rtol=0.02
+    )
     row = (np.abs(shaft[1]) < 1e-9) & (shaft[0] < 0.8) & (shaft[0] > 0.2)
     assert np.allclose(fields.stress["shaft"][[0, 3]][:, row], -lame, rtol=0.02)
 
@@ -224,7 +312,9 @@ def test_a_press_fit_carries_the_push():
 
 
 def test_loads_add_up_to_their_integrals():
-    mesh = MeshQuad.init_tensor(np.linspace(1, 3, 4), np.linspace(0, 1, 3)).with_boundaries({"top": lambda x: x[1] == 1.0})
+    mesh = MeshQuad.init_tensor(np.linspace(1, 3, 4), np.linspace(0, 1, 3)).with_boundaries(
+        {"top": lambda x: x[1] == 1.0}
+    )
     around = 2 * np.pi * 4.0  # integral of x over the section
     for load, kinematics, expected in (
         (fo.Centrifugal("b", 2.0, 3.0, (1.0, 0.0)), "plane_strain", [36.0, 18.0]),
@@ -239,17 +329,46 @@ def test_loads_add_up_to_their_integrals():
     (lambda: fo.Traction("b", "top"), "Traction: neither x nor y nor z; give one of them"),
     (lambda: fo.BodyForce("b"), "BodyForce: neither x nor y nor z; give one of them"),
     (lambda: fo.Displacement("b", (1.0,), x=1.0), "give the name of a boundary or one point"),
-    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}), "the function raised ZeroDivisionError"),
-    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}), r"the function gave shape \(3,\)"),
-    (lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}), "pressure, of the function: nan at index"),
-    (lambda: column(loads={"P": [fo.Pressure("upper", "none")]}), r"loads\['P'\]: boundary 'none' is unknown"),
+    (
+        lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}),
+        "the function raised ZeroDivisionError",
+    ),
+    (
+        lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: np.ones(3))]}),
+        r"the function gave shape \(3,\)",
+    ),
+    (
+        lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: x * np.nan)]}),
+        "pressure, of the function: nan at index",
+    ),
+    (
+        lambda: column(loads={"P": [fo.Pressure("upper", "none")]}),
+        r"loads\['P'\]: boundary 'none' is unknown",
+    ),
     (lambda: column(loads={"P": [fo.BodyForce("none", y=1.0)]}), "body: 'none'; give"),
-    (lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}), "moves nodes in y that no support holds"),
-    (lambda: column(supports=TOP), r"loads\['P'\]: acts on boundary 'top' of body 'upper' only where supports .*'top', directions='y'"),
-    (lambda: column("axisymmetric", {"P": [fo.Pressure("upper", "top")]}, TOP), "load another boundary, or hold less"),
+    (
+        lambda: column(loads={"P": [fo.Displacement("upper", "top", y=1.0)]}),
+        "moves nodes in y that no support holds",
+    ),
+    (
+        lambda: column(supports=TOP),
+        r"loads\['P'\]: acts on boundary 'top' of body 'upper' only where supports .*'top', directions='y'",
+    ),
+    (
+        lambda: column("axisymmetric", {"P": [fo.Pressure("upper", "top")]}, TOP),
+        "load another boundary, or hold less",
+    ),
     (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
-    (lambda: cylinders(loads=[fo.Displacement("lower", "end", x=0.1)], directions="xy"), "'lower'.* moves nodes by 0.1 off the axis, x = 0"),
-    (lambda: column("axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}), "spin about their axis"),
+    (
+        lambda: cylinders(loads=[fo.Displacement("lower", "end", x=0.1)], directions="xy"),
+        "'lower'.* moves nodes by 0.1 off the axis, x = 0",
+    ),
+    (
+        lambda: column(
+            "axisymmetric", loads={"P": [fo.Centrifugal("upper", 1.0, centre=(1.0, 0.0))]}
+        ),
+        "spin about their axis",
+    ),
 )
 def test_bad_loads_are_refused(make):
     make()
@@ -262,7 +381,11 @@ def test_a_held_load_beside_one_that_is_felt_changes_nothing():
     bonded = []
     for parts in ([pull], [pull, held], [pull, fo.Displacement("upper", "top", y=0.0)]):
         model = column(supports=TOP, loads={"P": [fo.BodyForce("upper", y=1.0)]})
-        bonded.append(replace(model, bodies={**model.bodies, "upper": sided}, loads={"P": parts}).condense().bonded["P"])
+        bonded.append(
+            replace(model, bodies={**model.bodies, "upper": sided}, loads={"P": parts})
+            .condense()
+            .bonded["P"]
+        )
     assert np.array_equal(bonded[0], bonded[1]) and np.array_equal(bonded[0], bonded[2])
 
 

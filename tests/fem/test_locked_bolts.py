@@ -1,4 +1,5 @@
-"""Locked bolts, against bars in series and in parallel, the same joints with bolts that are not locked, and pretension sections of CalculiX."""
+"""Locked bolts, against bars in series and in parallel, the same joints with bolts that are not
+locked, and pretension sections of CalculiX."""
 
 import re
 
@@ -13,12 +14,16 @@ STEEL = fo.Material(E=3.0, nu=0.3)
 
 
 def bars(kind=MeshQuad, force=10.0):
-    """A bolt, and a tube on a base beside it, all bars of one section, whose tops a rigid head holds together."""
+    """A bolt, and a tube on a base beside it, all bars of one section, whose tops a rigid head
+    holds together."""
     up, levels = "xyz"[kind().dim() - 1], [np.array([0.0, 0.4, 1.0])] * (kind().dim() - 1)
 
     def bar(aside, low, high, **names):
         mesh = kind.init_tensor(levels[0] + aside, *levels[1:], np.linspace(low, high, 5))
-        mesh = mesh.with_boundaries({name: lambda x, at=at: x[-1] == at for name, at in names.items()}, boundaries_only=False)
+        mesh = mesh.with_boundaries(
+            {name: lambda x, at=at: x[-1] == at for name, at in names.items()},
+            boundaries_only=False,
+        )
         return fo.Body(mesh, fo.Material(E=3.0, nu=0.0))
 
     bodies = {
@@ -26,7 +31,10 @@ def bars(kind=MeshQuad, force=10.0):
         "tube": bar(5.0, 0.0, 2.0, contact=0.0, top=2.0),
         "base": bar(5.0, -1.0, 0.0, contact=0.0, foot=-1.0),
     }
-    supports = [fo.Support(body, where) for body, where in (("bolt", "foot"), ("base", "foot"), ("bolt", "top"), ("tube", "top"))]
+    supports = [
+        fo.Support(body, where)
+        for body, where in (("bolt", "foot"), ("base", "foot"), ("bolt", "top"), ("tube", "top"))
+    ]
     lift = [fo.Displacement(body, "top", **{up: 1.0}) for body in ("bolt", "tube")]
     loads = {"bolt": [fo.BoltPreload("bolt", "section", force, locked=True)], "lift": lift}
     return fo.ContactModel(bodies, supports, loads, [fo.Contact("tube", "base")])
@@ -34,14 +42,22 @@ def bars(kind=MeshQuad, force=10.0):
 
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 def test_bars_in_series_and_in_parallel(kind):
-    """Up to the knee the bolt takes the share of a pull that its stiffness has, beyond it all of the pull."""
+    """Up to the knee the bolt takes the share of a pull that its stiffness has, beyond it all of
+    the pull."""
     system, F, kb, kc = bars(kind).condense(), 10.0, 3.0 / 2, 3.0 / 3
     opens = F * (1 + kb / kc)
-    # the head comes down by F / kc as the bolt is tightened without a pull, and is up again where the joint opens
-    cycle = fo.LoadCycle({"bolt": 1.0, "lift": -F / kc}, [{"lift": -F / kc / 2}, {"lift": F / kc}, {"lift": F / kc + 4.0}])
+    # the head comes down by F / kc as the bolt is tightened without a pull, and is up again where
+    # the joint opens
+    cycle = fo.LoadCycle(
+        {"bolt": 1.0, "lift": -F / kc},
+        [{"lift": -F / kc / 2}, {"lift": F / kc}, {"lift": F / kc + 4.0}],
+    )
     assert system.bolts["bolt"] == pytest.approx((F, F / kb))
     tight = fo.tightened(system, cycle, 0.5)
-    assert tight.mean["bolt"] * F / kb == pytest.approx(F / kb + F / kc, rel=1e-9) and tight.corners == cycle.corners
+    assert (
+        tight.mean["bolt"] * F / kb == pytest.approx(F / kb + F / kc, rel=1e-9)
+        and tight.corners == cycle.corners
+    )
     states = fo.march(system, tight, 0.5, 1.0, cycles=1)
     known = states.time >= 0
     tension, pull = states.tension("bolt")[known], -states.displacement("lift")[known]
@@ -56,7 +72,9 @@ def test_the_range_of_the_tension_over_a_cycle():
     steady = fo.steady_state(system, fo.tightened(system, cycle, 0.5), 0.5, 1.0)
     table = steady.bolt_table()
     assert table.bolt.tolist() == ["bolt"] and table.force.tolist() == [F]
-    assert table.tension_mean[0] == pytest.approx(0.5 * F + 0.5 * kb) and table.tension_amplitude[0] == pytest.approx(1.5 * kb)
+    assert table.tension_mean[0] == pytest.approx(0.5 * F + 0.5 * kb) and table.tension_amplitude[
+        0
+    ] == pytest.approx(1.5 * kb)
 
 
 RADII, HEAD = np.array([0.0, 0.25, 0.5, 0.6, 1.0, 1.5, 2.2, 3.0]), 1.5
@@ -67,22 +85,54 @@ def without(mesh, outside):
 
 
 def flange(locked=True, force=20.0, gap=None, stiffness=np.inf, cut=False):
-    """Two axisymmetric plates, and a bolt with head and nut. The upper plate is pulled at its rim, or held there and cut by a bolt that is free."""
+    """Two axisymmetric plates, and a bolt with head and nut. The upper plate is pulled at its rim,
+    or held there and cut by a bolt that is free."""
     heights = np.array([-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5])
     bolt = without(MeshQuad.init_tensor(RADII[:6], heights), lambda x, y: (x > 0.5) & (abs(y) < 1))
-    bolt = bolt.with_boundaries({name: lambda x, y=y: (x[1] == y) & (x[0] > 0.6) for name, y in (("head", 1.0), ("nut", -1.0))})
+    bolt = bolt.with_boundaries(
+        {
+            name: lambda x, y=y: (x[1] == y) & (x[0] > 0.6)
+            for name, y in (("head", 1.0), ("nut", -1.0))
+        }
+    )
     bolt = bolt.with_boundaries({"section": lambda x: x[1] == 0.5}, boundaries_only=False)
     plates = {}
-    for name, y, (far, near) in (("upper", heights[3:6], ("head", "joint")), ("lower", heights[1:4], ("joint", "nut"))):
+    for name, y, (far, near) in (
+        ("upper", heights[3:6], ("head", "joint")),
+        ("lower", heights[1:4], ("joint", "nut")),
+    ):
         mesh = MeshQuad.init_tensor(RADII[3:], y)
         sides = {far: y[-1], near: y[0]}
-        sides = {side: lambda x, h=h, side=side: (x[1] == h) & ((x[0] < HEAD) | (side == "joint")) for side, h in sides.items()}
+        sides = {
+            side: lambda x, h=h, side=side: (x[1] == h) & ((x[0] < HEAD) | (side == "joint"))
+            for side, h in sides.items()
+        }
         rim = {"rim": lambda x, h=2 * y[1]: (x[1] == h) & (x[0] > 2.2)}
-        plates[name] = mesh.with_boundaries({**sides, **rim}).with_boundaries({"middle": lambda x: x[1] == 0.5}, boundaries_only=False)
-    bodies = {name: fo.Body(mesh, STEEL) for name, mesh in {"upper": plates["upper"], "lower": plates["lower"], "bolt": bolt}.items()}
-    joint = fo.Contact("upper", "lower", "joint", "joint", gap=gap, tangential_stiffness=stiffness, normal_stiffness=2 * stiffness)
-    contacts = [joint, fo.Contact("bolt", "upper", "head", "head"), fo.Contact("bolt", "lower", "nut", "nut")]
-    loads = {"bolt": [fo.BoltPreload("bolt", "section", force, locked=locked)], "pull": [fo.Traction("upper", "rim", y=0.4)]}
+        plates[name] = mesh.with_boundaries({**sides, **rim}).with_boundaries(
+            {"middle": lambda x: x[1] == 0.5}, boundaries_only=False
+        )
+    bodies = {
+        name: fo.Body(mesh, STEEL)
+        for name, mesh in {"upper": plates["upper"], "lower": plates["lower"], "bolt": bolt}.items()
+    }
+    joint = fo.Contact(
+        "upper",
+        "lower",
+        "joint",
+        "joint",
+        gap=gap,
+        tangential_stiffness=stiffness,
+        normal_stiffness=2 * stiffness,
+    )
+    contacts = [
+        joint,
+        fo.Contact("bolt", "upper", "head", "head"),
+        fo.Contact("bolt", "lower", "nut", "nut"),
+    ]
+    loads = {
+        "bolt": [fo.BoltPreload("bolt", "section", force, locked=locked)],
+        "pull": [fo.Traction("upper", "rim", y=0.4)],
+    }
     loads |= {
         "twist": [fo.Traction("upper", "rim", x=0.3)],
         "lift": [fo.Displacement("lower", "rim", x=0.0, y=0.1)],
@@ -91,13 +141,20 @@ def flange(locked=True, force=20.0, gap=None, stiffness=np.inf, cut=False):
     supports = [fo.Support("lower", "rim")]
     if cut:
         supports.append(fo.Support("upper", "rim"))
-        loads |= {"plate": [fo.BoltPreload("upper", "middle", 5.0)], "pull": [fo.BodyForce("upper", y=1.0)], "twist": [fo.BodyForce("bolt", y=0.3)]}
+        loads |= {
+            "plate": [fo.BoltPreload("upper", "middle", 5.0)],
+            "pull": [fo.BodyForce("upper", y=1.0)],
+            "twist": [fo.BodyForce("bolt", y=0.3)],
+        }
     return fo.ContactModel(bodies, supports, loads, contacts, "axisymmetric")
 
 
-@pytest.mark.parametrize("more", [{}, {"stiffness": 3.0, "gap": lambda x, y: 0.01 * x**2}, {"cut": True}])
+@pytest.mark.parametrize(
+    "more", [{}, {"stiffness": 3.0, "gap": lambda x, y: 0.01 * x**2}, {"cut": True}]
+)
 def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
-    """So that its faces stay as close: with the same tension both joints have the same forces in the contact, and displacements in the bodies."""
+    """So that its faces stay as close: with the same tension both joints have the same forces in
+    the contact, and displacements in the bodies."""
     model, again = flange(**more), flange(locked=False, **more)
     locked, free = model.condense(), again.condense()
     rng = np.random.default_rng(3)
@@ -106,27 +163,48 @@ def test_a_locked_bolt_is_one_that_is_tightened_anew_in_each_state(more):
     tension = locked.tension("bolt", [*loads.values()], v, w).item()
     same = {**loads, "bolt": tension / 20.0}
     u = np.r_[v, w - locked.gap]
-    forces = [np.concatenate(system.reaction(asked)) + system.S @ u for system, asked in ((locked, loads), (free, same))]
+    forces = [
+        np.concatenate(system.reaction(asked)) + system.S @ u
+        for system, asked in ((locked, loads), (free, same))
+    ]
     assert np.abs(forces[0] - forces[1]).max() < 1e-11 * np.abs(forces[0]).max()
-    closer = free.displacements([*same.values()], v, w)[0] / 20.0  # of a bolt that is not locked: how far its faces have come together
+    closer = (
+        free.displacements([*same.values()], v, w)[0] / 20.0
+    )  # of a bolt that is not locked: how far its faces have come together
     assert closer == pytest.approx(loads["bolt"] * locked.bolts["bolt"][1], rel=1e-10)
-    moved = [one.displacements([*asked.values()], v, w)[1:] for one, asked in ((locked, loads), (free, same))]
+    moved = [
+        one.displacements([*asked.values()], v, w)[1:]
+        for one, asked in ((locked, loads), (free, same))
+    ]
     assert np.allclose(*moved, rtol=1e-10)
     with pytest.warns(fo.ModelWarning, match="is open by"):  # these are no states
-        fields, others = (one.recover(asked, v, w).displacement for one, asked in ((model, loads), (again, same)))
-    assert all(np.abs(fields[name] - others[name]).max() < 1e-11 * np.abs(others[name]).max() for name in others)
+        fields, others = (
+            one.recover(asked, v, w).displacement for one, asked in ((model, loads), (again, same))
+        )
+    assert all(
+        np.abs(fields[name] - others[name]).max() < 1e-11 * np.abs(others[name]).max()
+        for name in others
+    )
 
 
 def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked():
-    """Whose state is that of its force, whatever the way to it; the plates open at the rim, and the mean load pulls."""
+    """Whose state is that of its force, whatever the way to it; the plates open at the rim, and the
+    mean load pulls."""
     locked, free = flange().condense(), flange(locked=False).condense()
     cycle = fo.LoadCycle({"bolt": 0.8, "pull": 1.0}, [{"pull": 0.3}, {"pull": -0.3}])
     tight = fo.tightened(locked, cycle, 0.0)
-    one, other = (fo.march(system, asked, 0.0, 1.0, cycles=1) for system, asked in ((locked, tight), (free, cycle)))
+    one, other = (
+        fo.march(system, asked, 0.0, 1.0, cycles=1)
+        for system, asked in ((locked, tight), (free, cycle))
+    )
     start = [int(np.flatnonzero(states.time >= 0)[0]) for states in (one, other)]
-    assert one.gap[start[0]].any() and np.allclose(one.gap[start[0]], other.gap[start[1]], atol=1e-9)
+    assert one.gap[start[0]].any() and np.allclose(
+        one.gap[start[0]], other.gap[start[1]], atol=1e-9
+    )
     assert one.tension("bolt")[start[0]] == pytest.approx(16.0, rel=1e-9)
-    assert other.displacement("bolt")[start[1]] / 20.0 == pytest.approx(tight.mean["bolt"] * locked.bolts["bolt"][1], rel=1e-8)
+    assert other.displacement("bolt")[start[1]] / 20.0 == pytest.approx(
+        tight.mean["bolt"] * locked.bolts["bolt"][1], rel=1e-8
+    )
     with pytest.raises(fo.ModelError, match=re.escape("case: 'bolt' is no locked bolt, [] are")):
         other.tension("bolt")
     with pytest.raises(fo.ModelError, match="it has no locked bolt"):
@@ -135,67 +213,120 @@ def test_without_friction_the_shortening_is_that_of_the_bolt_which_is_not_locked
 
 def clamped(force=(5.0, 8.0)):
     """Two plane plates that a clamp holds at either end: a bolt with arms for a head and a nut."""
-    x, y = np.array([-1.8, -1.4, -1.2, -1.0, -0.6, -0.2]), np.array([-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0])
+    x, y = (
+        np.array([-1.8, -1.4, -1.2, -1.0, -0.6, -0.2]),
+        np.array([-1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0]),
+    )
     clamp = without(MeshQuad.init_tensor(x[:5], y), lambda x, y: (x > -1.4) & (abs(y) < 0.6))
     bodies, contacts, loads = {}, [fo.Contact("upper", "lower", "joint", "joint")], {}
     for name, (low, high) in {"upper": (0.0, 0.6), "lower": (-0.6, 0.0)}.items():
         mesh = MeshQuad.init_tensor(np.r_[x[2:], -x[:1:-1]], y[(low <= y) & (y <= high)])
-        sides = {"joint": lambda x: x[1] == 0, "middle": lambda x: (abs(x[1]) == 0.6) & (abs(x[0]) < 0.25)}
-        sides |= {name: lambda x, s=s: (abs(x[1]) == 0.6) & (s * x[0] > 0.55) for name, s in (("left", -1), ("right", 1))}
+        sides = {
+            "joint": lambda x: x[1] == 0,
+            "middle": lambda x: (abs(x[1]) == 0.6) & (abs(x[0]) < 0.25),
+        }
+        sides |= {
+            name: lambda x, s=s: (abs(x[1]) == 0.6) & (s * x[0] > 0.55)
+            for name, s in (("left", -1), ("right", 1))
+        }
         bodies[name] = fo.Body(mesh.with_boundaries(sides), STEEL)
     for (name, side), amount in zip((("left", 1), ("right", -1)), force, strict=True):
         mesh = clamp if side > 0 else MeshQuad(clamp.p * [[-1.0], [1.0]], clamp.t[::-1])
-        mesh = mesh.with_boundaries({arm: lambda x, h=h: (x[1] == h) & (abs(x[0]) < 1.25) for arm, h in (("upper", 0.6), ("lower", -0.6))})
-        mesh = mesh.with_boundaries({"section": lambda x: (x[1] == 0) & (abs(x[0]) > 1.3)}, boundaries_only=False)
+        mesh = mesh.with_boundaries(
+            {
+                arm: lambda x, h=h: (x[1] == h) & (abs(x[0]) < 1.25)
+                for arm, h in (("upper", 0.6), ("lower", -0.6))
+            }
+        )
+        mesh = mesh.with_boundaries(
+            {"section": lambda x: (x[1] == 0) & (abs(x[0]) > 1.3)}, boundaries_only=False
+        )
         bodies[name] = fo.Body(mesh, STEEL)
-        contacts += [fo.Contact(name, plate, plate, name, f"{name} {plate}") for plate in ("upper", "lower")]
+        contacts += [
+            fo.Contact(name, plate, plate, name, f"{name} {plate}") for plate in ("upper", "lower")
+        ]
         loads[name] = [fo.BoltPreload(name, "section", amount, locked=True)]
-    loads |= {"pull": [fo.Traction("upper", "middle", y=1.0)], "shear": [fo.Traction("upper", "middle", x=1.0)]}
+    loads |= {
+        "pull": [fo.Traction("upper", "middle", y=1.0)],
+        "shear": [fo.Traction("upper", "middle", x=1.0)],
+    }
     return fo.ContactModel(bodies, [fo.Support("lower", "middle")], loads, contacts)
 
 
-@pytest.mark.parametrize(("shares", "pull", "friction"), [((1.0, 1.0), 0.0, 0.4), ((1.0, 0.3), 4.0, 0.2), ((0.5, 2.0), 1.5, 0.8)])
+@pytest.mark.parametrize(
+    ("shares", "pull", "friction"),
+    [((1.0, 1.0), 0.0, 0.4), ((1.0, 0.3), 4.0, 0.2), ((0.5, 2.0), 1.5, 0.8)],
+)
 def test_several_bolts_have_their_forces_together(shares, pull, friction):
     system = clamped().condense()
-    cycle = fo.LoadCycle({"left": shares[0], "right": shares[1], "pull": pull, "shear": 0.1}, [{"shear": 0.1}, {"pull": 0.5}])
+    cycle = fo.LoadCycle(
+        {"left": shares[0], "right": shares[1], "pull": pull, "shear": 0.1},
+        [{"shear": 0.1}, {"pull": 0.5}],
+    )
     tight = fo.tightened(system, cycle, friction)
     states = fo.march(system, tight, friction, 1.0, cycles=1)
     mean = int(np.flatnonzero(states.time >= 0)[0])
     found = [states.tension(name)[mean] for name in ("left", "right")]
-    assert np.allclose(found, np.array(shares) * [5.0, 8.0], rtol=1e-9) and (states.gap[mean] > 0).any() and (states.slip[mean] != 0).any()
+    assert (
+        np.allclose(found, np.array(shares) * [5.0, 8.0], rtol=1e-9)
+        and (states.gap[mean] > 0).any()
+        and (states.slip[mean] != 0).any()
+    )
 
 
 def tighten(system=None, mean=None, friction=0.3):
     system = clamped().condense() if system is None else system
-    return fo.tightened(system, fo.LoadCycle({"left": 1.0, "right": 1.0} if mean is None else mean, [{"shear": 0.1}]), friction)
+    return fo.tightened(
+        system,
+        fo.LoadCycle({"left": 1.0, "right": 1.0} if mean is None else mean, [{"shear": 0.1}]),
+        friction,
+    )
 
 
 def in_loads(**loads):
     model = flange()
-    return lambda: fo.ContactModel(model.bodies, model.supports, {**model.loads, **loads}, model.contacts, model.kinematics)
+    return lambda: fo.ContactModel(
+        model.bodies, model.supports, {**model.loads, **loads}, model.contacts, model.kinematics
+    )
 
 
 BOLT = fo.BoltPreload("bolt", "section", 20.0, locked=True)
 REFUSED = {
-    "loads['bolt']: the locked bolt 'bolt', section 'section', with other loads": in_loads(bolt=[BOLT, fo.BodyForce("bolt", y=1.0)]),
-    "loads['more']: the locked bolt 'bolt', section 'section', in another load case too": in_loads(more=[BOLT]),
-    "loads['free']: the locked bolt 'bolt', section 'section', in another load case": in_loads(free=[fo.BoltPreload("bolt", "section")]),
-    "force: 0.0; it must be finite and above 0": lambda: fo.BoltPreload("bolt", "section", 0.0, locked=True),
-    "locked: 'yes'; give True or False": lambda: fo.BoltPreload("bolt", "section", locked="yes"),
-    "cycle: its mean load has none of the locked bolts ['left', 'right']": lambda: tighten(mean={"pull": 1.0}),
-    "cycle: mean['left'] = 0; give the share of its force": lambda: tighten(mean={"left": 0.0}),
-    "does not close the section of bolt 'left': its other loads pull it to 1.312 before it is tightened to 1": lambda: tighten(
-        mean={"left": 0.2, "right": 2.0, "pull": 3.0, "shear": 0.1}, friction=0.8
+    "loads['bolt']: the locked bolt 'bolt', section 'section', with other loads": in_loads(
+        bolt=[BOLT, fo.BodyForce("bolt", y=1.0)]
     ),
-    "compliance: not known": lambda: tighten(clamped().condense().with_bonded({"more": ([0.0] * 20, [1.0] * 20)})),
+    "loads['more']: the locked bolt 'bolt', section 'section', in another load case too": in_loads(
+        more=[BOLT]
+    ),
+    "loads['free']: the locked bolt 'bolt', section 'section', in another load case": in_loads(
+        free=[fo.BoltPreload("bolt", "section")]
+    ),
+    "force: 0.0; it must be finite and above 0": lambda: fo.BoltPreload(
+        "bolt", "section", 0.0, locked=True
+    ),
+    "locked: 'yes'; give True or False": lambda: fo.BoltPreload("bolt", "section", locked="yes"),
+    "cycle: its mean load has none of the locked bolts ['left', 'right']": lambda: tighten(
+        mean={"pull": 1.0}
+    ),
+    "cycle: mean['left'] = 0; give the share of its force": lambda: tighten(mean={"left": 0.0}),
+    "does not close the section of bolt 'left': its other loads pull it to 1.312 before it is tightened to 1": lambda: (
+        tighten(mean={"left": 0.2, "right": 2.0, "pull": 3.0, "shear": 0.1}, friction=0.8)
+    ),
+    "compliance: not known": lambda: tighten(
+        clamped().condense().with_bonded({"more": ([0.0] * 20, [1.0] * 20)})
+    ),
     "bolts: load case: 'nut'; give 'bolt'": lambda: one_bolt(nut=(1.0, 1.0)),
-    "bolts['bolt']: 0 at index 1; give a force and a shortening above 0": lambda: one_bolt(bolt=(1.0, 0.0)),
+    "bolts['bolt']: 0 at index 1; give a force and a shortening above 0": lambda: one_bolt(
+        bolt=(1.0, 0.0)
+    ),
     "bolts['bolt']: shape (1,), expected (2,)": lambda: one_bolt(bolt=(1.0,)),
 }
 
 
 def one_bolt(**bolts):
-    return fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"bolt": ([0.0], [1.0])}, bolts=bolts)
+    return fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"bolt": ([0.0], [1.0])}, bolts=bolts
+    )
 
 
 @pytest.mark.parametrize("message", REFUSED)
@@ -208,63 +339,113 @@ def test_an_archive_keeps_the_bolts(tmp_path):
     system = clamped().condense()
     system.save(tmp_path / "joint.npz")
     again = fo.ContactSystem.load(tmp_path / "joint.npz")
-    assert again.bolts == system.bolts and len(again.bolts) == 2 and again.bonded.keys() == system.bonded.keys()
+    assert (
+        again.bolts == system.bolts
+        and len(again.bolts) == 2
+        and again.bonded.keys() == system.bonded.keys()
+    )
 
 
 RING = [0, 2, 4, 1, 3, 6, 7, 5]  # corners of a hexahedron of scikit-fem in the order of CalculiX
 
 
 def deck_of(bodies, first):
-    """Nodes, elements and materials of bodies in space; the number of the first node and element of each body is given."""
+    """Nodes, elements and materials of bodies in space; the number of the first node and element of
+    each body is given."""
     deck = ""
     for name, body in bodies.items():
-        nodes = "".join(f"{first[name] + i}, {', '.join(map(repr, point))}\n" for i, point in enumerate(body.mesh.p.T.tolist()))
+        nodes = "".join(
+            f"{first[name] + i}, {', '.join(map(repr, point))}\n"
+            for i, point in enumerate(body.mesh.p.T.tolist())
+        )
         rows = (first[name] + body.mesh.t[RING].T).tolist()
-        elements = "".join(f"{first[name] + i}, {', '.join(map(str, row))}\n" for i, row in enumerate(rows))
+        elements = "".join(
+            f"{first[name] + i}, {', '.join(map(str, row))}\n" for i, row in enumerate(rows)
+        )
         deck += f"*NODE, NSET=ALL\n{nodes}*ELEMENT, TYPE=C3D8, ELSET={name}\n{elements}*MATERIAL, NAME={name}\n*ELASTIC\n"
         deck += f"{body.material.E!r}, {body.material.nu!r}\n*SOLID SECTION, ELSET={name}, MATERIAL={name}\n"
     return deck
 
 
 def bolted():
-    """Two plates in space with a square hole, a bolt with square head and nut, and a pull at one end of the upper plate."""
-    x, y, z = np.array([-3.5, -2.5, -1.5, -1.0, 1.0, 1.5, 2.5, 3.5]), np.array([-2.5, -1.5, -1.0, 1.0, 1.5, 2.5]), np.arange(-3.0, 4.0)
+    """Two plates in space with a square hole, a bolt with square head and nut, and a pull at one
+    end of the upper plate."""
+    x, y, z = (
+        np.array([-3.5, -2.5, -1.5, -1.0, 1.0, 1.5, 2.5, 3.5]),
+        np.array([-2.5, -1.5, -1.0, 1.0, 1.5, 2.5]),
+        np.arange(-3.0, 4.0),
+    )
     near = (abs(x) < 3, abs(y) < 3)
-    bolt = without(MeshHex.init_tensor(x[near[0]], y, z), lambda x, y, z: ((abs(x) > 1) | (abs(y) > 1)) & (abs(z) < 2))
+    bolt = without(
+        MeshHex.init_tensor(x[near[0]], y, z),
+        lambda x, y, z: ((abs(x) > 1) | (abs(y) > 1)) & (abs(z) < 2),
+    )
     bolt = bolt.with_boundaries(
-        {"head": lambda x: (x[2] == 2) & (abs(x[:2]).max(axis=0) > 1.5), "nut": lambda x: (x[2] == -2) & (abs(x[:2]).max(axis=0) > 1.5)}
+        {
+            "head": lambda x: (x[2] == 2) & (abs(x[:2]).max(axis=0) > 1.5),
+            "nut": lambda x: (x[2] == -2) & (abs(x[:2]).max(axis=0) > 1.5),
+        }
     )
     bodies = {}
     for name, levels, side in (("upper", z[3:6], "head"), ("lower", z[1:4], "nut")):
-        mesh = without(MeshHex.init_tensor(x, y, levels), lambda x, y, z: (abs(x) < 1.5) & (abs(y) < 1.5))
+        mesh = without(
+            MeshHex.init_tensor(x, y, levels), lambda x, y, z: (abs(x) < 1.5) & (abs(y) < 1.5)
+        )
         outside = 2.0 if name == "upper" else -2.0
-        sides = {"joint": lambda x: x[2] == 0, side: lambda x, h=outside: (x[2] == h) & (abs(x[0]) < 2.5)}
+        sides = {
+            "joint": lambda x: x[2] == 0,
+            side: lambda x, h=outside: (x[2] == h) & (abs(x[0]) < 2.5),
+        }
         sides["end"] = lambda x, h=outside: (x[2] == h) & (x[0] > 2.5)
         bodies[name] = fo.Body(mesh.with_boundaries(sides), fo.Material(E=1.0, nu=0.2))
-    bodies["bolt"] = fo.Body(bolt.with_boundaries({"section": lambda x: x[2] == 1}, boundaries_only=False), fo.Material(E=2.0, nu=0.3))
+    bodies["bolt"] = fo.Body(
+        bolt.with_boundaries({"section": lambda x: x[2] == 1}, boundaries_only=False),
+        fo.Material(E=2.0, nu=0.3),
+    )
     contacts = [fo.Contact("upper", "lower", "joint", "joint")]
-    contacts += [fo.Contact("bolt", plate, side, side) for plate, side in (("upper", "head"), ("lower", "nut"))]
-    loads = {"bolt": [fo.BoltPreload("bolt", "section", 1.0, locked=True)], "pull": [fo.Traction("upper", "end", z=0.1)]}
+    contacts += [
+        fo.Contact("bolt", plate, side, side)
+        for plate, side in (("upper", "head"), ("lower", "nut"))
+    ]
+    loads = {
+        "bolt": [fo.BoltPreload("bolt", "section", 1.0, locked=True)],
+        "pull": [fo.Traction("upper", "end", z=0.1)],
+    }
     return fo.ContactModel(bodies, [fo.Support("lower", "end")], loads, contacts)
 
 
 @needs_ccx
 def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
-    """Tension against pull, from the closed joint to the open one; CalculiX is told which nodes are closed, and how far these slip."""
+    """Tension against pull, from the closed joint to the open one; CalculiX is told which nodes are
+    closed, and how far these slip."""
     model, pulls = bolted(), [0.5, 1.0, 2.5]
     system, bodies = model.condense(), model.bodies
-    tight = fo.tightened(system, fo.LoadCycle({"bolt": 1.0}, [{"pull": pull} for pull in pulls]), 5.0, steps=2)
+    tight = fo.tightened(
+        system, fo.LoadCycle({"bolt": 1.0}, [{"pull": pull} for pull in pulls]), 5.0, steps=2
+    )
     states = fo.march(system, tight, 5.0, 1.0, cycles=1, steps=2)
     first = {"upper": 1, "lower": 10001, "bolt": 20001}
-    number = {name: {tuple(point): first[name] + i for i, point in enumerate(body.mesh.p.T)} for name, body in bodies.items()}
+    number = {
+        name: {tuple(point): first[name] + i for i, point in enumerate(body.mesh.p.T)}
+        for name, body in bodies.items()
+    }
     sides = {contact.name: (contact.body_1, contact.body_2) for contact in model.contacts}
-    pairs = [[number[body][tuple(point)] for body in sides[name]] for name, point in zip(system.contact, system.points, strict=True)]
+    pairs = [
+        [number[body][tuple(point)] for body in sides[name]]
+        for name, point in zip(system.contact, system.points, strict=True)
+    ]
     held = [first["lower"] + i for i in bodies["lower"].boundary_nodes("end", "end")]
     middles = bodies["bolt"].mesh.p[2, bodies["bolt"].mesh.t].mean(axis=0)
     above = first["bolt"] + np.flatnonzero(
-        (middles > 1) & (middles < 2) & (abs(bodies["bolt"].mesh.p[:2, bodies["bolt"].mesh.t]).max(axis=(0, 1)) <= 1)
+        (middles > 1)
+        & (middles < 2)
+        & (abs(bodies["bolt"].mesh.p[:2, bodies["bolt"].mesh.t]).max(axis=(0, 1)) <= 1)
     )
-    frame = deck_of(bodies, first) + node_set("HELD", held) + "*BOUNDARY\nHELD, 1, 3\n*NODE, NSET=ALL\n99999, 0., 0., 9.\n"
+    frame = (
+        deck_of(bodies, first)
+        + node_set("HELD", held)
+        + "*BOUNDARY\nHELD, 1, 3\n*NODE, NSET=ALL\n99999, 0., 0., 9.\n"
+    )
     frame += "*NODE\n" + "".join(f"{50000 + i}, 0., 0., 0.\n" for i in range(len(pairs)))
     frame += "*SURFACE, NAME=CUT\n" + "".join(f"{n}, S1\n" for n in above)
     section = "*PRE-TENSION SECTION, SURFACE=CUT, NODE=99999\n0., 0., -1.\n"
@@ -275,20 +456,48 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
         closed = np.flatnonzero(states.gap[i] == 0)
         slip = np.einsum("na,nab->nb", states.slip[i], system.frames[:, :-1])
         ties = "".join(
-            equation((pairs[n][0], axis, 1.0), (pairs[n][1], axis, -1.0), (50000 + int(n), axis, -1.0)) for n in closed for axis in (1, 2, 3)
+            equation(
+                (pairs[n][0], axis, 1.0), (pairs[n][1], axis, -1.0), (50000 + int(n), axis, -1.0)
+            )
+            for n in closed
+            for axis in (1, 2, 3)
         )
-        given = "".join(f"{50000 + n}, {axis}, {axis}, {slip[n, axis - 1]:.11e}\n" for n in closed for axis in (1, 2, 3))
-        loads = "".join(f"{first['upper'] + n}, 3, {pull * f:.11e}\n" for n, f in enumerate(force.tolist()) if pull * f)
-        deck, loads = frame + ties + section, f"*BOUNDARY\n{given}" + (f"*CLOAD\n{loads}" if loads else "")
-        locked = displacements(tmp_path, deck, f"{loads}*BOUNDARY\n99999, 1, 1, {shortening:.11e}\n")
-        tightened = displacements(tmp_path, deck, f"{loads}*CLOAD\n99999, 1, {states.tension('bolt')[i]:.11e}\n")  # anew, to the tension seen
-        assert tightened[99999][0] == pytest.approx(shortening, rel=1e-6)  # CalculiX prints seven digits
-        fields = model.recover({"bolt": tight.mean["bolt"], "pull": pull}, states.slip[i], states.gap[i])
+        given = "".join(
+            f"{50000 + n}, {axis}, {axis}, {slip[n, axis - 1]:.11e}\n"
+            for n in closed
+            for axis in (1, 2, 3)
+        )
+        loads = "".join(
+            f"{first['upper'] + n}, 3, {pull * f:.11e}\n"
+            for n, f in enumerate(force.tolist())
+            if pull * f
+        )
+        deck, loads = (
+            frame + ties + section,
+            f"*BOUNDARY\n{given}" + (f"*CLOAD\n{loads}" if loads else ""),
+        )
+        locked = displacements(
+            tmp_path, deck, f"{loads}*BOUNDARY\n99999, 1, 1, {shortening:.11e}\n"
+        )
+        tightened = displacements(
+            tmp_path, deck, f"{loads}*CLOAD\n99999, 1, {states.tension('bolt')[i]:.11e}\n"
+        )  # anew, to the tension seen
+        assert tightened[99999][0] == pytest.approx(
+            shortening, rel=1e-6
+        )  # CalculiX prints seven digits
+        fields = model.recover(
+            {"bolt": tight.mean["bolt"], "pull": pull}, states.slip[i], states.gap[i]
+        )
         largest = max(np.abs(u).max() for u in fields.displacement.values())
         for name in ("upper", "lower"):
             u = fields.displacement[name].T
-            assert np.abs([locked[first[name] + n] for n in range(len(u))] - u).max() < 1e-6 * largest
-            assert np.abs([tightened[first[name] + n] for n in range(len(u))] - u).max() < 1e-6 * largest
+            assert (
+                np.abs([locked[first[name] + n] for n in range(len(u))] - u).max() < 1e-6 * largest
+            )
+            assert (
+                np.abs([tightened[first[name] + n] for n in range(len(u))] - u).max()
+                < 1e-6 * largest
+            )
         opened.append(len(system.points) - len(closed))
     assert np.all(np.diff(opened) > 0) and states.tension("bolt")[-1] > 2.4
 
@@ -296,7 +505,11 @@ def test_a_locked_bolt_is_a_locked_pretension_section(tmp_path):
 def test_the_load_case_of_a_locked_bolt_has_no_overlap():
     loads = {"bolt": ([0.0], [2.0]), "pull": ([0.0], [-1.0])}
     bolts, L = {"bolt": (2.0, 0.1)}, [[-0.2, 0.0], [0.0, 0.0]]
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[40.0]], [0.0], loads, compliance=L, bolts=bolts)
+    node = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[40.0]], [0.0], loads, compliance=L, bolts=bolts
+    )
     with pytest.raises(fo.ModelError, match="cases: 'bolt' is a locked bolt"):
         node.with_interference({"bolt": 0.05})
-    assert node.with_interference({"fit": 0.05}).tension("bolt", [1, 0, 1], [0.0], [0.0]) == pytest.approx(3.0)  # 2, and what the fit adds by hand
+    assert node.with_interference({"fit": 0.05}).tension(
+        "bolt", [1, 0, 1], [0.0], [0.0]
+    ) == pytest.approx(3.0)  # 2, and what the fit adds by hand

@@ -1,4 +1,5 @@
-"""Bodies and matching faces of one matrix, and matrices of one's own: against blocks whose nodes are known."""
+"""Bodies and matching faces of one matrix, and matrices of one's own: against blocks whose nodes
+are known."""
 
 import numpy as np
 import pytest
@@ -17,8 +18,12 @@ def block(first, *ends, name):
 def job_of(folder, blocks):
     """The job of some blocks, without any code."""
     (folder / "job.inp").write_text("".join(part.deck() for part in blocks))
-    labels = [(n, k + 1) for part in blocks for n in part.numbers for k in range(part.points.shape[1])]
-    return fo.MatrixJob(block_diag([part.stiffness() for part in blocks]), labels, read_deck(folder / "job.inp"))
+    labels = [
+        (n, k + 1) for part in blocks for n in part.numbers for k in range(part.points.shape[1])
+    ]
+    return fo.MatrixJob(
+        block_diag([part.stiffness() for part in blocks]), labels, read_deck(folder / "job.inp")
+    )
 
 
 def numbers_of(job, faces):
@@ -36,23 +41,39 @@ def test_the_faces_of_a_deck_are_the_pairs_of_its_sets(flat):
 
 def test_the_face_of_a_deck_in_space(cube):
     (face,) = cube.matching_faces()
-    assert len(face) == 9 and np.array_equal(cube.points[face[:, 0]], cube.points[face[:, 1]]) and not cube.points[face[:, 0], 2].any()
+    assert (
+        len(face) == 9
+        and np.array_equal(cube.points[face[:, 0]], cube.points[face[:, 1]])
+        and not cube.points[face[:, 0], 2].any()
+    )
 
 
 def test_three_bodies_meet_two_by_two(tmp_path):
-    """Two punches side by side on a block: a corner belongs to three faces; body 1, the one that comes first, is on the left of each way."""
-    left, right = block(1, (0, 1, 2), (0, 2, 2), name="LEFT"), block(51, (1, 2, 1), (0, 2, 2), name="RIGHT")
-    base = Block(101, [np.array([-1.0, 0.0, 0.5, 1.0, 2.0, 3.0]), np.array([-1.0, 0.0])], 1000.0, 0.3, "BASE")
+    """Two punches side by side on a block: a corner belongs to three faces; body 1, the one that
+    comes first, is on the left of each way."""
+    left, right = (
+        block(1, (0, 1, 2), (0, 2, 2), name="LEFT"),
+        block(51, (1, 2, 1), (0, 2, 2), name="RIGHT"),
+    )
+    base = Block(
+        101, [np.array([-1.0, 0.0, 0.5, 1.0, 2.0, 3.0]), np.array([-1.0, 0.0])], 1000.0, 0.3, "BASE"
+    )
     job = job_of(tmp_path, [left, right, base])
     assert [int((job.bodies == i).sum()) for i in range(3)] == [9, 6, 12]
     on_base = {x: 107 + i for i, x in enumerate(base.lines[0])}
     beside = [(3, 51), (6, 53), (9, 55)]
-    expected = [beside, [(1, on_base[0]), (2, on_base[0.5]), (3, on_base[1])], [(51, on_base[1]), (52, on_base[2])]]
+    expected = [
+        beside,
+        [(1, on_base[0]), (2, on_base[0.5]), (3, on_base[1])],
+        [(51, on_base[1]), (52, on_base[2])],
+    ]
     found = numbers_of(job, job.matching_faces())
     assert sorted(map(sorted, expected)) == sorted(map(sorted, found))
     for face in job.matching_faces():  # a normal on the left of the way points into body 1
         way = np.diff(job.points[face[:, 0]], axis=0)[0]
-        inside = job.points[job.bodies == job.bodies[face[0, 0]]].mean(axis=0) - job.points[face[0, 0]]
+        inside = (
+            job.points[job.bodies == job.bodies[face[0, 0]]].mean(axis=0) - job.points[face[0, 0]]
+        )
         assert way[0] * inside[1] - way[1] * inside[0] > 0
 
 
@@ -65,26 +86,42 @@ def test_faces_apart_are_several_and_points_are_none(tmp_path, first):
     lone = block(201, (3, 4, 1), (1, 2, 1), name="LONE")
     parts = [bridge, comb, lone] if first == "bridge" else [comb, bridge, lone]
     between_feet = "104, 106, 107, 111, 110\n"  # an element
-    (tmp_path / "job.inp").write_text("".join(part.deck() for part in parts).replace(between_feet, ""))
+    (tmp_path / "job.inp").write_text(
+        "".join(part.deck() for part in parts).replace(between_feet, "")
+    )
     labels = [(n, k + 1) for part in parts for n in part.numbers for k in range(2)]
-    job = fo.MatrixJob(block_diag([part.stiffness() for part in parts]), labels, read_deck(tmp_path / "job.inp"))
-    expected = {"bridge": [[(1, 109), (2, 110)], [(3, 111), (4, 112)]], "comb": [[(110, 2), (109, 1)], [(112, 4), (111, 3)]]}
+    job = fo.MatrixJob(
+        block_diag([part.stiffness() for part in parts]), labels, read_deck(tmp_path / "job.inp")
+    )
+    expected = {
+        "bridge": [[(1, 109), (2, 110)], [(3, 111), (4, 112)]],
+        "comb": [[(110, 2), (109, 1)], [(112, 4), (111, 3)]],
+    }
     assert numbers_of(job, job.matching_faces()) == expected[first]
 
 
 @pytest.fixture
 def pair_in_space():
-    upper, lower = (block(first, (0, 2, 2), (0, 1, 1), z, name=name) for first, z, name in ((1, (0, 1, 1), "UP"), (101, (-1, 0, 1), "LOW")))
+    upper, lower = (
+        block(first, (0, 2, 2), (0, 1, 1), z, name=name)
+        for first, z, name in ((1, (0, 1, 1), "UP"), (101, (-1, 0, 1), "LOW"))
+    )
     K = block_diag([upper.stiffness(), lower.stiffness()]).tocsr()
     labels = np.array([(n, k) for part in (upper, lower) for n in part.numbers for k in (1, 2, 3)])
-    points = {int(n): point for part in (upper, lower) for n, point in zip(part.numbers, part.points, strict=True)}
+    points = {
+        int(n): point
+        for part in (upper, lower)
+        for n, point in zip(part.numbers, part.points, strict=True)
+    }
     return K, labels, points, np.column_stack([upper.on(2, 0), lower.on(2, 0)])
 
 
 def test_a_matrix_of_points_alone_has_faces_in_space(pair_in_space):
     K, labels, points, pairs = pair_in_space
     job = fo.MatrixJob(K, labels, points)
-    assert np.array_equal(job.points, list(points.values())) and job.unknowns.ravel().tolist() == list(range(len(labels)))
+    assert np.array_equal(
+        job.points, list(points.values())
+    ) and job.unknowns.ravel().tolist() == list(range(len(labels)))
     (face,) = job.matching_faces()
     assert np.array_equal(job.deck.numbers[face], pairs)
     top = np.flatnonzero(job.points[:, 2] == 1)
@@ -95,7 +132,8 @@ def test_a_matrix_of_points_alone_has_faces_in_space(pair_in_space):
 
 
 def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
-    """Two halves of the lower body, that only a coordinate of the node 0 joins, are one body; a rotation of a node is no displacement of it."""
+    """Two halves of the lower body, that only a coordinate of the node 0 joins, are one body; a
+    rotation of a node is no displacement of it."""
     K, labels, points, _ = pair_in_space
     n = len(labels)
     row = np.zeros(n)
@@ -103,7 +141,11 @@ def test_a_generalised_coordinate_joins_what_it_couples(pair_in_space):
     joined = np.block([[K.toarray(), row[:, None]], [row[None], np.eye(1)]])
     for label in ((0, 1), (-3, 2), (101, 4)):
         job = fo.MatrixJob(joined, np.vstack([labels, label]), points)
-        assert job.generalised.tolist() == [n] and set(job.bodies) == {0} and "generalised=1" in repr(job)
+        assert (
+            job.generalised.tolist() == [n]
+            and set(job.bodies) == {0}
+            and "generalised=1" in repr(job)
+        )
         assert job.unknowns.max() == n - 1
     assert set(fo.MatrixJob(K, labels, points).bodies) == {0, 1}
 
@@ -123,5 +165,8 @@ def test_points_that_are_none_are_refused(points):
 def test_nodes_on_several_others_are_refused(pair_in_space):
     K, labels, points, pairs = pair_in_space
     points = {**points, int(pairs[1, 1]): points[int(pairs[0, 1])]}
-    with pytest.raises(fo.ModelError, match=r"matching_faces: the node at \(0, 0, 0\) lies on several of one other body"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"matching_faces: the node at \(0, 0, 0\) lies on several of one other body",
+    ):
         fo.MatrixJob(K, labels, points).matching_faces()

@@ -1,4 +1,5 @@
-"""Mirror images of contacts have mirrored answers, and contacts that are their own image answers that are safe mirrored, too."""
+"""Mirror images of contacts have mirrored answers, and contacts that are their own image answers
+that are safe mirrored, too."""
 
 from functools import reduce
 
@@ -29,9 +30,11 @@ def reflections(points, planes, tangents):
 
 
 def scene(seed, tangents=2, *, planes=None):
-    """A random symmetric contact with nodes on its mirror planes or none, gaps in some cases; its cycle, friction, slip bound and reflections.
+    """A random symmetric contact with nodes on its mirror planes or none, gaps in some cases; its
+    cycle, friction, slip bound and reflections.
 
-    The load case "swing" turns its sign in the first mirror plane, so that its two corners are the images of each other.
+    The load case "swing" turns its sign in the first mirror plane, so that its two corners are the
+    images of each other.
     """
     rng = np.random.default_rng(seed)
     planes = ((0, 1), (0,), (1,))[seed % 3] if planes is None else planes
@@ -40,14 +43,24 @@ def scene(seed, tangents=2, *, planes=None):
     for axis in range(tangents):
         half = np.sort(rng.uniform(0.2, 2.0, 1 + (seed + axis) % 2))
         middle = [0.0] if (seed // 2 + axis) % 2 else []
-        lines.append(np.r_[-half[::-1], middle, half] if axis in planes else np.r_[half, 3.0 + half])
-    points = np.column_stack([*(line.ravel() for line in np.meshgrid(*lines, indexing="ij")), np.zeros(np.prod([len(line) for line in lines]))])
+        lines.append(
+            np.r_[-half[::-1], middle, half] if axis in planes else np.r_[half, 3.0 + half]
+        )
+    points = np.column_stack(
+        [
+            *(line.ravel() for line in np.meshgrid(*lines, indexing="ij")),
+            np.zeros(np.prod([len(line) for line in lines])),
+        ]
+    )
     mirrors = reflections(points, planes, tangents)
     n, m = len(points), len(points) * (tangents + 1)
 
     def even(x, turns=False):
         for number, P in enumerate(mirrors):
-            x = (x + (-1.0 if turns and number == 0 else 1.0) * (P @ x @ P.T if x.ndim == 2 else P @ x)) / 2
+            x = (
+                x
+                + (-1.0 if turns and number == 0 else 1.0) * (P @ x @ P.T if x.ndim == 2 else P @ x)
+            ) / 2
         return x
 
     def scalar(values):
@@ -64,20 +77,32 @@ def scene(seed, tangents=2, *, planes=None):
     gap = 0.2 * scalar(rng.uniform(size=n)) if seed % 4 == 0 else None
     swing, one = rng.normal(size=2)
     corners = [{"swing": swing, "one": one}, {"swing": -swing, "one": one}, {"one": rng.normal()}]
-    friction, most = scalar(rng.uniform(0.1, 0.8, n)), scalar(rng.uniform(0.1, 2.0, n)) if seed % 5 == 1 else None
+    friction, most = (
+        scalar(rng.uniform(0.1, 0.8, n)),
+        scalar(rng.uniform(0.1, 2.0, n)) if seed % 5 == 1 else None,
+    )
     if tangents == 1:
         friction *= scalar(rng.random(n)) > 0.2  # a node in space without friction leaves no limit
-    return fo.ContactSystem(S, points, bonded, gap=gap), fo.LoadCycle({"mean": 1.0}, corners), friction, most, mirrors
+    return (
+        fo.ContactSystem(S, points, bonded, gap=gap),
+        fo.LoadCycle({"mean": 1.0}, corners),
+        friction,
+        most,
+        mirrors,
+    )
 
 
 def image(contact, friction, most, plane, rng):
-    """The mirror image of a contact, its friction and slip bound, with its nodes in another order; and what the mirror does to motions."""
+    """The mirror image of a contact, its friction and slip bound, with its nodes in another order;
+    and what the mirror does to motions."""
     n, tangents = contact.nodes, contact.tangents
     order = rng.permutation(n) if tangents == 2 else np.arange(n)[::-1]  # along the interface
     signs = np.ones(tangents + 1)
     signs[plane] = -1.0
     P = np.kron(np.diag(signs), np.eye(n)[order])
-    points = contact.points[order] * np.where(np.arange(contact.points.shape[1]) == plane, -1.0, 1.0)
+    points = contact.points[order] * np.where(
+        np.arange(contact.points.shape[1]) == plane, -1.0, 1.0
+    )
     loads = {name: P @ joined(*pair) for name, pair in contact.bonded.items()}
     mirrored = fo.ContactSystem(P @ contact.S @ P.T, points, loads, gap=contact.gap[order])
     return mirrored, friction[order], None if most is None else most[order], P
@@ -88,28 +113,45 @@ def uneven(seed, tangents):
     contact, cycle, friction, most, _ = scene(seed, tangents)
     rng, m, n = np.random.default_rng(seed), len(contact.S), contact.nodes
     G = rng.normal(size=(m, m))
-    more = {name: np.r_[rng.normal(size=m - n), 0.3 * rng.normal(size=n)] for name in contact.bonded}
+    more = {
+        name: np.r_[rng.normal(size=m - n), 0.3 * rng.normal(size=n)] for name in contact.bonded
+    }
     loads = {name: joined(*pair) + 0.1 * more[name] for name, pair in contact.bonded.items()}
-    return fo.ContactSystem(contact.S + 0.1 * G @ G.T / m, contact.points, loads, gap=contact.gap), cycle, rng.uniform(0.8, 1.0, n) * friction, most
+    return (
+        fo.ContactSystem(contact.S + 0.1 * G @ G.T / m, contact.points, loads, gap=contact.gap),
+        cycle,
+        rng.uniform(0.8, 1.0, n) * friction,
+        most,
+    )
 
 
 @BOTH
 @SEEDS
-def test_the_image_of_a_contact_has_the_same_limits_and_the_image_of_a_safe_slip_is_safe(seed, tangents):
+def test_the_image_of_a_contact_has_the_same_limits_and_the_image_of_a_safe_slip_is_safe(
+    seed, tangents
+):
     contact, cycle, friction, most = uneven(seed, tangents)
     rng = np.random.default_rng(seed)
     for plane in range(tangents):
         mirrored, f, bound, P = image(contact, friction, most, plane, rng)
-        own, other = (fo.shakedown_limit(*asked, slip_bound=m) for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound)))
+        own, other = (
+            fo.shakedown_limit(*asked, slip_bound=m)
+            for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound))
+        )
         assert own.kind is other.kind and [own.load_factor, own.bound, own.least] == pytest.approx(
             [other.load_factor, other.bound, other.least], rel=1e-7, abs=1e-9, nan_ok=True
         )
-        assert (own.open[np.argmax(P[-contact.nodes :, -contact.nodes :], axis=1)] == other.open).all()
+        assert (
+            own.open[np.argmax(P[-contact.nodes :, -contact.nodes :], axis=1)] == other.open
+        ).all()
         if own.kind is fo.LimitKind.FINITE:
             n, slip = contact.nodes, own.slip.T.ravel()
             seen = (P[:-n, :-n] @ slip).reshape(tangents, n).T.reshape(own.slip.shape)
             if not own.open.any():
-                assert pose(mirrored, cycle, f, slip_bound=bound).violation(own.load_factor, seen) <= 1e-8
+                assert (
+                    pose(mirrored, cycle, f, slip_bound=bound).violation(own.load_factor, seen)
+                    <= 1e-8
+                )
             margins = [
                 fo.safe_slip(*asked, 0.5 * own.load_factor, slip_bound=m).margin
                 for asked, m in (((contact, cycle, friction), most), ((mirrored, cycle, f), bound))
@@ -119,11 +161,18 @@ def test_the_image_of_a_contact_has_the_same_limits_and_the_image_of_a_safe_slip
 
 @BOTH
 @pytest.mark.parametrize("seed", few(range(6)))
-def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_the_node(seed, tangents):
+def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_the_node(
+    seed, tangents
+):
     contact, cycle, friction, most = uneven(seed, tangents)
     mirrored, f, bound, P = image(contact, friction, most, 0, np.random.default_rng(seed))
-    own, other = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most), fo.guaranteed_limit(mirrored, cycle, f, slip_bound=bound)
-    assert own.kind is other.kind and own.load_factor == pytest.approx(other.load_factor, rel=1e-7, abs=1e-9, nan_ok=True)
+    own, other = (
+        fo.guaranteed_limit(contact, cycle, friction, slip_bound=most),
+        fo.guaranteed_limit(mirrored, cycle, f, slip_bound=bound),
+    )
+    assert own.kind is other.kind and own.load_factor == pytest.approx(
+        other.load_factor, rel=1e-7, abs=1e-9, nan_ok=True
+    )
     if own.node is not None:
         assert P[-contact.nodes + other.node, -contact.nodes + own.node] == 1.0
 
@@ -131,21 +180,33 @@ def test_the_image_of_a_contact_has_the_same_guaranteed_limit_at_the_image_of_th
 @BOTH
 @SEEDS
 def test_a_safe_slip_of_a_contact_that_is_its_own_image_is_safe_mirrored_and_halved(seed, tangents):
-    """Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as safe as it."""
+    """Safe slips are a convex set that the mirrors keep: the mean of a slip and its images is as
+    safe as it."""
     contact, cycle, friction, most, mirrors = scene(seed, tangents)
-    limit, task = fo.shakedown_limit(contact, cycle, friction, slip_bound=most), pose(contact, cycle, friction, slip_bound=most)
+    limit, task = (
+        fo.shakedown_limit(contact, cycle, friction, slip_bound=most),
+        pose(contact, cycle, friction, slip_bound=most),
+    )
     if limit.kind is not fo.LimitKind.FINITE or limit.open.any():
         return
     size = contact.nodes * tangents
-    even = reduce(lambda slip, P: (slip + P[:size, :size] @ slip) / 2, mirrors, limit.slip.T.ravel())
-    assert task.violation(limit.load_factor, even.reshape(tangents, -1).T.reshape(limit.slip.shape)) <= 1e-9
+    even = reduce(
+        lambda slip, P: (slip + P[:size, :size] @ slip) / 2, mirrors, limit.slip.T.ravel()
+    )
+    assert (
+        task.violation(limit.load_factor, even.reshape(tangents, -1).T.reshape(limit.slip.shape))
+        <= 1e-9
+    )
 
 
 def test_a_bound_holds_a_node_on_a_mirror_plane_once():
-    """Three nodes that do not feel each other; the middle one needs a slip of -0.1 from 2 lam = 0.6 on, which is its bound."""
+    """Three nodes that do not feel each other; the middle one needs a slip of -0.1 from 2 lam = 0.6
+    on, which is its bound."""
     shear = np.array([[0.1, 0.0], [2.0, 0.0], [0.1, 0.0]])
     bonded = {"mean": (np.zeros((3, 2)), np.ones(3)), "shear": (shear, np.zeros(3))}
-    contact = fo.ContactSystem(np.eye(9), [[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]], bonded)
+    contact = fo.ContactSystem(
+        np.eye(9), [[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]], bonded
+    )
     cycle = fo.LoadCycle({"mean": 1.0}, [{"shear": -0.2}, {"shear": 1.0}])
     limit = fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.1)
     assert (limit.load_factor, limit.bound) == pytest.approx((0.3, 0.3))
@@ -153,22 +214,37 @@ def test_a_bound_holds_a_node_on_a_mirror_plane_once():
 
 def test_frictions_of_different_symmetry_in_one_model():
     """Each row of a sweep is the limit of that friction alone."""
-    contact, cycle = fo.scenes.SquarePunch(elements=2, growth=2.0).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    contact, cycle = (
+        fo.scenes.SquarePunch(elements=2, growth=2.0).condense(),
+        fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]),
+    )
     x, y = (np.sign(contact.points[:, axis]) for axis in (0, 1))
     frictions = [np.full(9, 0.4), 0.4 + 0.1 * x, 0.4 + 0.1 * y, 0.4 + 0.1 * x + 0.05 * y]
     swept = fo.ShakedownModel(contact, cycle).sweep(frictions)
-    alone = [fo.shakedown_limit(contact, cycle, friction, simplify=False).load_factor for friction in frictions]
+    alone = [
+        fo.shakedown_limit(contact, cycle, friction, simplify=False).load_factor
+        for friction in frictions
+    ]
     assert swept.load_factor.to_numpy() == pytest.approx(alone, rel=1e-7)
 
 
 def test_a_middle_node_alone_limits_the_load():
-    """Little friction in the middle: it cannot slip in a symmetric state, but lifts off at load factor 1; no node else feels the load."""
+    """Little friction in the middle: it cannot slip in a symmetric state, but lifts off at load
+    factor 1; no node else feels the load."""
     one, friction = np.eye(3), [0.5, 0.001, 0.5]
-    cases = {"mean": ([0, 0, 0], [1, 1, 1]), "lift": ([0, 0, 0], [0, -1, 0]), "shear": ([0.5, 0, -0.5], [0, 0, 0])}
-    contact = fo.ContactSystem.from_blocks(one, np.diag([0.1, 0.0, -0.1]), one, [0.0, 1.0, 2.0], cases)
+    cases = {
+        "mean": ([0, 0, 0], [1, 1, 1]),
+        "lift": ([0, 0, 0], [0, -1, 0]),
+        "shear": ([0.5, 0, -0.5], [0, 0, 0]),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        one, np.diag([0.1, 0.0, -0.1]), one, [0.0, 1.0, 2.0], cases
+    )
     for other in ({"mean": 0.0}, {"shear": 0.1}):
         cycle = fo.LoadCycle({"mean": 1.0}, [{"lift": 1.0}, other])
         for simplify in (True, False):
             limit = fo.shakedown_limit(contact, cycle, friction, simplify=simplify)
             assert limit.load_factor == pytest.approx(1.0) and set(limit.mechanism.node) == {1}
-            assert fo.safe_slip(contact, cycle, friction, 1.0, simplify=simplify).margin == pytest.approx(0.0, abs=1e-10)
+            assert fo.safe_slip(
+                contact, cycle, friction, 1.0, simplify=simplify
+            ).margin == pytest.approx(0.0, abs=1e-10)

@@ -1,4 +1,5 @@
-"""Modes of models: closed forms of bars and beams, dense matrices with nodes merged, loads of modes, and steps of CalculiX."""
+"""Modes of models: closed forms of bars and beams, dense matrices with nodes merged, loads of
+modes, and steps of CalculiX."""
 
 import re
 from dataclasses import replace
@@ -24,16 +25,25 @@ LENGTH, HIGH = 10.0, 1.0
 
 
 def bars(kind, cells, across=2, height=HIGH, nu=0.0, low=0.0, **options):
-    """A bar of two bodies of the same length that meet in its middle; it lies along x, from 0 to 10, and is `height` high and thick."""
-    x, sides = np.linspace(0.0, LENGTH, cells + 1), [np.linspace(0.0, height, across + 1) + low] * (dimensions(kind) - 1)
+    """A bar of two bodies of the same length that meet in its middle; it lies along x, from 0 to
+    10, and is `height` high and thick."""
+    x, sides = (
+        np.linspace(0.0, LENGTH, cells + 1),
+        [np.linspace(0.0, height, across + 1) + low] * (dimensions(kind) - 1),
+    )
     steel, middle, bodies = fo.Material(E, nu, RHO), x[cells // 2], {}
     for name, part, end in (("right", x[cells // 2 :], LENGTH), ("left", x[: cells // 2 + 1], 0.0)):
         mesh = kind.init_tensor(part, *sides)
         named = {"contact": lambda p: p[0] == middle, "end": lambda p, end=end: p[0] == end}
-        named |= {f"side {axis}": lambda p, k=k: (p[k] == p[k].min()) | (p[k] == p[k].max()) for k, axis in ((1, "y"), (2, "z"))[: len(sides)]}
+        named |= {
+            f"side {axis}": lambda p, k=k: (p[k] == p[k].min()) | (p[k] == p[k].max())
+            for k, axis in ((1, "y"), (2, "z"))[: len(sides)]
+        }
         bodies[name] = fo.Body(mesh.with_boundaries(named), steel, options.get("element"))
     supports = options.get("supports", [])
-    return fo.ContactModel(bodies, supports, {"P": [fo.Pressure("right", "end")]}, kinematics=options.get("kinematics"))
+    return fo.ContactModel(
+        bodies, supports, {"P": [fo.Pressure("right", "end")]}, kinematics=options.get("kinematics")
+    )
 
 
 def straight(kind):
@@ -43,48 +53,86 @@ def straight(kind):
 
 
 def of_elements(waves, h):
-    """Frequencies of waves along a bar of linear elements with consistent mass: exact for the wave number k = waves."""
-    return np.sqrt(6 / h**2 * (1 - np.cos(waves * h)) / (2 + np.cos(waves * h))) * SPEED / (2 * np.pi)
+    """Frequencies of waves along a bar of linear elements with consistent mass: exact for the wave
+    number k = waves."""
+    return (
+        np.sqrt(6 / h**2 * (1 - np.cos(waves * h)) / (2 + np.cos(waves * h))) * SPEED / (2 * np.pi)
+    )
 
 
-@pytest.mark.parametrize("kind, kinematics", [(MeshQuad, None), (MeshQuad, "plane_stress"), (MeshHex, None)])
+@pytest.mark.parametrize(
+    "kind, kinematics", [(MeshQuad, None), (MeshQuad, "plane_stress"), (MeshHex, None)]
+)
 def test_a_bar_without_lateral_strain_has_the_frequencies_of_its_elements(kind, kinematics):
-    """Poisson's ratio 0, one element across: only motions along x; free n c / (2 L), with a clamped end (n + 1/2) c / (2 L) but for the mesh."""
+    """Poisson's ratio 0, one element across: only motions along x; free n c / (2 L), with a clamped
+    end (n + 1/2) c / (2 L) but for the mesh."""
     free = bars(kind, 20, 1, kinematics=kinematics, supports=straight(kind))
     numbers, h = np.arange(4), LENGTH / 20
     modes = free.modes(4)
     assert modes.frequency == pytest.approx(of_elements(numbers * np.pi / LENGTH, h), rel=1e-9)
-    assert modes.frequency[0] == 0 and modes.frequency[1:] == pytest.approx(numbers[1:] * SPEED / (2 * LENGTH), rel=1e-2)
+    assert modes.frequency[0] == 0 and modes.frequency[1:] == pytest.approx(
+        numbers[1:] * SPEED / (2 * LENGTH), rel=1e-2
+    )
     assert modes.mass == pytest.approx(RHO * LENGTH * HIGH ** (dimensions(kind) - 1))
     assert modes.modal_mass[1] == pytest.approx(modes.mass / 2, rel=1e-2)
     clamped = replace(free, supports=[*straight(kind), fo.Support("left", "end")]).modes(3)
-    assert clamped.frequency == pytest.approx(of_elements((numbers[:3] + 0.5) * np.pi / LENGTH, h), rel=1e-9)
+    assert clamped.frequency == pytest.approx(
+        of_elements((numbers[:3] + 0.5) * np.pi / LENGTH, h), rel=1e-9
+    )
     share = 2 / ((numbers[:3] + 0.5) * np.pi) ** 2  # of the mass, in each mode
-    assert clamped.effective_mass[:, 0] == pytest.approx(share * modes.mass, rel=2e-2) and not clamped.effective_mass[:, 1:].any()
+    assert (
+        clamped.effective_mass[:, 0] == pytest.approx(share * modes.mass, rel=2e-2)
+        and not clamped.effective_mass[:, 1:].any()
+    )
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.3])
 def test_an_axisymmetric_bar_is_a_shaft_of_its_whole_circumference(nu):
     """With Poisson's ratio it breathes, too, and no such motion is a translation."""
     y, steel = np.linspace(0.0, LENGTH, 21), fo.Material(E, nu, RHO)
-    named = {"contact": lambda p: p[1] == y[10], "end": lambda p: abs(p[1] - LENGTH / 2) == LENGTH / 2}
+    named = {
+        "contact": lambda p: p[1] == y[10],
+        "end": lambda p: abs(p[1] - LENGTH / 2) == LENGTH / 2,
+    }
     parts = {"up": y[10:], "low": y[:11]}
-    bodies = {name: fo.Body(MeshQuad.init_tensor([0.0, 0.5, 1.0], part).with_boundaries(named), steel) for name, part in parts.items()}
-    modes = fo.ContactModel(bodies, [], {"P": [fo.Pressure("up", "end")]}, kinematics="axisymmetric").modes(3)
-    assert modes.frequency == pytest.approx(of_elements(np.arange(3) * np.pi / LENGTH, LENGTH / 20), rel=1e-9 if nu == 0 else 2e-2)
-    assert modes.mass == pytest.approx(RHO * np.pi * LENGTH) and modes.effective_mass[0] == pytest.approx([0.0, modes.mass])
-    assert not modes.participation[:, 0].any() and (np.abs(modes.shapes["up"][:, 0]).max(axis=1) > 1e-3).tolist() == [False, *[nu > 0] * 2]
+    bodies = {
+        name: fo.Body(MeshQuad.init_tensor([0.0, 0.5, 1.0], part).with_boundaries(named), steel)
+        for name, part in parts.items()
+    }
+    modes = fo.ContactModel(
+        bodies, [], {"P": [fo.Pressure("up", "end")]}, kinematics="axisymmetric"
+    ).modes(3)
+    assert modes.frequency == pytest.approx(
+        of_elements(np.arange(3) * np.pi / LENGTH, LENGTH / 20), rel=1e-9 if nu == 0 else 2e-2
+    )
+    assert modes.mass == pytest.approx(RHO * np.pi * LENGTH) and modes.effective_mass[
+        0
+    ] == pytest.approx([0.0, modes.mass])
+    assert not modes.participation[:, 0].any() and (
+        np.abs(modes.shapes["up"][:, 0]).max(axis=1) > 1e-3
+    ).tolist() == [False, *[nu > 0] * 2]
 
 
 def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
-    """Plane stress, 40 times as long as high: shear and rotation take off some 0.1 %; finer linear elements come from above to the quadratic ones."""
+    """Plane stress, 40 times as long as high: shear and rotation take off some 0.1 %; finer linear
+    elements come from above to the quadratic ones."""
     height, root = 0.25, [fo.Support("left", "end")]
     roots = np.array([1.8751, 4.6941, 7.8548])  # of cos cosh = -1
     beam = (roots / LENGTH) ** 2 * SPEED * height / np.sqrt(12) / (2 * np.pi)
-    fine = bars(MeshQuad, 40, 2, height, element="quadratic", kinematics="plane_stress", supports=root).modes(3)
-    assert fine.frequency == pytest.approx(beam, rel=1e-2) and (fine.frequency < beam).all() and fine.frequency[0] == pytest.approx(beam[0], rel=2e-3)
+    fine = bars(
+        MeshQuad, 40, 2, height, element="quadratic", kinematics="plane_stress", supports=root
+    ).modes(3)
+    assert (
+        fine.frequency == pytest.approx(beam, rel=1e-2)
+        and (fine.frequency < beam).all()
+        and fine.frequency[0] == pytest.approx(beam[0], rel=2e-3)
+    )
     errors = [
-        bars(MeshQuad, cells, cells // 40, height, kinematics="plane_stress", supports=root).modes(1).frequency[0] / fine.frequency[0] - 1
+        bars(MeshQuad, cells, cells // 40, height, kinematics="plane_stress", supports=root)
+        .modes(1)
+        .frequency[0]
+        / fine.frequency[0]
+        - 1
         for cells in (80, 160)
     ]
     assert errors[0] > errors[1] > 0 and errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
@@ -94,18 +142,30 @@ def test_a_slender_cantilever_bends_as_euler_and_bernoulli_say():
 def test_a_free_body_has_its_rigid_motions_and_pairs_of_bending_modes():
     modes = bars(MeshHex, 12, 2, nu=0.3).modes(10)
     assert not modes.frequency[:6].any() and modes.frequency[6] > 0.1 * SPEED * HIGH / LENGTH**2
-    assert modes.frequency[[6, 8]] == pytest.approx(modes.frequency[[7, 9]], rel=1e-9)  # a square section
-    assert modes.effective_mass.sum(axis=0) == pytest.approx([modes.mass] * 3) and modes.mass == pytest.approx(RHO * LENGTH)
+    assert modes.frequency[[6, 8]] == pytest.approx(
+        modes.frequency[[7, 9]], rel=1e-9
+    )  # a square section
+    assert modes.effective_mass.sum(axis=0) == pytest.approx(
+        [modes.mass] * 3
+    ) and modes.mass == pytest.approx(RHO * LENGTH)
 
 
 def dense(bodies, joined, held):
-    """Squares of angular frequencies, modes (unknowns, n), mass, and directions of the unknowns, of bodies with nodes in pairs merged; unknowns
+    """Squares of angular frequencies, modes (unknowns, n), mass, and directions of the unknowns, of
+    bodies with nodes in pairs merged; unknowns
     node by node, body after body, less those of held nodes."""
     parts = []
     for body in bodies.values():
         basis = Basis(body.mesh, ElementVector(body.mesh.elem()))
-        K = linear_elasticity(*lame_parameters(body.material.E, body.material.nu)).assemble(basis).toarray()
-        M = body.material.density * BilinearForm(lambda u, v, w: dot(u, v)).assemble(basis).toarray()
+        K = (
+            linear_elasticity(*lame_parameters(body.material.E, body.material.nu))
+            .assemble(basis)
+            .toarray()
+        )
+        M = (
+            body.material.density
+            * BilinearForm(lambda u, v, w: dot(u, v)).assemble(basis).toarray()
+        )
         order = basis.nodal_dofs.T.ravel()
         parts.append((K[np.ix_(order, order)], M[np.ix_(order, order)]))
     d = next(iter(bodies.values())).mesh.dim()
@@ -121,57 +181,92 @@ def dense(bodies, joined, held):
 @pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
 @pytest.mark.parametrize("opened", [0, 2])
 def test_modes_are_those_of_dense_matrices_with_the_closed_nodes_merged(kind, opened):
-    """With nodes that are open, or without; the shapes by their products with the mass, masses and participation by sums."""
+    """With nodes that are open, or without; the shapes by their products with the mass, masses and
+    participation by sums."""
     model = bars(kind, 4, 2, height=3.0, nu=0.3, supports=[fo.Support("left", "end")])
     system = model.condense()
     open_nodes = np.arange(system.nodes) < opened
     first = model.bodies["right"].mesh.p.shape[1]
     points = np.hstack([body.mesh.p for body in model.bodies.values()]).T
-    pairs = np.array([np.flatnonzero((points == point).all(axis=1)) for point in system.points[~open_nodes]])
+    pairs = np.array(
+        [np.flatnonzero((points == point).all(axis=1)) for point in system.points[~open_nodes]]
+    )
     assert (pairs[:, 0] < first).all() and (pairs[:, 1] >= first).all()
     squares, shapes, M, along = dense(model.bodies, pairs, np.flatnonzero(points[:, 0] == 0))
     modes = model.modes(5, open=open_nodes)
     assert modes.frequency**2 == pytest.approx(squares[:5] / (2 * np.pi) ** 2, rel=1e-9, abs=1e-13)
-    own = np.concatenate([shape.swapaxes(1, 2).reshape(5, -1) for shape in modes.shapes.values()], axis=1)
+    own = np.concatenate(
+        [shape.swapaxes(1, 2).reshape(5, -1) for shape in modes.shapes.values()], axis=1
+    )
     assert np.allclose(own @ M @ own.T, np.eye(5), atol=1e-9)
     distinct = np.diff(squares[:6]) > 1e-6 * squares[0]
     single = np.r_[True, distinct[:-1]] & distinct
-    assert single.any() and np.allclose(np.abs(np.einsum("ki,ik->k", own @ M, shapes[:, :5]))[single], 1.0, rtol=0, atol=1e-9)
-    assert np.allclose(modes.participation, own @ M @ along, atol=1e-9) and np.allclose(modes.effective_mass, modes.participation**2)
+    assert single.any() and np.allclose(
+        np.abs(np.einsum("ki,ik->k", own @ M, shapes[:, :5]))[single], 1.0, rtol=0, atol=1e-9
+    )
+    assert np.allclose(modes.participation, own @ M @ along, atol=1e-9) and np.allclose(
+        modes.effective_mass, modes.participation**2
+    )
     table = modes.to_frame()
-    assert table["effective_mass_y"].tolist() == modes.effective_mass[:, 1].tolist() and len(table) == 5 and (modes.open == open_nodes).all()
+    assert (
+        table["effective_mass_y"].tolist() == modes.effective_mass[:, 1].tolist()
+        and len(table) == 5
+        and (modes.open == open_nodes).all()
+    )
 
 
 def test_all_effective_masses_sum_up_to_the_mass_that_supports_leave():
-    """All modes but one of 16 against the projection of translations onto the motions of free nodes, with the mass of dense matrices."""
+    """All modes but one of 16 against the projection of translations onto the motions of free
+    nodes, with the mass of dense matrices."""
     model = bars(MeshQuad, 4, 1, nu=0.3, supports=[fo.Support("left", "end")])
     modes = model.modes(15)
     _, _, M, along = dense(model.bodies, np.zeros((0, 2), dtype=int), np.zeros(0))
     assert modes.mass == pytest.approx(along[:, 0] @ M @ along[:, 0])
-    points, number = np.unique(np.hstack([body.mesh.p for body in model.bodies.values()]).T, axis=0, return_inverse=True)
+    points, number = np.unique(
+        np.hstack([body.mesh.p for body in model.bodies.values()]).T, axis=0, return_inverse=True
+    )
     merge = np.kron(number[:, None] == np.flatnonzero(points[:, 0] > 0), np.eye(2))
     pushed = merge.T @ M @ along
     taken = np.sum(pushed * np.linalg.solve(merge.T @ M @ merge, pushed), axis=0)
-    assert modes.effective_mass.sum(axis=0) == pytest.approx(taken, rel=5e-3) and (taken < 0.95 * modes.mass).all()
+    assert (
+        modes.effective_mass.sum(axis=0) == pytest.approx(taken, rel=5e-3)
+        and (taken < 0.95 * modes.mass).all()
+    )
 
 
 def test_bars_that_touch_nowhere_vibrate_by_themselves():
-    """The one is free, n c / L of its length L / 2, the other clamped, (n + 1/2) c / L, but for the elements."""
+    """The one is free, n c / L of its length L / 2, the other clamped, (n + 1/2) c / L, but for the
+    elements."""
     model = bars(MeshQuad, 20, 1, supports=[*straight(MeshQuad), fo.Support("left", "end")])
-    apart, steady = model.modes(5, open=[True, True]), fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0])
+    apart, steady = (
+        model.modes(5, open=[True, True]),
+        fo.ContactState([0.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 0.0]),
+    )
     waves = np.array([0.0, 0.5, 1.0, 1.5, 2.0]) * np.pi / (LENGTH / 2)
     assert apart.frequency == pytest.approx(of_elements(waves, LENGTH / 20), rel=1e-9)
-    assert np.array_equal(model.modes(5, open=steady).frequency, apart.frequency)  # a result that knows its open nodes
+    assert np.array_equal(
+        model.modes(5, open=steady).frequency, apart.frequency
+    )  # a result that knows its open nodes
 
 
 def test_surfaces_that_give_are_springs_between_heavy_ends():
-    """Two bodies of mass m on soft springs of stiffness k: rigid motions, then sqrt(2 k / m), along the normal and across it."""
-    stiff = replace(bars(MeshQuad, 4, 1), contacts=[fo.Contact("right", "left", normal_stiffness=1e-6)], supports=straight(MeshQuad))
+    """Two bodies of mass m on soft springs of stiffness k: rigid motions, then sqrt(2 k / m), along
+    the normal and across it."""
+    stiff = replace(
+        bars(MeshQuad, 4, 1),
+        contacts=[fo.Contact("right", "left", normal_stiffness=1e-6)],
+        supports=straight(MeshQuad),
+    )
     modes, m = stiff.modes(2), RHO * LENGTH / 2
     assert modes.frequency == pytest.approx([0.0, np.sqrt(2e-6 / m) / (2 * np.pi)], rel=1e-4)
     held = [fo.Support(body, "end", "x") for body in ("right", "left")]
     pull = {"P": [fo.Traction("right", "end", y=1.0)]}
-    shear = replace(stiff, contacts=[fo.Contact("right", "left", tangential_stiffness=1e-8)], supports=held, loads=pull).modes(2)
+    shear = replace(
+        stiff,
+        contacts=[fo.Contact("right", "left", tangential_stiffness=1e-8)],
+        supports=held,
+        loads=pull,
+    ).modes(2)
     assert shear.frequency[1] == pytest.approx(np.sqrt(2e-8 / m) / (2 * np.pi), rel=1e-4)
 
 
@@ -180,35 +275,69 @@ def test_surfaces_that_give_are_springs_between_heavy_ends():
 def test_the_load_of_a_mode_moves_it_alone(kind, give):
     """Its compliance is 1 / omega^2, others do no work in it, and its fields are its shape."""
     model = bars(kind, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element="quadratic")
-    model = replace(model, contacts=[fo.Contact("right", "left", tangential_stiffness=give, normal_stiffness=2 * give)])
+    model = replace(
+        model,
+        contacts=[
+            fo.Contact("right", "left", tangential_stiffness=give, normal_stiffness=2 * give)
+        ],
+    )
     modes = model.modes(3)
     shaken = model.with_loads({f"mode {k}": modes.load(k) for k in range(3)})
     system = shaken.condense()
     omega = 2 * np.pi * modes.frequency
-    assert np.allclose(system.compliance[1:, 1:] * np.outer(omega, omega), np.eye(3), rtol=0, atol=1e-7) and next(iter(system.bonded)) == "P"
-    fields = shaken.recover({"mode 1": omega[1] ** 2}, np.zeros((system.nodes, 2)[: dimensions(kind) - 1]))
+    assert (
+        np.allclose(
+            system.compliance[1:, 1:] * np.outer(omega, omega), np.eye(3), rtol=0, atol=1e-7
+        )
+        and next(iter(system.bonded)) == "P"
+    )
+    fields = shaken.recover(
+        {"mode 1": omega[1] ** 2}, np.zeros((system.nodes, 2)[: dimensions(kind) - 1])
+    )
     for name, shape in modes.shapes.items():
-        assert np.allclose(fields.displacement[name], shape[1], rtol=0, atol=1e-9 * np.abs(shape).max())
-    assert np.allclose([sum((part.forces * modes.shapes[part.body][k]).sum() for part in modes.load(k)) for k in range(3)], 1.0)
+        assert np.allclose(
+            fields.displacement[name], shape[1], rtol=0, atol=1e-9 * np.abs(shape).max()
+        )
+    assert np.allclose(
+        [
+            sum((part.forces * modes.shapes[part.body][k]).sum() for part in modes.load(k))
+            for k in range(3)
+        ],
+        1.0,
+    )
 
 
-@pytest.mark.parametrize(("name", "element"), [("right", "quadratic"), ("left", "quadratic"), ("left", "linear")])
+@pytest.mark.parametrize(
+    ("name", "element"), [("right", "quadratic"), ("left", "quadratic"), ("left", "linear")]
+)
 def test_the_section_of_a_bolt_moves_together(name, element):
     """A bar that is cut by a preload has the modes of the whole one."""
     model = bars(MeshQuad, 8, 2, nu=0.3, supports=[fo.Support("left", "end")], element=element)
     body = model.bodies[name]
     middle = body.mesh.p[0].mean()
-    mesh = body.mesh.with_boundaries({"section": lambda p: abs(p[0] - middle) < 1e-9}, boundaries_only=False)
-    bolted = replace(model, bodies={**model.bodies, name: replace(body, mesh=mesh)}).with_loads({"preload": [fo.BoltPreload(name, "section")]})
+    mesh = body.mesh.with_boundaries(
+        {"section": lambda p: abs(p[0] - middle) < 1e-9}, boundaries_only=False
+    )
+    bolted = replace(model, bodies={**model.bodies, name: replace(body, mesh=mesh)}).with_loads(
+        {"preload": [fo.BoltPreload(name, "section")]}
+    )
     modes, whole = bolted.modes(4), model.modes(4)
-    assert modes.frequency == pytest.approx(whole.frequency, rel=1e-9) and np.allclose(np.abs(modes.participation), np.abs(whole.participation))
+    assert modes.frequency == pytest.approx(whole.frequency, rel=1e-9) and np.allclose(
+        np.abs(modes.participation), np.abs(whole.participation)
+    )
     n, twice = mesh.p.shape[1], 5 if element == "quadratic" else 3
-    assert modes.shapes[name].shape == (4, 2, n + twice) and (modes.bodies[name].mesh.p.shape[1], modes.mass) == (
+    assert modes.shapes[name].shape == (4, 2, n + twice) and (
+        modes.bodies[name].mesh.p.shape[1],
+        modes.mass,
+    ) == (
         n + twice,
         pytest.approx(whole.mass),
     )
     assert bolted.with_loads({"mode": modes.load(0)}).loads["mode"][0].body == "right"
-    with pytest.raises(fo.ModelError, match=rf"forces: shape \(2, {n + twice}\), and body '{name}' has \(d, nodes\) = \(2, {n}\)"):
+    with pytest.raises(
+        fo.ModelError,
+        match=rf"forces: shape \(2, {n + twice}\), and body '{name}' has \(d, nodes\) = \(2, {n}\)",
+    ):
         model.with_loads({"mode": modes.load(0)})
 
 
@@ -217,14 +346,22 @@ def test_bad_input_is_named():
     for odd in (0.0, -1.0, np.nan, "7.85e-9"):
         with pytest.raises(fo.ModelError, match="density"):
             fo.Material(1.0, 0.3, odd)
-    light = replace(model, bodies={**model.bodies, "left": replace(model.bodies["left"], material=fo.Material())})
-    with pytest.raises(fo.ModelError, match=r"material: body 'left' has no density, .* give Material\(..., density=\)"):
+    light = replace(
+        model,
+        bodies={**model.bodies, "left": replace(model.bodies["left"], material=fo.Material())},
+    )
+    with pytest.raises(
+        fo.ModelError,
+        match=r"material: body 'left' has no density, .* give Material\(..., density=\)",
+    ):
         light.modes(1)
     for odd in (0, 16, 2.0, True):
         with pytest.raises(fo.ModelError, match=r"n: .* whole number of at least 1 and at most 15"):
             model.modes(odd)
     for odd in ([True], [0, 1], "both"):
-        with pytest.raises(fo.ModelError, match=r"open: .*; give (True or False for each of 2 nodes|a list)"):
+        with pytest.raises(
+            fo.ModelError, match=r"open: .*; give (True or False for each of 2 nodes|a list)"
+        ):
             model.modes(1, open=odd)
     modes = model.modes(2)
     with pytest.raises(fo.ModelError, match=r"k: 2; .* at most 1"):
@@ -241,7 +378,9 @@ def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
     assert axes.get_title() == f"mode 2: {modes.frequency[2]:.5g} cycles per unit of time"
     if kind is MeshQuad:
         shape, mesh = modes.shapes["left"][2], model.bodies["left"].mesh
-        moved = mesh.p + shape * 0.1 * LENGTH / max(np.linalg.norm(own[2], axis=0).max() for own in modes.shapes.values())
+        moved = mesh.p + shape * 0.1 * LENGTH / max(
+            np.linalg.norm(own[2], axis=0).max() for own in modes.shapes.values()
+        )
         drawn = np.concatenate([line.get_xydata() for line in axes.lines])
         assert all((np.abs(drawn - point).max(axis=1) < 1e-9).any() for point in moved.T)
     legend = model.with_loads({"mode": modes.load(0)}).plot().figure.legends[0]
@@ -252,49 +391,90 @@ def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
 
 
 def from_frequency(folder, text, count):
-    """Frequencies (count,) and effective masses (count, 3) that CalculiX prints, with five or more digits."""
+    """Frequencies (count,) and effective masses (count, 3) that CalculiX prints, with five or more
+    digits."""
     path, _ = run(folder, text, f"*FREQUENCY\n{count}\n", "modes")
-    parts = re.split(r"P A R T I C I P A T I O N|E F F E C T I V E|T O T A L", path.with_suffix(".dat").read_text())
-    rows = [[line.split() for line in part.splitlines() if re.match(r" +\d+ ", line)] for part in parts]
-    return np.array([float(row[3]) for row in rows[0]]), np.array([[float(value) for value in row[1:4]] for row in rows[2]])
+    parts = re.split(
+        r"P A R T I C I P A T I O N|E F F E C T I V E|T O T A L",
+        path.with_suffix(".dat").read_text(),
+    )
+    rows = [
+        [line.split() for line in part.splitlines() if re.match(r" +\d+ ", line)] for part in parts
+    ]
+    return np.array([float(row[3]) for row in rows[0]]), np.array(
+        [[float(value) for value in row[1:4]] for row in rows[2]]
+    )
 
 
 def midsides(body, nodes):
     """Node amid an edge of the contact -> the corners of that edge."""
     edges = body.mesh.dofs.edge_dofs[0] if body.mesh.dim() == 3 else body.mesh.dofs.facet_dofs[0]
     ends = body.mesh.edges if body.mesh.dim() == 3 else body.mesh.facets
-    return {int(node): pair.tolist() for node, pair in zip(edges, ends.T, strict=True) if node in nodes}
+    return {
+        int(node): pair.tolist() for node, pair in zip(edges, ends.T, strict=True) if node in nodes
+    }
 
 
 @needs_ccx
 @pytest.mark.parametrize("kind, tolerance", [("C3D10", 1e-6), ("C3D20", 2e-2)])
 def test_modes_are_those_of_a_step_of_calculix(tmp_path, kind, tolerance, monkeypatch):
-    """Glued by equations. C3D10 are our tetrahedra, once their mass is summed at CalculiX's four points; C3D20 our hexahedra less some nodes."""
-    bodies = two_boxes({"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3, 1.0), bulge=None)
-    sizes = np.array([[1.0], [1.4], [1.0]])  # of different sides: CalculiX may miss one of two modes of one frequency
-    bodies = {name: replace(body, mesh=replace(body.mesh, doflocs=sizes * body.mesh.p)) for name, body in bodies.items()}
+    """Glued by equations. C3D10 are our tetrahedra, once their mass is summed at CalculiX's four
+    points; C3D20 our hexahedra less some nodes."""
+    bodies = two_boxes(
+        {"C3D10": MeshTet, "C3D20": MeshHex}[kind], fo.Material(2.0, 0.3, 1.0), bulge=None
+    )
+    sizes = np.array(
+        [[1.0], [1.4], [1.0]]
+    )  # of different sides: CalculiX may miss one of two modes of one frequency
+    bodies = {
+        name: replace(body, mesh=replace(body.mesh, doflocs=sizes * body.mesh.p))
+        for name, body in bodies.items()
+    }
     text, first = deck(bodies, kind), {"upper": 1, "lower": 1001}
     faces = {name: body.boundary_nodes("contact", "") for name, body in bodies.items()}
     for name, body in bodies.items():
         known = midsides(body, faces[name])
         text += "".join(
-            equation((node + first[name], k, 2.0), *((end + first[name], k, -1.0) for end in ends)) for node, ends in known.items() for k in (1, 2, 3)
+            equation((node + first[name], k, 2.0), *((end + first[name], k, -1.0) for end in ends))
+            for node, ends in known.items()
+            for k in (1, 2, 3)
         )
-    for point, node in ((body.mesh.p[:, n], n) for body in (bodies["upper"],) for n in faces["upper"] if n < body.mesh.nvertices):
-        other = faces["lower"][np.linalg.norm(bodies["lower"].mesh.p[:, faces["lower"]].T - point, axis=1).argmin()]
+    for point, node in (
+        (body.mesh.p[:, n], n)
+        for body in (bodies["upper"],)
+        for n in faces["upper"]
+        if n < body.mesh.nvertices
+    ):
+        other = faces["lower"][
+            np.linalg.norm(bodies["lower"].mesh.p[:, faces["lower"]].T - point, axis=1).argmin()
+        ]
         text += "".join(equation((node + 1, k, 1.0), (other + 1001, k, -1.0)) for k in (1, 2, 3))
     frequencies, masses = from_frequency(tmp_path, text, 12)  # of five it leaves out the first
-    model = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]})
+    model = fo.ContactModel(
+        bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
+    )
     exact = model.modes(5)
     if kind == "C3D10":
-        monkeypatch.setattr(vibration, "basis_of", lambda mesh: Basis(mesh, mesh.elem(), intorder=2))
+        monkeypatch.setattr(
+            vibration, "basis_of", lambda mesh: Basis(mesh, mesh.elem(), intorder=2)
+        )
     modes = model.modes(5)
-    assert modes.frequency == pytest.approx(frequencies[:5], rel=tolerance) and exact.frequency == pytest.approx(modes.frequency, rel=5e-4)
-    moving = {name: body.mesh.p[2] > body.mesh.p[2].min() * (name == "lower") - (name == "upper") for name, body in bodies.items()}
-    sums = {name: vibration.body_mass(name, body, "space") @ moving[name] for name, body in bodies.items()}  # CalculiX moves what is free
+    assert modes.frequency == pytest.approx(
+        frequencies[:5], rel=tolerance
+    ) and exact.frequency == pytest.approx(modes.frequency, rel=5e-4)
+    moving = {
+        name: body.mesh.p[2] > body.mesh.p[2].min() * (name == "lower") - (name == "upper")
+        for name, body in bodies.items()
+    }
+    sums = {
+        name: vibration.body_mass(name, body, "space") @ moving[name]
+        for name, body in bodies.items()
+    }  # CalculiX moves what is free
     taken = sum(modes.shapes[name] @ sums[name] for name in bodies) ** 2
     assert np.allclose(taken, masses[:5], rtol=0, atol=tolerance * modes.mass)
-    assert np.allclose(taken, modes.effective_mass, rtol=0, atol=0.05 * modes.mass)  # ours moves the support, too
+    assert np.allclose(
+        taken, modes.effective_mass, rtol=0, atol=0.05 * modes.mass
+    )  # ours moves the support, too
 
 
 @pytest.mark.parametrize("opened", [False, True], ids=["glued", "open"])
@@ -304,16 +484,28 @@ def test_a_turned_model_that_supports_hold_along_its_normals_has_the_same_modes(
     side, angle, d = np.array([0.0, 5.0, 10.0]), 0.6, 2 if kind is MeshQuad else 3
     turn = np.eye(d)
     turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    grid, axis, steel = kind.init_tensor(*[side] * d), "xyz", fo.Material(210e3, 0.3, density=7.85e-9)
+    grid, axis, steel = (
+        kind.init_tensor(*[side] * d),
+        "xyz",
+        fo.Material(210e3, 0.3, density=7.85e-9),
+    )
 
     def model(turned):
         faces = {name: (lambda x, k=k: x[k] == 0) for k, name in enumerate(axis[:d])}
         lower = grid.with_boundaries({**faces, "contact": lambda x: x[1] == 10})
-        upper = grid.translated((0.0, 10.0, 0.0)[:d]).with_boundaries({**faces, "contact": lambda x: x[1] == 10, "top": lambda x: x[1] == 20})
+        upper = grid.translated((0.0, 10.0, 0.0)[:d]).with_boundaries(
+            {**faces, "contact": lambda x: x[1] == 10, "top": lambda x: x[1] == 20}
+        )
         meshes = {"upper": upper, "lower": lower}
-        bodies = {name: fo.Body(replace(mesh, doflocs=turn @ mesh.doflocs) if turned else mesh, steel) for name, mesh in meshes.items()}
+        bodies = {
+            name: fo.Body(replace(mesh, doflocs=turn @ mesh.doflocs) if turned else mesh, steel)
+            for name, mesh in meshes.items()
+        }
         held = [(name, k) for name in bodies for k in axis[:d] if (name, k) != ("upper", "y")]
-        supports = [fo.Support(name, k, normal=True) if turned else fo.Support(name, k, k) for name, k in held]
+        supports = [
+            fo.Support(name, k, normal=True) if turned else fo.Support(name, k, k)
+            for name, k in held
+        ]
         return fo.ContactModel(bodies, supports, {"P": [fo.Pressure("upper", "top")]})
 
     straight = model(False)

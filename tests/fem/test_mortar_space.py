@@ -1,4 +1,5 @@
-"""Faces in space that do not match: uniform stress at random rotations, the plane, closed forms, bodies exchanged, and faces that do not meet."""
+"""Faces in space that do not match: uniform stress at random rotations, the plane, closed forms,
+bodies exchanged, and faces that do not meet."""
 
 import re
 import warnings
@@ -16,8 +17,16 @@ KINDS = [(MeshTet, MeshTet), (MeshHex, MeshHex), (MeshTet, MeshHex), (MeshHex, M
 
 @pytest.mark.parametrize("kinds", KINDS)
 def test_reactions_carry_the_force_and_the_moment_of_uneven_loads(kinds):
-    bodies = {name: fo.Body(mesh, fo.Material(E)) for (name, mesh), E in zip(two_blocks(kinds).items(), (1.0, 3.0), strict=True)}
-    loads = {"load": [fo.Traction("upper", "z+", z=lambda x, y, z: -1 - x + y**2, x=0.3), fo.Pressure("upper", "x+", lambda x, y, z: z)]}
+    bodies = {
+        name: fo.Body(mesh, fo.Material(E))
+        for (name, mesh), E in zip(two_blocks(kinds).items(), (1.0, 3.0), strict=True)
+    }
+    loads = {
+        "load": [
+            fo.Traction("upper", "z+", z=lambda x, y, z: -1 - x + y**2, x=0.3),
+            fo.Pressure("upper", "x+", lambda x, y, z: z),
+        ]
+    }
     for contact in (fo.Contact("upper", "lower"), fo.Contact("lower", "upper")):
         system = fo.ContactModel(bodies, [fo.Support("lower", "z-")], loads, [contact]).condense()
         q, p = system.bonded["load"]
@@ -32,12 +41,26 @@ def test_reactions_carry_the_force_and_the_moment_of_uneven_loads(kinds):
 
 def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
     """A hollow pin of n edges in a plate of m, in plane strain and in space."""
-    flat = {"pin": ring([0.3, 0.6, 1.0], n, "bore", "surface"), "plate": ring([hole, 1.5, 3.0], m, "hole", "rim", start)}
-    names = {name: lambda x, r=r: abs(np.hypot(*x[:2]) - r) < 0.05 * r for name, r in {"bore": 0.3, "surface": 1.0, "hole": hole, "rim": 3.0}.items()}
-    loads = {"fit": [fo.Interference("fit", 0.01)], "p": [fo.Pressure("pin", "bore", 2.0)], "pull": [fo.Traction("pin", "bore", x=1.0)]}
-    sides = ("plate", "pin", "hole", "surface") if exchanged else ("pin", "plate", "surface", "hole")
+    flat = {
+        "pin": ring([0.3, 0.6, 1.0], n, "bore", "surface"),
+        "plate": ring([hole, 1.5, 3.0], m, "hole", "rim", start),
+    }
+    names = {
+        name: lambda x, r=r: abs(np.hypot(*x[:2]) - r) < 0.05 * r
+        for name, r in {"bore": 0.3, "surface": 1.0, "hole": hole, "rim": 3.0}.items()
+    }
+    loads = {
+        "fit": [fo.Interference("fit", 0.01)],
+        "p": [fo.Pressure("pin", "bore", 2.0)],
+        "pull": [fo.Traction("pin", "bore", x=1.0)],
+    }
+    sides = (
+        ("plate", "pin", "hole", "surface") if exchanged else ("pin", "plate", "surface", "hole")
+    )
     for meshes in (flat, {name: extruded(mesh) for name, mesh in flat.items()}):
-        bodies = {name: fo.Body(mesh.with_boundaries(names), RUBBER) for name, mesh in meshes.items()}
+        bodies = {
+            name: fo.Body(mesh.with_boundaries(names), RUBBER) for name, mesh in meshes.items()
+        }
         inner = 1.0 if sides[0] == "pin" else hole
         across = [
             fo.Support(name, tuple(at), "z")
@@ -46,24 +69,37 @@ def cylinders(n, m, hole=1.0, exchanged=False, start=0.1):
             if len(at) == 3 and (name != sides[0] or abs(np.hypot(*at[:2]) - inner) > 0.01)
         ]
         contact = fo.Contact(*sides, name="fit", gap="measured" if hole > 1 else None)
-        yield fo.ContactModel(bodies, [fo.Support("plate", "rim", "xy"), *across], loads, [contact]).condense()
+        yield fo.ContactModel(
+            bodies, [fo.Support("plate", "rim", "xy"), *across], loads, [contact]
+        ).condense()
 
 
 @pytest.mark.parametrize("exchanged", [False, True])
 @pytest.mark.parametrize(
     ("n", "m", "start", "hole", "near"),
-    [(12, 12, 0.0, 1.0, 5e-4), (28, 22, 0.1, 1.0, 2e-3), (28, 22, 0.1, 1.02, 2e-2)],  # elements that are no parallelograms are integrated otherwise
+    [
+        (12, 12, 0.0, 1.0, 5e-4),
+        (28, 22, 0.1, 1.0, 2e-3),
+        (28, 22, 0.1, 1.02, 2e-2),
+    ],  # elements that are no parallelograms are integrated otherwise
 )
 def test_concentric_cylinders_have_the_contact_of_the_plane(n, m, start, hole, near, exchanged):
-    """The plane projects from node to edge, space along the normal of each facet: over a gap the two differ by its share of the radius."""
+    """The plane projects from node to edge, space along the normal of each facet: over a gap the
+    two differ by its share of the radius."""
     plane, space = cylinders(n, m, hole, exchanged, start)
-    both = (np.linalg.norm(plane.points[:, None] - space.points[None, :, :2], axis=2) < 1e-9).astype(float)
-    assert np.allclose(both @ space.width, THICK * plane.width) and np.allclose(both.T @ plane.normals, space.normals[:, :2])
+    both = (
+        np.linalg.norm(plane.points[:, None] - space.points[None, :, :2], axis=2) < 1e-9
+    ).astype(float)
+    assert np.allclose(both @ space.width, THICK * plane.width) and np.allclose(
+        both.T @ plane.normals, space.normals[:, :2]
+    )
     turn = np.einsum("na,nta->nt", both.T @ plane.frames[:, 0], space.frames[:, :2, :2])
     for case in plane.bonded:
         (q, p), (shear, pressure) = plane.bonded[case], space.bonded[case]
         assert np.allclose(both @ pressure, THICK * p, rtol=0, atol=near * np.abs(p).max())
-        assert np.allclose(both @ (shear * turn).sum(axis=1), THICK * q, rtol=0, atol=near * np.abs(p).max())
+        assert np.allclose(
+            both @ (shear * turn).sum(axis=1), THICK * q, rtol=0, atol=near * np.abs(p).max()
+        )
     sagitta = hole * (1 - np.cos(np.pi / m))
     assert np.abs(space.gap - (hole - 1)).max() < (sagitta if hole > 1 else 1e-12)
 
@@ -72,13 +108,23 @@ def test_concentric_cylinders_have_the_contact_of_the_plane(n, m, start, hole, n
 def test_the_gap_below_a_sphere_is_measured(exchanged):
     R, raw = 3.0, two_blocks((MeshHex, MeshTet), (9, 8), (7, 6))
     x, y, z = raw["upper"].p
-    ball = MeshHex(np.array([x, y, z + (R - np.sqrt(R**2 - x**2 - y**2)) * (1 - z)]), raw["upper"].t).with_boundaries(raw["upper"].boundaries)
-    bodies = {"upper": fo.Body(ball), "lower": fo.Body(turned(raw["lower"], np.diag([1.6, 1.6, 1.0])))}
+    ball = MeshHex(
+        np.array([x, y, z + (R - np.sqrt(R**2 - x**2 - y**2)) * (1 - z)]), raw["upper"].t
+    ).with_boundaries(raw["upper"].boundaries)
+    bodies = {
+        "upper": fo.Body(ball),
+        "lower": fo.Body(turned(raw["lower"], np.diag([1.6, 1.6, 1.0]))),
+    }
     if exchanged:
-        bodies = {"upper": fo.Body(turned(ball, np.diag([1.6, 1.6, 1.0]))), "lower": fo.Body(raw["lower"])}
+        bodies = {
+            "upper": fo.Body(turned(ball, np.diag([1.6, 1.6, 1.0]))),
+            "lower": fo.Body(raw["lower"]),
+        }
     sides = ("lower", "upper") if exchanged else ("upper", "lower")
     contact = fo.Contact(*sides, gap="measured")
-    system = fo.ContactModel(bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [contact]).condense()
+    system = fo.ContactModel(
+        bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [contact]
+    ).condense()
     x, y = system.points[:, :2].T / (1.6 if exchanged else 1.0)
     height = R - np.sqrt(R**2 - x**2 - y**2)
     edge = 2 / 8
@@ -87,32 +133,54 @@ def test_the_gap_below_a_sphere_is_measured(exchanged):
 
 @pytest.mark.parametrize("cells", [(8, 8), (8, 7)])
 def test_a_sphere_is_pressed_on_a_block_as_hertz_says(cells):
-    """With nodes opposite each other, and not: the radius of the contact by the mean square of the distance of the pressure, and the force."""
+    """With nodes opposite each other, and not: the radius of the contact by the mean square of the
+    distance of the pressure, and the force."""
     R, wide, P, meshes = 4.0, 1.5, 0.05, {}
     for name, sign, n in (("ball", 1.0, cells[0]), ("block", -1.0, cells[1])):
         x = wide * np.sign(s := np.linspace(-1, 1, n + 1)) * np.abs(s) ** 1.5
         mesh = MeshHex.init_tensor(x, x, np.sort(sign * np.array([0.0, 0.1, 0.25, 0.5, 1.0, 2.5])))
-        up = (R - np.sqrt(R**2 - mesh.p[0] ** 2 - mesh.p[1] ** 2)) * (1 - mesh.p[2] / 2.5) ** 2 * (name == "ball")
+        up = (
+            (R - np.sqrt(R**2 - mesh.p[0] ** 2 - mesh.p[1] ** 2))
+            * (1 - mesh.p[2] / 2.5) ** 2
+            * (name == "ball")
+        )
         sides = {"contact": 0.0, "far": sign * 2.5}
-        facets = {side: mesh.facets_satisfying(lambda x, at=at: np.isclose(x[2], at), boundaries_only=True) for side, at in sides.items()}
+        facets = {
+            side: mesh.facets_satisfying(
+                lambda x, at=at: np.isclose(x[2], at), boundaries_only=True
+            )
+            for side, at in sides.items()
+        }
         meshes[name] = MeshHex(mesh.p + [[0.0], [0.0], [1.0]] * up, mesh.t).with_boundaries(facets)
     bodies = {name: fo.Body(mesh) for name, mesh in meshes.items()}
     supports = [fo.Support("block", "far"), fo.Support("ball", "far", "xy")]
     load = {"P": [fo.Traction("ball", "far", z=-P / (2 * wide) ** 2)]}
-    system = fo.ContactModel(bodies, supports, load, [fo.Contact("block", "ball", gap="measured")]).condense()
-    p = fo.march(system, fo.LoadCycle({"P": 1.0}, [{"P": 0.01}, {}]), 0.3, 1.0, cycles=1, steps=1).p[-1]
+    system = fo.ContactModel(
+        bodies, supports, load, [fo.Contact("block", "ball", gap="measured")]
+    ).condense()
+    p = fo.march(
+        system, fo.LoadCycle({"P": 1.0}, [{"P": 0.01}, {}]), 0.3, 1.0, cycles=1, steps=1
+    ).p[-1]
     radius = np.sqrt(2.5 * (p @ np.sum(system.points[:, :2] ** 2, axis=1)) / p.sum())
-    assert p.sum() == pytest.approx(P, rel=1e-6) and radius == pytest.approx((1.5 * P * R * (1 - 0.3**2)) ** (1 / 3), rel=0.05)
+    assert p.sum() == pytest.approx(P, rel=1e-6) and radius == pytest.approx(
+        (1.5 * P * R * (1 - 0.3**2)) ** (1 / 3), rel=0.05
+    )
 
 
 @pytest.mark.parametrize("lean", [0.0, 0.4])
 def test_a_gap_may_be_far_larger_than_the_facets(lean):
-    """Two flat faces 50 apart, of which the one may lean: the distance along the normal of body 1."""
+    """Two flat faces 50 apart, of which the one may lean: the distance along the normal of body
+    1."""
     turn = Rotation.from_rotvec([0.0, lean, 0.0]).as_matrix()
     large = box(MeshTet, np.linspace(-90, 90, 61), np.linspace(-3, 3, 5), [-1.0, 0.0])
-    bodies = {"upper": fo.Body(two_blocks(KINDS[0])["upper"].translated([0.0, 0.0, 50.0])), "lower": fo.Body(turned(large, turn))}
+    bodies = {
+        "upper": fo.Body(two_blocks(KINDS[0])["upper"].translated([0.0, 0.0, 50.0])),
+        "lower": fo.Body(turned(large, turn)),
+    }
     contact = fo.Contact("upper", "lower", gap="measured")
-    system = fo.ContactModel(bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [contact]).condense()
+    system = fo.ContactModel(
+        bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [contact]
+    ).condense()
     assert np.allclose(system.gap, 50 + np.tan(lean) * system.points[:, 0], rtol=0, atol=1e-11)
 
 
@@ -123,10 +191,27 @@ def discs(n, m, exchanged=False):
         flat = ring([0.3, 0.65, 1.0], edges, "inner", "outer", start=0.05 * edges)
         mesh = extruded(flat)
         mesh = MeshHex(np.vstack([mesh.p[:2], heights[0] + mesh.p[2] / THICK * 0.5]), mesh.t)
-        names = {"contact": lambda x: abs(x[2]) < 1e-9, "top": lambda x: x[2] > 0.4, "bottom": lambda x: x[2] < -0.4}
-        bodies[name] = fo.Body(mesh.with_boundaries({k: f for k, f in names.items() if (k == "contact") or (k == "top") == (name == "upper")}))
+        names = {
+            "contact": lambda x: abs(x[2]) < 1e-9,
+            "top": lambda x: x[2] > 0.4,
+            "bottom": lambda x: x[2] < -0.4,
+        }
+        bodies[name] = fo.Body(
+            mesh.with_boundaries(
+                {
+                    k: f
+                    for k, f in names.items()
+                    if (k == "contact") or (k == "top") == (name == "upper")
+                }
+            )
+        )
     contact = fo.Contact("lower", "upper") if exchanged else fo.Contact("upper", "lower")
-    return fo.ContactModel(bodies, [fo.Support("lower", "bottom")], {"P": [fo.Traction("upper", "top", z=-1.0)]}, [contact])
+    return fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "bottom")],
+        {"P": [fo.Traction("upper", "top", z=-1.0)]},
+        [contact],
+    )
 
 
 @pytest.mark.parametrize("exchanged", [False, True])
@@ -143,31 +228,57 @@ BODIES = {name: fo.Body(mesh) for name, mesh in two_blocks((MeshHex, MeshTet)).i
 
 def put(upper, lower=BODIES["lower"], **contact):
     bodies = {"upper": fo.Body(upper), "lower": lower}
-    fo.ContactModel(bodies, [fo.Support("lower", "z-")], {"P": [fo.Traction("upper", "z+", z=-1.0)]}, [fo.Contact("upper", "lower", **contact)])
+    fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "z-")],
+        {"P": [fo.Traction("upper", "z+", z=-1.0)]},
+        [fo.Contact("upper", "lower", **contact)],
+    )
 
 
 def stairs():
     """A shelf above a floor, both looking up, in one boundary."""
-    mesh = MeshHex.init_tensor(np.linspace(-2.0, 1.0, 7), np.linspace(-1.0, 1.0, 4), np.array([-1.0, -0.5, -0.25, 0.0]))
+    mesh = MeshHex.init_tensor(
+        np.linspace(-2.0, 1.0, 7), np.linspace(-1.0, 1.0, 4), np.array([-1.0, -0.5, -0.25, 0.0])
+    )
     centre = mesh.p[:, mesh.t].mean(axis=1)
-    mesh = mesh.remove_elements(np.flatnonzero((centre[0] > -1.5) & (centre[2] > -0.5) & (centre[2] < -0.25)))
-    return fo.Body(mesh.with_boundaries({"contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[2] + 0.5) < 1e-9), "z-": lambda x: x[2] == -1.0}))
+    mesh = mesh.remove_elements(
+        np.flatnonzero((centre[0] > -1.5) & (centre[2] > -0.5) & (centre[2] < -0.25))
+    )
+    return fo.Body(
+        mesh.with_boundaries(
+            {
+                "contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[2] + 0.5) < 1e-9),
+                "z-": lambda x: x[2] == -1.0,
+            }
+        )
+    )
 
 
 def edged():
     """A block of which the contact goes on around its edge."""
     lower = two_blocks((MeshTet, MeshTet), seed=None)["lower"]
-    return fo.Body(lower.with_boundaries({"contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[0] - 1.0) < 1e-9)}))
+    return fo.Body(
+        lower.with_boundaries({"contact": lambda x: (abs(x[2]) < 1e-9) | (abs(x[0] - 1.0) < 1e-9)})
+    )
 
 
 UPPER, START = BODIES["upper"].mesh, "contact 'contact'"
 BAD = {
-    f"{START}, at (-1, -1, -0.01): the bodies overlap by 0.01": lambda: put(UPPER.translated([0.0, 0.0, -0.01])),
+    f"{START}, at (-1, -1, -0.01): the bodies overlap by 0.01": lambda: put(
+        UPPER.translated([0.0, 0.0, -0.01])
+    ),
     f"{START}: the face of body 'upper' around (": lambda: put(UPPER.translated([0.5, 0.0, 0.0])),
     f"{START}: the face of body 'upper' around (4": lambda: put(UPPER.translated([5.0, 0.0, 0.0])),
-    "faces nothing of body 'lower'; name only the part that touches, or exchange the bodies": lambda: put(UPPER.translated([0.3, 0.0, 0.0])),
-    f"{START}: the face of body 'upper' around (999": lambda: put(UPPER.translated([1e3, 0.0, 1e4]), gap="measured"),
-    "the faces do not touch, they are 0.02 apart": lambda: put(UPPER.translated([0.0, 0.0, 0.02]), edged()),
+    "faces nothing of body 'lower'; name only the part that touches, or exchange the bodies": lambda: (
+        put(UPPER.translated([0.3, 0.0, 0.0]))
+    ),
+    f"{START}: the face of body 'upper' around (999": lambda: put(
+        UPPER.translated([1e3, 0.0, 1e4]), gap="measured"
+    ),
+    "the faces do not touch, they are 0.02 apart": lambda: put(
+        UPPER.translated([0.0, 0.0, 0.02]), edged()
+    ),
     "faces body 'lower' more than once; name only the part": lambda: put(UPPER, stairs()),
 }
 
@@ -180,13 +291,30 @@ def test_faces_that_do_not_meet_are_refused_by_name(message):
 
 @pytest.mark.parametrize("clearance", [0.002, 0.2])
 def test_a_measured_gap_that_drowns_in_the_sag_of_the_facets_is_warned_of(clearance):
-    """A pin of 20 edges in a hole of 22, whose facets lie 1 - cos(pi / 20) = 0.012 and 0.010 radii off their circles."""
-    flat = {"pin": ring([0.3, 0.6, 1.0], 20, "bore", "surface"), "plate": ring([1 + clearance, 1.5, 3.0], 22, "hole", "rim", start=0.1)}
+    """A pin of 20 edges in a hole of 22, whose facets lie 1 - cos(pi / 20) = 0.012 and 0.010 radii
+    off their circles."""
+    flat = {
+        "pin": ring([0.3, 0.6, 1.0], 20, "bore", "surface"),
+        "plate": ring([1 + clearance, 1.5, 3.0], 22, "hole", "rim", start=0.1),
+    }
     bodies = {name: fo.Body(mesh) for name, mesh in flat.items()}
     contact = fo.Contact("pin", "plate", "surface", "hole", gap="measured")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        gap = fo.ContactModel(bodies, [fo.Support("plate", "rim")], {"pull": [fo.Traction("pin", "bore", x=1.0)]}, [contact]).condense().gap
+        gap = (
+            fo.ContactModel(
+                bodies,
+                [fo.Support("plate", "rim")],
+                {"pull": [fo.Traction("pin", "bore", x=1.0)]},
+                [contact],
+            )
+            .condense()
+            .gap
+        )
     off = np.abs(gap - clearance).max()
     assert bool(off > 0.5 * clearance) is bool(caught) and off < 0.025
-    assert all("'surface': its facets may miss curved faces by" in str(one.message) and one.category is fo.ModelWarning for one in caught)
+    assert all(
+        "'surface': its facets may miss curved faces by" in str(one.message)
+        and one.category is fo.ModelWarning
+        for one in caught
+    )

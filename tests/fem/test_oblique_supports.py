@@ -15,17 +15,31 @@ STEEL, ALLOY = fo.Material(E=2.0, nu=0.3), fo.Material(E=0.7, nu=0.2)
 
 
 def held(kinds, upper, lower, turn, element="linear"):
-    """Two blocks whose sides and bottom are held along their normals, the whole turned by a matrix."""
+    """Two blocks whose sides and bottom are held along their normals, the whole turned by a
+    matrix."""
     d, meshes = len(turn), two_blocks(kinds, upper, lower)
-    bodies = {name: fo.Body(turned(mesh, turn), material, element) for (name, mesh), material in zip(meshes.items(), (STEEL, ALLOY), strict=True)}
-    sides = [("upper", "x-"), ("lower", "x-"), ("lower", "yz"[d - 2] + "-")] + [("upper", "y+"), ("lower", "y+")] * (d == 3)
+    bodies = {
+        name: fo.Body(turned(mesh, turn), material, element)
+        for (name, mesh), material in zip(meshes.items(), (STEEL, ALLOY), strict=True)
+    }
+    sides = [("upper", "x-"), ("lower", "x-"), ("lower", "yz"[d - 2] + "-")] + [
+        ("upper", "y+"),
+        ("lower", "y+"),
+    ] * (d == 3)
     loads = {
         "P": [fo.Pressure("upper", "yz"[d - 2] + "+", 1.0)],
         "E": [fo.Expansion("lower", lambda *x: 0.1 * np.sum(np.square(x), axis=0))],
         "fit": [fo.Interference("contact", 0.1)],
     }
-    loads["Q"] = [fo.Traction("upper", "x+", **dict(zip("xyz", turn @ [0.3, 0.5, 0.2][:d], strict=False)))]
-    return fo.ContactModel(bodies, [fo.Support(body, side, normal=True) for body, side in sides], loads, [fo.Contact("upper", "lower")])
+    loads["Q"] = [
+        fo.Traction("upper", "x+", **dict(zip("xyz", turn @ [0.3, 0.5, 0.2][:d], strict=False)))
+    ]
+    return fo.ContactModel(
+        bodies,
+        [fo.Support(body, side, normal=True) for body, side in sides],
+        loads,
+        [fo.Contact("upper", "lower")],
+    )
 
 
 SPACE = special_ortho_group(3, seed=4).rvs()
@@ -45,23 +59,41 @@ def test_a_model_may_be_turned(kinds, upper, lower, turn, element):
     ways = np.einsum("nka,ab,nlb->nkl", system.frames, turn, plain.frames)
     assert np.allclose(ways[:, -1, -1], 1.0, atol=1e-9)
     for one, two in zip(plain.bonded.values(), system.bonded.values(), strict=True):
-        r, s = (np.concatenate([pair[0].reshape(len(pair[1]), -1).T, pair[1][None]]) for pair in (one, two))
+        r, s = (
+            np.concatenate([pair[0].reshape(len(pair[1]), -1).T, pair[1][None]])
+            for pair in (one, two)
+        )
         assert np.allclose(np.einsum("nkl,ln->kn", ways, r), s, atol=1e-9)
     S = plain.S.reshape(d, plain.nodes, d, plain.nodes)
-    assert np.allclose(np.einsum("nkl,lnpm,mqp->knqm", ways, S, ways).reshape(system.S.shape), system.S, atol=1e-9 * np.abs(S).max())
-    assert np.allclose(plain.compliance, system.compliance, atol=1e-9 * np.abs(plain.compliance).max())
+    assert np.allclose(
+        np.einsum("nkl,lnpm,mqp->knqm", ways, S, ways).reshape(system.S.shape),
+        system.S,
+        atol=1e-9 * np.abs(S).max(),
+    )
+    assert np.allclose(
+        plain.compliance, system.compliance, atol=1e-9 * np.abs(plain.compliance).max()
+    )
     v, w = np.random.default_rng(1).normal(size=plain.slip_shape), np.zeros(plain.nodes)
     slip = np.einsum("nkl,nl->nk", ways[:, :-1, :-1], v.reshape(plain.nodes, -1)).reshape(v.shape)
-    fields = [one.recover({"P": 1.0, "Q": 0.5}, slips, w) for one, slips in ((model, v), (other, slip))]
+    fields = [
+        one.recover({"P": 1.0, "Q": 0.5}, slips, w) for one, slips in ((model, v), (other, slip))
+    ]
     for name in ("upper", "lower"):
         u, moved = (one.displacement[name] for one in fields)
         assert np.allclose(turn @ u, moved, atol=1e-9 * np.abs(u).max())
 
 
 def fit(whole):
-    """A ring on another one, pressed by a load with four periods around; the whole, or the eighth between two of its planes of symmetry."""
-    rings = {"hub": ring([1.0, 1.3, 1.8], 40, "contact", "outside"), "shaft": ring([0.4, 0.7, 1.0], 40, "bore", "contact")}
-    supports = [fo.Support("shaft", point, axis) for point, axis in (((0.4, 0.0), "y"), ((-0.4, 0.0), "y"), ((0.0, 0.4), "x"))]
+    """A ring on another one, pressed by a load with four periods around; the whole, or the eighth
+    between two of its planes of symmetry."""
+    rings = {
+        "hub": ring([1.0, 1.3, 1.8], 40, "contact", "outside"),
+        "shaft": ring([0.4, 0.7, 1.0], 40, "bore", "contact"),
+    }
+    supports = [
+        fo.Support("shaft", point, axis)
+        for point, axis in (((0.4, 0.0), "y"), ((-0.4, 0.0), "y"), ((0.0, 0.4), "x"))
+    ]
     if not whole:
         for name, mesh in rings.items():
             middle = np.arctan2(*mesh.p[::-1, mesh.t].mean(axis=1))
@@ -74,7 +106,12 @@ def fit(whole):
         "waves": [fo.Pressure("hub", "outside", lambda x, y: 0.02 * np.cos(4 * np.arctan2(y, x)))],
         "squeeze": [fo.Pressure("shaft", "bore", 0.01)],
     }
-    return fo.ContactModel({name: fo.Body(mesh, STEEL) for name, mesh in rings.items()}, supports, loads, [fo.Contact("shaft", "hub")])
+    return fo.ContactModel(
+        {name: fo.Body(mesh, STEEL) for name, mesh in rings.items()},
+        supports,
+        loads,
+        [fo.Contact("shaft", "hub")],
+    )
 
 
 def test_a_sector_between_planes_of_symmetry_has_the_answers_of_the_whole():
@@ -83,34 +120,54 @@ def test_a_sector_between_planes_of_symmetry_has_the_answers_of_the_whole():
     assert (whole.nodes, part.nodes) == (40, 6)
     same = [int(np.linalg.norm(whole.points - point, axis=1).argmin()) for point in part.points]
     assert np.allclose(part.bonded["fit"][1][1:-1], whole.bonded["fit"][1][same][1:-1], rtol=1e-9)
-    assert part.width.sum() == pytest.approx(whole.width.sum() / 8) and np.allclose(8 * part.compliance, whole.compliance, rtol=1e-9)
+    assert part.width.sum() == pytest.approx(whole.width.sum() / 8) and np.allclose(
+        8 * part.compliance, whole.compliance, rtol=1e-9
+    )
     limits = [fo.shakedown_limit(system, cycle, 0.2).load_factor for system in (whole, part)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
     steady = [fo.steady_state(system, cycle, 0.2, 1.5 * limits[0]) for system in (whole, part)]
-    assert steady[0].dissipation > 0 and steady[0].dissipation == pytest.approx(8 * steady[1].dissipation, rel=1e-8)
-    assert np.allclose(steady[1].slip, steady[0].slip[same], atol=1e-9) and abs(steady[1].slip[[0, -1]]).max() == 0
+    assert steady[0].dissipation > 0 and steady[0].dissipation == pytest.approx(
+        8 * steady[1].dissipation, rel=1e-8
+    )
+    assert (
+        np.allclose(steady[1].slip, steady[0].slip[same], atol=1e-9)
+        and abs(steady[1].slip[[0, -1]]).max() == 0
+    )
 
 
 def test_a_tube_is_held_in_a_cylinder_along_the_normal_of_each_node():
-    """Against multipliers that hold the nodes of a tube in space along their radii, and along its axis at both ends."""
+    """Against multipliers that hold the nodes of a tube in space along their radii, and along its
+    axis at both ends."""
     flat = ring([0.7, 1.0, 1.4], 9, "bore", "contact")
     n = flat.p.shape[1]
     heights, (a, b, c, d) = np.array([0.0, 0.5, 1.1]), flat.t
     points = np.hstack([np.vstack([flat.p, np.full(n, z)]) for z in heights])
-    layers = [np.array([low + a, high + a, low + d, low + b, high + d, high + b, low + c, high + c]) for low, high in ((0, n), (n, 2 * n))]
+    layers = [
+        np.array([low + a, high + a, low + d, low + b, high + d, high + b, low + c, high + c])
+        for low, high in ((0, n), (n, 2 * n))
+    ]
     tube = MeshHex(points, np.hstack(layers)).with_boundaries(
-        {"bore": lambda x: np.hypot(*x[:2]) < 0.72, "contact": lambda x: np.hypot(*x[:2]) > 1.3, "ends": lambda x: abs(x[2] - 0.55) > 0.5}
+        {
+            "bore": lambda x: np.hypot(*x[:2]) < 0.72,
+            "contact": lambda x: np.hypot(*x[:2]) > 1.3,
+            "ends": lambda x: abs(x[2] - 0.55) > 0.5,
+        }
     )
     wall = ring([1.4, 1.8], 9, "contact", "outside")
     points = np.hstack([np.vstack([wall.p, np.full(18, z)]) for z in heights])
     (a, b, c, d), n = wall.t, 18
-    layers = [np.array([low + a, high + a, low + d, low + b, high + d, high + b, low + c, high + c]) for low, high in ((0, n), (n, 2 * n))]
+    layers = [
+        np.array([low + a, high + a, low + d, low + b, high + d, high + b, low + c, high + c])
+        for low, high in ((0, n), (n, 2 * n))
+    ]
     wall = MeshHex(points, np.hstack(layers)).with_boundaries(
         {"contact": lambda x: np.hypot(*x[:2]) < 1.41, "outside": lambda x: np.hypot(*x[:2]) > 1.6}
     )
     bodies = {"tube": fo.Body(tube, STEEL), "wall": fo.Body(wall, ALLOY)}
     supports = [fo.Support("tube", "bore", normal=True), fo.Support("wall", "outside")]
-    system = fo.ContactModel(bodies, supports, {"P": [fo.BodyForce("tube", x=1.0)]}, [fo.Contact("tube", "wall")]).condense()
+    system = fo.ContactModel(
+        bodies, supports, {"P": [fo.BodyForce("tube", x=1.0)]}, [fo.Contact("tube", "wall")]
+    ).condense()
     whole = Assembled(bodies)
     G = whole.motions(system.frames, [[("tube", x, 1.0), ("wall", x, -1.0)] for x in system.points])
     bore = tube.p.T[np.hypot(*tube.p[:2]) < 0.71]
@@ -118,7 +175,9 @@ def test_a_tube_is_held_in_a_cylinder_along_the_normal_of_each_node():
     for row, point in zip(held, bore, strict=True):
         row[whole.rows("tube", point)] = np.r_[point[:2], 0.0] / np.hypot(*point[:2])
     outside = [whole.rows("wall", point) for point in wall.p.T[np.hypot(*wall.p[:2]) > 1.7]]
-    S, _ = by_multipliers(whole.K, np.zeros((len(whole.K), 1)), np.vstack([G, held]), np.concatenate(outside))
+    S, _ = by_multipliers(
+        whole.K, np.zeros((len(whole.K), 1)), np.vstack([G, held]), np.concatenate(outside)
+    )
     inner = np.arange(len(G), len(S))
     S = S[: len(G), : len(G)]
     assert len(inner) == len(bore) == 27 and np.allclose(S, system.S, atol=1e-9 * np.abs(S).max())
@@ -126,7 +185,10 @@ def test_a_tube_is_held_in_a_cylinder_along_the_normal_of_each_node():
 
 def in_a_cylinder(names, element):
     """A tube that is held in a cylinder, of one name or two, and at its flat end, in a wall."""
-    tube, wall = (extruded(ring(*rings)) for rings in (([0.7, 1.0, 1.4], 16, "", ""), ([1.4, 1.8], 16, "", "")))
+    tube, wall = (
+        extruded(ring(*rings))
+        for rings in (([0.7, 1.0, 1.4], 16, "", ""), ([1.4, 1.8], 16, "", ""))
+    )
     faces = {
         "all": lambda x: np.hypot(*x[:2]) < 0.72,
         "left": lambda x: (np.hypot(*x[:2]) < 0.72) & (x[1] < 0.2),
@@ -134,24 +196,37 @@ def in_a_cylinder(names, element):
         "end": lambda x: x[2] < 1e-9,
     }
     tube = tube.with_boundaries(faces | {"contact": lambda x: np.hypot(*x[:2]) > 1.3})
-    wall = wall.with_boundaries({"contact": lambda x: np.hypot(*x[:2]) < 1.41, "outside": lambda x: np.hypot(*x[:2]) > 1.7})
+    wall = wall.with_boundaries(
+        {"contact": lambda x: np.hypot(*x[:2]) < 1.41, "outside": lambda x: np.hypot(*x[:2]) > 1.7}
+    )
     supports = [*oblique(*(("tube", name) for name in names)), fo.Support("wall", "outside")]
     bodies = {"tube": fo.Body(tube, STEEL, element), "wall": fo.Body(wall, ALLOY, element)}
-    return fo.ContactModel(bodies, supports, {"P": [fo.BodyForce("tube", x=1.0)]}, [fo.Contact("tube", "wall")])
+    return fo.ContactModel(
+        bodies, supports, {"P": [fo.BodyForce("tube", x=1.0)]}, [fo.Contact("tube", "wall")]
+    )
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 def test_a_cylinder_may_have_two_names_and_its_edge_is_held_along_both_normals(element):
-    one, two = (in_a_cylinder(names, element) for names in (("all", "end"), ("left", "right", "end")))
-    assert np.array_equal(one._parts.free_rows, two._parts.free_rows) and np.allclose(one.condense().S, two.condense().S, rtol=0, atol=1e-9)
+    one, two = (
+        in_a_cylinder(names, element) for names in (("all", "end"), ("left", "right", "end"))
+    )
+    assert np.array_equal(one._parts.free_rows, two._parts.free_rows) and np.allclose(
+        one.condense().S, two.condense().S, rtol=0, atol=1e-9
+    )
     edge = (np.hypot(*one._parts.points[:, :2].T) < 0.71) & (one._parts.points[:, 2] == 0)
-    assert edge.sum() == 16 * (1 + (element == "quadratic")) and ((one._parts.free_rows[edge] == -1).sum(axis=1) == 2).all()
+    assert (
+        edge.sum() == 16 * (1 + (element == "quadratic"))
+        and ((one._parts.free_rows[edge] == -1).sum(axis=1) == 2).all()
+    )
 
 
 def test_a_boundary_along_an_axis_is_held_as_by_its_name():
     model = held((MeshQuad, MeshQuad), (4,), (4,), np.eye(2))
     names = {"x-": "x", "y-": "y"}
-    plain = [fo.Support(support.body, support.where, names[support.where]) for support in model.supports]
+    plain = [
+        fo.Support(support.body, support.where, names[support.where]) for support in model.supports
+    ]
     other = fo.ContactModel(model.bodies, plain, model.loads, model.contacts)
     assert np.array_equal(model.condense().S, other.condense().S)
 
@@ -159,7 +234,9 @@ def test_a_boundary_along_an_axis_is_held_as_by_its_name():
 def refused(turn=None, supports=None, **more):
     model = held((MeshQuad, MeshQuad), (4,), (4,), rotation(0.7) if turn is None else turn)
     loads = {**model.loads, **more}
-    return lambda: fo.ContactModel(model.bodies, model.supports if supports is None else supports, loads, model.contacts).condense()
+    return lambda: fo.ContactModel(
+        model.bodies, model.supports if supports is None else supports, loads, model.contacts
+    ).condense()
 
 
 def oblique(*sides):
@@ -171,17 +248,23 @@ REFUSED = {
     "directions 'x' with normal=True": lambda: fo.Support("a", "b", "x", normal=True),
     "where: (0.0, 0.0) with normal=True": lambda: fo.Support("a", (0, 0), normal=True),
     "normal: 1; give True or False": lambda: fo.Support("a", "b", normal=1),
-    "moves nodes that a Support holds along oblique normals": refused(more=[fo.Displacement("lower", "x-", x=0.1)]),
+    "moves nodes that a Support holds along oblique normals": refused(
+        more=[fo.Displacement("lower", "x-", x=0.1)]
+    ),
     "has an edge around": lambda: fo.ContactModel(
         {
-            name: fo.Body(mesh.with_boundaries({"corner": lambda x: (x[0] < -0.99) | (x[1] > 0.99)}))
+            name: fo.Body(
+                mesh.with_boundaries({"corner": lambda x: (x[0] < -0.99) | (x[1] > 0.99)})
+            )
             for name, mesh in two_blocks((MeshQuad,) * 2, (4,), (4,)).items()
         },
         [fo.Support("upper", "corner", normal=True)],
         {"P": [fo.BodyForce("upper", y=1.0)]},
     ),
     "can still move along": refused(supports=oblique(*ALL[:2])),
-    "are held along different normals": refused(supports=[*oblique(*ALL[1:]), fo.Support("upper", "x-", "x")]),
+    "are held along different normals": refused(
+        supports=[*oblique(*ALL[1:]), fo.Support("upper", "x-", "x")]
+    ),
 }
 
 

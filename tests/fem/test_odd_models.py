@@ -1,4 +1,5 @@
-"""Values that are no errors but seldom meant: one warning each, at the user's own call, and none from calls of the package among its own."""
+"""Values that are no errors but seldom meant: one warning each, at the user's own call, and none
+from calls of the package among its own."""
 
 import warnings
 from dataclasses import replace
@@ -21,20 +22,32 @@ def warned(call):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         call()
-    assert all(warning.filename == __file__ and warning.category is fo.ModelWarning for warning in caught)
+    assert all(
+        warning.filename == __file__ and warning.category is fo.ModelWarning for warning in caught
+    )
     return [str(warning.message) for warning in caught]
 
 
 def model(E=(1.0, 1.0), x=(None, None), **contact):
     punch, block = blocks(x_punch=x[0], x_block=x[1]).values()
-    bodies = {name: fo.Body(body.mesh, fo.Material(e)) for name, body, e in (("punch", punch, E[0]), ("block", block, E[1]))}
-    return fo.ContactModel(bodies, hung(), uniform_loads(), [fo.Contact("punch", "block", **contact)])
+    bodies = {
+        name: fo.Body(body.mesh, fo.Material(e))
+        for name, body, e in (("punch", punch, E[0]), ("block", block, E[1]))
+    }
+    return fo.ContactModel(
+        bodies, hung(), uniform_loads(), [fo.Contact("punch", "block", **contact)]
+    )
 
 
 def cubes(E=1.0, size=1.0):
     x = np.array([0.0, 1.0])
-    bodies = {"punch": fo.Body(box(MeshHex, *[size * x] * 3), fo.Material(E)), "block": fo.Body(box(MeshHex, x, x, x - 1))}
-    return fo.ContactModel(bodies, [fo.Support("block", "z-")], {"W": [fo.BodyForce("punch", z=-1.0)]})
+    bodies = {
+        "punch": fo.Body(box(MeshHex, *[size * x] * 3), fo.Material(E)),
+        "block": fo.Body(box(MeshHex, x, x, x - 1)),
+    }
+    return fo.ContactModel(
+        bodies, [fo.Support("block", "z-")], {"W": [fo.BodyForce("punch", z=-1.0)]}
+    )
 
 
 def test_moduli_in_two_units():
@@ -44,15 +57,21 @@ def test_moduli_in_two_units():
     assert not warned(lambda: cubes(1e4))
 
 
-@pytest.mark.parametrize(("punch", "block"), [(210.0, 115e3), (115e3, 210.0), (0.21, 210.0), (70.0, 210e3)])
+@pytest.mark.parametrize(
+    ("punch", "block"), [(210.0, 115e3), (115e3, 210.0), (0.21, 210.0), (70.0, 210e3)]
+)
 def test_moduli_in_mpa_and_gpa(punch, block):
     (told,) = warned(lambda: model((punch, block)))
     soft, stiff = ("punch", "block") if punch < block else ("block", "punch")
-    assert told.startswith(f"bodies: E = {min(punch, block):g} of {soft!r} and {max(punch, block):g} of {stiff!r}")
+    assert told.startswith(
+        f"bodies: E = {min(punch, block):g} of {soft!r} and {max(punch, block):g} of {stiff!r}"
+    )
     assert "in the same unit (MPa or GPa)?" in told
 
 
-@pytest.mark.parametrize(("one", "other"), [(2.0, 210e3), (10.0, 210e3), (500.0, 210e3), (3e3, 210e3), (45e3, 600e3)])
+@pytest.mark.parametrize(
+    ("one", "other"), [(2.0, 210e3), (10.0, 210e3), (500.0, 210e3), (3e3, 210e3), (45e3, 600e3)]
+)
 def test_moduli_of_real_pairs(one, other):
     """Rubbers, PTFE and PEEK on steel; magnesium on tungsten carbide."""
     assert not warned(lambda: model((one, other)))
@@ -61,45 +80,75 @@ def test_moduli_of_real_pairs(one, other):
 @pytest.mark.parametrize("system", [SYSTEM, NODE_3D])
 def test_a_load_case_in_the_mean_load_and_again_in_each_corner(system):
     for amplitudes in ((1.0, 1.0), (1.2, 0.8)):
-        whole = fo.LoadCycle({"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}])
+        whole = fo.LoadCycle(
+            {"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}]
+        )
         (told,) = warned(lambda whole=whole: fo.shakedown_limit(system, whole, 0.5))
-        assert told.startswith("cycle: 'P' is 1 in the mean load, and each corner adds to it; give corners what is added to the mean load alone")
+        assert told.startswith(
+            "cycle: 'P' is 1 in the mean load, and each corner adds to it; give corners what is added to the mean load alone"
+        )
     for amplitudes in ((0.2, -0.2), (0.2, 0.0), (-0.2, -0.1)):  # to and fro, pulsating, and relief
-        added = fo.LoadCycle({"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}])
+        added = fo.LoadCycle(
+            {"P": 1.0}, [{"P": amplitudes[0], "Q": 0.1}, {"P": amplitudes[1], "Q": -0.1}]
+        )
         assert not warned(lambda added=added: fo.shakedown_limit(system, added, 0.5))
-    assert not warned(lambda: fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"P": 1.0, "Q": 0.1}]), 0.5))  # a load that rises
+    assert not warned(
+        lambda: fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"P": 1.0, "Q": 0.1}]), 0.5)
+    )  # a load that rises
 
 
 @pytest.mark.parametrize(
     ("units", "coefficient", "meant"),
-    [("N, mm", 1.33e-13, 1.33e-7), ("N, m", 1.33e-7, 1.33e-13), ("kN, m", 1e-15, 1e-10), ("kN, mm", 1e-13, 1e-4), ("MN, m", 1e-14, 1e-8)],
+    [
+        ("N, mm", 1.33e-13, 1.33e-7),
+        ("N, m", 1.33e-7, 1.33e-13),
+        ("kN, m", 1e-15, 1e-10),
+        ("kN, mm", 1e-13, 1e-4),
+        ("MN, m", 1e-14, 1e-8),
+    ],
 )
 def test_a_coefficient_of_wear_in_other_units(units, coefficient, meant):
-    """Of dry steel (Podra & Andersson 1999) and of others, in the unit that the model has and in another one."""
+    """Of dry steel (Podra & Andersson 1999) and of others, in the unit that the model has and in
+    another one."""
     system, cycle = replace(SYSTEM, units=units), CYCLE
     (told,) = warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))
     force, length = units.split(", ")
-    assert told.startswith(f"coefficient: {coefficient:g} is ") and f"forces are in {force} and lengths in {length}" in told
+    assert (
+        told.startswith(f"coefficient: {coefficient:g} is ")
+        and f"forces are in {force} and lengths in {length}" in told
+    )
     assert not warned(lambda: fo.wear(system, cycle, 0.3, 1.0, coefficient=meant, cycles=1))
-    assert not warned(lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1))  # units are not known
+    assert not warned(
+        lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1)
+    )  # units are not known
 
 
 def test_lengths_in_two_units():
     (told,) = warned(lambda: cubes(size=1e-3))
-    assert told.startswith("bodies: size = 0.001 of 'punch' and 1 of 'block'; are both in the same unit (mm or m)?")
+    assert told.startswith(
+        "bodies: size = 0.001 of 'punch' and 1 of 'block'; are both in the same unit (mm or m)?"
+    )
     assert not warned(lambda: cubes(size=1e-2))
 
 
 def test_a_body_1_that_is_coarser_than_its_partner():
     fine, coarse = np.linspace(-1, 1, 41), np.linspace(-1, 1, 9)
     (told,) = warned(lambda: model(x=(coarse, fine)))
-    assert told.startswith("contacts: 'contact': the edges of body 'punch' are 5.0 times as long as those of body 'block'")
+    assert told.startswith(
+        "contacts: 'contact': the edges of body 'punch' are 5.0 times as long as those of body 'block'"
+    )
     far = np.linspace(1, 2, 101)[1:]  # far finer, but beside the contact
     face = MeshQuad.init_tensor(np.r_[-far[::-1], fine, far], np.array([-1.0, 0.0])).with_defaults()
     bodies = {"punch": blocks(x_punch=coarse)["punch"], "block": fo.Body(face)}
-    wide = [fo.Support("block", "bottom")], {"P": [fo.Traction("punch", "top", y=-1.0)]}, [fo.Contact("punch", "block", boundary_2="top")]
+    wide = (
+        [fo.Support("block", "bottom")],
+        {"P": [fo.Traction("punch", "top", y=-1.0)]},
+        [fo.Contact("punch", "block", boundary_2="top")],
+    )
     assert warned(lambda: fo.ContactModel(bodies, *wide)) == [told]
-    assert not warned(lambda: model(x=(fine, coarse))) and not warned(lambda: model(x=(coarse, np.linspace(-1, 1, 33))))
+    assert not warned(lambda: model(x=(fine, coarse))) and not warned(
+        lambda: model(x=(coarse, np.linspace(-1, 1, 33)))
+    )
 
 
 @pytest.mark.parametrize("system", [SYSTEM, NODE_3D])
@@ -123,7 +172,9 @@ def test_friction_in_per_cent_and_a_load_factor_of_zero(system):
         lambda f: fo.ShakedownModel(SYSTEM, CYCLE).sweep(pd.Series([0.5, f])),
         lambda f: fo.SafeSlipModel(SYSTEM, CYCLE).solve(f, 0.0),
         lambda f: fo.GuaranteedModel(SYSTEM, CYCLE).solve(f),
-        lambda f: (model := fo.DesignModel(SYSTEM, CYCLE, preloads=["P"])).solve(f, [model.preload <= 1.0]),
+        lambda f: (model := fo.DesignModel(SYSTEM, CYCLE, preloads=["P"])).solve(
+            f, [model.preload <= 1.0]
+        ),
         lambda f: fo.safe_region(SYSTEM, {"P": 1.0}, ["Q", "sigma"], f),
         lambda f: fo.dissipation_study(SYSTEM, CYCLE, [f], load_factors=[1.0]),
         lambda f: fo.dissipation_range(SYSTEM, CYCLE, f, load_factor=1.0),
@@ -146,8 +197,14 @@ def test_the_package_may_ask_itself_what_it_likes():
 def test_words_for_what_is_nearly_right():
     scene = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0)
     for almost in (scene, scene.model(), cubes(1.0)):
-        with pytest.raises(fo.ModelError, match=rf"system: a {type(almost).__name__}; give a ContactSystem \(call its \.condense\(\)"):
+        with pytest.raises(
+            fo.ModelError,
+            match=rf"system: a {type(almost).__name__}; give a ContactSystem \(call its \.condense\(\)",
+        ):
             fo.shakedown_limit(almost, CYCLE, 0.5)
     bare = MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0])
-    with pytest.raises(fo.ModelError, match="a Contact takes the boundary 'contact' of both bodies unless others are named"):
+    with pytest.raises(
+        fo.ModelError,
+        match="a Contact takes the boundary 'contact' of both bodies unless others are named",
+    ):
         fo.ContactModel({"one": fo.Body(bare), "two": fo.Body(bare)}, [], uniform_loads())

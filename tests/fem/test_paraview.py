@@ -1,4 +1,5 @@
-"""Files for ParaView, read back by pyvista and meshio: against the model, its loads, and what the two bodies say of each other."""
+"""Files for ParaView, read back by pyvista and meshio: against the model, its loads, and what the
+two bodies say of each other."""
 
 import sys
 
@@ -28,29 +29,46 @@ def opened(path):
 
 def at(block, points):
     """Displacements of a body at some of its nodes."""
-    return np.array([block["displacement"][np.flatnonzero(np.abs(block.points - point).max(axis=1) < 1e-9)[0]] for point in points])
+    return np.array(
+        [
+            block["displacement"][
+                np.flatnonzero(np.abs(block.points - point).max(axis=1) < 1e-9)[0]
+            ]
+            for point in points
+        ]
+    )
 
 
 def facing(block, what="normal"):
     """Normals of the cells of its surface as they are counted, or their centres."""
     surface = block.extract_surface(algorithm="dataset_surface")
-    surface = surface.compute_normals(consistent_normals=False, auto_orient_normals=False, split_vertices=False)
+    surface = surface.compute_normals(
+        consistent_normals=False, auto_orient_normals=False, split_vertices=False
+    )
     return surface.cell_data["Normals"] if what == "normal" else surface.cell_centers().points
 
 
 def check_state(blocks, one, two):
-    """What one file says: the face is where body 1 is, and slip and gap are the motion of body 1 relative to body 2."""
+    """What one file says: the face is where body 1 is, and slip and gap are the motion of body 1
+    relative to body 2."""
     face = blocks["contact"]
     moved = at(blocks[one], face.points)
     assert np.allclose(face["displacement"], moved, rtol=0, atol=1e-12)
     apart = moved - at(blocks[two], face.points)
-    assert np.allclose(face["slip"] + face["gap"][:, None] * face["normal"], apart, rtol=0, atol=1e-9 * np.abs(moved).max())
+    assert np.allclose(
+        face["slip"] + face["gap"][:, None] * face["normal"],
+        apart,
+        rtol=0,
+        atol=1e-9 * np.abs(moved).max(),
+    )
     for name in (one, two):
         s = blocks[name]["stress"]
         xx, yy, zz, xy, yz, xz = s.T
         tensors = np.moveaxis(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), -1, 0)
         a, b, c = np.linalg.eigvalsh(tensors).T
-        assert np.allclose(blocks[name]["von_mises"], np.sqrt(((a - b) ** 2 + (b - c) ** 2 + (c - a) ** 2) / 2))
+        assert np.allclose(
+            blocks[name]["von_mises"], np.sqrt(((a - b) ** 2 + (b - c) ** 2 + (c - a) ** 2) / 2)
+        )
     return face
 
 
@@ -68,37 +86,65 @@ def test_a_cycle_of_the_plane(tmp_path, punch, every):
         assert whole.keys() == ["punch", "block", "contact"]
         face = check_state({name: whole[name] for name in whole.keys()}, "punch", "block")
         total = face.integrate_data()
-        assert np.allclose(total["pressure"], 2.0) and np.allclose(total["shear"], 0.0, atol=1e-9)  # the mean pressure over 2, and nothing along x
-        assert face.n_cells == 8 and np.array_equal(face["status"] == 1, face["work"] > before + 1e-12) and set(face["status"]) <= {0, 1}
+        assert np.allclose(total["pressure"], 2.0) and np.allclose(
+            total["shear"], 0.0, atol=1e-9
+        )  # the mean pressure over 2, and nothing along x
+        assert (
+            face.n_cells == 8
+            and np.array_equal(face["status"] == 1, face["work"] > before + 1e-12)
+            and set(face["status"]) <= {0, 1}
+        )
         before = face["work"]
         work.append(face["work"].sum())
         assert np.allclose(face.integrate_data()["work_density"], work[-1])
-    assert work[0] == 0.0 and np.diff(work).min() >= 0 and work[-1] == pytest.approx(steady.dissipation)
+    assert (
+        work[0] == 0.0
+        and np.diff(work).min() >= 0
+        and work[-1] == pytest.approx(steady.dissipation)
+    )
     part = meshio.read(tmp_path / "punch" / "0001" / "0_punch.vtu")
     mesh = model.bodies["punch"].mesh
-    assert np.allclose(part.points[:, :2].T, mesh.p) and part.point_data["stress"].shape == (mesh.p.shape[1], 6)
+    assert np.allclose(part.points[:, :2].T, mesh.p) and part.point_data["stress"].shape == (
+        mesh.p.shape[1],
+        6,
+    )
 
 
 @pytest.mark.parametrize("kind", [MeshHex, MeshTet])
 def test_a_state_in_space(tmp_path, kind):
-    """A column on a block under pressure and shear: the resultants on the face are the loads, whose traction on the body above is their opposite."""
+    """A column on a block under pressure and shear: the resultants on the face are the loads, whose
+    traction on the body above is their opposite."""
     x = np.linspace(0, 1, 4)
-    above, below = (box(kind, x, x, z) for z in (np.array([0.0, 0.5, 1.0]), np.array([-1.0, -0.5, 0.0])))
+    above, below = (
+        box(kind, x, x, z) for z in (np.array([0.0, 0.5, 1.0]), np.array([-1.0, -0.5, 0.0]))
+    )
     model = fo.ContactModel(
         {"upper part": fo.Body(above), "lower": fo.Body(below)},
         [fo.Support("lower", "z-")],
-        {"P": [fo.Traction("upper part", "z+", z=-3.0)], "Q": [fo.Traction("upper part", "z+", x=0.5, y=-0.25)]},
+        {
+            "P": [fo.Traction("upper part", "z+", z=-3.0)],
+            "Q": [fo.Traction("upper part", "z+", x=0.5, y=-0.25)],
+        },
     )
     rng = np.random.default_rng(1)
     slip, gap = 1e-3 * rng.normal(size=(16, 2)), np.zeros(16)
     fo.write_paraview(tmp_path / "state.vtm", model, model.recover({"P": 1.0, "Q": 1.0}, slip, gap))
     blocks = opened(tmp_path / "state.vtm")
-    face, stress = check_state(blocks, "upper part", "lower"), blocks["upper part"].integrate_data()["stress"][0]
-    assert np.allclose(stress[[5, 4, 2]], [0.5, -0.25, -3.0], atol=0.01)  # over its height of 1 the stress is the traction, in the mean
+    face, stress = (
+        check_state(blocks, "upper part", "lower"),
+        blocks["upper part"].integrate_data()["stress"][0],
+    )
+    assert np.allclose(
+        stress[[5, 4, 2]], [0.5, -0.25, -3.0], atol=0.01
+    )  # over its height of 1 the stress is the traction, in the mean
     corners, areas = face.cells.reshape(face.n_cells, -1)[:, 1:], face.compute_cell_sizes()["Area"]
-    share = np.bincount(corners.ravel(), np.repeat(areas / corners.shape[1], corners.shape[1]))  # of each node, the cells being equal
+    share = np.bincount(
+        corners.ravel(), np.repeat(areas / corners.shape[1], corners.shape[1])
+    )  # of each node, the cells being equal
     assert np.isclose(share.sum(), 1.0) and face.n_cells == (9 if kind is MeshHex else 18)
-    assert np.allclose(share @ face["pressure"], 3.0) and np.allclose(share @ face["shear"], [-0.5, 0.25, 0.0])
+    assert np.allclose(share @ face["pressure"], 3.0) and np.allclose(
+        share @ face["shear"], [-0.5, 0.25, 0.0]
+    )
     assert "status" not in face.point_data and not list(tmp_path.glob("state/* *"))
 
 
@@ -106,51 +152,91 @@ def test_a_state_in_space(tmp_path, kind):
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kind", [MeshTri, MeshQuad, MeshTet, MeshHex])
 def test_cells_are_right_handed_however_the_mesh_counts(tmp_path, kind, element, mirror):
-    """Else VTK takes their volumes for negative, and integrals and fluxes are wrong: tetrahedra of scikit-fem are of either hand."""
+    """Else VTK takes their volumes for negative, and integrals and fluxes are wrong: tetrahedra of
+    scikit-fem are of either hand."""
     d, x = kind().dim(), np.linspace(0, 1, 3)
     across = np.diag([mirror, *[1.0] * (d - 1)])
-    bodies = {name: fo.Body(turned(box(kind, *[x] * (d - 1), x + low), across), element=element) for name, low in (("a", 0.0), ("b", -1.0))}
-    model = fo.ContactModel(bodies, [fo.Support("b", f"{'xyz'[d - 1]}-")], {"P": [fo.Pressure("a", f"{'xyz'[d - 1]}+")]})
+    bodies = {
+        name: fo.Body(turned(box(kind, *[x] * (d - 1), x + low), across), element=element)
+        for name, low in (("a", 0.0), ("b", -1.0))
+    }
+    model = fo.ContactModel(
+        bodies, [fo.Support("b", f"{'xyz'[d - 1]}-")], {"P": [fo.Pressure("a", f"{'xyz'[d - 1]}+")]}
+    )
     fields = model.recover({"P": 1.0}, np.zeros(model.condense().slip_shape))
     fo.write_paraview(tmp_path / "state.vtm", model, fields)
     blocks = opened(tmp_path / "state.vtm")
     for name, body in bodies.items():
         block, mesh = blocks[name], body.mesh
         assert block.compute_cell_sizes()["Volume" if d == 3 else "Area"].min() > 0
-        whole = Basis(mesh, mesh.elem(), quadrature=(np.array([[0.2], [0.3], [0.1]])[:d], np.ones(1)))  # one place in each element
+        whole = Basis(
+            mesh, mesh.elem(), quadrature=(np.array([[0.2], [0.3], [0.1]])[:d], np.ones(1))
+        )  # one place in each element
         inside = np.asarray(whole.global_coordinates())[..., 0].T
-        found = pyvista.PolyData(np.pad(inside, ((0, 0), (0, 3 - d)))).sample(block)["displacement"][:, :d]
-        expected = np.column_stack([np.asarray(whole.interpolate(u))[:, 0] for u in fields.displacement[name]])
+        found = pyvista.PolyData(np.pad(inside, ((0, 0), (0, 3 - d)))).sample(block)[
+            "displacement"
+        ][:, :d]
+        expected = np.column_stack(
+            [np.asarray(whole.interpolate(u))[:, 0] for u in fields.displacement[name]]
+        )
         assert np.allclose(found, expected, rtol=0, atol=1e-3 * abs(expected).max())
         out = facing(block)
-        assert np.allclose(out, [0, 0, 1]) if d == 2 else (np.sum(out * (facing(block, "centre") - block.center), axis=1) > 0).all()
+        assert (
+            np.allclose(out, [0, 0, 1])
+            if d == 2
+            else (np.sum(out * (facing(block, "centre") - block.center), axis=1) > 0).all()
+        )
     face = blocks["contact"]
     assert d == 2 or np.allclose(facing(face), face["normal"][0])
 
 
 def test_a_face_that_a_slit_cuts_has_the_nodes_of_both_sides(tmp_path):
-    """Two nodes of body 1 at one place: each facet has those of its own body, here as the slit opens."""
+    """Two nodes of body 1 at one place: each facet has those of its own body, here as the slit
+    opens."""
     whole = box(MeshHex, [-1, 0, 1], [0, 1], [0, 0.5, 1])
     mouth = np.flatnonzero((whole.p[0] == 0) & (whole.p[2] == 0))
     copies = np.arange(whole.p.shape[1])
     copies[mouth] = len(copies) + np.arange(len(mouth))
     t = np.where(whole.p[0, whole.t].mean(axis=0) > 0, copies[whole.t], whole.t)
-    slit = MeshHex(np.hstack([whole.p, whole.p[:, mouth]]), t).with_boundaries({"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1})
+    slit = MeshHex(np.hstack([whole.p, whole.p[:, mouth]]), t).with_boundaries(
+        {"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1}
+    )
     bodies = {"slit": fo.Body(slit), "base": fo.Body(box(MeshHex, [-1, 0, 1], [0, 1], [-1, 0]))}
-    model = fo.ContactModel(bodies, [fo.Support("base", "z-")], {"P": [fo.Traction("slit", "top", z=-1.0)]}, [fo.Contact("slit", "base")])
+    model = fo.ContactModel(
+        bodies,
+        [fo.Support("base", "z-")],
+        {"P": [fo.Traction("slit", "top", z=-1.0)]},
+        [fo.Contact("slit", "base")],
+    )
     fields = model.recover({"P": 1.0}, np.random.default_rng(0).normal(size=(8, 2)))
     fo.write_paraview(tmp_path / "slit.vtm", model, fields)
-    face, facets = opened(tmp_path / "slit.vtm")["contact"], slit.facets[:, slit.boundaries["contact"]]
+    face, facets = (
+        opened(tmp_path / "slit.vtm")["contact"],
+        slit.facets[:, slit.boundaries["contact"]],
+    )
     for facet in facets.T:
-        cell = np.abs(face.cell_centers().points - slit.p[:, facet].mean(axis=1)).max(axis=1).argmin()
-        assert np.allclose(face["displacement"][face.get_cell(cell).point_ids].sum(axis=0), fields.displacement["slit"][:, facet].sum(axis=1))
+        cell = (
+            np.abs(face.cell_centers().points - slit.p[:, facet].mean(axis=1)).max(axis=1).argmin()
+        )
+        assert np.allclose(
+            face["displacement"][face.get_cell(cell).point_ids].sum(axis=0),
+            fields.displacement["slit"][:, facet].sum(axis=1),
+        )
 
 
 def test_each_contact_has_its_facets(tmp_path):
-    """Two shims side by side on a block: a corner that belongs to three contacts, in pairs that are fewer."""
+    """Two shims side by side on a block: a corner that belongs to three contacts, in pairs that are
+    fewer."""
     x = np.array([0.0, 0.5, 1.0])
-    bodies = {name: fo.Body(box(MeshQuad, start + x, x)) for name, start in (("left", 0.0), ("right", 1.0))}
-    joints = [("left", "base", "contact", "contact", "a"), ("right", "base", "contact", "contact", "b"), ("left", "right", "x+", "x-", "c")]
+    bodies = {
+        name: fo.Body(box(MeshQuad, start + x, x))
+        for name, start in (("left", 0.0), ("right", 1.0))
+    }
+    joints = [
+        ("left", "base", "contact", "contact", "a"),
+        ("right", "base", "contact", "contact", "b"),
+        ("left", "right", "x+", "x-", "c"),
+    ]
     model = fo.ContactModel(
         bodies | {"base": fo.Body(box(MeshQuad, np.linspace(0, 2, 5), x - 1))},
         [fo.Support("base", "y-")],
@@ -158,12 +244,16 @@ def test_each_contact_has_its_facets(tmp_path):
         [fo.Contact(*sides, name=name) for *sides, name in joints],
     )
     system = model.condense()
-    fo.write_paraview(tmp_path / "shims.vtm", model, model.recover({"P": 1.0}, np.zeros(system.nodes)))
+    fo.write_paraview(
+        tmp_path / "shims.vtm", model, model.recover({"P": 1.0}, np.zeros(system.nodes))
+    )
     face = opened(tmp_path / "shims.vtm")["contact"]
     assert face["contact"].tolist() == [0, 0, 1, 1, 2, 2] and face.n_points == system.nodes
     assert np.allclose(face.compute_cell_sizes()["Length"], 0.5)
     middles = face.cell_centers().points
-    assert np.allclose(np.sort(middles[:4, 0]), [0.25, 0.75, 1.25, 1.75]) and np.allclose(middles[4:, 0], 1.0)
+    assert np.allclose(np.sort(middles[:4, 0]), [0.25, 0.75, 1.25, 1.75]) and np.allclose(
+        middles[4:, 0], 1.0
+    )
 
 
 def test_what_cannot_be_written_is_refused(tmp_path, punch, monkeypatch):
@@ -172,11 +262,23 @@ def test_what_cannot_be_written_is_refused(tmp_path, punch, monkeypatch):
     other = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.5).model()
     (tmp_path / "taken").write_text("")
     bad = [
-        ((tmp_path / "a.vtm", model, steady), r"path: .*a\.vtm.*; give a file name that ends in \.pvd"),
+        (
+            (tmp_path / "a.vtm", model, steady),
+            r"path: .*a\.vtm.*; give a file name that ends in \.pvd",
+        ),
         ((tmp_path / "a.pvd", model, fields), r"path: .*; give a file name that ends in \.vtm"),
-        ((tmp_path / "a.pvd", model, None), "result: a NoneType; give fields of ContactModel.recover, or a steady state"),
-        ((tmp_path / "a.pvd", fo.scenes.PunchOnHalfPlane(), steady), r"model: a PunchOnHalfPlane; .* of a scene its \.model\(\)"),
-        ((tmp_path / "a.pvd", other, steady), "model: its fields miss the reactions of the steady state by"),
+        (
+            (tmp_path / "a.pvd", model, None),
+            "result: a NoneType; give fields of ContactModel.recover, or a steady state",
+        ),
+        (
+            (tmp_path / "a.pvd", fo.scenes.PunchOnHalfPlane(), steady),
+            r"model: a PunchOnHalfPlane; .* of a scene its \.model\(\)",
+        ),
+        (
+            (tmp_path / "a.pvd", other, steady),
+            "model: its fields miss the reactions of the steady state by",
+        ),
         ((tmp_path / "taken.vtm", model, fields), "path: the folder .*taken.* cannot be made"),
         ((3, model, fields), "path: 3"),
     ]

@@ -1,4 +1,5 @@
-"""Models of a half or a quarter, which supports hold on their planes of symmetry, against the whole; and bodies that meet on their axis."""
+"""Models of a half or a quarter, which supports hold on their planes of symmetry, against the
+whole; and bodies that meet on their axis."""
 
 from functools import cache
 
@@ -18,21 +19,36 @@ def half_of(line):
 
 
 def punch(scene, cut, clamped=None):
-    """The model of a scene, of which planes x = 0 and, for 2, y = 0 cut away all but a part; the middle node of a body may be held."""
+    """The model of a scene, of which planes x = 0 and, for 2, y = 0 cut away all but a part; the
+    middle node of a body may be held."""
     kind = MeshHex if len(scene._grids[0]) == 3 else MeshQuad
-    lines = [[half_of(line) if axis < cut else line for axis, line in enumerate(grid)] for grid in scene._grids]
+    lines = [
+        [half_of(line) if axis < cut else line for axis, line in enumerate(grid)]
+        for grid in scene._grids
+    ]
     height, depth, wide = scene._grids[0][-1][-1], scene._grids[1][-1][0], scene._grids[1][0][-1]
     planes = {f"plane {axis}": lambda x, axis=axis: x[axis] == 0 for axis in range(cut)}
-    upper = kind.init_tensor(*lines[0]).with_boundaries({"contact": lambda x: x[-1] == 0, "top": lambda x: x[-1] == height} | planes)
-    faces = {"contact": lambda x: (x[-1] == 0) & (np.abs(x[:-1]) < 1).all(axis=0), "bottom": lambda x: x[-1] == depth}
+    upper = kind.init_tensor(*lines[0]).with_boundaries(
+        {"contact": lambda x: x[-1] == 0, "top": lambda x: x[-1] == height} | planes
+    )
+    faces = {
+        "contact": lambda x: (x[-1] == 0) & (np.abs(x[:-1]) < 1).all(axis=0),
+        "bottom": lambda x: x[-1] == depth,
+    }
     sides = {"right": lambda x: x[0] == wide} | ({} if cut else {"left": lambda x: x[0] == -wide})
     lower = kind.init_tensor(*lines[1]).with_boundaries(faces | sides | planes)
-    held = [fo.Support(body, f"plane {axis}", "xy"[axis]) for body in ("punch", "block") for axis in range(cut)]
+    held = [
+        fo.Support(body, f"plane {axis}", "xy"[axis])
+        for body in ("punch", "block")
+        for axis in range(cut)
+    ]
     held += [fo.Support(clamped, (0.0,) * len(lines[0]))] if clamped else []
     pulls = [fo.Traction("block", side, x=1.0 if side == "right" else -1.0) for side in sides]
     down = fo.Pressure("punch", "top", 1.0)
     return fo.ContactModel(
-        {"punch": fo.Body(upper, STIFF), "block": fo.Body(lower)}, [*held, fo.Support("block", "bottom")], {"P": [down], "sigma": pulls}
+        {"punch": fo.Body(upper, STIFF), "block": fo.Body(lower)},
+        [*held, fo.Support("block", "bottom")],
+        {"P": [down], "sigma": pulls},
     )
 
 
@@ -49,13 +65,20 @@ def whole(name, friction, clamped):
 
 
 @pytest.mark.parametrize(("scene", "cut"), [("plane", 1), ("space", 1), ("space", 2)])
-@pytest.mark.parametrize(("friction", "clamped"), [(0.4, None), (0.7, None), (0.7, "block"), (0.7, "punch")])
+@pytest.mark.parametrize(
+    ("friction", "clamped"), [(0.4, None), (0.7, None), (0.7, "block"), (0.7, "punch")]
+)
 def test_a_part_is_as_good_as_the_whole(scene, cut, friction, clamped):
     part = punch(SCENES[scene], cut, clamped).condense()
     middle = np.isclose(part.points[:, 0], 0.0)
-    assert middle.any() and all(np.abs(q.reshape(part.nodes, -1)[middle, 0]).max() < 1e-15 for q, _ in part.bonded.values())
+    assert middle.any() and all(
+        np.abs(q.reshape(part.nodes, -1)[middle, 0]).max() < 1e-15 for q, _ in part.bonded.values()
+    )
     assert np.diag(part.S).min() > 0
-    limit, (other, all_of_it) = fo.shakedown_limit(part, CYCLE, friction), whole(scene, friction, clamped)
+    limit, (other, all_of_it) = (
+        fo.shakedown_limit(part, CYCLE, friction),
+        whole(scene, friction, clamped),
+    )
     assert limit.load_factor == pytest.approx(other.load_factor, rel=1e-8)
     steady = fo.steady_state(part, CYCLE, friction, load_factor=1.5 * other.load_factor)
     assert 2**cut * steady.dissipation == pytest.approx(all_of_it.dissipation, rel=1e-6)
@@ -68,14 +91,27 @@ def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
 
     def arc(inner, outer, boundaries):
         mesh = MeshQuad.init_tensor(angles, inner + (outer - inner) * radii)
-        mesh = MeshQuad(np.array([np.cos(mesh.p[0]) * mesh.p[1], np.sin(mesh.p[0]) * mesh.p[1]]), mesh.t)
-        rims = {name: lambda x, r=r: np.abs(np.hypot(*x) - r) < 0.02 for name, r in boundaries.items()}
+        mesh = MeshQuad(
+            np.array([np.cos(mesh.p[0]) * mesh.p[1], np.sin(mesh.p[0]) * mesh.p[1]]), mesh.t
+        )
+        rims = {
+            name: lambda x, r=r: np.abs(np.hypot(*x) - r) < 0.02 for name, r in boundaries.items()
+        }
         return mesh.with_boundaries({**rims, "middle": lambda x: np.abs(x[0]) < 1e-9})
 
-    bodies = {"pin": fo.Body(arc(0.3, 1.0, {"ring": 1.0})), "plate": fo.Body(arc(1.0, 3.0, {"ring": 1.0, "rim": 3.0}))}
-    supports = [fo.Support("pin", "middle", "x"), fo.Support("plate", "middle", "x"), fo.Support("plate", (0.0, -3.0), "y")]
+    bodies = {
+        "pin": fo.Body(arc(0.3, 1.0, {"ring": 1.0})),
+        "plate": fo.Body(arc(1.0, 3.0, {"ring": 1.0, "rim": 3.0})),
+    }
+    supports = [
+        fo.Support("pin", "middle", "x"),
+        fo.Support("plate", "middle", "x"),
+        fo.Support("plate", (0.0, -3.0), "y"),
+    ]
     contact = fo.Contact("pin", "plate", "ring", "ring")
-    system = fo.ContactModel(bodies, supports, {"fit": [fo.Interference("ring", 0.01)]}, [contact]).condense()
+    system = fo.ContactModel(
+        bodies, supports, {"fit": [fo.Interference("ring", 0.01)]}, [contact]
+    ).condense()
     assert np.allclose(np.abs(system.normals[[0, -1]]), [[0.0, 1.0]] * 2, rtol=0, atol=1e-15)
     assert np.ptp(system.bonded["fit"][1] / system.width) < 1e-2 * np.ptp(system.bonded["fit"][1])
 
@@ -83,7 +119,9 @@ def test_on_a_plane_of_symmetry_the_normal_lies_in_it():
 def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
     model = punch(PLANE, 1)
     moved = [fo.Displacement("punch", "plane 0", x=0.1)]
-    with pytest.raises(fo.ModelError, match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0\)"):
+    with pytest.raises(
+        fo.ModelError, match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0\)"
+    ):
         fo.ContactModel(model.bodies, model.supports, {**model.loads, "apart": moved})
     both = [*moved, fo.Displacement("block", "plane 0", x=0.1)]
     system = fo.ContactModel(model.bodies, model.supports, {**model.loads, "both": both}).condense()
@@ -91,47 +129,71 @@ def test_a_pair_that_is_moved_apart_is_no_plane_of_symmetry():
 
 
 def beside(kind, cells, half, lean):
-    """A body of 6 elements above one of `cells`, or the half of both at x > 0; the lower face of the upper one is flat, or leans by its gap."""
+    """A body of 6 elements above one of `cells`, or the half of both at x > 0; the lower face of
+    the upper one is flat, or leans by its gap."""
     d, ends, bodies = kind().dim(), (0.0 if half else -1.0, 1.0), {}
     for name, low, n in (("upper", 0.0, 6), ("lower", -1.0, cells)):
         across = [np.linspace(*ends, (1 if half else 2) * n + 1), *[[0.0, 0.4]] * (d - 2)]
         mesh = box(kind, *across, [low, low + 0.5, low + 1])
         if name == "upper":
-            mesh = kind(mesh.p + np.eye(d)[:, [-1]] * lean * (0.5 + mesh.p[0] ** 2) * (1 - mesh.p[-1]), mesh.t).with_boundaries(mesh.boundaries)
+            mesh = kind(
+                mesh.p + np.eye(d)[:, [-1]] * lean * (0.5 + mesh.p[0] ** 2) * (1 - mesh.p[-1]),
+                mesh.t,
+            ).with_boundaries(mesh.boundaries)
         bodies[name] = fo.Body(mesh)
     up = "xyz"[d - 1]
-    supports = [fo.Support(name, up + side, "xyz"[1:d]) for name, side in (("upper", "+"), ("lower", "-"))]
+    supports = [
+        fo.Support(name, up + side, "xyz"[1:d]) for name, side in (("upper", "+"), ("lower", "-"))
+    ]
     for name, height in (("upper", 1.0), ("lower", -1.0)):
-        supports += [fo.Support(name, "x-", "x")] if half else [fo.Support(name, (0.0, *[0.0] * (d - 2), height), "x")]
+        supports += (
+            [fo.Support(name, "x-", "x")]
+            if half
+            else [fo.Support(name, (0.0, *[0.0] * (d - 2), height), "x")]
+        )
     pulls = [fo.Pressure("lower", side, -1.0) for side in (["x+"] if half else ["x+", "x-"])]
     loads = {"P": [fo.Displacement("upper", up + "+", **{up: -1.0})], "Q": pulls}
-    return fo.ContactModel(bodies, supports, loads, [fo.Contact("upper", "lower", gap="measured" if lean else None)])
+    return fo.ContactModel(
+        bodies, supports, loads, [fo.Contact("upper", "lower", gap="measured" if lean else None)]
+    )
 
 
 @pytest.mark.parametrize("lean", [0.0, 4e-3])
 @pytest.mark.parametrize("cells", [4, 5, 6, 9])
 @pytest.mark.parametrize("kind", [MeshQuad, MeshHex])
 def test_half_of_unlike_meshes_is_pressed_and_sheared_as_a_half_of_the_whole(kind, cells, lean):
-    """Mortar weights join a node on the plane of symmetry to others beside it, by what the mirror images of these take away."""
+    """Mortar weights join a node on the plane of symmetry to others beside it, by what the mirror
+    images of these take away."""
     found = []
     for half in (True, False):
         system = beside(kind, cells, half, lean).condense()
         right = system.points[:, 0] > 1e-9
         order = np.flatnonzero(right)[np.lexsort(system.points[right].T)]
-        found.append([np.column_stack([np.reshape(q, (system.nodes, -1)), p])[order] for q, p in system.bonded.values()])
-        assert not half or all(np.abs(q.reshape(system.nodes, -1)[~right, 0]).max() == 0 for q, _ in system.bonded.values())
+        found.append(
+            [
+                np.column_stack([np.reshape(q, (system.nodes, -1)), p])[order]
+                for q, p in system.bonded.values()
+            ]
+        )
+        assert not half or all(
+            np.abs(q.reshape(system.nodes, -1)[~right, 0]).max() == 0
+            for q, _ in system.bonded.values()
+        )
     for half, whole in zip(*found, strict=True):
         assert np.abs(half - whole).max() < 1e-12 * np.abs(whole).max()
 
 
 def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
-    """All nodes of body 2 are beside the plane for the pair on it, and follow in the pair at the other end, whose node of body 1 is held upright."""
+    """All nodes of body 2 are beside the plane for the pair on it, and follow in the pair at the
+    other end, whose node of body 1 is held upright."""
     found = []
     for half in (True, False):
         model = beside(MeshQuad, 1, half, 0.0)
         ends = [fo.Support("lower", side, "y") for side in (["x+"] if half else ["x+", "x-"])]
         swapped = [fo.Contact("lower", "upper")]
-        system = fo.ContactModel(model.bodies, [*model.supports, *ends], model.loads, swapped).condense()
+        system = fo.ContactModel(
+            model.bodies, [*model.supports, *ends], model.loads, swapped
+        ).condense()
         (i,) = np.flatnonzero(system.points[:, 0] > 1e-9)
         found.append([value[i] for pair in system.bonded.values() for value in pair])
     assert np.allclose(*found, rtol=1e-12, atol=0)
@@ -140,9 +202,14 @@ def test_the_other_end_of_an_element_on_a_plane_of_symmetry_may_be_held():
 def test_a_plane_of_symmetry_of_unlike_meshes_moves_with_both_bodies_or_not_at_all():
     model = beside(MeshHex, 9, True, 4e-3)
     one, two = (fo.Displacement(body, "x-", x=0.1) for body in ("upper", "lower"))
-    with pytest.raises(fo.ModelError, match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0, 0.002\)"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"loads\['apart'\]: a displacement moves both bodies at \(0, 0, 0.002\)",
+    ):
         fo.ContactModel(model.bodies, model.supports, {"apart": [one]}, model.contacts)
-    system = fo.ContactModel(model.bodies, model.supports, {"both": [one, two]}, model.contacts).condense()
+    system = fo.ContactModel(
+        model.bodies, model.supports, {"both": [one, two]}, model.contacts
+    ).condense()
     q, p = system.bonded["both"]
     assert max(np.abs(q).max(), np.abs(p).max()) < 1e-10 * np.abs(system.S).max()
 
@@ -152,6 +219,8 @@ def test_nodes_beside_one_that_is_held_on_both_bodies_are_on_no_plane_of_symmetr
     model = beside(MeshQuad, 9, False, 0.0)
     held = [fo.Support(body, (0.0, 0.0), "x") for body in model.bodies]
     loads = {"one side": [fo.Pressure("lower", "x+", -1.0)]}
-    system = fo.ContactModel(model.bodies, [*model.supports[:2], *held], loads, model.contacts).condense()
+    system = fo.ContactModel(
+        model.bodies, [*model.supports[:2], *held], loads, model.contacts
+    ).condense()
     q, _ = system.bonded["one side"]
     assert np.abs(q[np.isclose(system.points[:, 0], 0.0)]).min() > 1e-2 * np.abs(q).max()

@@ -1,4 +1,5 @@
-"""The picture of a model in three dimensions: faces, contact, held nodes and loads are those of the model."""
+"""The picture of a model in three dimensions: faces, contact, held nodes and loads are those of the
+model."""
 
 from dataclasses import replace
 
@@ -17,7 +18,8 @@ SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """The axes, the polygons by label, and the arrows by colour: where they begin, and their step."""
+    """The axes, the polygons by label, and the arrows by colour: where they begin, and their
+    step."""
     polygons, arrows, (collection, quiver) = {}, {}, (bodies.Poly3DCollection, Axes3D.quiver)
 
     def kept_polygons(corners, label, **look):
@@ -36,12 +38,24 @@ def drawn(monkeypatch):
 
 def area(corners):
     """Area of a plane polygon whose corners go round it."""
-    return float(np.linalg.norm(sum(np.cross(corners[k] - corners[0], corners[k + 1] - corners[0]) for k in range(1, len(corners) - 1)))) / 2
+    return (
+        float(
+            np.linalg.norm(
+                sum(
+                    np.cross(corners[k] - corners[0], corners[k + 1] - corners[0])
+                    for k in range(1, len(corners) - 1)
+                )
+            )
+        )
+        / 2
+    )
 
 
 def test_the_faces_cover_the_bodies_and_the_contact(drawn):
     _, polygons, _ = drawn
-    assert sum(map(area, polygons["contact"])) == pytest.approx(4.0) and np.all(polygons["contact"][:, :, 2] == 0)
+    assert sum(map(area, polygons["contact"])) == pytest.approx(4.0) and np.all(
+        polygons["contact"][:, :, 2] == 0
+    )
     assert sum(map(area, polygons["punch"])) == pytest.approx(2 * 4.0 + 4 * 2 * 1.5)
     assert sum(map(area, polygons["block"])) == pytest.approx(2 * 64.0 + 4 * 8 * 3.0)
 
@@ -50,12 +64,19 @@ def test_marks_are_held_nodes_and_arrows_go_with_the_loads(drawn):
     axes, _, arrows = drawn
     (held,) = [line for line in axes.lines if line.get_label() == "held in x, y, z"]
     assert len(held.get_data_3d()[0]) == 25 and np.all(held.get_data_3d()[2] == -3.0)
-    directions = {"load P": [[0, 0, -1]], "load Qx": [[1, 0, 0]], "load Qy": [[0, 1, 0]], "load sigma": [[-1, 0, 0], [1, 0, 0]]}
+    directions = {
+        "load P": [[0, 0, -1]],
+        "load Qx": [[1, 0, 0]],
+        "load Qy": [[0, 1, 0]],
+        "load sigma": [[-1, 0, 0], [1, 0, 0]],
+    }
     for label, wanted in directions.items():
         (color,) = [line.get_color() for line in axes.lines if line.get_label() == label]
         found = arrows.pop(color)
         steps = [(step / np.linalg.norm(step, axis=1)[:, None]).round(9) + 0.0 for _, step in found]
-        assert sorted(np.unique(step, axis=0).tolist() for step in steps) == [[direction] for direction in wanted]
+        assert sorted(np.unique(step, axis=0).tolist() for step in steps) == [
+            [direction] for direction in wanted
+        ]
         assert all(len(np.unique(begin, axis=0)) == 9 for begin, _ in found)
         if label == "load P":  # pressure ends on the top
             assert np.allclose((found[0][0] + found[0][1])[:, 2], 1.5)
@@ -69,29 +90,50 @@ def test_everything_is_inside_and_has_a_name(drawn):
     axes.figure.draw_without_rendering()
     low, high = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()]).T
     assert np.all(low < [-4, -4, -3]) and np.all(high > [4, 4, 1.5])
-    assert [axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel()] == [f"${name}$ (length)" for name in "xyz"]
+    assert [axes.get_xlabel(), axes.get_ylabel(), axes.get_zlabel()] == [
+        f"${name}$ (length)" for name in "xyz"
+    ]
     (legend,) = axes.figure.legends
     loads = [f"load {case}" for case in ("P", "Qx", "Qy", "sigma")]
-    assert [text.get_text() for text in legend.get_texts()] == ["punch", "block", "contact", "held in x, y, z", *loads]
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "punch",
+        "block",
+        "contact",
+        "held in x, y, z",
+        *loads,
+    ]
 
 
 def test_fields_show_the_von_mises_stress_on_the_surfaces():
-    load = {"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=lambda x, y, z: x)]}
+    load = {
+        "P": [fo.Pressure("a", "top", 3.0)],
+        "Q": [fo.Traction("a", "top", x=lambda x, y, z: x)],
+    }
     model = column(loads=load)
     axes = model.recover({"P": 1.0}, np.zeros((9, 2))).plot()
     (faces,) = axes.collections
     assert len(faces.get_array()) == 48 and np.allclose(faces.get_array(), 3.0)
-    assert axes.figure.axes[1].get_ylabel() == "von Mises stress (force per area)" and axes.get_zlabel() == "$z$ (length)"
+    assert (
+        axes.figure.axes[1].get_ylabel() == "von Mises stress (force per area)"
+        and axes.get_zlabel() == "$z$ (length)"
+    )
     axes.figure.draw_without_rendering()
-    axes = column(loads=load, supports=[fo.Support("b", "bottom", "z"), fo.Support("b", (0, 0, -1))]).plot()
+    axes = column(
+        loads=load, supports=[fo.Support("b", "bottom", "z"), fo.Support("b", (0, 0, -1))]
+    ).plot()
     axes.figure.draw_without_rendering()
-    assert {"held in z", "held in x, y, z", "load P", "load Q"} <= {line.get_label() for line in axes.lines}
+    assert {"held in z", "held in x, y, z", "load P", "load Q"} <= {
+        line.get_label() for line in axes.lines
+    }
     plt.close("all")
 
 
 def test_the_body_in_front_hides_the_other_one():
     found = SCENE.model().recover({"P": 1.0}, np.zeros((25, 2)))
-    stress = {name: np.full_like(values, 5.0) * np.eye(6)[:, :1] * (name == "punch") for name, values in found.stress.items()}
+    stress = {
+        name: np.full_like(values, 5.0) * np.eye(6)[:, :1] * (name == "punch")
+        for name, values in found.stress.items()
+    }
     axes = replace(found, stress=stress).plot()
     axes.figure.canvas.draw()
     place = proj3d.proj_transform(0.2, 0.2, 1.5, axes.get_proj())[:2]  # on the top of the punch
@@ -105,7 +147,9 @@ def test_body_forces_are_named_and_given_axes_must_be_in_space():
     weight = {"weight": [fo.BodyForce("punch", z=-1.0)]}
     heavy = fo.ContactModel(model.bodies, model.supports, weight, model.contacts)
     given = plt.figure().add_subplot(projection="3d")
-    assert heavy.plot(given) is given and "load weight (body force)" in [text.get_text() for text in given.get_legend().get_texts()]
+    assert heavy.plot(given) is given and "load weight (body force)" in [
+        text.get_text() for text in given.get_legend().get_texts()
+    ]
     with pytest.raises(fo.ModelError, match=r"^ax: .* projection='3d'"):
         heavy.plot(plt.figure().add_subplot())
     plt.close("all")

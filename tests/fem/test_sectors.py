@@ -1,4 +1,5 @@
-"""Sectors of rings against the whole, made of turned copies of their meshes; cut faces that do not match; and what is refused."""
+"""Sectors of rings against the whole, made of turned copies of their meshes; cut faces that do not
+match; and what is refused."""
 
 import re
 from pathlib import Path
@@ -24,44 +25,68 @@ def cuts(count):
     a = 2 * np.pi / count
     return {
         "low": lambda x: (abs(x[1]) < 1e-9) & (x[0] > 0),
-        "high": lambda x: (abs(x[0] * np.sin(a) - x[1] * np.cos(a)) < 1e-9) & (x[0] * np.cos(a) + x[1] * np.sin(a) > 0),
+        "high": lambda x: (
+            (abs(x[0] * np.sin(a) - x[1] * np.cos(a)) < 1e-9)
+            & (x[0] * np.cos(a) + x[1] * np.sin(a) > 0)
+        ),
     }
 
 
 def circles(faces, count, cells):
-    """Where the facets of circles, name -> radius, have their middles, so many in a sector: between the chord and the circle."""
+    """Where the facets of circles, name -> radius, have their middles, so many in a sector: between
+    the chord and the circle."""
     half = np.cos(np.pi / count / cells)
-    return {name: lambda x, r=r: (np.hypot(*x[:2]) > r * half - 1e-9) & (np.hypot(*x[:2]) < r) for name, r in faces.items()}
+    return {
+        name: lambda x, r=r: (np.hypot(*x[:2]) > r * half - 1e-9) & (np.hypot(*x[:2]) < r)
+        for name, r in faces.items()
+    }
 
 
 def polar(kind, radii, count, cells, faces):
-    """A sector of a ring, of so many elements around, with its cut faces and circles of these names."""
+    """A sector of a ring, of so many elements around, with its cut faces and circles of these
+    names."""
     grid = kind.init_tensor(np.array(radii), np.linspace(0, 2 * np.pi / count, cells + 1))
     mesh = kind(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
     return mesh.with_boundaries(cuts(count) | circles(faces, count, cells))
 
 
 def joined(sectors, count, whole, turn, centre, axis, supports, loads, element="linear", **more):
-    """A model of bodies, name -> mesh of a sector about z and the origin: of one sector, or the whole ring; turned by a matrix and moved."""
+    """A model of bodies, name -> mesh of a sector about z and the origin: of one sector, or the
+    whole ring; turned by a matrix and moved."""
     d = len(turn)
     step = Rotation.from_rotvec([0, 0, 2 * np.pi / count]).as_matrix()[:d, :d]
     bodies = {}
     for (name, mesh), material in zip(sectors.items(), (STEEL, ALLOY), strict=True):
         own = around(mesh, count, step) if whole else mesh
-        bodies[name] = fo.Body(type(own)(turn @ own.p + np.array(centre)[:, None], own.t).with_boundaries(own.boundaries), material, element)
+        bodies[name] = fo.Body(
+            type(own)(turn @ own.p + np.array(centre)[:, None], own.t).with_boundaries(
+                own.boundaries
+            ),
+            material,
+            element,
+        )
     tied = [] if whole else [fo.Cyclic(name, "low", "high", axis, centre) for name in sectors]
-    return fo.ContactModel(bodies, [*supports, *tied], loads, [fo.Contact(*sectors, "contact", "contact")], **more)
+    return fo.ContactModel(
+        bodies, [*supports, *tied], loads, [fo.Contact(*sectors, "contact", "contact")], **more
+    )
 
 
 def waves(count, turn, centre, body, face):
-    """Tractions along the radius and around the axis that repeat from sector to sector of a ring, which is turned and moved."""
+    """Tractions along the radius and around the axis that repeat from sector to sector of a ring,
+    which is turned and moved."""
 
     def traction(axis):
         def along(*x):
-            own = np.tensordot(turn.T, np.array(x) - np.reshape(centre, (-1, *[1] * np.ndim(x[0]))), 1)
+            own = np.tensordot(
+                turn.T, np.array(x) - np.reshape(centre, (-1, *[1] * np.ndim(x[0]))), 1
+            )
             radius, angle = np.hypot(*own[:2]), count * np.arctan2(own[1], own[0])
             push, drag = 0.02 * np.cos(angle - 0.7), 0.01 * np.cos(angle - 0.2)
-            forces = (push * own[0] - drag * own[1]) / radius, (push * own[1] + drag * own[0]) / radius, *[0 * radius] * (len(turn) - 2)
+            forces = (
+                (push * own[0] - drag * own[1]) / radius,
+                (push * own[1] + drag * own[0]) / radius,
+                *[0 * radius] * (len(turn) - 2),
+            )
             return np.tensordot(turn, np.array(forces), 1)[axis]
 
         return along
@@ -75,31 +100,70 @@ def ring_model(count, whole, element="linear", centre=(0.3, -0.2), turn=None):
         "shaft": polar(MeshQuad, [0.4, 0.7, 1.0], count, 6, {"bore": 0.4, "contact": 1.0}),
         "hub": polar(MeshQuad, [1.0, 1.3, 1.8], count, 6, {"contact": 1.0, "outside": 1.8}),
     }
-    loads = {"fit": [fo.Interference("contact", 0.02)], "waves": waves(count, turn, centre, "hub", "outside")}
+    loads = {
+        "fit": [fo.Interference("contact", 0.02)],
+        "waves": waves(count, turn, centre, "hub", "outside"),
+    }
     loads["squeeze"] = [fo.Pressure("hub", "outside", 0.02), fo.Expansion("shaft", 0.001)]
-    return joined(sectors, count, whole, turn, centre, (0, 0, 1), [fo.Support("shaft", "bore")], loads, element)
+    return joined(
+        sectors,
+        count,
+        whole,
+        turn,
+        centre,
+        (0, 0, 1),
+        [fo.Support("shaft", "bore")],
+        loads,
+        element,
+    )
 
 
 def compared(one, part, count, cycle, load_factor=1.5, **steps):
-    """Compare the condensed whole with the sector: stiffness under its loads, limit, steady state; forces at each node, on the seam too."""
+    """Compare the condensed whole with the sector: stiffness under its loads, limit, steady state;
+    forces at each node, on the seam too."""
     whole, system = one.condense(), part.condense()
-    same = np.array([np.linalg.norm(whole.points - point, axis=1).argmin() for point in system.points])
-    assert whole.nodes == count * system.nodes and np.allclose(whole.points[same], system.points, atol=1e-9)
-    assert np.allclose(whole.normals[same], system.normals, atol=1e-9) and np.allclose(whole.width[same], system.width, rtol=1e-9)
+    same = np.array(
+        [np.linalg.norm(whole.points - point, axis=1).argmin() for point in system.points]
+    )
+    assert whole.nodes == count * system.nodes and np.allclose(
+        whole.points[same], system.points, atol=1e-9
+    )
+    assert np.allclose(whole.normals[same], system.normals, atol=1e-9) and np.allclose(
+        whole.width[same], system.width, rtol=1e-9
+    )
     assert count * system.width.sum() == pytest.approx(whole.width.sum(), rel=1e-9)
-    assert np.allclose(count * system.compliance, whole.compliance, rtol=0, atol=1e-9 * np.abs(whole.compliance).max())
+    assert np.allclose(
+        count * system.compliance,
+        whole.compliance,
+        rtol=0,
+        atol=1e-9 * np.abs(whole.compliance).max(),
+    )
     for name, pair in system.bonded.items():
         for own, other in zip(pair, whole.bonded[name], strict=True):
-            assert np.allclose(own, other[same], rtol=0, atol=1e-9 * np.abs(whole.bonded[name][1]).max())
+            assert np.allclose(
+                own, other[same], rtol=0, atol=1e-9 * np.abs(whole.bonded[name][1]).max()
+            )
     limits = [fo.shakedown_limit(each, cycle, FRICTION).load_factor for each in (whole, system)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-8)
     gross = [fo.gross_slip(each, cycle, FRICTION) for each in (whole, system)]
-    fits = gross[0].self_stress is not None  # then transients are followed, to a relative 2e-3 in space
-    assert gross[0].bound == pytest.approx(gross[1].bound, rel=1e-8) and (gross[1].self_stress is not None) is fits
+    fits = (
+        gross[0].self_stress is not None
+    )  # then transients are followed, to a relative 2e-3 in space
+    assert (
+        gross[0].bound == pytest.approx(gross[1].bound, rel=1e-8)
+        and (gross[1].self_stress is not None) is fits
+    )
     assert gross[0].load_factor == pytest.approx(gross[1].load_factor, rel=5e-3 if fits else 1e-8)
-    steady = [fo.steady_state(each, cycle, FRICTION, load_factor * limits[0], **steps) for each in (whole, system)]
-    assert steady[0].dissipation > 0 and steady[0].dissipation == pytest.approx(count * steady[1].dissipation, rel=1e-9)
-    assert np.allclose(steady[1].slip, steady[0].slip[same], rtol=0, atol=1e-9 * np.abs(steady[0].slip).max())
+    steady = [
+        fo.steady_state(each, cycle, FRICTION, load_factor * limits[0], **steps)
+        for each in (whole, system)
+    ]
+    assert steady[0].dissipation > 0 and steady[0].dissipation == pytest.approx(
+        count * steady[1].dissipation, rel=1e-9
+    )
+    assert np.allclose(
+        steady[1].slip, steady[0].slip[same], rtol=0, atol=1e-9 * np.abs(steady[0].slip).max()
+    )
     last = [one.states().p[-1] for one in steady]
     assert np.allclose(last[1], last[0][same], rtol=0, atol=1e-9 * np.abs(last[0]).max())
     return steady, same
@@ -108,7 +172,9 @@ def compared(one, part, count, cycle, load_factor=1.5, **steps):
 CYCLE = fo.LoadCycle({"fit": 1.0}, [{"waves": 1.0, "squeeze": 0.3}, {"waves": -1.0}])
 
 
-@pytest.mark.parametrize(("count", "element"), [(2, "linear"), (3, "linear"), (3, "quadratic"), (5, "linear")])
+@pytest.mark.parametrize(
+    ("count", "element"), [(2, "linear"), (3, "linear"), (3, "quadratic"), (5, "linear")]
+)
 def test_a_sector_of_the_plane_has_the_answers_of_the_whole(count, element):
     compared(*(ring_model(count, whole, element) for whole in (True, False)), count, CYCLE)
 
@@ -117,17 +183,28 @@ SPACE = special_ortho_group(3, seed=4).rvs()
 
 
 def thick_model(count, whole, element="linear"):
-    """Rings in space about an oblique axis, which slide on each other along it and around it; one is held along the normals of its bore."""
+    """Rings in space about an oblique axis, which slide on each other along it and around it; one
+    is held along the normals of its bore."""
     sectors = {}
-    for name, radii, faces in (("bush", [0.6, 0.8, 1.0], {"bore": 0.6, "contact": 1.0}), ("hub", [1.0, 1.4], {"contact": 1.0, "outside": 1.4})):
+    for name, radii, faces in (
+        ("bush", [0.6, 0.8, 1.0], {"bore": 0.6, "contact": 1.0}),
+        ("hub", [1.0, 1.4], {"contact": 1.0, "outside": 1.4}),
+    ):
         flat = polar(MeshQuad, radii, count, 3, faces)
-        sectors[name] = extruded(flat).with_boundaries(cuts(count) | circles(faces, count, 3) | {"end": lambda x: x[2] == 0})
+        sectors[name] = extruded(flat).with_boundaries(
+            cuts(count) | circles(faces, count, 3) | {"end": lambda x: x[2] == 0}
+        )
     centre = (0.5, -0.1, 0.3)
-    loads = {"fit": [fo.Interference("contact", 0.05)], "waves": waves(count, SPACE, centre, "hub", "outside")}
+    loads = {
+        "fit": [fo.Interference("contact", 0.05)],
+        "waves": waves(count, SPACE, centre, "hub", "outside"),
+    }
     along = dict(zip("xyz", 0.01 * SPACE[:, 2], strict=True))
     loads["squeeze"] = [fo.Traction("hub", "outside", **along), fo.Pressure("hub", "outside", 0.03)]
     supports = [fo.Support("bush", "bore", normal=True), fo.Support("bush", "end")]
-    return joined(sectors, count, whole, SPACE, centre, tuple(2 * SPACE[:, 2]), supports, loads, element)
+    return joined(
+        sectors, count, whole, SPACE, centre, tuple(2 * SPACE[:, 2]), supports, loads, element
+    )
 
 
 @pytest.mark.parametrize(("count", "element"), [(3, "linear"), (4, "quadratic")])
@@ -138,19 +215,34 @@ def test_a_sector_in_space_has_the_answers_of_the_whole(count, element):
 
 @pytest.mark.parametrize("space", [False, True])
 def test_fields_and_pictures_of_a_sector_are_those_of_the_whole(space):
-    one, part = (thick_model(3, whole) if space else ring_model(3, whole, "quadratic") for whole in (True, False))
+    one, part = (
+        thick_model(3, whole) if space else ring_model(3, whole, "quadratic")
+        for whole in (True, False)
+    )
     steady, same = compared(one, part, 3, CYCLE, **({"steps": 4} if space else {}))
     whole, own = (model.recover(state) for model, state in zip((one, part), steady, strict=True))
     for name, u in own.displacement.items():
-        near = [np.linalg.norm(one.bodies[name].mesh.p.T - point, axis=1).argmin() for point in part.bodies[name].mesh.p.T]
-        assert np.allclose(u, whole.displacement[name][:, near], rtol=0, atol=1e-9 * np.abs(u).max())
+        near = [
+            np.linalg.norm(one.bodies[name].mesh.p.T - point, axis=1).argmin()
+            for point in part.bodies[name].mesh.p.T
+        ]
+        assert np.allclose(
+            u, whole.displacement[name][:, near], rtol=0, atol=1e-9 * np.abs(u).max()
+        )
         for field, other in ((own.stress, whole.stress), (own.strain, whole.strain)):
-            assert np.allclose(field[name], other[name][:, near], rtol=0, atol=1e-9 * np.abs(field[name]).max())
+            assert np.allclose(
+                field[name], other[name][:, near], rtol=0, atol=1e-9 * np.abs(field[name]).max()
+            )
     faces = [contact_face(model, fields, {}) for model, fields in ((one, whole), (part, own))]
     near = [np.linalg.norm(faces[0].points - point, axis=1).argmin() for point in faces[1].points]
     assert len(faces[1].points) == len(same) + 1 + space  # those on the other cut are drawn, too
     for name, values in faces[1].point_data.items():
-        assert np.allclose(values, faces[0].point_data[name][near], rtol=0, atol=1e-9 * max(np.abs(values).max(), 1e-3)), name
+        assert np.allclose(
+            values,
+            faces[0].point_data[name][near],
+            rtol=0,
+            atol=1e-9 * max(np.abs(values).max(), 1e-3),
+        ), name
 
 
 @pytest.mark.parametrize("count", [3, 4])
@@ -158,36 +250,63 @@ def test_modes_of_a_sector_are_those_of_the_whole_that_repeat(count):
     one, part = (thick_model(count, whole) for whole in (True, False))
     modes, found = part.modes(4), one.modes(25)
     same = [int(np.abs(found.frequency - frequency).argmin()) for frequency in modes.frequency]
-    assert np.allclose(found.frequency[same], modes.frequency, rtol=1e-9) and same[:2] == [0, 5]  # four between them do not repeat
-    assert np.allclose(count * modes.effective_mass, found.effective_mass[same], rtol=0, atol=1e-8 * found.mass)
-    assert count * modes.mass == pytest.approx(found.mass) and modes.effective_mass.max() > 0.1 * modes.mass
+    assert np.allclose(found.frequency[same], modes.frequency, rtol=1e-9) and same[:2] == [
+        0,
+        5,
+    ]  # four between them do not repeat
+    assert np.allclose(
+        count * modes.effective_mass, found.effective_mass[same], rtol=0, atol=1e-8 * found.mass
+    )
+    assert (
+        count * modes.mass == pytest.approx(found.mass)
+        and modes.effective_mass.max() > 0.1 * modes.mass
+    )
 
 
 def repeated(whole, system, count, turn):
-    """The matrix of the slips and gaps of the whole, direction by direction, by those of a sector, turned again and again."""
+    """The matrix of the slips and gaps of the whole, direction by direction, by those of a sector,
+    turned again and again."""
     T = np.zeros((len(whole.S), len(system.S)))
     for k in range(count):
         step = np.linalg.matrix_power(turn, k)
-        to = [int(np.linalg.norm(whole.points - step @ point, axis=1).argmin()) for point in system.points]
+        to = [
+            int(np.linalg.norm(whole.points - step @ point, axis=1).argmin())
+            for point in system.points
+        ]
         ways = np.einsum("nia,ab,njb->nij", whole.frames[to], step, system.frames)
         for i, j in np.ndindex(*ways.shape[1:]):
-            T[i * whole.nodes + np.array(to), j * system.nodes + np.arange(system.nodes)] = ways[:, i, j]
+            T[i * whole.nodes + np.array(to), j * system.nodes + np.arange(system.nodes)] = ways[
+                :, i, j
+            ]
     return T
 
 
 def flange(whole):
-    """The flange of the tutorial with its four bolts, the whole or a quarter, twisted and pulled."""
-    steel, turn = fo.Material(210e3, 0.3), Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round()
-    parts = fo.split_bodies(fo.read_mesh(FILES / "flange.msh"), dict.fromkeys(("upper", "lower", "bolt"), steel))
+    """The flange of the tutorial with its four bolts, the whole or a quarter, twisted and
+    pulled."""
+    steel, turn = (
+        fo.Material(210e3, 0.3),
+        Rotation.from_rotvec([0, 0, np.pi / 2]).as_matrix().round(),
+    )
+    parts = fo.split_bodies(
+        fo.read_mesh(FILES / "flange.msh"), dict.fromkeys(("upper", "lower", "bolt"), steel)
+    )
     bodies, bolts = {name: parts[name] for name in ("upper", "lower")}, {"bolt": parts["bolt"]}
     supports = [fo.Support("lower", "bottom")]
     if whole:
         bodies = {name: fo.Body(around(body.mesh, 4, turn), steel) for name, body in bodies.items()}
-        bolts = {f"bolt {k}": fo.Body(turned(parts["bolt"].mesh, np.linalg.matrix_power(turn, k)), steel) for k in range(4)}
+        bolts = {
+            f"bolt {k}": fo.Body(turned(parts["bolt"].mesh, np.linalg.matrix_power(turn, k)), steel)
+            for k in range(4)
+        }
     else:
         supports += [fo.Cyclic(name, "low", "high") for name in bodies]
     contacts = [fo.Contact("upper", "lower", "lower", "upper", name="flange")]
-    contacts += [fo.Contact(bolt, side, side, "bolt", name=f"{bolt} {side}") for bolt in bolts for side in bodies]
+    contacts += [
+        fo.Contact(bolt, side, side, "bolt", name=f"{bolt} {side}")
+        for bolt in bolts
+        for side in bodies
+    ]
     loads = {
         "bolts": [fo.BoltPreload(bolt, "section", 25e3) for bolt in bolts],
         "pull": [fo.Traction("upper", "top", z=1.0)],
@@ -200,19 +319,37 @@ def test_a_quarter_of_a_flange_of_four_bolts_has_the_answers_of_the_whole():
     (one, turn), (part, _) = flange(True), flange(False)
     whole, system = one.condense(), part.condense()
     T = repeated(whole, system, 4, turn)
-    assert np.allclose(T.T @ T, 4 * np.eye(len(system.S)), atol=1e-12) and (whole.nodes, system.nodes) == (564, 141)
+    assert np.allclose(T.T @ T, 4 * np.eye(len(system.S)), atol=1e-12) and (
+        whole.nodes,
+        system.nodes,
+    ) == (564, 141)
     assert np.allclose(T.T @ whole.S @ T, 4 * system.S, rtol=0, atol=1e-9 * np.abs(system.S).max())
-    assert np.allclose(4 * system.compliance, whole.compliance, rtol=0, atol=1e-9 * np.abs(whole.compliance).max())
+    assert np.allclose(
+        4 * system.compliance, whole.compliance, rtol=0, atol=1e-9 * np.abs(whole.compliance).max()
+    )
     for name, reactions in system.bonded.items():
-        r, s = (np.concatenate([pair[0].T, pair[1][None]]).ravel() for pair in (whole.bonded[name], reactions))
+        r, s = (
+            np.concatenate([pair[0].T, pair[1][None]]).ravel()
+            for pair in (whole.bonded[name], reactions)
+        )
         assert np.allclose(r, T @ s, rtol=0, atol=1e-9 * np.abs(r).max())
     same = np.abs(T[-whole.nodes :, -system.nodes :]).argmax(axis=1)
-    assert np.allclose(whole.width, system.width[same], rtol=1e-9) and (system.contact == "flange").sum() == 93
+    assert (
+        np.allclose(whole.width, system.width[same], rtol=1e-9)
+        and (system.contact == "flange").sum() == 93
+    )
     cycle = fo.LoadCycle({"bolts": 1.0, "pull": 0.5}, [{"twist": 1.0}, {"twist": -1.0}])
-    states = [fo.march(each, cycle, 0.15, load_factor=20.0, cycles=1, steps=1) for each in (whole, system)]
-    assert states[0].work[-1].sum() > 0 and states[0].work[-1].sum() == pytest.approx(4 * states[1].work[-1].sum(), rel=1e-9)
+    states = [
+        fo.march(each, cycle, 0.15, load_factor=20.0, cycles=1, steps=1) for each in (whole, system)
+    ]
+    assert states[0].work[-1].sum() > 0 and states[0].work[-1].sum() == pytest.approx(
+        4 * states[1].work[-1].sum(), rel=1e-9
+    )
     opened = states[1].gap[-1] > 0
-    limits = [fo.shakedown_limit(each, cycle, 0.15, open=nodes).load_factor for each, nodes in ((whole, opened[same]), (system, opened))]
+    limits = [
+        fo.shakedown_limit(each, cycle, 0.15, open=nodes).load_factor
+        for each, nodes in ((whole, opened[same]), (system, opened))
+    ]
     assert opened.any() and limits[0] > 0 and limits[0] == pytest.approx(limits[1], rel=1e-7)
 
 
@@ -220,45 +357,87 @@ def standing(mesh, height):
     """The tetrahedra above triangles; those of turned copies of a face are turned copies."""
     n, (a, b, c) = mesh.p.shape[1], np.sort(mesh.t, axis=0)
     points = np.hstack([np.vstack([mesh.p, np.full(n, z)]) for z in (0.0, height)])
-    return MeshTet(points, np.hstack([[a, b, c, c + n], [a, b, b + n, c + n], [a, a + n, b + n, c + n]]))
+    return MeshTet(
+        points, np.hstack([[a, b, c, c + n], [a, b, b + n, c + n], [a, a + n, b + n, c + n]])
+    )
 
 
 def discs(count, cells, height):
-    """Sectors of a disc, which reaches the axis, and of a ring around it, or of cylinders of that height."""
-    rim, hub = (polar(MeshTri, radii, count, cells, {}) for radii in ([0.3, 0.7, 1.0], [1.0, 1.3, 1.8]))
+    """Sectors of a disc, which reaches the axis, and of a ring around it, or of cylinders of that
+    height."""
+    rim, hub = (
+        polar(MeshTri, radii, count, cells, {}) for radii in ([0.3, 0.7, 1.0], [1.0, 1.3, 1.8])
+    )
     inner = np.flatnonzero(np.hypot(*rim.p) < 0.31)
     core = np.array([inner[:-1], inner[1:], np.full(cells, rim.p.shape[1])])
     shaft = MeshTri(np.hstack([rim.p, np.zeros((2, 1))]), np.hstack([rim.t, core]))
-    faces = cuts(count) | circles({"contact": 1.0, "outside": 1.8}, count, cells) | {"end": lambda x: x[-1] == 0.0}
-    return {name: (standing(mesh, height) if height else mesh).with_boundaries(faces) for name, mesh in (("shaft", shaft), ("hub", hub))}
+    faces = (
+        cuts(count)
+        | circles({"contact": 1.0, "outside": 1.8}, count, cells)
+        | {"end": lambda x: x[-1] == 0.0}
+    )
+    return {
+        name: (standing(mesh, height) if height else mesh).with_boundaries(faces)
+        for name, mesh in (("shaft", shaft), ("hub", hub))
+    }
 
 
 @pytest.mark.parametrize(("height", "turn"), [(0.0, np.eye(2)), (0.5, np.eye(3)), (0.5, SPACE)])
 def test_a_sector_may_reach_the_axis(height, turn):
     centre, axis = (0.2, 0.1, -0.4)[: len(turn)], tuple(turn[:, 2]) if height else (0, 0, 1)
-    loads = {"fit": [fo.Interference("contact", 0.02)], "waves": waves(4, turn, centre, "hub", "outside"), "squeeze": [fo.Expansion("shaft", 0.01)]}
+    loads = {
+        "fit": [fo.Interference("contact", 0.02)],
+        "waves": waves(4, turn, centre, "hub", "outside"),
+        "squeeze": [fo.Expansion("shaft", 0.01)],
+    }
     if height:
-        loads["squeeze"] = [fo.Traction("shaft", "end", **dict(zip("xyz", 0.002 * turn[:, 2], strict=True)))]
-    held = [fo.Support("hub", "end" if height else tuple(float(x) for x in np.array(centre) + turn @ np.eye(len(turn))[0] * 1.8))]
-    one, part = (joined(discs(4, 4, height), 4, whole, turn, centre, axis, held, loads) for whole in (True, False))
+        loads["squeeze"] = [
+            fo.Traction("shaft", "end", **dict(zip("xyz", 0.002 * turn[:, 2], strict=True)))
+        ]
+    held = [
+        fo.Support(
+            "hub",
+            "end"
+            if height
+            else tuple(float(x) for x in np.array(centre) + turn @ np.eye(len(turn))[0] * 1.8),
+        )
+    ]
+    one, part = (
+        joined(discs(4, 4, height), 4, whole, turn, centre, axis, held, loads)
+        for whole in (True, False)
+    )
     if not height:
         arms = np.array(centre) + 1.8 * np.array([[0, 1], [-1, 0], [0, -1]])
-        one = fo.ContactModel(one.bodies, [*held, *(fo.Support("hub", tuple(arm.tolist())) for arm in arms)], loads, one.contacts)
+        one = fo.ContactModel(
+            one.bodies,
+            [*held, *(fo.Support("hub", tuple(arm.tolist())) for arm in arms)],
+            loads,
+            one.contacts,
+        )
     compared(one, part, 4, CYCLE, **({"steps": 4} if height else {}))
     assert len(part._parts.sector.fixed) == 1 + (height > 0)
 
 
 def unlike(low, high, around_it, height=0.0, count=5):
-    """A sector of a ring from 1 to 2 with so many elements on each cut face, and so many around, and a pad on a part of its rim; in space if high."""
+    """A sector of a ring from 1 to 2 with so many elements on each cut face, and so many around,
+    and a pad on a part of its rim; in space if high."""
     angle = 2 * np.pi / count
-    line, inner = np.linspace(0, angle, around_it + 1), np.linspace(0, 1, (low + high) // 2 + 1)[1:-1]
-    edges = [(1 + np.linspace(0, 1, low + 1), 0 * np.ones(low + 1)), (1 + np.linspace(0, 1, high + 1), angle * np.ones(high + 1))]
+    line, inner = (
+        np.linspace(0, angle, around_it + 1),
+        np.linspace(0, 1, (low + high) // 2 + 1)[1:-1],
+    )
+    edges = [
+        (1 + np.linspace(0, 1, low + 1), 0 * np.ones(low + 1)),
+        (1 + np.linspace(0, 1, high + 1), angle * np.ones(high + 1)),
+    ]
     edges += [(r * np.ones(around_it - 1), line[1:-1]) for r in (1.0, *(1 + inner), 2.0)]
     r, t = np.hstack(edges)
     corners = Delaunay(np.column_stack([r, 2 * t])).simplices.T
     ring = MeshTri(r * np.array([np.cos(t), np.sin(t)]), np.ascontiguousarray(corners))
     wide = around_it // 4
-    kind = MeshTri if height else MeshQuad  # on a polygon pressure is uniform on each side alone: nodes have to match
+    kind = (
+        MeshTri if height else MeshQuad
+    )  # on a polygon pressure is uniform on each side alone: nodes have to match
     grid = kind.init_tensor(np.linspace(2, 2.5, 3), line[wide:-wide])
     pad = kind(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
     if height:
@@ -267,30 +446,44 @@ def unlike(low, high, around_it, height=0.0, count=5):
     under = lambda x: (np.arctan2(x[1], x[0]) > ends[0]) & (np.arctan2(x[1], x[0]) < ends[1])  # noqa: E731
     rim = circles({"rim": 2.0}, count, around_it)["rim"]
     faces = {"contact": lambda x: rim(x) & under(x), **circles({"bore": 1.0}, count, around_it)}
-    faces["free"] = lambda x: rim(x) & ~under(x) | (np.abs(2 * x[-1] - height) > height - 1e-9 if height else False)
+    faces["free"] = lambda x: (
+        rim(x) & ~under(x) | (np.abs(2 * x[-1] - height) > height - 1e-9 if height else False)
+    )
     pads = circles({"contact": 2.0, "top": 2.5}, count, around_it)
     pads["sides"] = lambda x: ~(pads["contact"](x) | pads["top"](x))
     return {"ring": ring.with_boundaries(cuts(count) | faces), "pad": pad.with_boundaries(pads)}
 
 
 def padded(meshes, element="linear", held=None):
-    """The model of such a ring, held at its bore or free to turn but for a node, under uniform pressure, an expansion, a drag at the pad."""
-    bodies = {name: fo.Body(mesh, material, element) for (name, mesh), material in zip(meshes.items(), (STEEL, STEEL), strict=True)}
+    """The model of such a ring, held at its bore or free to turn but for a node, under uniform
+    pressure, an expansion, a drag at the pad."""
+    bodies = {
+        name: fo.Body(mesh, material, element)
+        for (name, mesh), material in zip(meshes.items(), (STEEL, STEEL), strict=True)
+    }
     drag = fo.Traction("pad", "top", x=lambda x, y, *_: 0.3 * x - y, y=lambda x, y, *_: x + 0.3 * y)
     loads = {
-        "P": [*(fo.Pressure("ring", name) for name in ("bore", "free")), *(fo.Pressure("pad", name) for name in ("top", "sides"))],
+        "P": [
+            *(fo.Pressure("ring", name) for name in ("bore", "free")),
+            *(fo.Pressure("pad", name) for name in ("top", "sides")),
+        ],
         "E": [fo.Expansion(name, 0.1) for name in bodies],
         "drag": [drag],
     }
     supports = [
         fo.Cyclic("ring", "low", "high"),
-        held or fo.Support("ring", (1.0, 0.0, 0.0)[: meshes["ring"].dim()], "yz"[: meshes["ring"].dim() - 1]),
+        held
+        or fo.Support(
+            "ring", (1.0, 0.0, 0.0)[: meshes["ring"].dim()], "yz"[: meshes["ring"].dim() - 1]
+        ),
     ]
     return fo.ContactModel(bodies, supports, loads, [fo.Contact("pad", "ring")])
 
 
 @pytest.mark.parametrize(("low", "high"), [(3, 3), (3, 4), (5, 2)])
-@pytest.mark.parametrize(("element", "height"), [("linear", 0.0), ("quadratic", 0.0), ("linear", 0.4)])
+@pytest.mark.parametrize(
+    ("element", "height"), [("linear", 0.0), ("quadratic", 0.0), ("linear", 0.4)]
+)
 def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high, element, height):
     model = padded(unlike(low, high, 12, height), element)
     assert (model._parts.sector.copies >= 0).any() == (low == high)
@@ -298,46 +491,80 @@ def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high
     mesh = model.bodies["pad"].mesh
     pushed, nodes = np.zeros(mesh.p.T.shape), mesh.facets[:, mesh.boundaries["contact"]]
     a, *others = mesh.p[:, nodes].transpose(1, 2, 0)
-    areas = np.cross(others[0] - a, others[1] - a) / 2 if height else (others[0] - a)[:, ::-1] * [1, -1]
+    areas = (
+        np.cross(others[0] - a, others[1] - a) / 2 if height else (others[0] - a)[:, ::-1] * [1, -1]
+    )
     np.add.at(pushed, nodes, areas * np.sign(np.sum(areas * a, axis=1))[:, None] / mesh.dim())
-    r = np.concatenate([np.reshape(system.bonded["P"][0].T, (-1, system.nodes)), system.bonded["P"][1][None]])
-    assert np.allclose(np.einsum("nka,kn->na", system.frames, r), pushed[model._parts.pairs.nodes - model._parts.first_node["pad"]], atol=1e-9)
+    r = np.concatenate(
+        [np.reshape(system.bonded["P"][0].T, (-1, system.nodes)), system.bonded["P"][1][None]]
+    )
+    assert np.allclose(
+        np.einsum("nka,kn->na", system.frames, r),
+        pushed[model._parts.pairs.nodes - model._parts.first_node["pad"]],
+        atol=1e-9,
+    )
     assert max(np.abs(each).max() for each in system.bonded["E"]) < 1e-9
     fields = model.recover({"E": 1.0}, np.zeros(system.slip_shape))
     for name, body in model.bodies.items():
-        assert np.allclose(fields.displacement[name], 0.1 * (1.0 if height else 1.3) * body.mesh.p, atol=1e-9)
+        assert np.allclose(
+            fields.displacement[name], 0.1 * (1.0 if height else 1.3) * body.mesh.p, atol=1e-9
+        )
 
 
 def test_cut_faces_that_do_not_match_converge_to_those_that_do():
     bore, apart = fo.Support("ring", "bore"), []
     for n in (3, 6, 12):
-        same, other = (padded(unlike(*each, 4 * n), held=bore).condense().compliance[2, 2] for each in ((n, n), (n + 1, n - 1)))
+        same, other = (
+            padded(unlike(*each, 4 * n), held=bore).condense().compliance[2, 2]
+            for each in ((n, n), (n + 1, n - 1))
+        )
         apart.append(abs(other / same - 1))
     assert apart[0] < 5e-3 and apart[1] < apart[0] / 4 and apart[2] < apart[1] / 4
 
 
 def refused(hub=None, cut=None, supports=(), contacts=None, kinematics=None, count=3, **loads):
-    """A ring of two bodies in sectors, of which some part is wrong; `hub` has more boundaries of that body, or is its mesh."""
+    """A ring of two bodies in sectors, of which some part is wrong; `hub` has more boundaries of
+    that body, or is its mesh."""
     model = ring_model(count, False, centre=(0.0, 0.0))
-    bodies, cuts = dict(model.bodies), [support for support in model.supports if isinstance(support, fo.Cyclic)]
+    bodies, cuts = (
+        dict(model.bodies),
+        [support for support in model.supports if isinstance(support, fo.Cyclic)],
+    )
     if hub:
-        bodies["hub"] = fo.Body(bodies["hub"].mesh.with_boundaries(hub) if isinstance(hub, dict) else hub, ALLOY)
+        bodies["hub"] = fo.Body(
+            bodies["hub"].mesh.with_boundaries(hub) if isinstance(hub, dict) else hub, ALLOY
+        )
     held = [fo.Support("shaft", "bore"), cuts[0], cut or cuts[1], *supports]
-    return fo.ContactModel(bodies, held, {**model.loads, **loads}, contacts or model.contacts, kinematics)
+    return fo.ContactModel(
+        bodies, held, {**model.loads, **loads}, contacts or model.contacts, kinematics
+    )
 
 
 def uneven():
     """A hub whose nodes match those of the shaft at one cut, and not at the other one."""
     mesh = polar(MeshQuad, [1.0, 1.3, 1.8], 3, 5, {"contact": 1.0, "outside": 1.8})
-    radius, angle = np.hypot(*mesh.p), np.interp(np.arctan2(*mesh.p[::-1]), np.linspace(0, 2 * np.pi / 3, 6), np.radians([0, 30, 60, 80, 100, 120]))
-    return MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), mesh.t).with_boundaries(mesh.boundaries)
+    radius, angle = (
+        np.hypot(*mesh.p),
+        np.interp(
+            np.arctan2(*mesh.p[::-1]),
+            np.linspace(0, 2 * np.pi / 3, 6),
+            np.radians([0, 30, 60, 80, 100, 120]),
+        ),
+    )
+    return MeshQuad(radius * np.array([np.cos(angle), np.sin(angle)]), mesh.t).with_boundaries(
+        mesh.boundaries
+    )
 
 
 HUB = {"body": "hub", "low": "low", "high": "high"}
 REFUSED = {
     "high: 'low' is `low` too": lambda: fo.Cyclic("hub", "low", "low"),
-    "axis: (0.0, 0.0, 0.0); give the direction": lambda: fo.Cyclic("hub", "low", "high", axis=(0, 0, 0)),
-    "axis: (0.0, 0.0, 1e-200); give the direction": lambda: fo.Cyclic("hub", "low", "high", axis=(0, 0, 1e-200)),
+    "axis: (0.0, 0.0, 0.0); give the direction": lambda: fo.Cyclic(
+        "hub", "low", "high", axis=(0, 0, 0)
+    ),
+    "axis: (0.0, 0.0, 1e-200); give the direction": lambda: fo.Cyclic(
+        "hub", "low", "high", axis=(0, 0, 1e-200)
+    ),
     "low: 3": lambda: fo.Cyclic("hub", 3, "high"),
     "boundary 'left' is unknown": lambda: refused(cut=fo.Cyclic("hub", "left", "high")),
     "body 'rim' of Cyclic(": lambda: refused(cut=fo.Cyclic("rim", "low", "high")),
@@ -348,23 +575,42 @@ REFUSED = {
         lambda: refused({"high": lambda x: cuts(3)["high"](x) & (np.hypot(*x) > 1.3)})
     ),
     "; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),
-    "turn about other axes or by other angles": lambda: refused(polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})),
+    "turn about other axes or by other angles": lambda: refused(
+        polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})
+    ),
     "an axisymmetric model": lambda: refused(kinematics="axisymmetric", count=4),
-    "is held, and not so the one at (1.3, 0)": lambda: refused(supports=[fo.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]),
-    "is held, and not so the one at (1, 0)": lambda: refused(supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]),
-    "is not that of the other face": lambda: refused(move=[fo.Displacement("shaft", "bore", x=0.1)]),
+    "is held, and not so the one at (1.3, 0)": lambda: refused(
+        supports=[fo.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]
+    ),
+    "is held, and not so the one at (1, 0)": lambda: refused(
+        supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]
+    ),
+    "is not that of the other face": lambda: refused(
+        move=[fo.Displacement("shaft", "bore", x=0.1)]
+    ),
     "body 'hub' goes the long way round from 'low' to 'high', 240 of 360 degrees": lambda: refused(
         polar(MeshQuad, [1.0, 1.3, 1.8], 1.5, 8, {"contact": 1.0, "outside": 1.8})
     ),
-    "loads['turn']: Centrifugal(": lambda: refused(turn=[fo.Centrifugal("hub", 1.0, 1.0, centre=(0.1, 0.0))]),
+    "loads['turn']: Centrifugal(": lambda: refused(
+        turn=[fo.Centrifugal("hub", 1.0, 1.0, centre=(0.1, 0.0))]
+    ),
     "loads['fall']: BodyForce(": lambda: refused(fall=[fo.BodyForce("hub", y=-1.0)]),
     "the gap of 'shim' at (-0.5, 0.866025) is 0.01, and 0.025": lambda: refused(
-        contacts=[fo.Contact("shaft", "hub", "contact", "contact", gap=lambda x, y: 0.01 * (1.5 + x), name="shim")]
+        contacts=[
+            fo.Contact(
+                "shaft", "hub", "contact", "contact", gap=lambda x, y: 0.01 * (1.5 + x), name="shim"
+            )
+        ]
     ),
-    "'contact' reaches the cut of the sector at": lambda: refused(cut=fo.Cyclic("hub", "high", "low"), count=2),
-    "'side' reaches the cut of the sector at": lambda: refused(uneven(), contacts=[fo.Contact("hub", "shaft", name="side")]),
+    "'contact' reaches the cut of the sector at": lambda: refused(
+        cut=fo.Cyclic("hub", "high", "low"), count=2
+    ),
+    "'side' reaches the cut of the sector at": lambda: refused(
+        uneven(), contacts=[fo.Contact("hub", "shaft", name="side")]
+    ),
     "'other' reaches the cut of the sector at": lambda: refused(
-        polar(MeshQuad, [1.0, 1.3, 1.8], 3, 7, {"contact": 1.0, "outside": 1.8}), contacts=[fo.Contact("hub", "shaft", name="other")]
+        polar(MeshQuad, [1.0, 1.3, 1.8], 3, 7, {"contact": 1.0, "outside": 1.8}),
+        contacts=[fo.Contact("hub", "shaft", name="other")],
     ),
 }
 TURN = Rotation.from_rotvec([0, 0, 2 * np.pi / 3]).as_matrix()[:2, :2]
@@ -383,47 +629,96 @@ def test_displacements_of_supports_may_repeat():
     q, p = model.condense().bonded["turn"]
     assert max(np.abs(q).max(), np.abs(p).max()) < 1e-12
     moved = model.recover({"turn": 1.0}, 0 * q).displacement["hub"]
-    assert np.allclose(moved, 0.1 * np.array([[0.0, -1.0], [1.0, 0.0]]) @ model.bodies["hub"].mesh.p, atol=1e-12)
+    assert np.allclose(
+        moved, 0.1 * np.array([[0.0, -1.0], [1.0, 0.0]]) @ model.bodies["hub"].mesh.p, atol=1e-12
+    )
 
 
 def test_a_bolt_is_not_cut_where_its_sector_is():
     grid = MeshHex.init_tensor([1.0, 1.5, 2.0], np.linspace(0, np.pi / 2, 4), [0.0, 0.5, 1.0])
-    sleeve = MeshHex(np.array([grid.p[0] * np.cos(grid.p[1]), grid.p[0] * np.sin(grid.p[1]), grid.p[2]]), grid.t)
-    sleeve = sleeve.with_boundaries(cuts(4) | {"contact": lambda x: x[2] == 0, "end": lambda x: x[2] == 1})
-    bodies = {"sleeve": sleeve.with_boundaries({"section": lambda x: x[2] == 0.5}, boundaries_only=False)}
-    bodies["base"] = MeshHex(sleeve.p * [[1], [1], [-1]], sleeve.t).with_boundaries(sleeve.boundaries)
-    supports = [*(fo.Support(name, "end") for name in bodies), *(fo.Cyclic(name, "low", "high") for name in bodies)]
-    with pytest.raises(fo.ModelError, match=r"bolt 'sleeve': its section at .* has nodes on a cut of a sector"):
+    sleeve = MeshHex(
+        np.array([grid.p[0] * np.cos(grid.p[1]), grid.p[0] * np.sin(grid.p[1]), grid.p[2]]), grid.t
+    )
+    sleeve = sleeve.with_boundaries(
+        cuts(4) | {"contact": lambda x: x[2] == 0, "end": lambda x: x[2] == 1}
+    )
+    bodies = {
+        "sleeve": sleeve.with_boundaries({"section": lambda x: x[2] == 0.5}, boundaries_only=False)
+    }
+    bodies["base"] = MeshHex(sleeve.p * [[1], [1], [-1]], sleeve.t).with_boundaries(
+        sleeve.boundaries
+    )
+    supports = [
+        *(fo.Support(name, "end") for name in bodies),
+        *(fo.Cyclic(name, "low", "high") for name in bodies),
+    ]
+    with pytest.raises(
+        fo.ModelError, match=r"bolt 'sleeve': its section at .* has nodes on a cut of a sector"
+    ):
         loads = {"bolt": [fo.BoltPreload("sleeve", "section")]}
-        fo.ContactModel({name: fo.Body(mesh) for name, mesh in bodies.items()}, supports, loads, [fo.Contact("sleeve", "base")])
+        fo.ContactModel(
+            {name: fo.Body(mesh) for name, mesh in bodies.items()},
+            supports,
+            loads,
+            [fo.Contact("sleeve", "base")],
+        )
 
 
 def test_either_cut_face_may_be_named_first():
     assert "sector      1 of 3" in str(refused())
-    assert np.array_equal(refused().condense().S, refused(cut=fo.Cyclic("hub", "high", "low")).condense().S)
+    assert np.array_equal(
+        refused().condense().S, refused(cut=fo.Cyclic("hub", "high", "low")).condense().S
+    )
 
 
 def test_a_ring_that_nothing_holds_turns():
     model = refused()
     with pytest.raises(fo.ModelError, match="can still turn"):
         fo.ContactModel(
-            model.bodies, [support for support in model.supports if isinstance(support, fo.Cyclic)], model.loads, model.contacts
+            model.bodies,
+            [support for support in model.supports if isinstance(support, fo.Cyclic)],
+            model.loads,
+            model.contacts,
         ).condense()
     with pytest.raises(fo.ModelError, match="can still move along z and turn about z"):
-        part = joined(discs(4, 4, 0.5), 4, False, np.eye(3), (0, 0, 0), (0, 0, 1), [], {"fit": [fo.Interference("contact", 0.02)]})
+        part = joined(
+            discs(4, 4, 0.5),
+            4,
+            False,
+            np.eye(3),
+            (0, 0, 0),
+            (0, 0, 1),
+            [],
+            {"fit": [fo.Interference("contact", 0.02)]},
+        )
         part.condense()
 
 
 def stacked(count, whole, element="linear"):
-    """A cylinder on another one, both on the axis: pressed, and spread by an expansion; the upper one is held by the contact alone."""
+    """A cylinder on another one, both on the axis: pressed, and spread by an expansion; the upper
+    one is held by the contact alone."""
     flat = discs(count, 4, 0.0)["shaft"]
-    upper = standing(flat, 0.5).with_boundaries(cuts(count) | {"contact": lambda x: x[2] == 0, "top": lambda x: np.abs(x[2] - 0.5) < 1e-9})
+    upper = standing(flat, 0.5).with_boundaries(
+        cuts(count) | {"contact": lambda x: x[2] == 0, "top": lambda x: np.abs(x[2] - 0.5) < 1e-9}
+    )
     faces = {"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] < -0.49}
     lower = MeshTet(upper.p * [[1], [1], [-1]], upper.t).with_boundaries(cuts(count) | faces)
     loads = {"fit": [fo.Pressure("upper", "top", 0.1)], "waves": [fo.Expansion("lower", 0.1)]}
-    loads["squeeze"] = [fo.Traction("upper", "top", x=lambda x, y, z: -0.05 * y, y=lambda x, y, z: 0.05 * x)]
+    loads["squeeze"] = [
+        fo.Traction("upper", "top", x=lambda x, y, z: -0.05 * y, y=lambda x, y, z: 0.05 * x)
+    ]
     held = [fo.Support("lower", "bottom")]
-    return joined({"upper": upper, "lower": lower}, count, whole, np.eye(3), (0, 0, 0), (0, 0, 1), held, loads, element)
+    return joined(
+        {"upper": upper, "lower": lower},
+        count,
+        whole,
+        np.eye(3),
+        (0, 0, 0),
+        (0, 0, 1),
+        held,
+        loads,
+        element,
+    )
 
 
 @pytest.mark.parametrize(("count", "element"), [(4, "linear"), (3, "quadratic")])
@@ -431,15 +726,30 @@ def test_a_contact_may_reach_the_axis(count, element):
     one, part = (stacked(count, whole, element) for whole in (True, False))
     whole, system = one.condense(), part.condense()
     middle = np.flatnonzero(np.hypot(*system.points[:, :2].T) < 1e-9)
-    assert len(middle) == 1 and whole.nodes == count * (system.nodes - 1) + 1 and system.normals[middle[0]].tolist() == [0.0, 0.0, 1.0]
-    assert np.allclose(count * system.compliance, whole.compliance, rtol=0, atol=1e-9 * np.abs(whole.compliance).max())
+    assert (
+        len(middle) == 1
+        and whole.nodes == count * (system.nodes - 1) + 1
+        and system.normals[middle[0]].tolist() == [0.0, 0.0, 1.0]
+    )
+    assert np.allclose(
+        count * system.compliance,
+        whole.compliance,
+        rtol=0,
+        atol=1e-9 * np.abs(whole.compliance).max(),
+    )
     limits = [fo.shakedown_limit(each, CYCLE, FRICTION).load_factor for each in (whole, system)]
     assert limits[0] == pytest.approx(limits[1], rel=1e-7)
-    work = [fo.steady_state(each, CYCLE, FRICTION, 1.5 * limits[0], steps=4).dissipation for each in (whole, system)]
+    work = [
+        fo.steady_state(each, CYCLE, FRICTION, 1.5 * limits[0], steps=4).dissipation
+        for each in (whole, system)
+    ]
     assert work[0] > 0 and work[0] == pytest.approx(count * work[1], rel=1e-9)
 
 
 def test_a_picture_of_a_model_marks_its_cuts_and_what_is_held_along_normals():
     lines = {line.get_label(): line for line in thick_model(3, False).plot().get_lines()}
-    assert lines["cut of a sector"].get_marker() == "o" and lines["held along normals"].get_marker() == "D"
+    assert (
+        lines["cut of a sector"].get_marker() == "o"
+        and lines["held along normals"].get_marker() == "D"
+    )
     assert lines["held in x, y, z"].get_marker() == "s"

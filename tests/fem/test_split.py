@@ -7,13 +7,20 @@ from skfem import MeshQuad, MeshTri, MeshWedge1
 import frictopt as fo
 from helpers.meshes import blocks, hung, uniform_loads
 
-NAMED = {"top": lambda x: x[1] == 1.0, "bottom": lambda x: x[1] == -1.0, "left": lambda x: x[0] == -1.0, "right": lambda x: x[0] == 1.0}
+NAMED = {
+    "top": lambda x: x[1] == 1.0,
+    "bottom": lambda x: x[1] == -1.0,
+    "left": lambda x: x[0] == -1.0,
+    "right": lambda x: x[0] == 1.0,
+}
 UPPER, LOWER = (lambda x: x[1] > 0), (lambda x: x[1] < 0)
 ONE = fo.Material()
 
 
 def whole(kind=MeshQuad, **subdomains):
-    mesh = kind.init_tensor(np.array([-1.0, -0.5, 0.1, 1.0]), np.array([-1.0, -0.4, 0.0, 0.4, 1.0])).with_boundaries(NAMED)
+    mesh = kind.init_tensor(
+        np.array([-1.0, -0.5, 0.1, 1.0]), np.array([-1.0, -0.4, 0.0, 0.4, 1.0])
+    ).with_boundaries(NAMED)
     return mesh.with_subdomains(subdomains or {"punch": UPPER, "block": LOWER})
 
 
@@ -23,23 +30,46 @@ def test_one_mesh_gives_the_same_contact_as_two():
     assert sorted(bodies["punch"].mesh.boundaries) == ["block", "left", "right", "top"]
     for body in bodies.values():
         assert np.all(body.mesh.p[0, body.boundary_nodes("left", "left")] == -1.0)
-    one = fo.ContactModel(bodies, hung(), uniform_loads(), [fo.Contact("punch", "block", "block", "punch", name="contact")]).condense()
-    assert np.allclose(one.S, two.S, atol=1e-14) and np.allclose(one.bonded["tau"], two.bonded["tau"], atol=1e-14)
+    one = fo.ContactModel(
+        bodies,
+        hung(),
+        uniform_loads(),
+        [fo.Contact("punch", "block", "block", "punch", name="contact")],
+    ).condense()
+    assert np.allclose(one.S, two.S, atol=1e-14) and np.allclose(
+        one.bonded["tau"], two.bonded["tau"], atol=1e-14
+    )
 
 
 def test_materials_elements_and_three_bodies():
-    parts = {"left": lambda x: (x[1] > 0) & (x[0] < 0.1), "right": lambda x: (x[1] > 0) & (x[0] > 0.1), "block": LOWER}
-    mesh = MeshTri.init_tensor(np.array([-1.0, -0.5, 0.1, 1.0]), np.array([-1.0, -0.4, 0.0, 0.4, 1.0])).with_subdomains(parts)
+    parts = {
+        "left": lambda x: (x[1] > 0) & (x[0] < 0.1),
+        "right": lambda x: (x[1] > 0) & (x[0] > 0.1),
+        "block": LOWER,
+    }
+    mesh = MeshTri.init_tensor(
+        np.array([-1.0, -0.5, 0.1, 1.0]), np.array([-1.0, -0.4, 0.0, 0.4, 1.0])
+    ).with_subdomains(parts)
     stiff = fo.Material(E=7.0)
-    bodies = fo.split_bodies(mesh, {"left": stiff, "right": ONE, "block": ONE}, element="mean_dilatation")
-    assert bodies["left"].material == stiff and {body.element for body in bodies.values()} == {"mean_dilatation"}
-    assert sorted(bodies["left"].mesh.boundaries) == ["block", "right"] and sorted(bodies["block"].mesh.boundaries) == ["left", "right"]
-    assert np.allclose(bodies["right"].mesh.p[0, bodies["right"].boundary_nodes("left", "left")], 0.1)
+    bodies = fo.split_bodies(
+        mesh, {"left": stiff, "right": ONE, "block": ONE}, element="mean_dilatation"
+    )
+    assert bodies["left"].material == stiff and {body.element for body in bodies.values()} == {
+        "mean_dilatation"
+    }
+    assert sorted(bodies["left"].mesh.boundaries) == ["block", "right"] and sorted(
+        bodies["block"].mesh.boundaries
+    ) == ["left", "right"]
+    assert np.allclose(
+        bodies["right"].mesh.p[0, bodies["right"].boundary_nodes("left", "left")], 0.1
+    )
 
 
 BAD = {
     "mesh: a MeshWedge1": {"mesh": MeshWedge1()},
-    "materials: subdomain 'bolt' is unknown; this mesh names ['block', 'punch']": {"materials": {"bolt": ONE}},
+    "materials: subdomain 'bolt' is unknown; this mesh names ['block', 'punch']": {
+        "materials": {"bolt": ONE}
+    },
     "materials: 6 elements are in none of ['punch']": {"materials": {"punch": ONE}},
     "materials: subdomain 'all' shares elements with 'punch'": {
         "mesh": whole(punch=UPPER, all=lambda x: x[1] < 5),
@@ -47,12 +77,18 @@ BAD = {
     },
     "materials: []; give a mapping": {"materials": []},
     "body 'punch': material: a float": {"materials": {"punch": 1.0, "block": ONE}},
-    "mesh: boundary 'block' has the name of a body": {"mesh": whole().with_boundaries({"block": NAMED["bottom"]})},
-    "body 'punch': mesh: 2 parts that share no edge": {"mesh": whole(punch=lambda x: np.abs(x[1]) > 0.4, block=lambda x: np.abs(x[1]) < 0.4)},
+    "mesh: boundary 'block' has the name of a body": {
+        "mesh": whole().with_boundaries({"block": NAMED["bottom"]})
+    },
+    "body 'punch': mesh: 2 parts that share no edge": {
+        "mesh": whole(punch=lambda x: np.abs(x[1]) > 0.4, block=lambda x: np.abs(x[1]) < 0.4)
+    },
 }
 
 
 @pytest.mark.parametrize("message", BAD)
 def test_meshes_that_do_not_split_are_refused(message):
     with pytest.raises(fo.ModelError, match=re.escape(message)):
-        fo.split_bodies(**{"mesh": whole(), "materials": {"punch": ONE, "block": ONE}, **BAD[message]})
+        fo.split_bodies(
+            **{"mesh": whole(), "materials": {"punch": ONE, "block": ONE}, **BAD[message]}
+        )

@@ -1,4 +1,5 @@
-"""Faces of two bodies that lie on each other in no contact, against the overlaps of intervals and rectangles."""
+"""Faces of two bodies that lie on each other in no contact, against the overlaps of intervals and
+rectangles."""
 
 import re
 
@@ -19,10 +20,19 @@ FEET = [(-12.0, -7.0), (-2.5, 2.5), (7.0, 12.0)]
 
 def bridge(feet=(0, 1, 2), angle=0.0, kind=MeshQuad, gap=None):
     """A pad on three feet on a wider block, with a contact of some of the feet."""
-    pad = kind.init_tensor(np.array([-12.0, -9.5, -7.0, -2.5, 0.0, 2.5, 7.0, 9.5, 12.0]), np.array([0.0, 1.0, 2.0]))
+    pad = kind.init_tensor(
+        np.array([-12.0, -9.5, -7.0, -2.5, 0.0, 2.5, 7.0, 9.5, 12.0]), np.array([0.0, 1.0, 2.0])
+    )
     centre = pad.p[:, pad.t].mean(axis=1)
-    pad = pad.remove_elements(np.flatnonzero((centre[1] < 1) & np.all([(centre[0] < a) | (centre[0] > b) for a, b in FEET], axis=0)))
-    feet_of = {f"foot {i}": lambda x, a=a, b=b: (x[1] == 0) & (a < x[0]) & (x[0] < b) for i, (a, b) in enumerate(FEET)}
+    pad = pad.remove_elements(
+        np.flatnonzero(
+            (centre[1] < 1) & np.all([(centre[0] < a) | (centre[0] > b) for a, b in FEET], axis=0)
+        )
+    )
+    feet_of = {
+        f"foot {i}": lambda x, a=a, b=b: (x[1] == 0) & (a < x[0]) & (x[0] < b)
+        for i, (a, b) in enumerate(FEET)
+    }
     pad = pad.with_boundaries({**feet_of, "top": lambda x: x[1] == 2})
     block = kind.init_tensor(np.linspace(-15, 15, 14), np.array([-3.0, -1.0, 0.0])).with_boundaries(
         {"top": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -3}
@@ -40,7 +50,10 @@ def bridge(feet=(0, 1, 2), angle=0.0, kind=MeshQuad, gap=None):
 def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
     assert bridge(angle=angle, kind=kind, gap="measured").contacts
     for forgotten, (left, right) in enumerate(FEET):
-        with pytest.raises(fo.ModelError, match=r"contacts: bodies 'pad' and 'block' touch around \(\S+, \S+\), and no contact") as error:
+        with pytest.raises(
+            fo.ModelError,
+            match=r"contacts: bodies 'pad' and 'block' touch around \(\S+, \S+\), and no contact",
+        ) as error:
             bridge([i for i in range(3) if i != forgotten], angle, kind)
         told = [float(x) for x in re.search(r"around \((\S+), (\S+)\)", str(error.value)).groups()]
         x, y = rotation(-angle) @ told
@@ -48,22 +61,44 @@ def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
 
 
 def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
-    """A block in a corner: its corner node belongs to the floor, and the wall's contact begins one edge above it."""
+    """A block in a corner: its corner node belongs to the floor, and the wall's contact begins one
+    edge above it."""
     x = np.array([0.0, 1.0, 2.0])
     block = MeshQuad.init_tensor(x, x).with_boundaries(
-        {"below": lambda x: x[1] == 0, "left": lambda x: (x[0] == 0) & (x[1] > 1), "top": lambda x: x[1] == 2}
+        {
+            "below": lambda x: x[1] == 0,
+            "left": lambda x: (x[0] == 0) & (x[1] > 1),
+            "top": lambda x: x[1] == 2,
+        }
     )
     corner = MeshQuad.init_tensor(np.array([-1.0, 0.0, 1.0, 2.0]), np.array([-1.0, 0.0, 1.0, 2.0]))
     inside = corner.p[:, corner.t].mean(axis=1)
     corner = corner.remove_elements(np.flatnonzero((inside[0] > 0) & (inside[1] > 0)))
     corner = corner.with_boundaries(
-        {"floor": lambda x: (x[1] == 0) & (x[0] > 0), "wall": lambda x: (x[0] == 0) & (x[1] > 0), "base": lambda x: x[1] == -1}
+        {
+            "floor": lambda x: (x[1] == 0) & (x[0] > 0),
+            "wall": lambda x: (x[0] == 0) & (x[1] > 0),
+            "base": lambda x: x[1] == -1,
+        }
     )
-    bodies, load = {"block": fo.Body(block), "corner": fo.Body(corner)}, {"P": [fo.Traction("block", "top", y=-1.0)]}
-    floor, wall = fo.Contact("block", "corner", "below", "floor"), fo.Contact("block", "corner", "left", "wall")
-    assert fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor, wall]).condense().nodes == 5
+    bodies, load = (
+        {"block": fo.Body(block), "corner": fo.Body(corner)},
+        {"P": [fo.Traction("block", "top", y=-1.0)]},
+    )
+    floor, wall = (
+        fo.Contact("block", "corner", "below", "floor"),
+        fo.Contact("block", "corner", "left", "wall"),
+    )
+    assert (
+        fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor, wall])
+        .condense()
+        .nodes
+        == 5
+    )
     whole = block.with_boundaries({"left": lambda x: x[0] == 0})
-    system = fo.ContactModel({**bodies, "block": fo.Body(whole)}, [fo.Support("corner", "base")], load, [floor, wall]).condense()
+    system = fo.ContactModel(
+        {**bodies, "block": fo.Body(whole)}, [fo.Support("corner", "base")], load, [floor, wall]
+    ).condense()
     assert system.width == pytest.approx([0.5, 1.0, 0.5, 0.5, 1.5])
     with pytest.raises(fo.ModelError, match=r"touch around \(0, [.0-9]+\)"):
         fo.ContactModel(bodies, [fo.Support("corner", "base")], load, [floor])
@@ -71,26 +106,44 @@ def test_a_contact_may_end_one_edge_before_a_corner_that_another_one_has():
 
 def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
     square = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
-    for by in ([2.0, 2.0], [0.0, 2.0 + 1e-6], [3.0, 0.0], [0.0, 0.0]):  # the last: two bodies in one place
+    for by in (
+        [2.0, 2.0],
+        [0.0, 2.0 + 1e-6],
+        [3.0, 0.0],
+        [0.0, 0.0],
+    ):  # the last: two bodies in one place
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated(by))}, {})
     with pytest.raises(fo.ModelError, match=r"around \(2, 1.5\)"):
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated([2.0, 1.0]))}, {})
 
 
 @settings(max_examples=few(30))
-@given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshQuad, MeshTri, MeshHex, MeshTet]), apart=st.booleans())
+@given(
+    seed=st.integers(0, 10**6),
+    kind=st.sampled_from([MeshQuad, MeshTri, MeshHex, MeshTet]),
+    apart=st.booleans(),
+)
 def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
-    """Two boxes one above the other, cut at random places: they touch if the gap is zero and the faces overlap in every direction."""
+    """Two boxes one above the other, cut at random places: they touch if the gap is zero and the
+    faces overlap in every direction."""
     rng = np.random.default_rng(seed)
     d = 2 if kind in (MeshQuad, MeshTri) else 3
-    spans = [np.sort(rng.choice(np.linspace(0, 2, 5), 2, replace=False)) for _ in range(2 * (d - 1))]
+    spans = [
+        np.sort(rng.choice(np.linspace(0, 2, 5), 2, replace=False)) for _ in range(2 * (d - 1))
+    ]
     cuts = [np.unique(np.r_[span, rng.uniform(*span, size=rng.integers(3))]) for span in spans]
     upper = kind.init_tensor(*cuts[: d - 1], np.array([0.0, 0.4, 1.0]) + 0.1 * apart)
     lower = kind.init_tensor(*cuts[d - 1 :], np.array([-1.0, 0.0]))
     turn = np.linalg.qr(rng.normal(size=(d, d)))[0]
     turn[0] *= np.linalg.det(turn)
-    bodies = {name: fo.Body(kind(turn @ mesh.p, mesh.t)) for name, mesh in (("upper", upper), ("lower", lower))}
-    overlaps = all(min(a[1], b[1]) > max(a[0], b[0]) for a, b in zip(spans[: d - 1], spans[d - 1 :], strict=True))
+    bodies = {
+        name: fo.Body(kind(turn @ mesh.p, mesh.t))
+        for name, mesh in (("upper", upper), ("lower", lower))
+    }
+    overlaps = all(
+        min(a[1], b[1]) > max(a[0], b[0])
+        for a, b in zip(spans[: d - 1], spans[d - 1 :], strict=True)
+    )
     if overlaps and not apart:
         with pytest.raises(fo.ModelError, match="bodies 'upper' and 'lower' touch"):
             check_touching(bodies, {})
@@ -100,9 +153,13 @@ def test_random_boxes_touch_where_their_faces_overlap(seed, kind, apart):
 
 def test_facets_far_away_have_normals_as_exact_as_their_corners():
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
-    corners = 1e-5 * np.array([[[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.0], [0.0, 1.0, 0.0]]]) @ turn.T + [100.0, -200.0, 300.0]
+    corners = 1e-5 * np.array(
+        [[[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.2, 1.0, 0.0], [0.0, 1.0, 0.0]]]
+    ) @ turn.T + [100.0, -200.0, 300.0]
     normal = turn[:, 2] * np.linalg.det(turn)
-    assert np.allclose(normals_of(corners), normal, atol=1e-7) and np.allclose(normals_of(corners[:, :3]), normal, atol=1e-7)
+    assert np.allclose(normals_of(corners), normal, atol=1e-7) and np.allclose(
+        normals_of(corners[:, :3]), normal, atol=1e-7
+    )
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -120,4 +177,9 @@ def test_a_facet_beside_a_contact_is_a_part_of_it_or_refused():
     bodies = blocks()
     part = bodies["punch"].mesh.with_boundaries({"part": lambda x: (x[1] == 0) & (x[0] < 0.1)})
     with pytest.raises(fo.ModelError, match="bodies 'punch' and 'block' touch around"):
-        fo.ContactModel({**bodies, "punch": fo.Body(part)}, hung(), uniform_loads(), [fo.Contact("punch", "block", "part")])
+        fo.ContactModel(
+            {**bodies, "punch": fo.Body(part)},
+            hung(),
+            uniform_loads(),
+            [fo.Contact("punch", "block", "part")],
+        )

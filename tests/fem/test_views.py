@@ -1,4 +1,5 @@
-"""Views of models by PyVista show the bodies, the contacts and the fields of results; nothing is rendered here."""
+"""Views of models by PyVista show the bodies, the contacts and the fields of results; nothing is
+rendered here."""
 
 import sys
 
@@ -42,33 +43,53 @@ def test_fields_are_shown_on_the_bodies_in_their_units_and_move_them():
     assert title(scene) == "von Mises stress (MPa)"
     upper, lower = scene.meshes
     assert all(np.allclose(grid[title(scene)], 3.0) for grid in (upper, lower))
-    assert upper.bounds[4:] == pytest.approx((-0.3, 1 - 0.6)) and lower.bounds[4:] == pytest.approx((-1.0, -0.3))  # 3 of strain, a tenth of it
+    assert upper.bounds[4:] == pytest.approx((-0.3, 1 - 0.6)) and lower.bounds[4:] == pytest.approx(
+        (-1.0, -0.3)
+    )  # 3 of strain, a tenth of it
     moved = model.view(fields, "displacement").meshes
-    assert [grid["displacement (mm)"].max() for grid in moved] == pytest.approx([6.0, 3.0]) and moved[0].bounds[5] == 1.0
+    assert [grid["displacement (mm)"].max() for grid in moved] == pytest.approx(
+        [6.0, 3.0]
+    ) and moved[0].bounds[5] == 1.0
 
 
 def test_colours_of_all_bodies_are_from_the_least_to_the_largest_value():
     model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
     scene = model.view(model.recover({"P": 1.0}, np.zeros(5)))
     values = np.concatenate([grid[title(scene)] for grid in scene.meshes])
-    ranges = [actor.mapper.scalar_range for actor in scene.actors.values() if isinstance(actor, pyvista.Actor)]
+    ranges = [
+        actor.mapper.scalar_range
+        for actor in scene.actors.values()
+        if isinstance(actor, pyvista.Actor)
+    ]
     assert len(ranges) == 2 and np.allclose(ranges, [values.min(), values.max()])
 
 
 def test_fields_of_a_contact_are_seen_through_the_bodies():
-    model = column(units="N, mm", loads={"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=0.3, y=0.4)]})
+    model = column(
+        units="N, mm",
+        loads={"P": [fo.Pressure("a", "top", 3.0)], "Q": [fo.Traction("a", "top", x=0.3, y=0.4)]},
+    )
     fields = model.recover({"P": 1.0, "Q": 1.0}, np.tile([0.06, -0.08], (9, 1)))
     for show, whole in (("pressure", 3.0), ("shear", 0.5), ("slip", 0.1), ("gap", 0.0)):
         scene = model.view(fields, show)
         face, *bodies = scene.meshes
         assert face.integrate_data()[title(scene)].item() == pytest.approx(whole, abs=1e-12), show
-        assert len(bodies) == 2 and [actor.prop.opacity for actor in scene.actors.values() if isinstance(actor, pyvista.Actor)] == [1.0, 0.25, 0.25]
+        assert len(bodies) == 2 and [
+            actor.prop.opacity
+            for actor in scene.actors.values()
+            if isinstance(actor, pyvista.Actor)
+        ] == [1.0, 0.25, 0.25]
 
 
 def test_a_steady_state_has_the_work_of_its_cycle():
     model = fo.scenes.PunchOnHalfPlane(elements=8, growth=2.0).model()
     system = model.condense()
-    steady = fo.steady_state(system, fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), friction=0.5, load_factor=2.0)
+    steady = fo.steady_state(
+        system,
+        fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]),
+        friction=0.5,
+        load_factor=2.0,
+    )
     mine = pyvista.Plotter(off_screen=True)
     assert model.view(steady, "work_density", plotter=mine) is mine
     assert mine.meshes[0][title(mine)] @ system.width == pytest.approx(steady.dissipation, rel=1e-6)

@@ -1,4 +1,5 @@
-"""Decks for CalculiX, what it makes of them, and the same contacts by dense matrices of scikit-fem with Lagrange's multipliers."""
+"""Decks for CalculiX, what it makes of them, and the same contacts by dense matrices of scikit-fem
+with Lagrange's multipliers."""
 
 import os
 import shutil
@@ -9,14 +10,25 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
-from skfem import Basis, ElementHex1, ElementQuad1, ElementVector, MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import (
+    Basis,
+    ElementHex1,
+    ElementQuad1,
+    ElementVector,
+    MeshHex,
+    MeshQuad,
+    MeshTet,
+    MeshTri,
+)
 from skfem.io.meshio import HEX_MAPPING
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from helpers.multipliers import by_multipliers
 from helpers.quadratic import dimensions
 
-needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed: apt-get install calculix-ccx")
+needs_ccx = pytest.mark.skipif(
+    shutil.which("ccx") is None, reason="CalculiX is not installed: apt-get install calculix-ccx"
+)
 MATRIX = "*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n"
 
 
@@ -26,7 +38,8 @@ def lines(*ends):
 
 @dataclass
 class Block:
-    """A box of bricks or a rectangle of quadrilaterals: numbers of the nodes from `first` on, lines of the mesh along each axis."""
+    """A box of bricks or a rectangle of quadrilaterals: numbers of the nodes from `first` on, lines
+    of the mesh along each axis."""
 
     first: int
     lines: list
@@ -58,7 +71,10 @@ class Block:
         return self.numbers[self.points[:, axis] == value]
 
     def deck(self):
-        nodes = "".join(f"{n}, {', '.join(map(repr, map(float, point)))}\n" for n, point in zip(self.numbers, self.points, strict=True))
+        nodes = "".join(
+            f"{n}, {', '.join(map(repr, map(float, point)))}\n"
+            for n, point in zip(self.numbers, self.points, strict=True)
+        )
         rows = enumerate(self.numbers[self.elements], self.first)
         elements = "".join(f"{i}, {', '.join(map(str, row))}\n" for i, row in rows)
         section = f"*SOLID SECTION, ELSET={self.name}, MATERIAL={self.name}\n{self.thickness}\n"
@@ -67,7 +83,9 @@ class Block:
 
     def stiffness(self):
         """(size, size) by scikit-fem, node by node."""
-        mesh, element = (MeshQuad, ElementQuad1()) if len(self.lines) == 2 else (MeshHex, ElementHex1())
+        mesh, element = (
+            (MeshQuad, ElementQuad1()) if len(self.lines) == 2 else (MeshHex, ElementHex1())
+        )
         mesh = mesh.init_tensor(*self.lines)
         basis = Basis(mesh, ElementVector(element))
         K = linear_elasticity(*lame_parameters(self.E, self.nu)).assemble(basis).toarray()
@@ -81,13 +99,22 @@ def node_set(name, numbers):
 
 
 def equation(*terms):
-    return f"*EQUATION\n{len(terms)}\n" + "".join(f"{node}, {direction}, {weight!r}\n" for node, direction, weight in terms)
+    return f"*EQUATION\n{len(terms)}\n" + "".join(
+        f"{node}, {direction}, {weight!r}\n" for node, direction, weight in terms
+    )
 
 
 def run(folder, deck, step=MATRIX, name="job"):
     """Let CalculiX compute a step; the path of the job, and what it said."""
     (folder / f"{name}.inp").write_text(deck + f"*STEP\n{step}*END STEP\n")
-    said = subprocess.run(["ccx", "-i", name], cwd=folder, env={**os.environ, "OMP_NUM_THREADS": "1"}, capture_output=True, text=True, timeout=60)
+    said = subprocess.run(
+        ["ccx", "-i", name],
+        cwd=folder,
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     return folder / name, said.stdout
 
 
@@ -95,16 +122,23 @@ def displacements(folder, deck, loads):
     """Number of a node -> displacements, as CalculiX computes them."""
     job, _ = run(folder, deck, f"*STATIC\n{loads}*NODE PRINT, NSET=ALL\nU\n", "static")
     rows = [line.split() for line in job.with_suffix(".dat").read_text().splitlines()]
-    return {int(row[0]): np.array(row[1:], dtype=float) for row in rows if len(row) == 4 and row[0].isdecimal()}
+    return {
+        int(row[0]): np.array(row[1:], dtype=float)
+        for row in rows
+        if len(row) == 4 and row[0].isdecimal()
+    }
 
 
 def chained(top, direction):
     """Equations by which each node follows the one before."""
-    return [[(int(n), direction, 1.0), (int(before), direction, -1.0)] for before, n in pairwise(top)]
+    return [
+        [(int(n), direction, 1.0), (int(before), direction, -1.0)] for before, n in pairwise(top)
+    ]
 
 
 def glued(blocks, held, pairs, equations, loads):
-    """Stiffness of the pairs of a contact, direction by direction, and their reactions under each of some loads, by multipliers.
+    """Stiffness of the pairs of a contact, direction by direction, and their reactions under each
+    of some loads, by multipliers.
 
     Parameters
     ----------
@@ -129,14 +163,27 @@ def glued(blocks, held, pairs, equations, loads):
         return line
 
     glue = [[(a, k + 1, 1.0), (b, k + 1, -1.0)] for k in range(d) for a, b in pairs]
-    K, G = block_diag(*(block.stiffness() for block in blocks)), np.array([row(rule) for rule in [*glue, *equations]])
-    S, R = by_multipliers(K, np.column_stack([row(load) for load in loads]), G, [place[n] + k for n in held for k in range(d)])
+    K, G = (
+        block_diag(*(block.stiffness() for block in blocks)),
+        np.array([row(rule) for rule in [*glue, *equations]]),
+    )
+    S, R = by_multipliers(
+        K,
+        np.column_stack([row(load) for load in loads]),
+        G,
+        [place[n] + k for n in held for k in range(d)],
+    )
     return S[: len(glue), : len(glue)], R[: len(glue)]
 
 
 NODES = {"CPE6": 6, "CPE8": 8, "C3D10": 10, "C3D20": 20, "C3D20R": 20}
 KINDS = {"CPE6": MeshTri, "CPE8": MeshQuad, "C3D10": MeshTet, "C3D20": MeshHex, "C3D20R": MeshHex}
-FLIPS = {6: [0, 2, 1, 5, 4, 3], 8: [0, 3, 2, 1, 7, 6, 5, 4], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8], 20: list(range(20))}
+FLIPS = {
+    6: [0, 2, 1, 5, 4, 3],
+    8: [0, 3, 2, 1, 7, 6, 5, 4],
+    10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8],
+    20: list(range(20)),
+}
 AXES = {6: (1, 2), 8: (1, 3), 10: (1, 2, 3), 20: (1, 3, 4)}
 
 
@@ -149,21 +196,34 @@ def elements(mesh, kind):
 
 
 def deck(bodies, kind):
-    """Two boxes, with sets of nodes for both faces of the contact (CU, CL), the top and the bottom, which is held."""
+    """Two boxes, with sets of nodes for both faces of the contact (CU, CL), the top and the bottom,
+    which is held."""
     text, element, d = "", 1, dimensions(KINDS[kind])
     first = {"upper": 1, "lower": 1001}
     for name, body in bodies.items():
         rows = elements(body.mesh, kind) + first[name]
         used = np.unique(rows)
         points = body.mesh.p[:, used - first[name]].T.tolist()
-        text += "*NODE, NSET=ALL\n" + "".join(f"{n}, {', '.join(map(repr, point))}\n" for n, point in zip(used, points, strict=True))
+        text += "*NODE, NSET=ALL\n" + "".join(
+            f"{n}, {', '.join(map(repr, point))}\n" for n, point in zip(used, points, strict=True)
+        )
         text += f"*ELEMENT, TYPE={kind}, ELSET={name}\n"
         for row in rows.tolist():
             numbers = [element, *row]
-            text += ",\n".join(", ".join(map(str, numbers[i : i + 8])) for i in range(0, len(numbers), 8)) + "\n"
+            text += (
+                ",\n".join(
+                    ", ".join(map(str, numbers[i : i + 8])) for i in range(0, len(numbers), 8)
+                )
+                + "\n"
+            )
             element += 1
-        for label, boundary in {"upper": (("CU", "contact"), ("TOP", "far")), "lower": (("CL", "contact"), ("BOT", "far"))}[name]:
-            text += node_set(label, np.intersect1d(body.boundary_nodes(boundary, "") + first[name], used))
+        for label, boundary in {
+            "upper": (("CU", "contact"), ("TOP", "far")),
+            "lower": (("CL", "contact"), ("BOT", "far")),
+        }[name]:
+            text += node_set(
+                label, np.intersect1d(body.boundary_nodes(boundary, "") + first[name], used)
+            )
         material = body.material
         text += f"*MATERIAL, NAME={name}\n*ELASTIC\n{material.E!r}, {material.nu!r}\n*DENSITY\n1.\n*SOLID SECTION, ELSET={name}, MATERIAL={name}\n\n"
     return text + f"*BOUNDARY\nBOT, 1, {d}\n"

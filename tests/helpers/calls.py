@@ -1,4 +1,5 @@
-"""Every public function with arguments that work. A new one has a line here; `CONTRIBUTING.md` says where else."""
+"""Every public function with arguments that work. A new one has a line here; `CONTRIBUTING.md` says
+where else."""
 
 import signal
 from collections.abc import Callable
@@ -18,7 +19,10 @@ from helpers.systems import CYCLE, FIRST_PAIR, system
 
 SECONDS = 10  # that a call with an odd value may take, on a busy machine
 
-CONTACT, UNCOUPLED_CONTACT = system(*FIRST_PAIR), system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.5, 0.0)
+CONTACT, UNCOUPLED_CONTACT = (
+    system(*FIRST_PAIR),
+    system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.5, 0.0),
+)
 FRICTION, BONDED, SLIP = 0.6, (np.array([0.1, 0.1]), np.array([1.0, 1.0])), np.array([0.1, -0.1])
 WORN = replace(CONTACT, width=[1.0, 2.0])
 TWO_LOADS = CONTACT.with_bonded({"other": BONDED})
@@ -29,16 +33,34 @@ STEADY = {**ASKED, "load_factor": 0.5}
 SCENE = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0)
 MODEL = SCENE.model()
 WEIGHTY = dict.fromkeys(("punch_material", "block_material"), fo.Material(density=1.0))
-HEAVY = fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0, **WEIGHTY).model()
+HEAVY = fo.scenes.PunchOnHalfPlane(
+    elements=2, growth=3.0, block_half_width=3.0, block_depth=3.0, **WEIGHTY
+).model()
 MODEL_3D = fo.scenes.SquarePunch(elements=2, growth=3.0).model()
-NODE_3D = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
-ASKED_3D = {"system": NODE_3D, "cycle": fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]), "friction": 0.6}
+NODE_3D = fo.ContactSystem(
+    np.eye(3), [[0.0, 0.0, 0.0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]}
+)
+ASKED_3D = {
+    "system": NODE_3D,
+    "cycle": fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]),
+    "friction": 0.6,
+}
 SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 INCREMENT = {"slip": SLIP, "bonded": BONDED}
-CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)  # may be nan, and the state is then infinitely wrong
+CLAIMED = dict.fromkeys(
+    ("v", "w", "q", "p", "previous_slip"), SLIP
+)  # may be nan, and the state is then infinitely wrong
 STEP = fo.starts.LoadStep({"mean": 0.5})
-BLOCKS, PLACED = {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2)}, {"gap": [0.1, 0.0], "contact": ["one", "two"]}
-SPRINGS = {"pairs": [[0, 2], [1, 3]], "normals": [0.0, 1.0], "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]], "points": 2 * [[0.0, 0.0], [1.0, 0.0]]}
+BLOCKS, PLACED = (
+    {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2)},
+    {"gap": [0.1, 0.0], "contact": ["one", "two"]},
+)
+SPRINGS = {
+    "pairs": [[0, 2], [1, 3]],
+    "normals": [0.0, 1.0],
+    "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]],
+    "points": 2 * [[0.0, 0.0], [1.0, 0.0]],
+}
 FLAT = Path(__file__).parents[1] / "data" / "flat"
 JOB = fo.read_calculix(FLAT)
 
@@ -54,7 +76,13 @@ def condensed(scene):
 
 
 BOLTED = fo.ContactSystem.from_blocks(
-    [[1.0]], [[0.0]], [[40.0]], [0.0], {"bolt": ([0.0], [2.0]), "pull": ([0.0], [-1.0])}, compliance=[[-0.2, 0], [0, 0]], bolts={"bolt": (2.0, 0.1)}
+    [[1.0]],
+    [[0.0]],
+    [[40.0]],
+    [0.0],
+    {"bolt": ([0.0], [2.0]), "pull": ([0.0], [-1.0])},
+    compliance=[[-0.2, 0], [0, 0]],
+    bolts={"bolt": (2.0, 0.1)},
 )
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Body": (fo.Body, {"mesh": MODEL.bodies["punch"].mesh}),
@@ -62,25 +90,68 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "BoltPreload": (fo.BoltPreload, {"body": "punch", "section": "top", "force": 1.0}),
     "BodyForce": (fo.BodyForce, {"body": "punch", "y": -1.0}),
     "Centrifugal": (fo.Centrifugal, {"body": "punch", "density": 1.0}),
-    "ContactModel.recover": (MODEL.recover, {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)}),
+    "ContactModel.recover": (
+        MODEL.recover,
+        {"loads": {"P": 1.0}, "slip": np.zeros(3), "gap": np.zeros(3)},
+    ),
     "ContactModel.modes": (HEAVY.modes, {"n": 1, "open": [True, False, False]}),
     "ContactModel.with_loads": (MODEL.with_loads, {"loads": {"P": [fo.Pressure("punch", "top")]}}),
-    "Cyclic": (fo.Cyclic, {"body": "punch", "low": "left", "high": "right", "axis": (0.0, 0.0, 1.0), "centre": (0.0, 0.0)}),
+    "Cyclic": (
+        fo.Cyclic,
+        {
+            "body": "punch",
+            "low": "left",
+            "high": "right",
+            "axis": (0.0, 0.0, 1.0),
+            "centre": (0.0, 0.0),
+        },
+    ),
     "Displacement": (fo.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
     "Expansion": (fo.Expansion, {"body": "punch"}),
     "PressFit": (condensed(fo.scenes.PressFit), {"elements": 2, "growth": 3.0}),
     "Pressure": (fo.Pressure, {"body": "punch", "boundary": "top"}),
-    "ContactModel": (fo.ContactModel, {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")}),
-    "ContactState": (fo.ContactState, {"slip": [0.0, 0.0], "gap": [0.0, 0.1], "bonded_q": [0.0, 0.0], "bonded_p": [1.0, 1.0]}),
+    "ContactModel": (
+        fo.ContactModel,
+        {name: getattr(MODEL, name) for name in ("bodies", "supports", "loads", "contacts")},
+    ),
+    "ContactState": (
+        fo.ContactState,
+        {"slip": [0.0, 0.0], "gap": [0.0, 0.1], "bonded_q": [0.0, 0.0], "bonded_p": [1.0, 1.0]},
+    ),
     "Body in space": (fo.Body, {"mesh": MODEL_3D.bodies["punch"].mesh}),
     "Support in space": (fo.Support, {"body": "punch", "where": (0.0, 0.0, 1.0)}),
-    "ContactModel in space": (fo.ContactModel, {name: getattr(MODEL_3D, name) for name in ("bodies", "supports", "loads", "contacts")}),
-    "ContactSystem": (fo.ContactSystem, {"S": np.eye(6), "points": np.eye(3)[:2], "bonded": {"P": np.ones(6)}, **PLACED}),
+    "ContactModel in space": (
+        fo.ContactModel,
+        {name: getattr(MODEL_3D, name) for name in ("bodies", "supports", "loads", "contacts")},
+    ),
+    "ContactSystem": (
+        fo.ContactSystem,
+        {"S": np.eye(6), "points": np.eye(3)[:2], "bonded": {"P": np.ones(6)}, **PLACED},
+    ),
     "NewtonIncrement": (fo.increments.NewtonIncrement, {"system": NODE_3D, "friction": FRICTION}),
-    "NewtonIncrement.solve": (fo.increments.NewtonIncrement(NODE_3D, FRICTION).solve, {"slip": [[0.0, 0.0]], "bonded": ([[0.1, 0.1]], [1.0])}),
-    "SquarePunch": (condensed(fo.scenes.SquarePunch), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
-    "march 3D": (fo.march, {**ASKED_3D, "load_factor": 0.5, "initial_slip": [[0.0, 0.1]], "cycles": 1, "engine": "newton", "steps": 2}),
-    "ContactSystem.from_blocks": (fo.ContactSystem.from_blocks, {**BLOCKS, "x": [0.0, 1.0], "bonded": {"mean": BONDED}, **PLACED, "E_star": 1.0}),
+    "NewtonIncrement.solve": (
+        fo.increments.NewtonIncrement(NODE_3D, FRICTION).solve,
+        {"slip": [[0.0, 0.0]], "bonded": ([[0.1, 0.1]], [1.0])},
+    ),
+    "SquarePunch": (
+        condensed(fo.scenes.SquarePunch),
+        {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
+    ),
+    "march 3D": (
+        fo.march,
+        {
+            **ASKED_3D,
+            "load_factor": 0.5,
+            "initial_slip": [[0.0, 0.1]],
+            "cycles": 1,
+            "engine": "newton",
+            "steps": 2,
+        },
+    ),
+    "ContactSystem.from_blocks": (
+        fo.ContactSystem.from_blocks,
+        {**BLOCKS, "x": [0.0, 1.0], "bonded": {"mean": BONDED}, **PLACED, "E_star": 1.0},
+    ),
     "ContactSystem.reaction": (CONTACT.reaction, {"loads": {"mean": 1.0}}),
     "ContactSystem.with_bonded": (CONTACT.with_bonded, {"cases": {"other": BONDED}}),
     "ContactSystem.with_interference": (CONTACT.with_interference, {"cases": {"fit": [0.1, 0.0]}}),
@@ -88,8 +159,14 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "GuaranteedModel": (fo.GuaranteedModel, {"system": CONTACT, "cycle": CYCLE}),
     "LoadStep": (fo.starts.LoadStep, {"loads": {"mean": 0.5}, "cyclic": {"cyclic": 1.0}}),
     "LoadCycle": (fo.LoadCycle, {"mean": {"mean": 1.0}, "corners": [{"cyclic": 1.0}]}),
-    "LoadCycle.from_history": (fo.LoadCycle.from_history, {"history": pd.DataFrame({"cyclic": [0.0, 1.0]})}),
-    "LoadCycle.vertices": (lambda mean, loads: fo.LoadCycle.vertices(mean, loads), {"mean": {"mean": 1.0}, "loads": {"cyclic": (0.0, 1.0)}}),
+    "LoadCycle.from_history": (
+        fo.LoadCycle.from_history,
+        {"history": pd.DataFrame({"cyclic": [0.0, 1.0]})},
+    ),
+    "LoadCycle.vertices": (
+        lambda mean, loads: fo.LoadCycle.vertices(mean, loads),
+        {"mean": {"mean": 1.0}, "loads": {"cyclic": (0.0, 1.0)}},
+    ),
     "Material": (fo.Material, {"density": 1.0}),
     "MatrixJob": (fo.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
     "MatrixJob.force": (JOB.force, {"where": "N_TOP", "nodal": [1.0, 0.0]}),
@@ -97,29 +174,58 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "MatrixJob.pairs": (JOB.pairs, {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK"}),
     "Dovetail": (condensed(fo.scenes.Dovetail), {"elements": 2, "growth": 3.0, "grading": 2.0}),
     "PinInPlate": (condensed(fo.scenes.PinInPlate), {"elements": 8, "growth": 3.0}),
-    "PunchOnHalfPlane": (condensed(fo.scenes.PunchOnHalfPlane), {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0}),
+    "PunchOnHalfPlane": (
+        condensed(fo.scenes.PunchOnHalfPlane),
+        {"elements": 2, "growth": 3.0, "block_half_width": 3.0, "block_depth": 3.0},
+    ),
     "RoundedPunch": (condensed(fo.scenes.RoundedPunch), {"punch": SCENE}),
     "SafeSlipModel": (fo.SafeSlipModel, {"system": CONTACT, "cycle": CYCLE}),
     "ShakedownModel": (fo.ShakedownModel, {"system": CONTACT, "cycle": CYCLE}),
-    "DesignModel": (fo.DesignModel, {"system": TWO_LOADS, "cycle": CYCLE, "preloads": ["other"], "scenarios": [(CYCLE, FRICTION)]}),
-    "DesignModel.solve": (DESIGN.solve, {"friction": FRICTION, "constraints": [DESIGN.preload <= 0.1]}),
+    "DesignModel": (
+        fo.DesignModel,
+        {
+            "system": TWO_LOADS,
+            "cycle": CYCLE,
+            "preloads": ["other"],
+            "scenarios": [(CYCLE, FRICTION)],
+        },
+    ),
+    "DesignModel.solve": (
+        DESIGN.solve,
+        {"friction": FRICTION, "constraints": [DESIGN.preload <= 0.1]},
+    ),
     "ShakedownModel.solve": (fo.ShakedownModel(CONTACT, CYCLE).solve, {"friction": FRICTION}),
-    "condense": (fo.condense, {"K": np.diag([2.0, 3.0, 2.0, 3.0]), "loads": {"P": [0.1, -1.0, 0.1, -1.0]}, **SPRINGS}),
+    "condense": (
+        fo.condense,
+        {"K": np.diag([2.0, 3.0, 2.0, 3.0]), "loads": {"P": [0.1, -1.0, 0.1, -1.0]}, **SPRINGS},
+    ),
     "split_bodies": (fo.split_bodies, {"mesh": SPLIT, "materials": {"all": fo.Material()}}),
     "Interference": (fo.Interference, {"contact": "contact", "amount": 0.1}),
     "Support": (fo.Support, {"body": "punch", "where": "top"}),
     "Traction": (fo.Traction, {"body": "punch", "boundary": "top", "y": -1.0}),
     "assembled_slip": (fo.starts.assembled_slip, ASKED),
-    "least_excursion": (fo.least_excursion, {**ASKED, "load_factor": 0.5, "excursion": {"mean": -0.5}}),
+    "least_excursion": (
+        fo.least_excursion,
+        {**ASKED, "load_factor": 0.5, "excursion": {"mean": -0.5}},
+    ),
     "dissipation_range": (fo.dissipation_range, {**ASKED, "load_factor": 0.1}),
-    "dissipation_study": (fo.dissipation_study, {**ASKED, "load_factors": [0.5], "starts": [SLIP], "progress": False}),
+    "dissipation_study": (
+        fo.dissipation_study,
+        {**ASKED, "load_factors": [0.5], "starts": [SLIP], "progress": False},
+    ),
     "guaranteed_limit": (fo.guaranteed_limit, ASKED),
     "march": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1}),
     "march qp": (fo.march, {**ASKED, "load_factor": 0.5, "cycles": 1, "engine": "qp", "steps": 2}),
-    "limit_after_protocol": (fo.limit_after_protocol, {**ASKED, "protocol": [STEP], "start": SLIP, "scan": 3, "tolerance": 0.1}),
+    "limit_after_protocol": (
+        fo.limit_after_protocol,
+        {**ASKED, "protocol": [STEP], "start": SLIP, "scan": 3, "tolerance": 0.1},
+    ),
     "order_preserving": (fo.reference.order_preserving, {"system": CONTACT}),
     "onset": (fo.onset, ASKED),
-    "referee": (fo.reference.referee, {"system": CONTACT, "bonded": BONDED, "friction": FRICTION, **CLAIMED, "force_scale": 1.0}),
+    "referee": (
+        fo.reference.referee,
+        {"system": CONTACT, "bonded": BONDED, "friction": FRICTION, **CLAIMED, "force_scale": 1.0},
+    ),
     "read_abaqus": (fo.read_abaqus, {"path": "none"}),
     "read_ansys": (fo.read_ansys, {"path": "none"}),
     "read_nastran": (fo.read_nastran, {"path": "none"}),
@@ -132,33 +238,77 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read_store": (fo.results.read_store, {"path": "none"}),
     "merge_stores": (fo.results.merge_stores, {"into": "all.sqlite", "parts": []}),
     "SafeRegion.contains": (REGION.contains, {"first": 0.1, "second": 0.1}),
-    "required_friction": (fo.required_friction, {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1, "slip_bound": None}),
-    "safe_region": (fo.safe_region, {"system": TWO_LOADS, "mean": {"mean": 1.0}, "loads": ["cyclic", "other"], "friction": FRICTION}),
+    "required_friction": (
+        fo.required_friction,
+        {"system": CONTACT, "cycle": CYCLE, "load_factor": 0.1, "slip_bound": None},
+    ),
+    "safe_region": (
+        fo.safe_region,
+        {
+            "system": TWO_LOADS,
+            "mean": {"mean": 1.0},
+            "loads": ["cyclic", "other"],
+            "friction": FRICTION,
+        },
+    ),
     "safe_slip": (fo.safe_slip, {**ASKED, "load_factor": 0.1}),
     "gross_slip": (fo.gross_slip, ASKED),
-    "tightened": (fo.tightened, {"system": BOLTED, "cycle": fo.LoadCycle({"bolt": 1.0}, [{"pull": 0.1}]), "friction": 0.5}),
+    "tightened": (
+        fo.tightened,
+        {"system": BOLTED, "cycle": fo.LoadCycle({"bolt": 1.0}, [{"pull": 0.1}]), "friction": 0.5},
+    ),
     "report": (fo.report, {**ASKED, "load_factors": [0.5]}),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
-    "after_overload": (fo.after_overload, {"limit": fo.guaranteed_limit(**ASKED), "load_factor": 0.5}),
+    "after_overload": (
+        fo.after_overload,
+        {"limit": fo.guaranteed_limit(**ASKED), "load_factor": 0.5},
+    ),
     "verify": (fo.verify, {"limit": fo.guaranteed_limit(**ASKED), "starts": 2, "moved": 1}),
-    "backbone_curve": (fo.backbone_curve, {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0}),
-    "modal_load": (fo.modal_load, {"M": np.eye(2), "mode": [1.0, 0.5], "natural_frequency": 1.0, "glued": [[0, 1]]}),
-    "wear": (fo.wear, {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5}),
+    "backbone_curve": (
+        fo.backbone_curve,
+        {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0},
+    ),
+    "modal_load": (
+        fo.modal_load,
+        {"M": np.eye(2), "mode": [1.0, 0.5], "natural_frequency": 1.0, "glued": [[0, 1]]},
+    ),
+    "wear": (
+        fo.wear,
+        {**ASKED, "system": WORN, "load_factor": 0.9, "coefficient": 0.01, "cycles": 5},
+    ),
     "worn_in": (fo.worn_in, {**ASKED, "system": UNCOUPLED_CONTACT, "load_factor": 0.1}),
     "ExactIncrement": (fo.increments.ExactIncrement, {"system": CONTACT, "friction": FRICTION}),
-    "FrozenBoundIncrement": (fo.increments.FrozenBoundIncrement, {"system": CONTACT, "friction": FRICTION}),
-    "FrozenBoundIncrement.solve": (fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve, INCREMENT),
-    "complementarity_problem": (fo.increments.complementarity_problem, {"system": CONTACT, "friction": FRICTION, **INCREMENT}),
-    "safe_vertices": (fo.starts.safe_vertices, {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]}),
+    "FrozenBoundIncrement": (
+        fo.increments.FrozenBoundIncrement,
+        {"system": CONTACT, "friction": FRICTION},
+    ),
+    "FrozenBoundIncrement.solve": (
+        fo.increments.FrozenBoundIncrement(CONTACT, FRICTION).solve,
+        INCREMENT,
+    ),
+    "complementarity_problem": (
+        fo.increments.complementarity_problem,
+        {"system": CONTACT, "friction": FRICTION, **INCREMENT},
+    ),
+    "safe_vertices": (
+        fo.starts.safe_vertices,
+        {**ASKED, "load_factor": 0.1, "directions": [[1.0, 0.0]]},
+    ),
     "ExactPath": (ExactPath, {**ASKED, "load_factor": 0.5}),
     "Start": (fo.starts.Start, {"family": "given", "name": "one"}),
-    "SteadyState.fretting_table": (fo.steady_state(**STEADY).fretting_table, {"stress": np.ones((1, 2)), "strain": np.ones((1, 2))}),
+    "SteadyState.fretting_table": (
+        fo.steady_state(**STEADY).fretting_table,
+        {"stress": np.ones((1, 2)), "strain": np.ones((1, 2))},
+    ),
     "given_slips": (fo.starts.given_slips, {"slips": [SLIP]}),
     "overloads": (fo.starts.overloads, {"load_factors": [2.0]}),
     "random_slips": (fo.starts.random_slips, {"system": CONTACT, "amplitudes": [1.0], "count": 1}),
     "safe_slips": (fo.starts.safe_slips, {}),
-    "plot_study": (fo.plot_study, {"table": fo.dissipation_study(CONTACT, CYCLE, FRICTION, [0.5], progress=False)}),
+    "plot_study": (
+        fo.plot_study,
+        {"table": fo.dissipation_study(CONTACT, CYCLE, FRICTION, [0.5], progress=False)},
+    ),
 }
 
 

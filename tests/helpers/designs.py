@@ -14,4 +14,6 @@ def pulled(seed, tangents):
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 2) if tangents == 2 else random_system(rng, 3, ("mean", *"abc"))
     q, p = contact.bonded["mean"]
-    return contact.with_bonded({"mean": (q, p - rng.uniform(0.5, 1.5) * p.max() * (rng.uniform(size=len(p)) < 0.4))}), rng.uniform(0.3, 0.9)
+    return contact.with_bonded(
+        {"mean": (q, p - rng.uniform(0.5, 1.5) * p.max() * (rng.uniform(size=len(p)) < 0.4))}
+    ), rng.uniform(0.3, 0.9)

@@ -12,4 +12,6 @@ def section(title):
 
 def rows(title):
     """Keyword or card, and effect, of each row of a section."""
-    return re.findall(r"^\| (`.*`) \| (kept|refused|without effect) \|", section(title), re.MULTILINE)
+    return re.findall(
+        r"^\| (`.*`) \| (kept|refused|without effect) \|", section(title), re.MULTILINE
+    )

@@ -21,13 +21,20 @@ def lying(monkeypatch, lie):
     def run(program, name, above):
         status, x, y = HONEST(program, name, above)
         said = lie(program, name, x, y) if status == OPTIMAL else None
-        return (said, x, y) if isinstance(said, str) else (status, *said) if said is not None else (status, x, y)
+        return (
+            (said, x, y)
+            if isinstance(said, str)
+            else (status, *said)
+            if said is not None
+            else (status, x, y)
+        )
 
     monkeypatch.setattr(chain, "run", run)
 
 
 def misread(monkeypatch, lie):
-    """Let every answer on its way to the user's unknowns pass through `lie(compiled, z, multipliers)`, which changes them; no polish mends that."""
+    """Let every answer on its way to the user's unknowns pass through `lie(compiled, z,
+    multipliers)`, which changes them; no polish mends that."""
 
     def back(self, x, y):
         z, multipliers = TOLD(self, x, y)
@@ -38,7 +45,8 @@ def misread(monkeypatch, lie):
 
 
 def lying_by_cvxpy(monkeypatch, lie):
-    """Let every optimum of a cvxpy problem pass through `lie(problem, solver)`, which changes its values, or returns what is said in its place."""
+    """Let every optimum of a cvxpy problem pass through `lie(problem, solver)`, which changes its
+    values, or returns what is said in its place."""
 
     def run(problem, name):
         outcome = BY_CVXPY(problem, name)
@@ -53,7 +61,8 @@ def sloppy(size):
 
 
 def is_excess(program):
-    """Whether a program looks for the excess that proves that another has no optimum: it is all that it minimises."""
+    """Whether a program looks for the excess that proves that another has no optimum: it is all
+    that it minimises."""
     return program.zero == 0 and bool(program.cost[-1] == 1) and not program.cost[:-1].any()
 
 
@@ -63,10 +72,14 @@ def unpolished(monkeypatch):
 
 
 def persuasive(program, x):
-    """Multipliers in their cones whose work is that of an x that is no optimum, out of balance as little as can be. Of a linear program."""
+    """Multipliers in their cones whose work is that of an x that is no optimum, out of balance as
+    little as can be. Of a linear program."""
     matrix, zero, heavy = program.matrix.toarray(), program.zero, 1e6
     rows = np.hstack([matrix.T, -matrix[:zero].T])  # those of equations have both signs
     work = np.r_[program.right, -program.right[:zero]]
     size = max(abs(work).max(), 1e-300)
-    y = nnls(np.vstack([rows, heavy * work / size]), np.r_[-program.cost, -heavy * (program.cost @ x) / size])[0]
+    y = nnls(
+        np.vstack([rows, heavy * work / size]),
+        np.r_[-program.cost, -heavy * (program.cost @ x) / size],
+    )[0]
     return np.r_[y[:zero] - y[len(program.right) :], y[zero : len(program.right)]]

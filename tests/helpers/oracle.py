@@ -1,4 +1,5 @@
-"""A contact in the plane or in space as a plain program over raw slips: all nodes at all corners, with nothing left out."""
+"""A contact in the plane or in space as a plain program over raw slips: all nodes at all corners,
+with nothing left out."""
 
 import cvxpy as cp
 import numpy as np
@@ -10,21 +11,30 @@ FINE = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), 1e-9)
 
 
 class Oracle:
-    """Slips and reactions of a contact whose closed nodes stick within `|q| <= f p` and whose `opened` nodes are free of force, at every corner.
+    """Slips and reactions of a contact whose closed nodes stick within `|q| <= f p` and whose
+    `opened` nodes are free of force, at every corner.
 
-    `slip` is that at load factor 0 and corner 0; `q` and `p` have one part for each corner, `lam` is the load factor, `most` a slip bound.
+    `slip` is that at load factor 0 and corner 0; `q` and `p` have one part for each corner, `lam`
+    is the load factor, `most` a slip bound.
     """
 
     def __init__(self, contact, cycle, f, opened=None, most=None):
         n, self.contact = contact.nodes, contact
-        self.opened, f = np.zeros(n, dtype=bool) if opened is None else opened, np.broadcast_to(f, n)
+        self.opened, f = (
+            np.zeros(n, dtype=bool) if opened is None else opened,
+            np.broadcast_to(f, n),
+        )
         self.lam, self.shared = cp.Variable(), cp.Variable((n, contact.tangents))
         self.rows, self.q, self.p = [self.lam >= 0], [], []
-        at_rest = [joined(*contact.closed_reaction(loads)) for loads in cycle.unscaled] * (1 if cycle.fixed else len(cycle.corners))
+        at_rest = [joined(*contact.closed_reaction(loads)) for loads in cycle.unscaled] * (
+            1 if cycle.fixed else len(cycle.corners)
+        )
         for mean, corner in zip(at_rest, cycle.corners, strict=True):
             _, w, q, p = self.state(mean + self.lam * joined(*contact.reaction(corner)))
             self.rows += [w >= 0] if self.opened.any() else []
-            self.rows.append(self.size(q[~self.opened]) <= cp.multiply(f[~self.opened], p[~self.opened]))
+            self.rows.append(
+                self.size(q[~self.opened]) <= cp.multiply(f[~self.opened], p[~self.opened])
+            )
             self.q.append(self.shaped(q))
             self.p.append(p)
         slip = self.state(at_rest[0])[0] if self.opened.any() else self.shared
@@ -32,13 +42,27 @@ class Oracle:
         self.rows += [] if most is None else [self.size(slip) <= most]
 
     def state(self, load):
-        """Slips, gaps and reactions under a load: closed nodes have the shared slip, open ones move so that nothing acts on them."""
-        n, axes, u, w = self.contact.nodes, self.contact.tangents, self.shared, np.zeros(self.contact.nodes)
+        """Slips, gaps and reactions under a load: closed nodes have the shared slip, open ones move
+        so that nothing acts on them."""
+        n, axes, u, w = (
+            self.contact.nodes,
+            self.contact.tangents,
+            self.shared,
+            np.zeros(self.contact.nodes),
+        )
         q, p = cp.Variable((n, axes)), cp.Variable(n)
         if self.opened.any():
             u, w = cp.Variable((n, axes)), cp.Variable(n)
-            self.rows += [w[~self.opened] == 0, (u - self.shared)[~self.opened] == 0, q[self.opened] == 0, p[self.opened] == 0]
-        self.rows.append(cp.hstack([cp.vec(q, order="F"), p]) == load + self.contact.S @ cp.hstack([cp.vec(u, order="F"), w]))
+            self.rows += [
+                w[~self.opened] == 0,
+                (u - self.shared)[~self.opened] == 0,
+                q[self.opened] == 0,
+                p[self.opened] == 0,
+            ]
+        self.rows.append(
+            cp.hstack([cp.vec(q, order="F"), p])
+            == load + self.contact.S @ cp.hstack([cp.vec(u, order="F"), w])
+        )
         return u, w, q, p
 
     def shaped(self, vectors):
@@ -49,9 +73,14 @@ class Oracle:
         return cp.abs(vectors[:, 0]) if self.contact.tangents == 1 else cp.norm(vectors, 2, axis=1)
 
     def largest(self, own=(), goal=None):
-        """The largest load factor, or value of a goal, under rows of one's own; inf where it has no end, nan where nothing obeys the rows."""
+        """The largest load factor, or value of a goal, under rows of one's own; inf where it has no
+        end, nan where nothing obeys the rows."""
         problem = cp.Problem(cp.Maximize(self.lam if goal is None else goal), [*self.rows, *own])
-        value = problem.solve(**{"solver": "SCIPY", "scipy_options": TIGHT} if self.contact.tangents == 1 else {"solver": "CLARABEL", **FINE})
+        value = problem.solve(
+            **{"solver": "SCIPY", "scipy_options": TIGHT}
+            if self.contact.tangents == 1
+            else {"solver": "CLARABEL", **FINE}
+        )
         return np.nan if value is None or value == -np.inf else value
 
     def least(self):

@@ -1,4 +1,5 @@
-"""Largest load factor of a rest whose nodes open and close in a given order: a plain linear program in all slips and gaps, by scipy."""
+"""Largest load factor of a rest whose nodes open and close in a given order: a plain linear program
+in all slips and gaps, by scipy."""
 
 from itertools import pairwise, permutations, product
 
@@ -7,9 +8,11 @@ from scipy.optimize import linprog
 
 
 def largest_in_order(contact, cycle, friction, start, events, most, margin=None):
-    """Load factor up to `most` with the nodes `start` open at the first corner, and those that open or close at each event; None if there is none.
+    """Load factor up to `most` with the nodes `start` open at the first corner, and those that open
+    or close at each event; None if there is none.
 
-    Each node has one slip while it is closed. With the units (force, length) of a `margin`: the largest one at the load factor `most`.
+    Each node has one slip while it is closed. With the units (force, length) of a `margin`: the
+    largest one at the load factor `most`.
     """
     n, S, between = contact.nodes, contact.S, [frozenset(start)]
     for event in events:
@@ -18,7 +21,11 @@ def largest_in_order(contact, cycle, friction, start, events, most, margin=None)
     r0 = np.concatenate(contact.reaction(cycle.mean)) - S[:, n:] @ contact.gap
     first, last = np.hstack(cycle.corner_reactions(contact))
     count = len(before)
-    lam, slip, own = 0, slice(1, 1 + n), [slice(1 + n + 2 * n * m, 1 + n + 2 * n * (m + 1)) for m in range(count)]
+    lam, slip, own = (
+        0,
+        slice(1, 1 + n),
+        [slice(1 + n + 2 * n * m, 1 + n + 2 * n * (m + 1)) for m in range(count)],
+    )
     way = [1 + n + 2 * n * count + m for m in range(count - 2)]
     size, spare = 2 + n + 2 * n * count + len(way), -1
     force, length = margin or (0.0, 0.0)
@@ -42,7 +49,9 @@ def largest_in_order(contact, cycle, friction, start, events, most, margin=None)
                 less.append((length * np.eye(size)[spare] - w, 0.0))
     stages = [None, *way, lam]
     less += [
-        (np.eye(size)[one] * (one is not None) - np.eye(size)[other], 0.0) if one is not None else (-np.eye(size)[other], 0.0)
+        (np.eye(size)[one] * (one is not None) - np.eye(size)[other], 0.0)
+        if one is not None
+        else (-np.eye(size)[other], 0.0)
         for one, other in pairwise(stages)
     ]
     (left, right), rows = zip(*less, strict=True), list(zip(*equal, strict=True)) or [None, None]
@@ -54,7 +63,8 @@ def largest_in_order(contact, cycle, friction, start, events, most, margin=None)
 
 
 def every_order(nodes):
-    """All orders in which each node opens or closes at most once: nodes that are open at the first corner, and one node at each event."""
+    """All orders in which each node opens or closes at most once: nodes that are open at the first
+    corner, and one node at each event."""
     for at_first, at_last in product(product([False, True], repeat=nodes), repeat=2):
         changes = [i for i in range(nodes) if at_first[i] != at_last[i]]
         start = frozenset(i for i in range(nodes) if at_first[i])

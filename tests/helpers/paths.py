@@ -25,8 +25,11 @@ def settled(path):
 
 
 def bonded_at(path, times):
-    """(T, 2N) bonded reactions at times that count the corners visited, from the path's first cycle on."""
-    corners = np.array([path.mean, *path.corners * int(np.ceil(times.max() / len(path.corners)) + 1)])
+    """(T, 2N) bonded reactions at times that count the corners visited, from the path's first cycle
+    on."""
+    corners = np.array(
+        [path.mean, *path.corners * int(np.ceil(times.max() / len(path.corners)) + 1)]
+    )
     return np.array([np.interp(times, np.arange(len(corners)), values) for values in corners.T]).T
 
 
@@ -51,13 +54,24 @@ def judged(path):
 
 # A punch that rocks under a steady pull walks: each node holds while the other one slips.
 ROCKED = {"P": ([0.3, 0.3], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "Q": ([0.5, -0.5], [0, 0])}
-ROCKING = fo.ContactSystem.from_blocks([[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0, 1], ROCKED)
+ROCKING = fo.ContactSystem.from_blocks(
+    [[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0, 1], ROCKED
+)
 WALKING = ROCKING, fo.LoadCycle({"P": 1.0}, [{"rock": 1.0}, {"rock": -1.0}]), 0.5, 1.0
 
-# Node 0 opens at corner 1 and drags node 1 along before: the further it has slid, the less it is dragged in the next cycle.
-A, B, C = [[6.02, 2.5], [2.5, 11.2]], [[1.75, -4.16], [-7.96, -6.72]], [[12.48, 2.55], [2.55, 16.53]]
+# Node 0 opens at corner 1 and drags node 1 along before: the further it has slid, the less it is
+# dragged in the next cycle.
+A, B, C = (
+    [[6.02, 2.5], [2.5, 11.2]],
+    [[1.75, -4.16], [-7.96, -6.72]],
+    [[12.48, 2.55], [2.55, 16.53]],
+)
 MEAN = {"mean": ([0, 0], [0.7, 0.73])}
-LOADS = {"a": ([0.01, -0.54], [0.83, 0.06]), "b": ([-0.62, -0.55], [-2.79, 0.49]), "c": ([0.81, 1.06], [3.15, -0.68])}
+LOADS = {
+    "a": ([0.01, -0.54], [0.83, 0.06]),
+    "b": ([-0.62, -0.55], [-2.79, 0.49]),
+    "c": ([0.81, 1.06], [3.15, -0.68]),
+}
 TWICE = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], MEAN | LOADS)
 ROUND = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"c": 1.0}])
 ASKED = TWICE, ROUND, 1.2, 1.0

@@ -9,10 +9,18 @@ from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
 
 F = 0.6
 PAIR = system(*FIRST_PAIR)
-FOUR_CORNERS = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"other": 1.0}, {"cyclic": -1.0}, {"other": -1.0}])
+FOUR_CORNERS = fo.LoadCycle(
+    {"mean": 1.0}, [{"cyclic": 1.0}, {"other": 1.0}, {"cyclic": -1.0}, {"other": -1.0}]
+)
 FIVE = random_system(np.random.default_rng(3), 5, ("mean", "cyclic", "other"))
 JOINT = fo.ContactSystem.from_blocks(
-    FIVE.A, FIVE.B, FIVE.C, FIVE.x, FIVE.bonded, contact=["left", "left", "right", "right", "right"], width=[0.5, 1, 1, 2, 1]
+    FIVE.A,
+    FIVE.B,
+    FIVE.C,
+    FIVE.x,
+    FIVE.bonded,
+    contact=["left", "left", "right", "right", "right"],
+    width=[0.5, 1, 1, 2, 1],
 )
 CASES = {"two contacts": (JOINT, FOUR_CORNERS), "pair": (PAIR, CYCLE)}
 ALL = pytest.mark.parametrize(("contact", "cycle"), CASES.values(), ids=CASES)
@@ -20,14 +28,21 @@ ALL = pytest.mark.parametrize(("contact", "cycle"), CASES.values(), ids=CASES)
 
 def labelled(ax):
     """Label -> line."""
-    return {line.get_label(): line for line in ax.get_lines() if not line.get_label().startswith("_")}
+    return {
+        line.get_label(): line for line in ax.get_lines() if not line.get_label().startswith("_")
+    }
 
 
 def joined(ax, name, parts=1):
     """Values of the line of that name, on all contacts: the lines of a name follow each other."""
     every = ax.get_lines()
     first = every.index(labelled(ax)[name])
-    return tuple(np.concatenate([np.asarray(line.get_data()[k], float) for line in every[first : first + parts]]) for k in (0, 1))
+    return tuple(
+        np.concatenate(
+            [np.asarray(line.get_data()[k], float) for line in every[first : first + parts]]
+        )
+        for k in (0, 1)
+    )
 
 
 def circles(ax):
@@ -50,13 +65,22 @@ def check_ratio(ax, contact, q, p, names, friction=F):
         assert np.array_equal(x, contact.x)
         bound = friction * pressure
         pressed = bound > 1e-9 * friction * np.abs(p).max()
-        assert np.allclose(ratio[pressed], (shear / bound)[pressed], rtol=1e-12) and np.isnan(ratio[~pressed]).all()
+        assert (
+            np.allclose(ratio[pressed], (shear / bound)[pressed], rtol=1e-12)
+            and np.isnan(ratio[~pressed]).all()
+        )
     assert ax.get_ylabel() == "$q / (f p)$"
-    assert {line.get_ydata()[0] for line in ax.get_lines() if len(set(line.get_ydata())) == 1 and list(line.get_xdata()) == [0, 1]} >= {-1.0, 1.0}
+    assert {
+        line.get_ydata()[0]
+        for line in ax.get_lines()
+        if len(set(line.get_ydata())) == 1 and list(line.get_xdata()) == [0, 1]
+    } >= {-1.0, 1.0}
 
 
 def check_mechanism(ax, motion):
     """A circle on the bound of each node that moves, as large as its share."""
     drawn = circles(ax)
     expected = sorted(zip(motion["x"], -motion["direction"], 400 * motion["share"], strict=True))
-    assert np.allclose(sorted(map(tuple, drawn.round(9))), expected, atol=1e-6) and np.isclose(drawn[:, 2].sum(), 400)
+    assert np.allclose(sorted(map(tuple, drawn.round(9))), expected, atol=1e-6) and np.isclose(
+        drawn[:, 2].sum(), 400
+    )

@@ -1,7 +1,9 @@
-"""The exact path of a contact in the plane on one page of numpy: without speed, proofs, and the rare events that need a complementarity problem.
+"""The exact path of a contact in the plane on one page of numpy: without speed, proofs, and the
+rare events that need a complementarity problem.
 
-Between two events the load changes linearly, each node keeps its status, and so slip, gap and reactions change linearly, too. An event ends this:
-a node comes to its friction bound, loses its pressure, or closes. Then statuses are sought that agree with the signs of their rates.
+Between two events the load changes linearly, each node keeps its status, and so slip, gap and
+reactions change linearly, too. An event ends this: a node comes to its friction bound, loses its
+pressure, or closes. Then statuses are sought that agree with the signs of their rates.
 """
 
 import numpy as np
@@ -10,7 +12,8 @@ TINY = 1e-11  # slack, over the friction bound and a thousandth of the force sca
 
 
 def rates(S, f, status, load):
-    """Rates of `[v, w]` and `[q, p]` under a rate of the load: `q' + status f p' = 0` where a node slips, `q' = p' = 0` where it is open."""
+    """Rates of `[v, w]` and `[q, p]` under a rate of the load: `q' + status f p' = 0` where a node
+    slips, `q' = p' = 0` where it is open."""
     n, u = len(f), np.zeros(len(S))
     factor = np.r_[np.where(status == 2, 0.0, status * f), np.zeros(n)]
     moving = np.flatnonzero(np.r_[status != 0, status == 2])
@@ -20,7 +23,8 @@ def rates(S, f, status, load):
 
 
 def follow(S, f, gap, force, state, load, corner):
-    """Work of friction on the straight way from a load to a corner; the state `(u, r, status)` is changed in place."""
+    """Work of friction on the straight way from a load to a corner; the state `(u, r, status)` is
+    changed in place."""
     (u, r, status), n, time, work = state, len(f), 0.0, np.zeros(len(f))
     change = corner - load
     none_r, none_u = 1e-11 * np.abs(change).max(), 1e-11 * np.abs(change).max() / np.diag(S).mean()
@@ -28,10 +32,21 @@ def follow(S, f, gap, force, state, load, corner):
     while time < 1:
         for iteration in range(200):
             du, dr = rates(S, f, status, change)
-            (q, p), (dq, dp), dv, touches = np.split(r, 2), np.split(dr, 2), du[:n], u[n:] + gap <= 1e-14 * np.abs(u).max()
-            slack, falls, small = np.array([f * p + q, f * p - q]), np.array([f * dp + dq, f * dp - dq]), TINY * (f * p + 1e-3 * force)
+            (q, p), (dq, dp), dv, touches = (
+                np.split(r, 2),
+                np.split(dr, 2),
+                du[:n],
+                u[n:] + gap <= 1e-14 * np.abs(u).max(),
+            )
+            slack, falls, small = (
+                np.array([f * p + q, f * p - q]),
+                np.array([f * dp + dq, f * dp - dq]),
+                TINY * (f * p + 1e-3 * force),
+            )
             forward, backward = (slack <= small) & (falls < -none_r)
-            wanted = np.where((status == 0) & forward, 1, np.where((status == 0) & backward, -1, status))
+            wanted = np.where(
+                (status == 0) & forward, 1, np.where((status == 0) & backward, -1, status)
+            )
             wanted[(np.abs(status) == 1) & (status * dv < -none_u)] = 0
             wanted[(status != 2) & (p <= TINY * 1e-3 * force) & (dp < -none_r)] = 2
             wanted[(status == 2) & touches & (du[n:] < -none_u)] = 0
@@ -41,8 +56,16 @@ def follow(S, f, gap, force, state, load, corner):
             wrong = wrong if iteration < 12 else wrong[:1]
             status[wrong] = wanted[wrong]
         left, rate = np.array([*slack, p, u[n:] + gap]), np.array([*falls, dp, du[n:]])
-        may = np.array([*((status == 0) & (slack > small)), (status != 2) & (p > TINY * 1e-3 * force), status == 2])
-        times = np.divide(np.maximum(left, 0.0), -rate, out=np.full((4, n), np.inf), where=may & (rate < 0))
+        may = np.array(
+            [
+                *((status == 0) & (slack > small)),
+                (status != 2) & (p > TINY * 1e-3 * force),
+                status == 2,
+            ]
+        )
+        times = np.divide(
+            np.maximum(left, 0.0), -rate, out=np.full((4, n), np.inf), where=may & (rate < 0)
+        )
         step = min(times.min(), 1 - time)
         work += np.where(np.abs(status) == 1, f * (p + step / 2 * dp) * np.abs(step * dv), 0.0)
         u += step * du

@@ -1,4 +1,5 @@
-"""Planted faults: one changed expression or statement, found by syntax, so that a formatter loses none.
+"""Planted faults: one changed expression or statement, found by syntax, so that a formatter loses
+none.
 
 Each room has its list in `tests/ROOM/faults.py`. `benchmarks/mutants.py` plants them one at a time.
 """
@@ -15,10 +16,10 @@ TESTS = Path(__file__).parents[1]
 class Fault(NamedTuple):
     """A fault that a reviewer would fear.
 
-    `file` is a path in the package, or one that begins with "studies" or "validation". `old` and `new` are an
-    expression each, or statements. `old` stands once in the file, or once in the function or class `within`,
-    such as "Scene._checked". `tests` are names of test files without "test_", each alone or with a test in it,
-    as "limit_kinds compiled::test_an_infeasible_program".
+    `file` is a path in the package, or one that begins with "studies" or "validation". `old` and
+    `new` are an expression each, or statements. `old` stands once in the file, or once in the
+    function or class `within`, such as "Scene._checked". `tests` are names of test files without
+    "test_", each alone or with a test in it, as "limit_kinds compiled::test_an_infeasible_program".
     """
 
     file: str
@@ -47,7 +48,9 @@ def planted(source: str, fault: Fault) -> str | None:
     if scope is None:
         return None
     wanted = ast.parse(fault.old).body
-    places = list(_expressions(scope, wanted) if _is_expression(wanted) else _statements(scope, wanted))
+    places = list(
+        _expressions(scope, wanted) if _is_expression(wanted) else _statements(scope, wanted)
+    )
     if len(places) != 1:
         return None
     return _replaced(source, places[0], fault.new)
@@ -69,7 +72,8 @@ def _scope(tree: ast.AST, within: str) -> ast.AST | None:
 
 
 def _walk(node: ast.AST) -> Iterator[ast.AST]:
-    """All nodes below one. Texts with braces count as a whole: Python 3.11 does not know places in them."""
+    """All nodes below one. Texts with braces count as a whole: Python 3.11 does not know places in
+    them."""
     yield node
     if not isinstance(node, ast.JoinedStr):
         for child in ast.iter_child_nodes(node):

@@ -11,14 +11,26 @@ SECOND = {MeshTri: MeshTri2, MeshQuad: MeshQuad2, MeshTet: MeshTet2, MeshHex: Me
 
 
 def box(kind, *sides, bulge=None, steps=2, linear=False):
-    """A box of given (low, high) along each axis; `bulge` moves all nodes of the quadratic mesh, corners and others."""
-    straight = kind.init_tensor(*(np.linspace(*side, n + 1) for side, n in zip(sides, np.broadcast_to(steps, len(sides)), strict=True)))
-    named = {f"{'xyz'[axis]}{end}": (lambda x, a=axis, c=side[end]: np.isclose(x[a], c)) for axis, side in enumerate(sides) for end in (0, 1)}
+    """A box of given (low, high) along each axis; `bulge` moves all nodes of the quadratic mesh,
+    corners and others."""
+    straight = kind.init_tensor(
+        *(
+            np.linspace(*side, n + 1)
+            for side, n in zip(sides, np.broadcast_to(steps, len(sides)), strict=True)
+        )
+    )
+    named = {
+        f"{'xyz'[axis]}{end}": (lambda x, a=axis, c=side[end]: np.isclose(x[a], c))
+        for axis, side in enumerate(sides)
+        for end in (0, 1)
+    }
     straight = straight.with_boundaries(named)
     if linear:
         return straight
     mesh, boundaries = SECOND[kind].from_mesh(straight), straight.boundaries
-    return replace(mesh, doflocs=mesh.p if bulge is None else bulge(mesh.p.copy()), _boundaries=boundaries)
+    return replace(
+        mesh, doflocs=mesh.p if bulge is None else bulge(mesh.p.copy()), _boundaries=boundaries
+    )
 
 
 def dimensions(kind):
@@ -39,7 +51,11 @@ def two_boxes(kind, material, bulge=waves, turn=None):
         mesh = box(kind, *[(0.0, 1.0)] * (dimensions(kind) - 1), (low, low + 1.0), bulge=bulge)
         axis = "xyz"[mesh.dim() - 1]
         contact = mesh.boundaries[axis + face]
-        named = {"contact": contact, "far": mesh.boundaries[axis + far], "outline": np.setdiff1d(mesh.boundary_facets(), contact)}
+        named = {
+            "contact": contact,
+            "far": mesh.boundaries[axis + far],
+            "outline": np.setdiff1d(mesh.boundary_facets(), contact),
+        }
         bodies[name] = fo.Body(replace(mesh, doflocs=turn @ mesh.p, _boundaries=named), material)
     return bodies
 

@@ -1,4 +1,5 @@
-"""How each question of the page of questions is asked of a small contact. A new one has a line here."""
+"""How each question of the page of questions is asked of a small contact. A new one has a line
+here."""
 
 import numpy as np
 
@@ -16,29 +17,51 @@ def _deep_profile(contact):
 ASKED = {
     "onset": lambda s, lam, steps: fo.onset(s, CYCLE, F),
     "shakedown_limit": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F),
-    "ShakedownLimit.least_slip": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F).least_slip(1.2 * lam),
+    "ShakedownLimit.least_slip": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F).least_slip(
+        1.2 * lam
+    ),
     "guaranteed_limit": lambda s, lam, steps: fo.guaranteed_limit(s, CYCLE, F),
     "verify": lambda s, lam, steps: fo.verify(fo.guaranteed_limit(s, CYCLE, F), starts=1, moved=0),
     "after_overload": lambda s, lam, steps: fo.after_overload(fo.guaranteed_limit(s, CYCLE, F)),
     "gross_slip": lambda s, lam, steps: fo.gross_slip(s, CYCLE, F),
     "safe_slip": lambda s, lam, steps: fo.safe_slip(s, CYCLE, F, 0.5 * lam),
-    "starts.safe_vertices": lambda s, lam, steps: fo.starts.safe_vertices(s, CYCLE, F, 0.5 * lam, np.ones((1, *s.slip_shape))),
+    "starts.safe_vertices": lambda s, lam, steps: fo.starts.safe_vertices(
+        s, CYCLE, F, 0.5 * lam, np.ones((1, *s.slip_shape))
+    ),
     "required_friction": lambda s, lam, steps: fo.required_friction(s, CYCLE, 0.5 * lam),
-    "safe_region": lambda s, lam, steps: fo.safe_region(s, {"mean": 1.0}, ["cyclic", [{"mean": 0.1}]], F),
+    "safe_region": lambda s, lam, steps: fo.safe_region(
+        s, {"mean": 1.0}, ["cyclic", [{"mean": 0.1}]], F
+    ),
     "reference.order_preserving": lambda s, lam, steps: fo.reference.order_preserving(s),
     "DesignModel.solve": lambda s, lam, steps: _deep_profile(s),
     "march": lambda s, lam, steps: fo.march(s, CYCLE, F, 1.2 * lam, cycles=1, **steps),
     "steady_state": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps),
-    "SteadyState.loop": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps).loop("cyclic"),
-    "SteadyState.by_contact": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps).by_contact(),
-    "SteadyState.fretting_table": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps).fretting_table(),
-    "dissipation_study": lambda s, lam, steps: fo.dissipation_study(s, CYCLE, F, [0.5 * lam], fo.starts.random_slips(s, [0.01], 1), progress=False),
-    "dissipation_range": lambda s, lam, steps: fo.dissipation_range(s, CYCLE, F, 0.5 * lam, **steps),
+    "SteadyState.loop": lambda s, lam, steps: fo.steady_state(s, CYCLE, F, 1.2 * lam, **steps).loop(
+        "cyclic"
+    ),
+    "SteadyState.by_contact": lambda s, lam, steps: fo.steady_state(
+        s, CYCLE, F, 1.2 * lam, **steps
+    ).by_contact(),
+    "SteadyState.fretting_table": lambda s, lam, steps: fo.steady_state(
+        s, CYCLE, F, 1.2 * lam, **steps
+    ).fretting_table(),
+    "dissipation_study": lambda s, lam, steps: fo.dissipation_study(
+        s, CYCLE, F, [0.5 * lam], fo.starts.random_slips(s, [0.01], 1), progress=False
+    ),
+    "dissipation_range": lambda s, lam, steps: fo.dissipation_range(
+        s, CYCLE, F, 0.5 * lam, **steps
+    ),
     "backbone_curve": lambda s, lam, steps: fo.backbone_curve(s, CYCLE, F, [0.5 * lam], **steps),
     "report": lambda s, lam, steps: fo.report(s, CYCLE, F, [0.5 * lam], **steps),
-    "limit_after_protocol": lambda s, lam, steps: fo.limit_after_protocol(s, CYCLE, F, scan=1, tolerance=0.5, **steps),
-    "least_excursion": lambda s, lam, steps: fo.least_excursion(s, CYCLE, F, 0.5 * lam, excursion={"mean": 0.5}, **steps),
-    "wear": lambda s, lam, steps: fo.wear(s, CYCLE, F, 1.2 * lam, coefficient=1e-3, cycles=1, progress=False, **steps),
+    "limit_after_protocol": lambda s, lam, steps: fo.limit_after_protocol(
+        s, CYCLE, F, scan=1, tolerance=0.5, **steps
+    ),
+    "least_excursion": lambda s, lam, steps: fo.least_excursion(
+        s, CYCLE, F, 0.5 * lam, excursion={"mean": 0.5}, **steps
+    ),
+    "wear": lambda s, lam, steps: fo.wear(
+        s, CYCLE, F, 1.2 * lam, coefficient=1e-3, cycles=1, progress=False, **steps
+    ),
     "starts.assembled_slip": lambda s, lam, steps: fo.starts.assembled_slip(s, CYCLE, F, **steps),
     "starts.random_slips": lambda s, lam, steps: fo.starts.random_slips(s, [0.01], 1),
 }

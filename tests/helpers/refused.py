@@ -8,7 +8,8 @@ import frictopt as fo
 
 
 def refused(*rows):
-    """Ask a test with each row: its first arguments, and what the error of ours must say then. Further arguments are fixtures."""
+    """Ask a test with each row: its first arguments, and what the error of ours must say then.
+    Further arguments are fixtures."""
 
     def tabled(test):
         names = list(signature(test).parameters)
@@ -17,7 +18,9 @@ def refused(*rows):
             with pytest.raises(fo.ModelError, match=said):
                 test(**given)
 
-        asked.__signature__ = Signature([Parameter(name, Parameter.KEYWORD_ONLY) for name in (*names, "said")])
+        asked.__signature__ = Signature(
+            [Parameter(name, Parameter.KEYWORD_ONLY) for name in (*names, "said")]
+        )
         asked.__module__, asked.__doc__ = test.__module__, test.__doc__
         return pytest.mark.parametrize([*names[: len(rows[0]) - 1], "said"], rows)(asked)
 

@@ -10,9 +10,11 @@ from frictopt.transients.cycles import Run
 
 
 class Mapped:
-    """A transient whose cycles map the slips x by a given function instead of following a contact; slips are in units of the slip scale.
+    """A transient whose cycles map the slips x by a given function instead of following a contact;
+    slips are in units of the slip scale.
 
-    Pressures are 1 and so is the friction: slips are safe where all shears `x + load` are at most 1.
+    Pressures are 1 and so is the friction: slips are safe where all shears `x + load` are at most
+    1.
     """
 
     steps, far_start, force, largest, length = 0, False, 1.0, 1.0, 1.0
@@ -22,7 +24,12 @@ class Mapped:
         self.nodes = n = len(self.x) // 2 if gaps else len(self.x)
         self.scales, self.unit, self.friction = Scales(*np.ones((3, n))), np.ones(2 * n), np.ones(n)
         self.corners = [np.r_[np.full(n, load), np.ones(n)] for load in loads]
-        self.system = SimpleNamespace(gap=np.zeros(n), shear_strength=np.inf, S=np.diag(np.r_[np.ones(n), np.zeros(n)]), tangents=1)
+        self.system = SimpleNamespace(
+            gap=np.zeros(n),
+            shear_strength=np.inf,
+            S=np.diag(np.r_[np.ones(n), np.zeros(n)]),
+            tangents=1,
+        )
         self._map, self._events = cycle_map, events
 
     def at(self, place):
@@ -40,7 +47,9 @@ class Mapped:
             ends.append(self.whole())
         u, change = np.array(ends), float(np.abs(ends[-1] - before).max())
         r = u @ self.system.S + np.r_[np.zeros(n), np.ones(n)]
-        return Cycle(before, ends[-1], change, np.ones(n), np.ones(n), [1.0] * count, events, 0 * r, u, r)
+        return Cycle(
+            before, ends[-1], change, np.ones(n), np.ones(n), [1.0] * count, events, 0 * r, u, r
+        )
 
 
 def settled(path, cycles):

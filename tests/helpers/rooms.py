@@ -1,4 +1,5 @@
-"""The rooms of the package and the imports between its files: for the test of the house and for the page on its architecture."""
+"""The rooms of the package and the imports between its files: for the test of the house and for the
+page on its architecture."""
 
 import ast
 import sys
@@ -48,7 +49,8 @@ LIBRARIES: dict[str, set[str]] = {
 
 DRAWING = {"matplotlib", "mpl_toolkits", "pandas", "skfem", "pyvista"}
 DRAWS = {"pictures", "views", "face", "strip", "draw", "style", "plot_study"}
-"""Names of the files that may import libraries of drawing. In `base` a function asks whether matplotlib is there."""
+"""Names of the files that may import libraries of drawing. In `base` a function asks whether
+matplotlib is there."""
 
 
 @cache
@@ -73,14 +75,19 @@ def room(name: str) -> str:
 
 
 def imports(name: str) -> Iterator[str]:
-    """Dotted names that a file imports: at its head, inside functions, for hints of types, and by `import_module`."""
+    """Dotted names that a file imports: at its head, inside functions, for hints of types, and by
+    `import_module`."""
     path = files()[name]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     for node in ast.walk(_tree(path)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            start = ".".join(package.split(".")[: package.count(".") + 2 - node.level]) if node.level else ""
+            start = (
+                ".".join(package.split(".")[: package.count(".") + 2 - node.level])
+                if node.level
+                else ""
+            )
             module = ".".join(part for part in (start, node.module) if part)
             yield from (_home(module, alias.name) for alias in node.names)
         elif isinstance(node, ast.Call) and node.args and _calls_import(node.func):
@@ -94,7 +101,8 @@ def _calls_import(function: ast.expr) -> bool:
 
 
 def _home(module: str, name: str) -> str:
-    """The file that defines a name which is imported from a module: a room hands on names of its files."""
+    """The file that defines a name which is imported from a module: a room hands on names of its
+    files."""
     known = files()
     if f"{module}.{name}" in known:
         return f"{module}.{name}"
@@ -115,11 +123,14 @@ def _assigns(module: str, name: str) -> bool:
     """Whether a file assigns a name at its top."""
     path = files().get(module)
     statements = _tree(path).body if path else []
-    return any(isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name for node in statements)
+    return any(
+        isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == name for node in statements
+    )
 
 
 def arrows() -> dict[str, set[str]]:
-    """File -> files of the package that it imports. The face of the package, which hands all names on, counts for none."""
+    """File -> files of the package that it imports. The face of the package, which hands all names
+    on, counts for none."""
     known = files()
     found = {}
     for name in known:

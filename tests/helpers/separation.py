@@ -9,18 +9,24 @@ from helpers.systems import CYCLE, random_system
 
 
 def pulled_system(rng, nodes):
-    """A random contact with gaps, nodes that the mean load pulls, and cyclic loads that lift nodes off."""
+    """A random contact with gaps, nodes that the mean load pulls, and cyclic loads that lift nodes
+    off."""
     contact = random_system(rng, nodes)
     (q, p), (cyclic_q, cyclic_p) = contact.bonded["mean"], contact.bonded["cyclic"]
     p = p - np.where(rng.random(nodes) < 0.3, rng.uniform(0.5, 2.0, nodes), 0.0)
     gap = np.where(rng.random(nodes) < 0.4, 0.3 * rng.random(nodes), 0.0)
-    return contact.with_gap(gap).with_bonded({"mean": (q, p), "cyclic": (cyclic_q, cyclic_p * rng.choice([1.0, 4.0]))})
+    return contact.with_gap(gap).with_bonded(
+        {"mean": (q, p), "cyclic": (cyclic_q, cyclic_p * rng.choice([1.0, 4.0]))}
+    )
 
 
 def rests(contact, cycle, friction, load_factor, **begin):
     """Whether a transient comes to rest; a path that ends does not."""
     try:
-        return fo.steady_state(contact, cycle, friction, load_factor, **begin, most_cycles=200).outcome is fo.Outcome.SHAKEDOWN
+        return (
+            fo.steady_state(contact, cycle, friction, load_factor, **begin, most_cycles=200).outcome
+            is fo.Outcome.SHAKEDOWN
+        )
     except fo.FrictoptError:
         return False
 
@@ -28,7 +34,9 @@ def rests(contact, cycle, friction, load_factor, **begin):
 def resting_starts(contact, cycle, friction, load_factor, witness, count, rng):
     """How many of random starts around a slip come to rest."""
     size = np.abs(witness).max() + 0.5
-    starts = witness + rng.normal(size=(count, contact.nodes)) * size * rng.choice([0.03, 0.1, 0.3, 1.0, 3.0], size=(count, 1))
+    starts = witness + rng.normal(size=(count, contact.nodes)) * size * rng.choice(
+        [0.03, 0.1, 0.3, 1.0, 3.0], size=(count, 1)
+    )
     return sum(rests(contact, cycle, friction, load_factor, initial_slip=start) for start in starts)
 
 
@@ -38,7 +46,10 @@ THREE = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 0.8}, {"cyclic
 def open_contact(seed, most_nodes=6, cycle=CYCLE):
     """A random plane contact whose limit has open nodes, its friction, and the limit."""
     rng = np.random.default_rng(seed)
-    contact, friction = pulled_system(rng, int(rng.integers(2, most_nodes + 1))), float(rng.uniform(0.1, 1.0))
+    contact, friction = (
+        pulled_system(rng, int(rng.integers(2, most_nodes + 1))),
+        float(rng.uniform(0.1, 1.0)),
+    )
     limit = fo.shakedown_limit(contact, cycle, friction)
     assume(limit.open.any() and 1e-3 < limit.load_factor < np.inf)
     return contact, friction, limit
@@ -49,7 +60,13 @@ def open_in_space(seed, nodes=5):
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, nodes)
     loads = vectors(contact)
-    loads["mean"] = loads["mean"] - np.r_[np.zeros(2 * nodes), np.where(rng.random(nodes) < 0.4, 2.0, 0.0)]
-    contact = fo.ContactSystem(contact.S, contact.points, loads, gap=0.3 * rng.random(nodes) * (rng.random(nodes) < 0.4))
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"a": -1.0}, {"b": 0.7, "c": 0.2}][: int(rng.integers(2, 4))])
+    loads["mean"] = (
+        loads["mean"] - np.r_[np.zeros(2 * nodes), np.where(rng.random(nodes) < 0.4, 2.0, 0.0)]
+    )
+    contact = fo.ContactSystem(
+        contact.S, contact.points, loads, gap=0.3 * rng.random(nodes) * (rng.random(nodes) < 0.4)
+    )
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"a": 1.0}, {"a": -1.0}, {"b": 0.7, "c": 0.2}][: int(rng.integers(2, 4))]
+    )
     return contact, cycle, fo.shakedown_limit(contact, cycle, 0.6)

@@ -10,16 +10,21 @@ CORNERS = ({"a": 1.0}, {"a": -1.0}, {"b": 0.7, "c": 0.2})
 
 def single(*, friction_bound=1.0):
     """One node with unit stiffness and the load cases P, X and Y."""
-    return fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, friction_bound], "X": [1, 0, 0], "Y": [0, 1, 0]})
+    return fo.ContactSystem(
+        np.eye(3), [[0, 0, 0]], {"P": [0, 0, friction_bound], "X": [1, 0, 0], "Y": [0, 1, 0]}
+    )
 
 
 def random_contact(rng, nodes, coupling=0.5, stiffness=1.0):
-    """Coupled contact with a well-conditioned S; the load case "mean" presses, a, b and c are random."""
+    """Coupled contact with a well-conditioned S; the load case "mean" presses, a, b and c are
+    random."""
     G = rng.normal(size=(3 * nodes, 3 * nodes))
     S = stiffness * (G @ G.T / (3 * nodes) + 0.3 * np.eye(3 * nodes))
     S[: 2 * nodes, 2 * nodes :] *= coupling
     S[2 * nodes :, : 2 * nodes] *= coupling
-    bonded = {name: np.r_[rng.normal(size=2 * nodes), 0.3 * rng.normal(size=nodes)] for name in "abc"}
+    bonded = {
+        name: np.r_[rng.normal(size=2 * nodes), 0.3 * rng.normal(size=nodes)] for name in "abc"
+    }
     bonded["mean"] = np.r_[0.1 * rng.normal(size=2 * nodes), rng.uniform(0.5, 1.5, size=nodes)]
     return fo.ContactSystem(S, rng.normal(size=(nodes, 3)), bonded)
 
@@ -34,9 +39,12 @@ def cycle(corners=3):
 
 
 def thick(thickness):
-    """A plane contact, and the same of some thickness in space, where nothing is loaded across the plane."""
+    """A plane contact, and the same of some thickness in space, where nothing is loaded across the
+    plane."""
     flat = fo.scenes.PunchOnHalfPlane(elements=6, growth=1.5).condense()
     n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
-    S = thickness * np.block([[flat.A, none, flat.B.T], [none, flat.A, none], [flat.B, none, flat.C]])
+    S = thickness * np.block(
+        [[flat.A, none, flat.B.T], [none, flat.A, none], [flat.B, none, flat.C]]
+    )
     loads = {name: thickness * np.r_[q, np.zeros(n), p] for name, (q, p) in flat.bonded.items()}
     return flat, fo.ContactSystem(S, np.column_stack([flat.x, np.zeros((n, 2))]), loads)

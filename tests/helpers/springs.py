@@ -6,9 +6,11 @@ import frictopt as fo
 
 
 def collocation(cells, give=0.0, beta=0.286):
-    """Flexibility of a half-plane under a rigid flat punch of half-width 1, E* = 1: even tractions on cells, displacements at their middles.
+    """Flexibility of a half-plane under a rigid flat punch of half-width 1, E* = 1: even tractions
+    on cells, displacements at their middles.
 
-    Shear of a cell moves the surface along, pressure down, and Dundurs' constant beta couples the two (Johnson 1985, section 2.2 and 5.4).
+    Shear of a cell moves the surface along, pressure down, and Dundurs' constant beta couples the
+    two (Johnson 1985, section 2.2 and 5.4).
     """
     ends = np.sin(np.pi / 2 * np.linspace(-1, 1, cells + 1))
     x, width = (ends[1:] + ends[:-1]) / 2, np.diff(ends)
@@ -29,4 +31,9 @@ def punch(cells, give=0.0):
     K = np.linalg.inv(flexibility)
     held_by = K @ free @ np.linalg.inv(free.T @ K @ free)
     S = K - held_by @ (free.T @ K)
-    return fo.ContactSystem((S + S.T) / 2, np.column_stack([x, 0 * x]), {"P": held_by[:, 1], "sigma": S @ np.r_[x, 0 * x]}, width=width)
+    return fo.ContactSystem(
+        (S + S.T) / 2,
+        np.column_stack([x, 0 * x]),
+        {"P": held_by[:, 1], "sigma": S @ np.r_[x, 0 * x]},
+        width=width,
+    )

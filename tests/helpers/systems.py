@@ -12,24 +12,56 @@ CYCLE = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1
 PULL, SHEAR = (fo.LoadCycle({"P": 1.0}, [{name: -1.0}, {name: 1.0}]) for name in ("sigma", "Q"))
 
 SEEDS = st.integers(0, 10**6)
-# Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their shakedown limits.
-FIRST_PAIR = (np.array([[1, -0.4], [-0.4, 1]]), np.array([[-0.1, -0.7], [0.7, 0.1]]), 0, 1, (0.8, 0.8), (0.4, 0.1))
-SECOND_PAIR = (np.array([[1, -0.6], [-0.6, 1]]), np.array([[-0.5, -0.4], [0.4, 0.5]]), 0, 1, (0.4, -0.4), (0.1, -0.1))
+# Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their
+# shakedown limits.
+FIRST_PAIR = (
+    np.array([[1, -0.4], [-0.4, 1]]),
+    np.array([[-0.1, -0.7], [0.7, 0.1]]),
+    0,
+    1,
+    (0.8, 0.8),
+    (0.4, 0.1),
+)
+SECOND_PAIR = (
+    np.array([[1, -0.6], [-0.6, 1]]),
+    np.array([[-0.5, -0.4], [0.4, 0.5]]),
+    0,
+    1,
+    (0.4, -0.4),
+    (0.1, -0.1),
+)
 # One node that two load cases press and one shears.
-NODE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+NODE = fo.ContactSystem.from_blocks(
+    [[1.0]],
+    [[0.0]],
+    [[1.0]],
+    [0.0],
+    {"P": ([0.0], [1.0]), "N": ([0.0], [1.0]), "Q": ([1.0], [0.0])},
+)
 # One coupled node, and three without coupling.
 ONE_NODE = (2.0, 0.5, 0.1, 1.0, 1.0, 0.2)
-THREE = ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], np.zeros((3, 3)), (0.05, 0, -0.1), (1, 0.8, 1.2), (0.5, 0.3, -0.2), (0.1, -0.2, 0.9))
+THREE = (
+    [[2, -1, 0], [-1, 2, -1], [0, -1, 2]],
+    np.zeros((3, 3)),
+    (0.05, 0, -0.1),
+    (1, 0.8, 1.2),
+    (0.5, 0.3, -0.2),
+    (0.1, -0.2, 0.9),
+)
 
 
 def system(A, B, q0, p0, q1, p1, C=None, gap=None):
-    """System with the load cases "mean" (q0, p0) and "cyclic" (q1, p1); C large enough for S to be positive definite."""
+    """System with the load cases "mean" (q0, p0) and "cyclic" (q1, p1); C large enough for S to be
+    positive definite."""
     A, B = np.atleast_2d(A).astype(float), np.atleast_2d(B).astype(float)
     n = len(A)
     if C is None:
         C = np.eye(n) * (1.0 + np.abs(B @ np.linalg.pinv(A) @ B.T).sum())
     C = np.atleast_2d(C)
-    bonded = {name: (np.broadcast_to(q, n), np.broadcast_to(p, n)) for name, (q, p) in (("mean", (q0, p0)), ("cyclic", (q1, p1)))}
+    bonded = {
+        name: (np.broadcast_to(q, n), np.broadcast_to(p, n))
+        for name, (q, p) in (("mean", (q0, p0)), ("cyclic", (q1, p1)))
+    }
     return fo.ContactSystem.from_blocks(A, B, C, np.arange(n), bonded, gap)
 
 
@@ -57,11 +89,16 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
     S = (S + image @ S @ image) / 2
     S[nodes:, :nodes] *= coupling
     even = [part + part[::-1] for part in rng.normal(size=(3, nodes))]
-    bonded = {name: (odd(rng, nodes), 0.15 * part) for name, part in zip(("mean", "one", "other"), even, strict=True)}
+    bonded = {
+        name: (odd(rng, nodes), 0.15 * part)
+        for name, part in zip(("mean", "one", "other"), even, strict=True)
+    }
     bonded["mean"] = (0.1 * bonded["mean"][0], 1.0 + bonded["mean"][1])
     opening = 0.3 * np.maximum(even[1], 0.0) if gap else None
     x = np.arange(nodes) - (nodes - 1) / 2
-    return fo.ContactSystem.from_blocks(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening)
+    return fo.ContactSystem.from_blocks(
+        S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], x, bonded, opening
+    )
 
 
 def explained(answer):
@@ -70,13 +107,17 @@ def explained(answer):
 
 
 def at_corners(contact, cycle, load_factor, slip):
-    """Reactions q and p at all corners under a slip that keeps all nodes closed, from the stiffness matrix."""
+    """Reactions q and p at all corners under a slip that keeps all nodes closed, from the stiffness
+    matrix."""
     bonded = np.array([joined(*contact.closed_reaction(loads)) for loads in cycle.at(load_factor)])
-    return parted(bonded + contact.S @ joined(np.asarray(slip), np.zeros(contact.nodes)), contact.tangents + 1)
+    return parted(
+        bonded + contact.S @ joined(np.asarray(slip), np.zeros(contact.nodes)), contact.tangents + 1
+    )
 
 
 def stress_of(contact, table, friction):
-    """(N,) shear forces that the slips of a mechanism leave, zero if they do no work on any residual slip."""
+    """(N,) shear forces that the slips of a mechanism leave, zero if they do no work on any
+    residual slip."""
     net, lift = np.zeros((2, contact.nodes))
     np.add.at(net, table.node, table.direction * table.share)
     np.add.at(lift, table.node, lifts(table, friction) * table.share)
@@ -84,30 +125,49 @@ def stress_of(contact, table, friction):
 
 
 def lifts(table, friction):
-    """(rows,) how far each slip of a mechanism lifts its node per length: by the coefficient of friction, and an opening by itself."""
+    """(rows,) how far each slip of a mechanism lifts its node per length: by the coefficient of
+    friction, and an opening by itself."""
     f = np.asarray(friction)
     return np.where(table.direction == 0, 1.0, f[table.node] if f.ndim else f)
 
 
 def corner_rows(contact, cycle, friction):
-    """(2, K, N, N + 1) rows and (2, K, N) right sides of `rows @ (v, lam) <= right`: neither forward nor backward slip at any corner."""
+    """(2, K, N, N + 1) rows and (2, K, N) right sides of `rows @ (v, lam) <= right`: neither
+    forward nor backward slip at any corner."""
     f, ways = np.broadcast_to(friction, contact.nodes), (-1.0, 1.0)
-    unscaled, corners = map(contact.closed_reaction, cycle.at(0.0)), list(zip(*cycle.corner_reactions(contact), strict=True))
-    rows = [[np.column_stack([way * contact.A - f[:, None] * contact.B, way * q - f * p]) for q, p in corners] for way in ways]
-    return np.array(rows), np.array([[f * p - way * q for way in ways] for q, p in unscaled]).swapaxes(0, 1)
+    unscaled, corners = (
+        map(contact.closed_reaction, cycle.at(0.0)),
+        list(zip(*cycle.corner_reactions(contact), strict=True)),
+    )
+    rows = [
+        [
+            np.column_stack([way * contact.A - f[:, None] * contact.B, way * q - f * p])
+            for q, p in corners
+        ]
+        for way in ways
+    ]
+    return np.array(rows), np.array(
+        [[f * p - way * q for way in ways] for q, p in unscaled]
+    ).swapaxes(0, 1)
 
 
 def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least=False):
-    """Largest (or least) load factor from all K corners and raw slips of at most `most`, by scipy: (status, value).
+    """Largest (or least) load factor from all K corners and raw slips of at most `most`, by scipy:
+    (status, value).
 
-    Status 0 is optimal, 2 infeasible (value nan), 3 unbounded (inf). More rows `(a, b, right)` mean `a @ v + b lam <= right`, or `==`.
+    Status 0 is optimal, 2 infeasible (value nan), 3 unbounded (inf). More rows `(a, b, right)` mean
+    `a @ v + b lam <= right`, or `==`.
     """
     n, unscaled = contact.nodes, [contact.closed_reaction(loads)[1] for loads in cycle.at(0.0)]
     rows, right = corner_rows(contact, cycle, friction)
     closed = [np.column_stack([-contact.B, -p]) for p in cycle.corner_reactions(contact)[1]]
     rows = np.vstack([rows.reshape(-1, n + 1), *closed, *(np.append(a, b) for a, b, _ in upper)])
     right = np.concatenate([right.ravel(), *unscaled, [c for *_, c in upper]])
-    also = {"A_eq": [np.append(a, b) for a, b, _ in equal], "b_eq": [c for *_, c in equal]} if equal else {}
+    also = (
+        {"A_eq": [np.append(a, b) for a, b, _ in equal], "b_eq": [c for *_, c in equal]}
+        if equal
+        else {}
+    )
     slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
     tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
     goal = np.append(np.zeros(n), 1.0 if least else -1.0)
@@ -116,29 +176,49 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
         answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)])
     if answer.status == 4:
         answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)], method="highs-ipm")
-    return answer.status, {0: answer.fun if least or answer.fun is None else -answer.fun, 3: np.inf}.get(answer.status, np.nan)
+    return answer.status, {
+        0: answer.fun if least or answer.fun is None else -answer.fun,
+        3: np.inf,
+    }.get(answer.status, np.nan)
 
 
 def linprog_margin(contact, cycle, friction, load_factor, most=None, upper=()):
-    """Largest margin at a load factor of raw slips of at most `most`, by scipy. More rows `(a, b, right)` mean `a @ v + b margin <= right`."""
+    """Largest margin at a load factor of raw slips of at most `most`, by scipy. More rows `(a, b,
+    right)` mean `a @ v + b margin <= right`."""
     n, (rows, right) = contact.nodes, corner_rows(contact, cycle, friction)
     unit = np.mean([(friction * contact.reaction(loads)[1]).mean() for loads in cycle.unscaled])
     stuck = np.column_stack([rows.reshape(-1, n + 1)[:, :-1], np.full(right.size, unit)])
-    rows, right = np.vstack([stuck, *(np.append(a, b) for a, b, _ in upper)]), (right - load_factor * rows[..., -1]).ravel()
+    rows, right = (
+        np.vstack([stuck, *(np.append(a, b) for a, b, _ in upper)]),
+        (right - load_factor * rows[..., -1]).ravel(),
+    )
     slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
     exact = {"primal_feasibility_tolerance": 1e-10}  # 1e-7 hides what small load factors change
-    return -linprog(-np.eye(n + 1)[-1], rows, np.r_[right, [c for *_, c in upper]], bounds=[*slips, (None, 1)], options=exact).fun
+    return -linprog(
+        -np.eye(n + 1)[-1],
+        rows,
+        np.r_[right, [c for *_, c in upper]],
+        bounds=[*slips, (None, 1)],
+        options=exact,
+    ).fun
 
 
 def on_both_bounds(contact, cycle, friction, **options):
-    """(N, 2) least and largest load factor at which a safe slip holds a node on both its bounds, by scipy; nan where none does."""
+    """(N, 2) least and largest load factor at which a safe slip holds a node on both its bounds, by
+    scipy; nan where none does."""
     rows, right = corner_rows(contact, cycle, friction)
     found = np.full((contact.nodes, 2), np.nan)
     for node in range(contact.nodes):
         rules = list(enumerate(rows[:, :, node, -1].argmax(axis=1)))
         if rules[0][1] != rules[1][1]:
-            equal = [(rows[way, k, node, :-1], rows[way, k, node, -1], right[way, k, node]) for way, k in rules]
-            found[node] = [linprog_limit(contact, cycle, friction, equal=equal, least=least, **options)[1] for least in (True, False)]
+            equal = [
+                (rows[way, k, node, :-1], rows[way, k, node, -1], right[way, k, node])
+                for way, k in rules
+            ]
+            found[node] = [
+                linprog_limit(contact, cycle, friction, equal=equal, least=least, **options)[1]
+                for least in (True, False)
+            ]
     return found
 
 
@@ -147,9 +227,18 @@ def fixed_contact(seed, most_nodes=6):
     rng = np.random.default_rng(seed)
     nodes, corners = int(rng.integers(1, most_nodes + 1)), int(rng.integers(2, 5))
     contact = random_system(rng, nodes, coupling=rng.choice([0.0, 0.3, 0.7]))
-    cases = {f"c{k}": (rng.normal(size=nodes), 0.2 * rng.normal(size=nodes)) for k in range(corners)}
-    cases |= {f"f{k}": (0.2 * rng.normal(size=nodes), 0.3 * rng.normal(size=nodes)) for k in range(corners)}
-    cycle = fo.LoadCycle({"mean": 1.0}, [{f"c{k}": 1.0} for k in range(corners)], [{f"f{k}": 1.0} for k in range(corners)])
+    cases = {
+        f"c{k}": (rng.normal(size=nodes), 0.2 * rng.normal(size=nodes)) for k in range(corners)
+    }
+    cases |= {
+        f"f{k}": (0.2 * rng.normal(size=nodes), 0.3 * rng.normal(size=nodes))
+        for k in range(corners)
+    }
+    cycle = fo.LoadCycle(
+        {"mean": 1.0},
+        [{f"c{k}": 1.0} for k in range(corners)],
+        [{f"f{k}": 1.0} for k in range(corners)],
+    )
     return contact.with_bonded(cases), cycle, rng.uniform(0.3, 0.8, size=nodes)
 
 
@@ -157,20 +246,30 @@ TO_AND_FRO = [{"Q": 1.0}, {"Q": -1.0}]
 
 
 def rigid(points, normals):
-    """(M, 3) or (M, 6) reactions' directions in the shifts and turns of body 1, by the places and normals of the nodes."""
+    """(M, 3) or (M, 6) reactions' directions in the shifts and turns of body 1, by the places and
+    normals of the nodes."""
     n, axes = points.shape
     frames = frames_of(normals)
     shifts = [np.tile(axis, (n, 1)) for axis in np.eye(axes)]
-    turns = [np.column_stack([-points[:, 1], points[:, 0]])] if axes == 2 else [np.cross(axis, points) for axis in np.eye(3)]
-    return np.column_stack([np.einsum("nak,nk->an", frames, motion).ravel() for motion in [*shifts, *turns]]), frames
+    turns = (
+        [np.column_stack([-points[:, 1], points[:, 0]])]
+        if axes == 2
+        else [np.cross(axis, points) for axis in np.eye(3)]
+    )
+    return np.column_stack(
+        [np.einsum("nak,nk->an", frames, motion).ravel() for motion in [*shifts, *turns]]
+    ), frames
 
 
 def body(rng, points, normals, bonded, **more):
-    """A body that the contact alone holds: a random stiffness without resistance to its rigid motions."""
+    """A body that the contact alone holds: a random stiffness without resistance to its rigid
+    motions."""
     motions, frames = rigid(points, normals)
     root = rng.normal(size=(len(motions),) * 2)
     off = np.eye(len(motions)) - motions @ np.linalg.pinv(motions)
-    return fo.ContactSystem(off @ (root @ root.T + np.eye(len(root))) @ off, points, bonded, frames=frames, **more)
+    return fo.ContactSystem(
+        off @ (root @ root.T + np.eye(len(root))) @ off, points, bonded, frames=frames, **more
+    )
 
 
 def block(rng, width=2.0, height=1.0, nodes=5, axes=2, **more):
@@ -178,10 +277,18 @@ def block(rng, width=2.0, height=1.0, nodes=5, axes=2, **more):
     points = np.zeros((nodes, axes))
     points[:, 0] = np.linspace(-width / 2, width / 2, nodes)
     if axes == 3:
-        points = np.array([[x, y, 0.0] for x in np.linspace(-width / 2, width / 2, nodes) for y in (-1.0, 0.0, 1.0)])
+        points = np.array(
+            [
+                [x, y, 0.0]
+                for x in np.linspace(-width / 2, width / 2, nodes)
+                for y in (-1.0, 0.0, 1.0)
+            ]
+        )
     normals = np.eye(axes)[[-1] * len(points)]
     motions, _ = rigid(points, normals)
-    resultants = np.zeros((2, motions.shape[1]))  # of what body 2 does on body 1: along the axes, and moments about the origin
+    resultants = np.zeros(
+        (2, motions.shape[1])
+    )  # of what body 2 does on body 1: along the axes, and moments about the origin
     resultants[0, axes - 1] = 1.0
     resultants[1, [0, 4 if axes == 3 else 2]] = -1.0, -height if axes == 3 else height
     forces = resultants @ np.linalg.pinv(motions)
@@ -193,9 +300,15 @@ def uncoupled(rng, nodes, tangents):
     axes = tangents + 1
     root = rng.normal(size=(tangents * nodes,) * 2)
     S = np.zeros((axes * nodes,) * 2)
-    S[:-nodes, :-nodes], S[-nodes:, -nodes:] = root @ root.T / nodes + 0.3 * np.eye(tangents * nodes), 10 * np.eye(nodes)
+    S[:-nodes, :-nodes], S[-nodes:, -nodes:] = (
+        root @ root.T / nodes + 0.3 * np.eye(tangents * nodes),
+        10 * np.eye(nodes),
+    )
     p = rng.uniform(0.5, 2.0, nodes)
-    bonded = {name: np.r_[rng.normal(size=tangents * nodes), np.zeros(nodes)] for name in ("cyclic", "other")}
+    bonded = {
+        name: np.r_[rng.normal(size=tangents * nodes), np.zeros(nodes)]
+        for name in ("cyclic", "other")
+    }
     points = np.column_stack([np.arange(nodes), *np.zeros((tangents, nodes))])
     return fo.ContactSystem(S, points, {**bonded, "mean": np.r_[np.zeros(tangents * nodes), p]}), p
 
@@ -206,4 +319,6 @@ def freed(contact):
     project = np.eye(2 * n)
     project[:n, :n] -= 1 / n
     S = project @ contact.S @ project
-    return fo.ContactSystem.from_blocks(S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded))
+    return fo.ContactSystem.from_blocks(
+        S[:n, :n], S[n:, :n], S[n:, n:], contact.x, dict(contact.bonded)
+    )

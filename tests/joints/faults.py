@@ -20,8 +20,12 @@ FAULTS = (
     Fault(
         "joints/backbone.py",
         "the displacement is the whole range",
-        old=("np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction) / 2"),
-        new=("np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction)"),
+        old=(
+            "np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction) / 2"
+        ),
+        new=(
+            "np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction)"
+        ),
         tests="backbone",
     ),
     Fault(
@@ -63,7 +67,9 @@ FAULTS = (
         "joints/tightening.py",
         "a section that stays open is let pass",
         old="(pulled := missing(np.where(np.arange(len(rows)) == k, 0.0, found.x))[k]) >= 0",
-        new=("(pulled := missing(np.where(np.arange(len(rows)) == k, 0.0, found.x))[k]) >= 1000000000.0"),
+        new=(
+            "(pulled := missing(np.where(np.arange(len(rows)) == k, 0.0, found.x))[k]) >= 1000000000.0"
+        ),
         tests="locked_bolts",
     ),
     Fault(

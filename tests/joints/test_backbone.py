@@ -1,4 +1,5 @@
-"""Frequency and damping with amplitude: Jenkins' element, a published oscillator, closed forms of rods, cylinders and spheres, Masing's rule."""
+"""Frequency and damping with amplitude: Jenkins' element, a published oscillator, closed forms of
+rods, cylinders and spheres, Masing's rule."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -26,56 +27,106 @@ def opposed(case, mean):
 def test_the_element_of_jenkins():
     """A mass on a spring k0, and on a spring k_t that slides at mu N."""
     k0, kt, mu, N, m = 3.0, 5.0, 0.4, 2.0, 0.7
-    one = {"N": ([0.0], [1.0]), "mode": ([-np.sqrt(m)], [0.0])}  # the mode is 1 / sqrt(m), its load m times that
-    hard = fo.ContactSystem.from_blocks([[k0]], [[0.0]], [[1.0]], [0.0], one, width=[1.0], compliance=np.zeros((2, 2)))
+    one = {
+        "N": ([0.0], [1.0]),
+        "mode": ([-np.sqrt(m)], [0.0]),
+    }  # the mode is 1 / sqrt(m), its load m times that
+    hard = fo.ContactSystem.from_blocks(
+        [[k0]], [[0.0]], [[1.0]], [0.0], one, width=[1.0], compliance=np.zeros((2, 2))
+    )
     system = hard.with_contact_stiffness(tangential=kt)
     force = np.array([0.1, 0.15, 0.5, 1.0, 4.0, 30.0]) * mu * N * (k0 + kt) / kt
     natural = np.sqrt((k0 + kt) / m) / (2 * np.pi)
-    curve = fo.backbone_curve(system, opposed("mode", {"N": N}), mu, force / np.sqrt(m), natural_frequency=1.005 * natural, range=True)
+    curve = fo.backbone_curve(
+        system,
+        opposed("mode", {"N": N}),
+        mu,
+        force / np.sqrt(m),
+        natural_frequency=1.005 * natural,
+        range=True,
+    )
     slides = force > mu * N * (k0 + kt) / kt
     X = np.where(slides, (force - mu * N) / k0, force / (k0 + kt))
     work = np.where(slides, 4 * mu * N * (X - mu * N / kt), 0.0)
     assert slides.sum() == 2
     assert curve.displacement == pytest.approx(X * np.sqrt(m), rel=1e-12)
     assert curve.work == pytest.approx(work, rel=1e-12, abs=1e-12)
-    assert (2 * np.pi * curve.frequency) ** 2 == pytest.approx(np.where(slides, k0 + mu * N / X, k0 + kt) / m, rel=1e-12)
+    assert (2 * np.pi * curve.frequency) ** 2 == pytest.approx(
+        np.where(slides, k0 + mu * N / X, k0 + kt) / m, rel=1e-12
+    )
     assert curve.damping == pytest.approx(work / (2 * np.pi * force * X), rel=1e-12, abs=1e-13)
     assert curve.natural_frequency == pytest.approx(natural)
-    assert curve.shakedown_limit == pytest.approx(mu * N * (k0 + kt) / kt / np.sqrt(m)) == curve.guaranteed_limit
+    assert (
+        curve.shakedown_limit
+        == pytest.approx(mu * N * (k0 + kt) / kt / np.sqrt(m))
+        == curve.guaranteed_limit
+    )
     assert np.isnan(curve.exponent).tolist() == [True] * 5 + [False]  # of load factors without work
-    least = fo.backbone_curve(system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural)  # its square is 0
+    least = fo.backbone_curve(
+        system, opposed("mode", {"N": N}), mu, [1e-200], natural_frequency=natural
+    )  # its square is 0
     assert least.damping == 0 and least.frequency == pytest.approx(curve.natural_frequency)
-    assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(curve.most_frequency, curve.frequency)
+    assert np.array_equal(curve.least_damping, curve.damping) and np.array_equal(
+        curve.most_frequency, curve.frequency
+    )
 
 
 def test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes():
-    """The closed contact rests there from every start, but a node that is open under the mean load closes in each cycle: random starts tell."""
+    """The closed contact rests there from every start, but a node that is open under the mean load
+    closes in each cycle: random starts tell."""
     loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.2])}
     A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
-    pair = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2))
-    cycle, friction, starts = opposed("Q", {"P": 1.0}), [0.5, 0.4], 3.0 * np.random.default_rng(1).normal(size=(20, 2))
+    pair = fo.ContactSystem.from_blocks(
+        A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
+    )
+    cycle, friction, starts = (
+        opposed("Q", {"P": 1.0}),
+        [0.5, 0.4],
+        3.0 * np.random.default_rng(1).normal(size=(20, 2)),
+    )
     curve = fo.backbone_curve(pair, cycle, friction, [0.7], range=True)
-    seen = [fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q") for start in starts]
+    seen = [
+        fo.steady_state(pair, cycle, friction, 0.7, initial_slip=start).loop("Q")
+        for start in starts
+    ]
     damping = [loop.area / (np.pi * 0.7 * np.ptp(loop.displacement)) for loop in seen]
-    rest, found = fo.steady_state(pair, cycle, friction, 0.05), fo.backbone_curve(pair, cycle, friction, [0.05]).displacement[0]
-    assert rest.outcome is fo.Outcome.SHAKEDOWN and rest.open.any() and abs(found / (2 * 0.05) - 1) > 1e-3  # softer than the glued one
+    rest, found = (
+        fo.steady_state(pair, cycle, friction, 0.05),
+        fo.backbone_curve(pair, cycle, friction, [0.05]).displacement[0],
+    )
+    assert (
+        rest.outcome is fo.Outcome.SHAKEDOWN
+        and rest.open.any()
+        and abs(found / (2 * 0.05) - 1) > 1e-3
+    )  # softer than the glued one
     assert found == pytest.approx(np.ptp(rest.loop("Q").displacement) / 2)
     assert 0.7 < 0.9 * curve.guaranteed_limit and curve.damping[0] < 0.5 * max(damping)
-    assert curve.least_damping[0] <= min(damping) + 1e-12 and curve.most_damping[0] >= max(damping) * (1 - 1e-9)
+    assert curve.least_damping[0] <= min(damping) + 1e-12 and curve.most_damping[0] >= max(
+        damping
+    ) * (1 - 1e-9)
 
 
 def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
-    """What a state with the open node vibrates with, seen by a load so small that nothing slips and nothing closes."""
+    """What a state with the open node vibrates with, seen by a load so small that nothing slips and
+    nothing closes."""
     loads = {"P": ([0.2, -0.2], [1.2, 0.1]), "Q": ([-0.5, 1.3], [0.7, 0.9])}
     A, B, C = [[2.3, -0.4], [-0.4, 1.4]], [[-0.2, 0.8], [0.5, -0.2]], [[4.3, 0.0], [0.0, 2.6]]
-    pair = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2))
+    pair = fo.ContactSystem.from_blocks(
+        A, B, C, [0.0, 1.0], loads, gap=[0.0, 0.1], compliance=2 * np.eye(2)
+    )
     asked = pair, opposed("Q", {"P": 1.0}), [0.5, 0.4]
     rest = fo.backbone_curve(*asked, [1e-3])
-    assert rest.outcome == ("SHAKEDOWN",) and rest.displacement[0] > 1.05 * 2 * 1e-3  # softer than the glued contact
+    assert (
+        rest.outcome == ("SHAKEDOWN",) and rest.displacement[0] > 1.05 * 2 * 1e-3
+    )  # softer than the glued contact
     softer, glued = (1 / (2 * np.pi * np.sqrt(soft)) for soft in (rest.displacement[0] / 1e-3, 2.0))
-    assert fo.backbone_curve(*asked, [1e-3], natural_frequency=softer).frequency == pytest.approx(softer, rel=1e-9)
+    assert fo.backbone_curve(*asked, [1e-3], natural_frequency=softer).frequency == pytest.approx(
+        softer, rel=1e-9
+    )
     for right in (softer, glued):
-        assert fo.backbone_curve(*asked, [1e-3], natural_frequency=right).natural_frequency == pytest.approx(right, rel=1e-9)
+        assert fo.backbone_curve(
+            *asked, [1e-3], natural_frequency=right
+        ).natural_frequency == pytest.approx(right, rel=1e-9)
     with pytest.raises(fo.ModelError, match="natural_frequency"):
         fo.backbone_curve(*asked, [1e-3], natural_frequency=0.9 * softer)
 
@@ -83,59 +134,108 @@ def test_the_frequency_of_a_mode_may_be_that_with_open_nodes():
 def test_a_node_without_friction_slides_where_the_others_rest():
     """Two springs: the load moves the free one by its compliance from the smallest amplitude on."""
     loads = {"N": ([0.0, 0.0], [1.0, 1.0]), "F": ([-1.0, -0.5], [0.0, 0.0])}
-    pair = fo.ContactSystem.from_blocks(np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2))
-    curve = fo.backbone_curve(pair, opposed("F", {"N": 1.0}), [0.0, 0.5], [0.1, 0.9], natural_frequency=1 / (2 * np.pi), range=True)
-    assert curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor) and not curve.work.any()
-    assert np.array_equal(curve.least_frequency, curve.frequency) and np.array_equal(curve.most_frequency, curve.frequency)
+    pair = fo.ContactSystem.from_blocks(
+        np.diag([2.0, 5.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads, compliance=np.eye(2)
+    )
+    curve = fo.backbone_curve(
+        pair,
+        opposed("F", {"N": 1.0}),
+        [0.0, 0.5],
+        [0.1, 0.9],
+        natural_frequency=1 / (2 * np.pi),
+        range=True,
+    )
+    assert (
+        curve.displacement == pytest.approx((1 + 1.0**2 / 2) * curve.load_factor)
+        and not curve.work.any()
+    )
+    assert np.array_equal(curve.least_frequency, curve.frequency) and np.array_equal(
+        curve.most_frequency, curve.frequency
+    )
 
 
 def oscillator():
-    """Three masses in the plane, two wedge faces of 40 degrees with springs (Balaji and Ferhatoglu): the contact, frequency of its third mode."""
+    """Three masses in the plane, two wedge faces of 40 degrees with springs (Balaji and
+    Ferhatoglu): the contact, frequency of its third mode."""
     k, kxy, kD, kt, kn = 1e5, 3e5, 1e6, 3e5, 3e5
     J, none = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.zeros((2, 2))
     blocks = [3 * kxy * J, kxy * J, kD * J]
-    K = np.diag([k, k, k, k, 0.0, 0.0]) + np.block([[blocks[i] if i == j else none for j in range(3)] for i in range(3)])
+    K = np.diag([k, k, k, k, 0.0, 0.0]) + np.block(
+        [[blocks[i] if i == j else none for j in range(3)] for i in range(3)]
+    )
     M = np.diag([10.0] * 4 + [0.1] * 2)
     c, s = np.cos(np.radians(40)), np.sin(np.radians(40))
-    rows = np.vstack([np.kron([-1, 0, 1], [[c, s], [-s, c]]), np.kron([0, -1, 1], [[c, -s], [s, c]])])
+    rows = np.vstack(
+        [np.kron([-1, 0, 1], [[c, s], [-s, c]]), np.kron([0, -1, 1], [[c, -s], [s, c]])]
+    )
     Lt, Ln = rows[::2], rows[1::2]
     Ki = np.linalg.inv(K + kt * Lt.T @ Lt + kn * Ln.T @ Ln)
     squares, modes = eigh(np.linalg.inv(Ki), M)
     static = np.zeros(6)
     static[5] = 240.0
     F = np.column_stack([static, M @ modes[:, 2]])
-    blocks = kt * np.eye(2) - kt**2 * Lt @ Ki @ Lt.T, kn * kt * Ln @ Ki @ Lt.T, kn * np.eye(2) - kn**2 * Ln @ Ki @ Ln.T
-    bonded = {name: (-kt * Lt @ Ki @ f, kn * Ln @ Ki @ f) for name, f in zip(("static", "mode"), F.T, strict=True)}
-    return fo.ContactSystem.from_blocks(*blocks, [0.0, 1.0], bonded, compliance=F.T @ Ki @ F), np.sqrt(squares[2]) / (2 * np.pi)
+    blocks = (
+        kt * np.eye(2) - kt**2 * Lt @ Ki @ Lt.T,
+        kn * kt * Ln @ Ki @ Lt.T,
+        kn * np.eye(2) - kn**2 * Ln @ Ki @ Ln.T,
+    )
+    bonded = {
+        name: (-kt * Lt @ Ki @ f, kn * Ln @ Ki @ f)
+        for name, f in zip(("static", "mode"), F.T, strict=True)
+    }
+    return fo.ContactSystem.from_blocks(
+        *blocks, [0.0, 1.0], bonded, compliance=F.T @ Ki @ F
+    ), np.sqrt(squares[2]) / (2 * np.pi)
 
 
 def test_a_published_oscillator(monkeypatch):
-    """Its sampled values are those of 25 residual tractions by a code with 100 steps a quarter cycle, 1 % in damping; the range holds them."""
+    """Its sampled values are those of 25 residual tractions by a code with 100 steps a quarter
+    cycle, 1 % in damping; the range holds them."""
     system, stuck = oscillator()
     assert stuck == pytest.approx(49.42140619, rel=1e-9)
     cycle = opposed("mode", {"static": 1.0})
-    curve = fo.backbone_curve(system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck, range=True)
+    curve = fo.backbone_curve(
+        system, cycle, 0.9, [200.0, 800.0, 1200.0], natural_frequency=stuck, range=True
+    )
     assert curve.natural_frequency == pytest.approx(stuck, rel=1e-12)
     assert curve.shakedown_limit == pytest.approx(linprog_limit(system, cycle, 0.9)[1], rel=1e-9)
-    for factor, least, most in ((200.0, 0.0, 0.0436), (800.0, 0.0286, 0.0381), (1200.0, 0.0210, 0.0274)):
+    for factor, least, most in (
+        (200.0, 0.0, 0.0436),
+        (800.0, 0.0286, 0.0381),
+        (1200.0, 0.0210, 0.0274),
+    ):
         (row,) = np.flatnonzero(curve.load_factor == factor)
         assert curve.least_damping[row] <= 1.01 * least and curve.most_damping[row] >= 0.99 * most
         assert curve.least_damping[row] <= curve.damping[row] <= curve.most_damping[row]
-    assert curve.least_frequency[0] <= 1.001 * 47.01 and curve.most_frequency[0] == pytest.approx(49.42, abs=0.01)
+    assert curve.least_frequency[0] <= 1.001 * 47.01 and curve.most_frequency[0] == pytest.approx(
+        49.42, abs=0.01
+    )
     assert curve.least_frequency[2] <= 1.001 * 42.93 and curve.most_frequency[2] >= 0.999 * 43.24
     same = fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=stuck)
     bare = fo.ContactSystem(system.S, system.points, dict(system.bonded))
     other = fo.backbone_curve(bare, cycle, 0.9, [800.0], natural_frequency=stuck)
     unsaid = fo.backbone_curve(system, cycle, 0.9, [800.0], range=True)
-    assert all(np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all() for name in ("frequency", "least_frequency", "most_frequency"))
-    assert unsaid.stiffness == pytest.approx((2 * np.pi * curve.frequency[1:2]) ** 2) and "least_frequency" not in repr(unsaid)
+    assert all(
+        np.isnan(np.r_[getattr(unsaid, name), unsaid.natural_frequency]).all()
+        for name in ("frequency", "least_frequency", "most_frequency")
+    )
+    assert unsaid.stiffness == pytest.approx(
+        (2 * np.pi * curve.frequency[1:2]) ** 2
+    ) and "least_frequency" not in repr(unsaid)
     assert "no frequency: without a natural_frequency" in unsaid.note
     assert unsaid.most_damping == pytest.approx(curve.most_damping[1:2])
-    assert same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency and np.isnan(same.most_damping).all()
+    assert (
+        same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency
+        and np.isnan(same.most_damping).all()
+    )
     twice = fo.LoadCycle({"static": 1.0}, [{"mode": 2.0}, {"mode": -2.0}])
-    assert fo.backbone_curve(bare, twice, 0.9, [400.0], natural_frequency=stuck / 2).displacement == pytest.approx(2 * same.displacement)
+    assert fo.backbone_curve(
+        bare, twice, 0.9, [400.0], natural_frequency=stuck / 2
+    ).displacement == pytest.approx(2 * same.displacement)
     found = SimpleNamespace(residual=1e-3, steady_states=())
-    monkeypatch.setattr(import_module("frictopt.joints.backbone"), "dissipation_range", lambda *_, **__: found)
+    monkeypatch.setattr(
+        import_module("frictopt.joints.backbone"), "dissipation_range", lambda *_, **__: found
+    )
     assert fo.backbone_curve(system, cycle, 0.9, [800.0], range=True).residual == 1e-3
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
         fo.backbone_curve(system, cycle, 0.9, [800.0], natural_frequency=48.0)
@@ -161,31 +261,56 @@ def test_the_sphere_of_mindlin_and_deresiewicz():
     S = fo.reference.half_space_contact(16, 1.1, R=1.0, E=1.0, nu=0.0)["S"]
     far = np.kron(np.eye(3), np.ones((system.nodes, 1)))
     glued = np.linalg.inv(far.T @ S @ far)[[2, 0]][:, [2, 0]]  # displacements under P and Q
-    held = fo.ContactSystem(system.S, system.points, dict(system.bonded), gap=system.gap, width=system.width, compliance=glued)
+    held = fo.ContactSystem(
+        system.S,
+        system.points,
+        dict(system.bonded),
+        gap=system.gap,
+        width=system.width,
+        compliance=glued,
+    )
     x = np.array([0.6, 0.9])
     curve = fo.backbone_curve(held, cycle, f, x * f * ball.P)
     exact = np.array([ball.dissipation(Q) for Q in x * f * ball.P])
     shear_modulus = ball.E / 2
     assert curve.work == pytest.approx(exact, rel=0.04)
-    assert curve.displacement == pytest.approx(3 * f * ball.P / (4 * shear_modulus * ball.half_width) * (1 - (1 - x) ** (2 / 3)), rel=2e-3)
-    assert curve.damping == pytest.approx(exact / (2 * np.pi * x * f * ball.P * curve.displacement), rel=0.04)
+    assert curve.displacement == pytest.approx(
+        3 * f * ball.P / (4 * shear_modulus * ball.half_width) * (1 - (1 - x) ** (2 / 3)), rel=2e-3
+    )
+    assert curve.damping == pytest.approx(
+        exact / (2 * np.pi * x * f * ball.P * curve.displacement), rel=0.04
+    )
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_a_load_that_is_no_mode_has_no_frequency():
-    """A frequency of it would be the root of a stiffness per load factor, in no unit of a frequency."""
+    """A frequency of it would be the root of a stiffness per load factor, in no unit of a
+    frequency."""
     punch, cycle = fo.scenes.PunchOnHalfPlane(elements=24).condense(), opposed("sigma", {"P": 1.0})
     curve = fo.backbone_curve(punch, cycle, 0.5, [1.5], range=True)
-    assert np.isnan([curve.natural_frequency, *curve.frequency, *curve.least_frequency, *curve.most_frequency]).all()
-    assert np.isfinite([*curve.stiffness, *curve.most_damping]).all() and curve.to_frame()["frequency"].isna().all()
+    assert np.isnan(
+        [curve.natural_frequency, *curve.frequency, *curve.least_frequency, *curve.most_frequency]
+    ).all()
+    assert (
+        np.isfinite([*curve.stiffness, *curve.most_damping]).all()
+        and curve.to_frame()["frequency"].isna().all()
+    )
     _, _, above, _ = curve.plot()
-    assert "stiffness" in above.get_ylabel() and np.array_equal(above.get_lines()[0].get_ydata(), curve.stiffness)
+    assert "stiffness" in above.get_ylabel() and np.array_equal(
+        above.get_lines()[0].get_ydata(), curve.stiffness
+    )
 
 
-# Two nodes in space, pressed by 1 and 3, of areas 1 and 3, each on springs of 1: a node slips by the load less f p, twice in a cycle, and back.
+# Two nodes in space, pressed by 1 and 3, of areas 1 and 3, each on springs of 1: a node slips by
+# the load less f p, twice in a cycle, and back.
 NAMES, FORCES = ["a", "b"], np.array([1.0, 3.0])
 TWO = fo.ContactSystem(
-    np.eye(6), [[0, 0, 0], [1, 0, 0]], {"P": [0, 0, 0, 0, *FORCES], "X": [1, 1, 0, 0, 0, 0]}, contact=NAMES, width=FORCES, compliance=np.eye(2)
+    np.eye(6),
+    [[0, 0, 0], [1, 0, 0]],
+    {"P": [0, 0, 0, 0, *FORCES], "X": [1, 1, 0, 0, 0, 0]},
+    contact=NAMES,
+    width=FORCES,
+    compliance=np.eye(2),
 )
 
 
@@ -198,39 +323,84 @@ def by_hand(load, f):
 def test_two_sliders_in_space_contact_by_contact():
     loads, f = [0.4, 0.75, 1.4, 2.0], 0.5
     curve = fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), f, loads, steps=1)
-    way, work = (np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True))
-    assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3) and curve.slipping.tolist() == [0.0, 0.25, 0.25, 1.0]
-    assert curve.work == pytest.approx(work.sum(axis=1)) and curve.slip_range == pytest.approx(way.max(axis=1))
+    way, work = (
+        np.array(values) for values in zip(*(by_hand(load, f) for load in loads), strict=True)
+    )
+    assert curve.outcome == ("SHAKEDOWN", *["CYCLIC_SLIP"] * 3) and curve.slipping.tolist() == [
+        0.0,
+        0.25,
+        0.25,
+        1.0,
+    ]
+    assert curve.work == pytest.approx(work.sum(axis=1)) and curve.slip_range == pytest.approx(
+        way.max(axis=1)
+    )
     table = curve.by_contact
-    assert table["contact"].tolist() == NAMES * 4 and np.array(table["load_factor"]) == pytest.approx(np.repeat(loads, 2))
-    assert np.array(table["work"]) == pytest.approx(work.ravel()) and np.array(table["slip_range"]) == pytest.approx(way.ravel())
+    assert table["contact"].tolist() == NAMES * 4 and np.array(
+        table["load_factor"]
+    ) == pytest.approx(np.repeat(loads, 2))
+    assert np.array(table["work"]) == pytest.approx(work.ravel()) and np.array(
+        table["slip_range"]
+    ) == pytest.approx(way.ravel())
     assert np.array(table["slipping"]) == pytest.approx((way > 0).ravel().astype(float))
-    assert curve.displacement == pytest.approx(np.array(loads) + (way / 2).sum(axis=1)) and curve.gross_slip == np.inf
-    assert np.isnan([*curve.frequency, *curve.most_damping, curve.shakedown_limit, curve.guaranteed_limit]).all()
+    assert (
+        curve.displacement == pytest.approx(np.array(loads) + (way / 2).sum(axis=1))
+        and curve.gross_slip == np.inf
+    )
+    assert np.isnan(
+        [*curve.frequency, *curve.most_damping, curve.shakedown_limit, curve.guaranteed_limit]
+    ).all()
     half = curve.load_at(work=2.0, progress=False)
-    assert 1.4 < half.load_factor < 2.0 and half.dissipation == pytest.approx(by_hand(half.load_factor, f)[1].sum()) == pytest.approx(2.0, rel=0.3)
+    assert 1.4 < half.load_factor < 2.0 and half.dissipation == pytest.approx(
+        by_hand(half.load_factor, f)[1].sum()
+    ) == pytest.approx(2.0, rel=0.3)
     assert curve.load_at(work=curve.work[1]).load_factor == pytest.approx(0.75)
     third = curve.load_at(slipping=1 / 3)
-    assert third.load_factor == pytest.approx(1.4 + 0.6 / 9) and third.slipping_share == 0.25  # what is seen there
+    assert (
+        third.load_factor == pytest.approx(1.4 + 0.6 / 9) and third.slipping_share == 0.25
+    )  # what is seen there
     turning = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}])  # around a mean of a half
     other = fo.backbone_curve(TWO, turning, f, 2 * np.array(loads), steps=1)
-    assert other.work == pytest.approx(curve.work) and np.isnan([other.displacement, other.stiffness, other.damping]).all()
-    assert "two opposed ones" in other.note and "two opposed ones" in repr(other) and other.to_frame().attrs["note"] == other.note
+    assert (
+        other.work == pytest.approx(curve.work)
+        and np.isnan([other.displacement, other.stiffness, other.damping]).all()
+    )
+    assert (
+        "two opposed ones" in other.note
+        and "two opposed ones" in repr(other)
+        and other.to_frame().attrs["note"] == other.note
+    )
 
 
 def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
-    """Slip comes as far as the end force over the friction of a length; work is a closed form for whole numbers of nodes."""
-    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=20, EA=2.0, h=0.1) | {"C": np.zeros((20, 20))})  # free to lift off
-    cycle, reach = fo.LoadCycle({"pressure": 2.0}, [{"force": 1.0}, {"force": -1.0}]), np.array([2, 4, 8, 16])
+    """Slip comes as far as the end force over the friction of a length; work is a closed form for
+    whole numbers of nodes."""
+    rod = fo.ContactSystem.from_blocks(
+        **fo.reference.foundation_rod(nodes=20, EA=2.0, h=0.1) | {"C": np.zeros((20, 20))}
+    )  # free to lift off
+    cycle, reach = (
+        fo.LoadCycle({"pressure": 2.0}, [{"force": 1.0}, {"force": -1.0}]),
+        np.array([2, 4, 8, 16]),
+    )
     curve = fo.backbone_curve(rod, cycle, 0.5, 0.1 * reach)
     exact = [fo.reference.rod_dissipation(force, 2.0, 1.0, 0.1) for force in 0.1 * reach]
-    assert curve.work == pytest.approx(exact, rel=1e-9) and curve.slipping == pytest.approx((reach - 1) / 20)  # the last node rests
-    assert curve.gross_slip == pytest.approx(2.0) and "no compliance" in curve.note and "of the nodes" in curve.note
+    assert curve.work == pytest.approx(exact, rel=1e-9) and curve.slipping == pytest.approx(
+        (reach - 1) / 20
+    )  # the last node rests
+    assert (
+        curve.gross_slip == pytest.approx(2.0)
+        and "no compliance" in curve.note
+        and "of the nodes" in curve.note
+    )
     default = fo.backbone_curve(rod, cycle, 0.5)
     assert default.load_factor[[0, -1]] == pytest.approx([0.1, 1.9])
     half, work = curve.load_at(slipping=0.5), curve.load_at(work=0.1)
     assert half.load_factor == pytest.approx(0.8 + 0.8 * 3 / 8) and half.slipping_share == 0.5
-    assert work.dissipation == pytest.approx(fo.reference.rod_dissipation(work.load_factor, 2.0, 1.0, 0.1)) and 0.1 < work.dissipation < 0.102
+    assert (
+        work.dissipation
+        == pytest.approx(fo.reference.rod_dissipation(work.load_factor, 2.0, 1.0, 0.1))
+        and 0.1 < work.dissipation < 0.102
+    )
     for name, value, said in (
         ("slipping", 0.9, r"0\.05 to 0\.75 at the load factors 0\.2 to 1\.6"),
         ("work", 1e-9, "work: 1e-09"),
@@ -244,11 +414,29 @@ def test_the_curve_of_a_rod_and_the_load_of_half_its_length():
 
 
 def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
-    block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])}, compliance=np.eye(2))
+    block = fo.ContactSystem.from_blocks(
+        [[0.0]],
+        [[0.0]],
+        [[0.0]],
+        [0.0],
+        {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])},
+        compliance=np.eye(2),
+    )
     curve = fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [1.0, 1.9, 2.1])
-    assert curve.gross_slip == pytest.approx(2.0) and curve.outcome == ("SHAKEDOWN", "SHAKEDOWN", "SLIDES_OFF")
-    assert curve.work.tolist()[:2] == [0.0, 0.0] and np.isnan([getattr(curve, name)[2] for name in ("work", "slipping", "displacement")]).all()
-    assert "load factors 2.1: above it no state of rest exists" in curve.note and set(curve.by_contact["load_factor"]) == {1.0, 1.9}
+    assert curve.gross_slip == pytest.approx(2.0) and curve.outcome == (
+        "SHAKEDOWN",
+        "SHAKEDOWN",
+        "SLIDES_OFF",
+    )
+    assert (
+        curve.work.tolist()[:2] == [0.0, 0.0]
+        and np.isnan(
+            [getattr(curve, name)[2] for name in ("work", "slipping", "displacement")]
+        ).all()
+    )
+    assert "load factors 2.1: above it no state of rest exists" in curve.note and set(
+        curve.by_contact["load_factor"]
+    ) == {1.0, 1.9}
     with pytest.raises(fo.NoContinuation, match="the body may slide or open as a whole"):
         fo.backbone_curve(block, opposed("Q", {"P": 4.0}), 0.5, [2.1, 3.0])
 
@@ -256,28 +444,51 @@ def test_beyond_the_load_that_slides_the_body_off_there_is_no_number():
 def test_a_contact_that_ratchets_has_work_and_no_displacement():
     system, cycle, f, factor = WALKING
     curve = fo.backbone_curve(replace(system, compliance=np.eye(3)), cycle, f, [0.1, factor])
-    assert curve.outcome == ("SHAKEDOWN", "RATCHETING") and curve.work[1] == fo.steady_state(*WALKING).dissipation > 0
-    assert np.isfinite(curve.displacement[0]) and np.isnan(curve.displacement[1]) and np.isnan(curve.damping[1])
+    assert (
+        curve.outcome == ("SHAKEDOWN", "RATCHETING")
+        and curve.work[1] == fo.steady_state(*WALKING).dissipation > 0
+    )
+    assert (
+        np.isfinite(curve.displacement[0])
+        and np.isnan(curve.displacement[1])
+        and np.isnan(curve.damping[1])
+    )
     assert f"load factor {factor:g}: the contact ratchets" in curve.note
 
 
 def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_count():
-    """A load case that the cycle does not use may be as soft as it likes; small corners with large load factors are the same cycle."""
+    """A load case that the cycle does not use may be as soft as it likes; small corners with large
+    load factors are the same cycle."""
     system, stuck = oscillator()
     given = {"natural_frequency": stuck}, {}
-    right = [fo.backbone_curve(system, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **each) for each in given]
+    right = [
+        fo.backbone_curve(system, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **each)
+        for each in given
+    ]
     assert np.isfinite(right[0].frequency).all() and np.isfinite(right[1].damping).all()
     none, soft = (np.zeros(2), np.zeros(2)), np.diag([0.0, 0.0, 1e20])
     soft[:2, :2] = system.compliance
     heated = replace(system, bonded={**system.bonded, "heat": none}, compliance=soft)
     tiny = fo.LoadCycle({"static": 1.0}, [{"mode": 1e-9}, {"mode": -1e-9}])
     for asked, curve in zip(given, right, strict=True):
-        other = fo.backbone_curve(heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **asked)
-        assert other.damping == pytest.approx(curve.damping, rel=1e-12) and other.displacement == pytest.approx(curve.displacement, rel=1e-12)
+        other = fo.backbone_curve(
+            heated, opposed("mode", {"static": 1.0}), 0.9, [200.0, 800.0], **asked
+        )
+        assert other.damping == pytest.approx(
+            curve.damping, rel=1e-12
+        ) and other.displacement == pytest.approx(curve.displacement, rel=1e-12)
     small = fo.backbone_curve(system, tiny, 0.9, [200.0e9, 800.0e9])
-    assert small.damping == pytest.approx(right[1].damping, rel=1e-9) and small.displacement == pytest.approx(right[1].displacement * 1e-9)
-    pulled = replace(system, bonded={**system.bonded, "back": system.bonded["mode"]}, compliance=system.compliance[[0, 1, 1]][:, [0, 1, 1]])
-    cancelled = fo.LoadCycle({"static": 1.0}, [{"mode": 1.0, "back": -1.0}, {"mode": -1.0, "back": 1.0}])
+    assert small.damping == pytest.approx(
+        right[1].damping, rel=1e-9
+    ) and small.displacement == pytest.approx(right[1].displacement * 1e-9)
+    pulled = replace(
+        system,
+        bonded={**system.bonded, "back": system.bonded["mode"]},
+        compliance=system.compliance[[0, 1, 1]][:, [0, 1, 1]],
+    )
+    cancelled = fo.LoadCycle(
+        {"static": 1.0}, [{"mode": 1.0, "back": -1.0}, {"mode": -1.0, "back": 1.0}]
+    )
     with pytest.raises(fo.ModelError, match="the load does no work on the glued bodies"):
         fo.backbone_curve(pulled, cancelled, 0.9, [1.0], natural_frequency=1.0)
 
@@ -293,7 +504,10 @@ def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
     monkeypatch.setattr(backbone, "steady_state", followed)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75, 1.4], steps=1)
-    assert interrupt.value.curve.load_factor.tolist() == [0.4, 0.75] and "2 of 3 load factors" in interrupt.value.__notes__[0]
+    assert (
+        interrupt.value.curve.load_factor.tolist() == [0.4, 0.75]
+        and "2 of 3 load factors" in interrupt.value.__notes__[0]
+    )
 
 
 def test_an_interrupted_curve_may_hold_failures_alone(monkeypatch):
@@ -312,16 +526,29 @@ def test_an_interrupted_curve_may_hold_failures_alone(monkeypatch):
 def test_bad_input():
     punch = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).condense()
     cycle = opposed("sigma", {"P": 1.0})
-    for corners in ([{"sigma": 1.0}], [{"sigma": 1.0}, {"sigma": -0.5}], [{"sigma": 1.0}, {}, {"sigma": -1.0}], [{}, {}]):
+    for corners in (
+        [{"sigma": 1.0}],
+        [{"sigma": 1.0}, {"sigma": -0.5}],
+        [{"sigma": 1.0}, {}, {"sigma": -1.0}],
+        [{}, {}],
+    ):
         for asked in ({"natural_frequency": 1.0}, {"range": True}):
             with pytest.raises(fo.ModelError, match=r"(cycle|range): .*two opposed corners"):
                 fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, corners), 0.5, [1.0], **asked)
     with pytest.raises(fo.ModelError, match=r"cycle: .*no fixed part"):
-        fo.backbone_curve(punch, fo.LoadCycle({"P": 1.0}, cycle.corners, fixed=[{"Q": 0.1}, {}]), 0.5, [1.0], natural_frequency=1.0)
+        fo.backbone_curve(
+            punch,
+            fo.LoadCycle({"P": 1.0}, cycle.corners, fixed=[{"Q": 0.1}, {}]),
+            0.5,
+            [1.0],
+            natural_frequency=1.0,
+        )
     for factors in ([], [0.0, 1.0], [1.0, 1.0], [2.0, 1.0], [-1.0], "1", [np.nan]):
         with pytest.raises(fo.ModelError, match="load_factors"):
             fo.backbone_curve(punch, cycle, 0.5, factors)
-    with pytest.raises(fo.ModelError, match="load_factors: None, and the load that slides the bodies off is inf"):
+    with pytest.raises(
+        fo.ModelError, match="load_factors: None, and the load that slides the bodies off is inf"
+    ):
         fo.backbone_curve(punch, cycle, 0.5)
     bare = fo.ContactSystem(punch.S, punch.points, dict(punch.bonded))
     with pytest.raises(fo.ModelError, match=r"range: True, .* no compliance"):
@@ -330,7 +557,13 @@ def test_bad_input():
         with pytest.raises(fo.ModelError, match="natural_frequency"):
             fo.backbone_curve(bare, cycle, 0.5, [1.0], natural_frequency=odd)
     with pytest.raises(fo.ModelError, match="the load does no work"):
-        fo.backbone_curve(punch.with_interference({"fit": 1.0}), opposed("fit", {"P": 1.0}), 0.5, [1e-3], natural_frequency=1.0)
+        fo.backbone_curve(
+            punch.with_interference({"fit": 1.0}),
+            opposed("fit", {"P": 1.0}),
+            0.5,
+            [1e-3],
+            natural_frequency=1.0,
+        )
     for odd, cyclic in ({"X": 1.0}, cycle.corners), (cycle.mean, [{"X": 1.0}, {"X": -1.0}]):
         with pytest.raises(fo.ModelError, match="load case 'X': unknown"):
             fo.backbone_curve(punch, fo.LoadCycle(odd, cyclic), 0.5, [1.0])
@@ -339,12 +572,16 @@ def test_bad_input():
 
 
 def test_the_load_of_a_mode():
-    """Two bodies of three springs and masses each, glued at their ends: the frequency of the glued joint is that of its compliance."""
+    """Two bodies of three springs and masses each, glued at their ends: the frequency of the glued
+    joint is that of its compliance."""
     rng = np.random.default_rng(4)
     n = 12
     root = rng.normal(size=(n, n))
     bodies = np.repeat([0, 1], 6)
-    K, M = (root @ root.T + np.eye(n)) * np.equal.outer(bodies, bodies), np.diag(rng.uniform(0.5, 2.0, n))
+    K, M = (
+        (root @ root.T + np.eye(n)) * np.equal.outer(bodies, bodies),
+        np.diag(rng.uniform(0.5, 2.0, n)),
+    )
     unknowns = np.arange(n).reshape(6, 2)
     glue = np.delete(np.eye(n), [6, 7], axis=1)
     glue[[6, 7], [0, 1]] = 1.0  # node 3 lies on node 0
@@ -358,8 +595,18 @@ def test_the_load_of_a_mode():
     assert by_stiffness[:2] == pytest.approx((inertia[:2] + inertia[6:8]) / 2) == by_stiffness[6:8]
     points = np.array([[0, 0], [1, 1], [-1, 1], [0, 0], [1, -1], [-1, -1]], float)
     for forces in (load, by_stiffness):
-        system = fo.condense(csr_matrix(K), {"mode": forces, "P": np.eye(n)[3]}, [[0, 3]], [0.0, 1.0], unknowns, points, width=[1.0])
-        assert 1 / np.sqrt(system.compliance[0, 0]) / (2 * np.pi) == pytest.approx(frequency, rel=1e-9)
+        system = fo.condense(
+            csr_matrix(K),
+            {"mode": forces, "P": np.eye(n)[3]},
+            [[0, 3]],
+            [0.0, 1.0],
+            unknowns,
+            points,
+            width=[1.0],
+        )
+        assert 1 / np.sqrt(system.compliance[0, 0]) / (2 * np.pi) == pytest.approx(
+            frequency, rel=1e-9
+        )
     for odd in (np.eye(3), np.zeros((n, n)), -M, "M", None):
         with pytest.raises(fo.ModelError, match=r"^(M|mode): "):
             fo.modal_load(odd, mode)
@@ -373,17 +620,33 @@ def test_the_load_of_a_mode():
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
 @pytest.mark.parametrize("kinematics", ["plane_strain", "plane_stress"])
 def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
-    """A pad that is glued by friction to a pad of the same steel: its sheared face moves by the mean of its displacements, which `recover` finds."""
+    """A pad that is glued by friction to a pad of the same steel: its sheared face moves by the
+    mean of its displacements, which `recover` finds."""
     x, steel = np.linspace(0.0, 20.0, 9), fo.Material(E=210e3, nu=0.3)
     sides = {"low": lambda x: x[1] == x[1].min(), "high": lambda x: x[1] == x[1].max()}
-    pad, base = (fo.Body(MeshQuad.init_tensor(x, np.linspace(y, y + 10.0, 5)).with_boundaries(sides), steel, element) for y in (0.0, -10.0))
-    loads = {"P": [fo.Pressure("pad", "high", 100.0)], "Q": [fo.Traction("pad", "high", x=3.0, y=4.0)]}
+    pad, base = (
+        fo.Body(
+            MeshQuad.init_tensor(x, np.linspace(y, y + 10.0, 5)).with_boundaries(sides),
+            steel,
+            element,
+        )
+        for y in (0.0, -10.0)
+    )
+    loads = {
+        "P": [fo.Pressure("pad", "high", 100.0)],
+        "Q": [fo.Traction("pad", "high", x=3.0, y=4.0)],
+    }
     contacts, supports = [fo.Contact("pad", "base", "low", "high")], [fo.Support("base", "low")]
-    model = fo.ContactModel({"pad": pad, "base": base}, supports, loads, contacts, kinematics=kinematics, units="N, mm")
+    model = fo.ContactModel(
+        {"pad": pad, "base": base}, supports, loads, contacts, kinematics=kinematics, units="N, mm"
+    )
     system = model.condense()
     system.save(tmp_path / "pads.npz")
     assert fo.ContactSystem.load(tmp_path / "pads.npz").load_size == system.load_size
-    assert system.load_size == {"P": pytest.approx(2000.0), "Q": pytest.approx(100.0)}  # 5 MPa on 20 mm
+    assert system.load_size == {
+        "P": pytest.approx(2000.0),
+        "Q": pytest.approx(100.0),
+    }  # 5 MPa on 20 mm
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}])
     curve = fo.backbone_curve(system, cycle, 0.9, load_factors=[0.5, 1.0])
     assert curve.outcome == ("SHAKEDOWN", "SHAKEDOWN")
@@ -402,12 +665,23 @@ def test_the_motion_of_a_load_is_a_length(kinematics, element, tmp_path):
     assert curve.to_frame()["motion"].tolist() == curve.motion.tolist()
     bare = replace(system, load_size={})
     assert np.isnan(fo.backbone_curve(bare, cycle, 0.9, load_factors=[1.0]).motion).all()
-    assert "P" not in system.with_interference({"P": 0.1}).load_size and "Q" not in system.with_bonded({"Q": system.bonded["Q"]}).load_size
+    assert (
+        "P" not in system.with_interference({"P": 0.1}).load_size
+        and "Q" not in system.with_bonded({"Q": system.bonded["Q"]}).load_size
+    )
 
 
 def test_a_steady_cycle_beyond_friction_moves_its_load_further():
-    """One node of stiffness k under a force F: half of its range is F / k and the slip that friction leaves, for a load of any size."""
+    """One node of stiffness k under a force F: half of its range is F / k and the slip that
+    friction leaves, for a load of any size."""
     loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
-    slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]])
-    curve = fo.backbone_curve(replace(slider, load_size={"F": 4.0}), opposed("F", {"N": 1.0}), 0.5, load_factors=[0.4, 1.0])
+    slider = fo.ContactSystem.from_blocks(
+        [[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]]
+    )
+    curve = fo.backbone_curve(
+        replace(slider, load_size={"F": 4.0}),
+        opposed("F", {"N": 1.0}),
+        0.5,
+        load_factors=[0.4, 1.0],
+    )
     assert curve.motion == pytest.approx([0.1, (1.0 + 0.5 / 3.0) / 4.0])

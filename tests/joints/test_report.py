@@ -1,4 +1,5 @@
-"""The report on a joint: its numbers against closed forms and the calls that it stands for, what it leaves out, and the file that it writes."""
+"""The report on a joint: its numbers against closed forms and the calls that it stands for, what it
+leaves out, and the file that it writes."""
 
 import re
 from dataclasses import replace
@@ -17,7 +18,13 @@ from helpers.spatial import random_contact
 from helpers.systems import CYCLE, random_system
 
 BLOCK = fo.ContactSystem.from_blocks(
-    [[3.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}, compliance=[[0, 0], [0, 1]], units="N, mm"
+    [[3.0]],
+    [[0.0]],
+    [[1.0]],
+    [0.0],
+    {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])},
+    compliance=[[0, 0], [0, 1]],
+    units="N, mm",
 )
 TO_AND_FRO = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
 
@@ -29,23 +36,45 @@ def value(report, number):
 def test_a_block_on_a_spring():
     """Jenkins' element: shear of load factor on a spring of 3 that slides at f N = .5."""
     report = fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0])
-    assert value(report, "gross-slip load") == np.inf and "supports hold the bodies" in report.gross_slip.reason
-    assert value(report, "shakedown limit") == pytest.approx(0.5) == value(report, "guaranteed limit")
+    assert (
+        value(report, "gross-slip load") == np.inf
+        and "supports hold the bodies" in report.gross_slip.reason
+    )
+    assert (
+        value(report, "shakedown limit") == pytest.approx(0.5) == value(report, "guaranteed limit")
+    )
     assert value(report, "required friction") == pytest.approx(1.0, rel=1e-5)
     assert value(report, "work per cycle") == pytest.approx(4 * 0.5 * (1.0 - 0.5) / 3)
-    assert value(report, "largest slip range") == pytest.approx(2 * (1.0 - 0.5) / 3) and value(report, "share that slips") == 1.0
+    assert (
+        value(report, "largest slip range") == pytest.approx(2 * (1.0 - 0.5) / 3)
+        and value(report, "share that slips") == 1.0
+    )
     assert report.curve.work == pytest.approx([0.0, 1 / 3]) and not report.missing
     assert "All nodes are closed under the mean load, and in each cycle" in report.kind
     assert any("Friction of 1 " in sentence for sentence in report.advice)
-    assert "work per cycle: 0.33333 N mm per depth\n" in str(report) and "once more nodes slip, 1 do here" in " ".join(str(report).split())
-    assert repr(report).startswith("Report(nodes=1, ") and max(map(len, str(report).splitlines())) <= 79
+    assert "work per cycle: 0.33333 N mm per depth\n" in str(
+        report
+    ) and "once more nodes slip, 1 do here" in " ".join(str(report).split())
+    assert (
+        repr(report).startswith("Report(nodes=1, ")
+        and max(map(len, str(report).splitlines())) <= 79
+    )
 
 
 def test_a_free_block_slides_off_and_the_curve_ends_before():
-    free = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])})
+    free = fo.ContactSystem.from_blocks(
+        [[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])}
+    )
     report = fo.report(free, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5)
-    assert value(report, "gross-slip load") == pytest.approx(0.5) and report.steady is None and report.contacts.empty
-    assert "no state of rest exists" in report.gross_slip.reason and "nothing rests" in report.advice[0]
+    assert (
+        value(report, "gross-slip load") == pytest.approx(0.5)
+        and report.steady is None
+        and report.contacts.empty
+    )
+    assert (
+        "no state of rest exists" in report.gross_slip.reason
+        and "nothing rests" in report.advice[0]
+    )
     assert report.curve.load_factor[-1] == pytest.approx(0.95 * 0.5) and not report.curve.work.any()
 
 
@@ -54,7 +83,11 @@ def test_its_numbers_are_those_of_the_calls(seed):
     contact = random_system(np.random.default_rng(seed), 4)
     report, asked = fo.report(contact, CYCLE, 0.4), (contact, CYCLE, 0.4)
     assert value(report, "shakedown limit") == fo.shakedown_limit(*asked).load_factor
-    assert value(report, "work per cycle") == fo.steady_state(*asked, 1.0).dissipation == pytest.approx(report.contacts["work"].sum())
+    assert (
+        value(report, "work per cycle")
+        == fo.steady_state(*asked, 1.0).dissipation
+        == pytest.approx(report.contacts["work"].sum())
+    )
     assert value(report, "required friction") == fo.required_friction(contact, CYCLE, 1.0).required
 
 
@@ -62,14 +95,29 @@ def test_where_nodes_are_open_in_space_no_search_is_made_and_limits_belong_to_th
     rng = np.random.default_rng(3)
     contact = random_contact(rng, 5).with_gap(np.r_[10.0, 0, 0, 0, 0])
     report = fo.report(contact, spatial_cycle(), 0.4, [0.5])
-    assert report.mean_state.open.tolist() == [True, *[False] * 4] and report.required is None and report.guaranteed is None
+    assert (
+        report.mean_state.open.tolist() == [True, *[False] * 4]
+        and report.required is None
+        and report.guaranteed is None
+    )
     assert (
         value(report, "shakedown limit with these nodes open")
-        == fo.shakedown_limit(contact, spatial_cycle(), 0.4, open=report.mean_state.open).load_factor
+        == fo.shakedown_limit(
+            contact, spatial_cycle(), 0.4, open=report.mean_state.open
+        ).load_factor
     )
-    assert "leaves 1 of 5 nodes open" in report.kind and "change with the mesh" in report.kind and "1 of 5 nodes open" in report.limit.reason
-    assert report.numbers.set_index("number").loc["shakedown limit with these nodes open", "settles"] == "no"
-    assert {"guaranteed limit", "required friction"} == set(report.missing) and "Quote" in report.advice[-1]
+    assert (
+        "leaves 1 of 5 nodes open" in report.kind
+        and "change with the mesh" in report.kind
+        and "1 of 5 nodes open" in report.limit.reason
+    )
+    assert (
+        report.numbers.set_index("number").loc["shakedown limit with these nodes open", "settles"]
+        == "no"
+    )
+    assert {"guaranteed limit", "required friction"} == set(
+        report.missing
+    ) and "Quote" in report.advice[-1]
 
 
 def test_an_interrupt_keeps_what_is_known(monkeypatch):
@@ -79,8 +127,14 @@ def test_an_interrupt_keeps_what_is_known(monkeypatch):
     monkeypatch.setattr(module, "shakedown_limit", stop)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4])
-    assert interrupt.value.report.steady.dissipation == pytest.approx(1 / 3) and interrupt.value.report.limit is None
-    assert interrupt.value.report.missing["shakedown limit"] == "interrupted" and "`report`" in interrupt.value.__notes__[0]
+    assert (
+        interrupt.value.report.steady.dissipation == pytest.approx(1 / 3)
+        and interrupt.value.report.limit is None
+    )
+    assert (
+        interrupt.value.report.missing["shakedown limit"] == "interrupted"
+        and "`report`" in interrupt.value.__notes__[0]
+    )
     assert "interrupted" in str(interrupt.value.report)
 
 
@@ -88,8 +142,16 @@ def test_one_file_has_text_tables_and_pictures(tmp_path):
     file, known = tmp_path / "joint.html", plt.get_fignums()  # those of other tests
     fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0]).save(file)
     page = file.read_text(encoding="utf-8")
-    assert page.count("<img") == 3 and page.count("data:image/png;base64,iVBOR") == 3 and page.count("<table") == 3
-    assert not re.search(r"(src|href)=\"(?!data:)", page) and "shakedown limit" in page and "<h2>Advice</h2>" in page
+    assert (
+        page.count("<img") == 3
+        and page.count("data:image/png;base64,iVBOR") == 3
+        and page.count("<table") == 3
+    )
+    assert (
+        not re.search(r"(src|href)=\"(?!data:)", page)
+        and "shakedown limit" in page
+        and "<h2>Advice</h2>" in page
+    )
     assert plt.get_fignums() == known
     with pytest.raises(fo.ModelError, match="npz"):
         fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4]).save(tmp_path / "joint.csv")
@@ -97,9 +159,28 @@ def test_one_file_has_text_tables_and_pictures(tmp_path):
 
 def test_the_command(tmp_path, capsys):
     BLOCK.save(tmp_path / "block.npz")
-    loads = ["--mean", "N=1", "--corners", "F=1", "F=-1", "--friction", ".5", "--load-factors", ".4", "1"]
-    assert command.main(["report", str(tmp_path / "block.npz"), *loads, "--page", str(tmp_path / "block.html")]) == 0
-    assert "shakedown limit: 0.5" in capsys.readouterr().out and (tmp_path / "block.html").stat().st_size > 1e4
+    loads = [
+        "--mean",
+        "N=1",
+        "--corners",
+        "F=1",
+        "F=-1",
+        "--friction",
+        ".5",
+        "--load-factors",
+        ".4",
+        "1",
+    ]
+    assert (
+        command.main(
+            ["report", str(tmp_path / "block.npz"), *loads, "--page", str(tmp_path / "block.html")]
+        )
+        == 0
+    )
+    assert (
+        "shakedown limit: 0.5" in capsys.readouterr().out
+        and (tmp_path / "block.html").stat().st_size > 1e4
+    )
 
 
 @pytest.mark.parametrize("factors", [[0.0, 1.0], [1.0, 0.5], [], [np.nan]])
@@ -109,7 +190,11 @@ def test_load_factors_that_do_not_rise_are_refused(factors):
 
 
 PAIR = fo.ContactSystem.from_blocks(
-    [[1, -1], [-1, 1]], np.zeros((2, 2)), [[1, -1], [-1, 1]], [0, 1], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])}
+    [[1, -1], [-1, 1]],
+    np.zeros((2, 2)),
+    [[1, -1], [-1, 1]],
+    [0, 1],
+    {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])},
 )  # free along both axes
 
 
@@ -119,7 +204,12 @@ PAIR = fo.ContactSystem.from_blocks(
         ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.0, "nothing rests, bodies slide off"),
         ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.6, "nothing rests, bodies slide off"),
         ({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}], 1.0, "Your load is 100.0%"),
-        ({"P": 1.0, "Q": 3.0}, [{"Q": -1.0}, {"Q": -0.9}], 0.5, "below load factor 2.778 the mean load slides"),
+        (
+            {"P": 1.0, "Q": 3.0},
+            [{"Q": -1.0}, {"Q": -0.9}],
+            0.5,
+            "below load factor 2.778 the mean load slides",
+        ),
         ({"P": 1.0, "Q": 0.2}, [{"R": 0.8}, {"R": -0.8}], 0.3, "It ratchets"),
         ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], 0.3, "nothing rests, bodies slide off"),
     ],
@@ -132,42 +222,85 @@ def test_advice_where_bodies_are_free(mean, corners, friction, told):
 
 
 def test_without_friction_nodes_slide_and_no_start_is_warned_of():
-    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    node = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
     report = fo.report(node, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.0)
-    assert report.advice == ["At your load no friction does work; nodes without friction slide to and fro."]
+    assert report.advice == [
+        "At your load no friction does work; nodes without friction slide to and fro."
+    ]
 
 
 def test_a_mean_load_that_opens_all_nodes_in_space_leaves_a_report():
     one = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1.0], "X": [1, 0, 0]})
     report = fo.report(one, fo.LoadCycle({"P": -1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.3)
-    assert report.limit is None and "closed nodes" in report.missing["shakedown limit"] and report.kind == "The mean load opens all nodes."
+    assert (
+        report.limit is None
+        and "closed nodes" in report.missing["shakedown limit"]
+        and report.kind == "The mean load opens all nodes."
+    )
 
 
 def test_a_press_fit_is_said_to_be_one():
-    """Statics cannot know how far it presses: report, table and chart say so, and have the load at which the transient slides off."""
+    """Statics cannot know how far it presses: report, table and chart say so, and have the load at
+    which the transient slides off."""
     system = replace(fo.scenes.PressFit(elements=12).condense(), units="N, mm")
-    joint = fo.report(system, fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}]), friction=0.3, load_factors=[0.5, 1.0])
-    assert value(joint, "gross-slip load") == joint.curve.gross_slip == pytest.approx(1.374, rel=3e-3)
-    assert "statics cannot know how far the fit presses" in joint.gross_slip.reason and joint.curve.self_stress
-    assert "in a transient from no slip: statics cannot know how far the fit presses" in joint.advice[0]
-    assert joint.numbers.set_index("number").loc["gross-slip load", "settles"] == "as the pressure of the fit does"
+    joint = fo.report(
+        system,
+        fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}]),
+        friction=0.3,
+        load_factors=[0.5, 1.0],
+    )
+    assert (
+        value(joint, "gross-slip load") == joint.curve.gross_slip == pytest.approx(1.374, rel=3e-3)
+    )
+    assert (
+        "statics cannot know how far the fit presses" in joint.gross_slip.reason
+        and joint.curve.self_stress
+    )
+    assert (
+        "in a transient from no slip: statics cannot know how far the fit presses"
+        in joint.advice[0]
+    )
+    assert (
+        joint.numbers.set_index("number").loc["gross-slip load", "settles"]
+        == "as the pressure of the fit does"
+    )
     labels = [text.get_text() for text in joint.curve.plot()[0].figure.findobj(Text)]
     assert any(text.startswith("bodies slide off, from no slip = 1.37") for text in labels)
 
 
 def test_all_numbers_of_a_report_have_units():
-    """In the table and in the text, in the names that the user gave and without; a displacement that is no length is not called so."""
+    """In the table and in the text, in the names that the user gave and without; a displacement
+    that is no length is not called so."""
     system = replace(fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense(), units="N, mm")
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": -0.3}])
     joint = fo.report(system, cycle, friction=0.5, load_factors=[0.5, 1.0])
     assert (joint.numbers["unit"] != "").all()
     text = str(joint)
     table = text[text.index("What grows") :]
-    for column in ("work (N mm per depth)", "slip_range (mm)", "motion (mm)", "stiffness (N per depth per mm)"):
+    for column in (
+        "work (N mm per depth)",
+        "slip_range (mm)",
+        "motion (mm)",
+        "stiffness (N per depth per mm)",
+    ):
         assert column in table
-    assert "displacement" not in table and "area (mm)" in text and "P_0 (N per depth)" in text and "fP_1 (N per depth)" in text
+    assert (
+        "displacement" not in table
+        and "area (mm)" in text
+        and "P_0 (N per depth)" in text
+        and "fP_1 (N per depth)" in text
+    )
     row = joint.curve.to_frame().iloc[0]
     assert value(joint, "motion of the load") == pytest.approx(joint.curve.motion[-1])
     assert row.motion * system.load_size["Q"] * 0.3 == pytest.approx(row.displacement)
-    bare = str(fo.report(replace(system, units=None, load_size={}), cycle, friction=0.5, load_factors=[1.0]))
-    assert "work of the load (force length per depth per load factor)" in bare and "motion of the load" not in bare
+    bare = str(
+        fo.report(
+            replace(system, units=None, load_size={}), cycle, friction=0.5, load_factors=[1.0]
+        )
+    )
+    assert (
+        "work of the load (force length per depth per load factor)" in bare
+        and "motion of the load" not in bare
+    )

@@ -1,4 +1,5 @@
-"""Wear in jumps of cycles, against Archard's law step by step, closed forms, and itself under changes that must not matter."""
+"""Wear in jumps of cycles, against Archard's law step by step, closed forms, and itself under
+changes that must not matter."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -27,27 +28,41 @@ def test_small_steps_by_archards_law_give_the_same(coarse):
     contact, *asked = COARSE
     count, cycles = 150, 6e3
     for _ in range(count):
-        contact = contact.with_gap(contact.gap + cycles / count * plain_rate(fo.steady_state(contact, *asked), 1e-3))
+        contact = contact.with_gap(
+            contact.gap + cycles / count * plain_rate(fo.steady_state(contact, *asked), 1e-3)
+        )
     plain = contact.gap - COARSE[0].gap
     history = fo.wear(*COARSE, coefficient=1e-3, cycles=cycles)
-    assert history.cycles[-1] == cycles and history.reason == "6000 cycles are over" and not history.worn_in
+    assert (
+        history.cycles[-1] == cycles
+        and history.reason == "6000 cycles are over"
+        and not history.worn_in
+    )
     assert np.abs(history.depth[-1] - plain).max() < 0.01 * plain.max()
     assert plain.max() > 0.3 * coarse.depth[-1].max()
 
 
 def test_wear_that_takes_off_no_pressure_is_coefficient_times_work_over_friction():
-    """A rod on a foundation under constant pressure, with a coefficient and a friction of its own at each node."""
+    """A rod on a foundation under constant pressure, with a coefficient and a friction of its own
+    at each node."""
     arrays = {**fo.reference.foundation_rod(nodes=5, EA=1.0, h=1.0), "C": np.zeros((5, 5))}
     rod = fo.ContactSystem.from_blocks(**arrays, width=np.linspace(0.5, 1.5, 5))
     cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.7}, {"force": -1.7}])
     f, k = np.linspace(0.4, 0.6, 5), np.linspace(1e-4, 2e-4, 5)
     steady = fo.steady_state(rod, cycle, f, 1.0)
     history = fo.wear(rod, cycle, f, 1.0, coefficient=k, cycles=1e4)
-    assert history.volume == pytest.approx(1e4 * (k / f) @ steady.dissipation_per_node, rel=1e-9) and steady.slipping.sum() > 2
+    assert (
+        history.volume == pytest.approx(1e4 * (k / f) @ steady.dissipation_per_node, rel=1e-9)
+        and steady.slipping.sum() > 2
+    )
     assert np.allclose(history.depth[-1], 1e4 * plain_rate(steady, k), rtol=1e-9)
     assert history.to_frame()["volume"].iloc[-1] == history.volume
     endless = fo.wear(rod, cycle, f, 1.0, coefficient=k)
-    assert len(endless.depth) == 1 and "rates that never change" in endless.reason and not endless.worn_in
+    assert (
+        len(endless.depth) == 1
+        and "rates that never change" in endless.reason
+        and not endless.worn_in
+    )
 
 
 def test_a_flat_punch_that_slides_as_a_whole_wears_to_uniform_pressure():
@@ -55,40 +70,77 @@ def test_a_flat_punch_that_slides_as_a_whole_wears_to_uniform_pressure():
     cycle = fo.LoadCycle({"P": 2.0}, [{"motion": 1.0}, {"motion": -1.0}])
     history = fo.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3)
     assert history.pressure[0].max() > 1.9 and np.abs(history.pressure[-1] - 1.0).max() < 0.02
-    assert "rates that never change" in history.reason and not history.worn_in and history.steady.slipping.all()
+    assert (
+        "rates that never change" in history.reason
+        and not history.worn_in
+        and history.steady.slipping.all()
+    )
     late = fo.wear(punch, cycle, 0.02, 3.0, coefficient=1e-3, cycles=1e6)
     assert np.abs(late.pressure[-1] - 1.0).max() < 1e-4
     ways = late.steady.sliding_distance
     rate = np.diff(late.to_frame()["volume"].iloc[-2:]) / np.diff(late.cycles[-2:])
-    assert np.ptp(ways) < 1e-4 * ways.max() and rate == pytest.approx(1e-3 * 2.0 * ways.mean(), rel=1e-4)
+    assert np.ptp(ways) < 1e-4 * ways.max() and rate == pytest.approx(
+        1e-3 * 2.0 * ways.mean(), rel=1e-4
+    )
 
 
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_the_table_says_what_the_arrays_say(coarse):
     table, width = coarse.to_frame(), COARSE[0].width
     assert len(table) == len(coarse.depth) == len(coarse.cycles) == len(coarse.pressure)
-    assert np.allclose(table["largest_depth"], coarse.depth.max(axis=1)) and np.allclose(table["volume"], coarse.depth @ width)
-    assert np.allclose(coarse.pressure @ width, 1.0, atol=1e-12) and (coarse.pressure >= -1e-12).all()
+    assert np.allclose(table["largest_depth"], coarse.depth.max(axis=1)) and np.allclose(
+        table["volume"], coarse.depth @ width
+    )
+    assert (
+        np.allclose(coarse.pressure @ width, 1.0, atol=1e-12) and (coarse.pressure >= -1e-12).all()
+    )
     assert np.allclose(coarse.system.gap, COARSE[0].gap + coarse.depth[-1], rtol=1e-14)
     first = fo.steady_state(*COARSE)
-    assert table["work"][0] == first.dissipation and table["slipping"][0] == first.slipping.sum() and table["outcome"][0] == "CYCLIC_SLIP"
+    assert (
+        table["work"][0] == first.dissipation
+        and table["slipping"][0] == first.slipping.sum()
+        and table["outcome"][0] == "CYCLIC_SLIP"
+    )
     stuck = np.abs(COARSE[0].x) < 0.7
-    assert np.allclose(table["stick_width"], width[stuck].sum()), "the stick zone of a contact under constant force stays"
+    assert np.allclose(table["stick_width"], width[stuck].sum()), (
+        "the stick zone of a contact under constant force stays"
+    )
     (depth, pressure, work), x = coarse.plot(), COARSE[0].x
     for ax, values in (depth, coarse.depth), (pressure, coarse.pressure):
-        drawn = {line.get_label(): line.get_xydata() for line in ax.get_lines() if len(line.get_xdata()) == len(x)}
+        drawn = {
+            line.get_label(): line.get_xydata()
+            for line in ax.get_lines()
+            if len(line.get_xdata()) == len(x)
+        }
         rows = [row for row, cycles in enumerate(table["cycles"]) if f"{cycles:.4g}" in drawn]
         assert {0, len(table) - 1} <= set(rows) and len(rows) == len(drawn)
-        assert all(np.array_equal(drawn[f"{table['cycles'][row]:.4g}"], np.column_stack([x, values[row]])) for row in rows)
+        assert all(
+            np.array_equal(drawn[f"{table['cycles'][row]:.4g}"], np.column_stack([x, values[row]]))
+            for row in rows
+        )
     assert np.array_equal(work.get_lines()[0].get_xydata(), table[["cycles", "work"]])
-    assert coarse.worn_in and table["work"].iloc[-1] <= 1e-3 * table["work"].max() and coarse.residual <= 1e-9
+    assert (
+        coarse.worn_in
+        and table["work"].iloc[-1] <= 1e-3 * table["work"].max()
+        and coarse.residual <= 1e-9
+    )
 
 
 def test_a_history_goes_on_from_its_state():
     whole = fo.wear(*COARSE, coefficient=1e-3, cycles=6e3, tolerance=2e-3)
     first = fo.wear(*COARSE, coefficient=1e-3, cycles=3e3, tolerance=2e-3)
-    rest = fo.wear(first.system, *COARSE[1:], coefficient=1e-3, cycles=3e3, initial_state=first.state, tolerance=2e-3)
-    assert np.abs(first.depth[-1] + rest.depth[-1] - whole.depth[-1]).max() < 2e-3 * whole.depth[-1].max()
+    rest = fo.wear(
+        first.system,
+        *COARSE[1:],
+        coefficient=1e-3,
+        cycles=3e3,
+        initial_state=first.state,
+        tolerance=2e-3,
+    )
+    assert (
+        np.abs(first.depth[-1] + rest.depth[-1] - whole.depth[-1]).max()
+        < 2e-3 * whole.depth[-1].max()
+    )
 
 
 @pytest.mark.parametrize(
@@ -102,16 +154,27 @@ def test_a_history_goes_on_from_its_state():
 )
 def test_a_coupled_contact_wears_until_it_rests(scene, cycle, load_factor):
     history = fo.wear(scene.condense(), cycle, 0.5, load_factor, coefficient=1e-3)
-    assert history.worn_in and history.reason.startswith("worn in") and history.residual < 1e-9 and history.volume > 0
+    assert (
+        history.worn_in
+        and history.reason.startswith("worn in")
+        and history.residual < 1e-9
+        and history.volume > 0
+    )
     again = fo.steady_state(history.system, cycle, 0.5, load_factor, initial_state=history.state)
     assert again.dissipation == pytest.approx(history.steady.dissipation, rel=1e-6, abs=1e-12)
 
 
 def test_where_nothing_slips_nothing_wears():
-    contact = fo.ContactSystem.from_blocks([[2.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.1])}, width=[1.0])
+    contact = fo.ContactSystem.from_blocks(
+        [[2.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.1])}, width=[1.0]
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     history = fo.wear(contact, cycle, 0.5, 0.2, coefficient=1.0, cycles=10)
-    assert history.reason == "the contact does not slip, and does not wear" and history.worn_in and history.volume == 0 == history.cycles[-1]
+    assert (
+        history.reason == "the contact does not slip, and does not wear"
+        and history.worn_in
+        and history.volume == 0 == history.cycles[-1]
+    )
     none = fo.wear(*COARSE, coefficient=0.0)
     assert none.reason.startswith("no node that slips") and none.volume == 0 and not none.worn_in
 
@@ -127,16 +190,28 @@ def test_the_plane_contact_in_space_wears_alike():
     solid = embedded(flat, np.random.default_rng(1))[0]
     solid = fo.ContactSystem(solid.S, solid.points, solid.bonded, gap=solid.gap, width=flat.width)
     options = {"coefficient": 1e-3, "cycles": 2e3, "tolerance": 0.05}
-    plane, space = fo.wear(flat, cycle, f, load_factor, **options), fo.wear(solid, cycle, f, load_factor, steps=1, **options)
+    plane, space = (
+        fo.wear(flat, cycle, f, load_factor, **options),
+        fo.wear(solid, cycle, f, load_factor, steps=1, **options),
+    )
     assert np.allclose(space.depth[-1], plane.depth[-1], rtol=0, atol=1e-6 * plane.depth[-1].max())
-    assert np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"]) and len(space.depth) > 4
+    assert (
+        np.allclose(space.to_frame()["stick_width"], plane.to_frame()["stick_width"])
+        and len(space.depth) > 4
+    )
 
 
-def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_last_jump(monkeypatch):
+def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_last_jump(
+    monkeypatch,
+):
     contact, *asked = cylinder(8)
     options = {"coefficient": 1e-3, "cycles": 3e2, "tolerance": 0.05, "steps": 2}
     done = fo.wear(contact, *asked, **options)
-    assert 0 < done.steady.step_error < 1 and done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0 and len(done.depth) > 2
+    assert (
+        0 < done.steady.step_error < 1
+        and done.steady.dissipation == done.to_frame()["work"].iloc[-1] > 0
+        and len(done.depth) > 2
+    )
 
     def stops(*_args, **_options):
         raise KeyboardInterrupt
@@ -144,7 +219,10 @@ def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_l
     monkeypatch.setattr(import_module("frictopt.joints.wear"), "steady_state", stops)
     with pytest.raises(KeyboardInterrupt) as caught:
         fo.wear(contact, *asked, **options)
-    assert np.array_equal(caught.value.history.depth, done.depth) and caught.value.history.steady.step_error == np.inf
+    assert (
+        np.array_equal(caught.value.history.depth, done.depth)
+        and caught.value.history.steady.step_error == np.inf
+    )
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])
@@ -156,22 +234,39 @@ def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
         if len(asked) == 20:
             raise error("stop")
         steady = reported(*args)
-        return replace(steady, record=replace(steady.record, residual=5e-10)) if len(asked) == 1 else steady
+        return (
+            replace(steady, record=replace(steady.record, residual=5e-10))
+            if len(asked) == 1
+            else steady
+        )
 
     monkeypatch.setattr(import_module("frictopt.joints.wear"), "reported", stops)
     with pytest.raises(error) as caught:
         fo.wear(*COARSE, coefficient=1e-3)
     history = caught.value.history
-    assert 4 < len(history.depth) < 11 and 0 < history.cycles[-1] and history.reason == f"{error.__name__}: stop" and not history.worn_in
+    assert (
+        4 < len(history.depth) < 11
+        and 0 < history.cycles[-1]
+        and history.reason == f"{error.__name__}: stop"
+        and not history.worn_in
+    )
     assert history.residual == 5e-10  # the largest of all its states
     assert "`history`" in caught.value.__notes__[0]
     monkeypatch.undo()
-    assert fo.wear(history.system, *COARSE[1:], coefficient=1e-3, initial_state=history.state, cycles=1e3).volume > 0
+    assert (
+        fo.wear(
+            history.system, *COARSE[1:], coefficient=1e-3, initial_state=history.state, cycles=1e3
+        ).volume
+        > 0
+    )
 
 
 @refused(
     ({"coefficient": -1e-3}, "coefficient: -0.001; give a coefficient of wear >= 0"),
-    ({"coefficient": np.r_[np.ones(31), -1e-3]}, "coefficient: -0.001 at node 31; give a coefficient of wear >= 0"),
+    (
+        {"coefficient": np.r_[np.ones(31), -1e-3]},
+        "coefficient: -0.001 at node 31; give a coefficient of wear >= 0",
+    ),
     ({"coefficient": [1e-3, 1e-3]}, r"coefficient: shape \(2,\)"),
     ({"coefficient": 1e-3, "cycles": 0.5}, "cycles: 0.5"),
     ({"coefficient": 1e-3, "cycles": np.inf}, "cycles: inf"),

@@ -237,7 +237,9 @@ FAULTS = (
     Fault(
         "limits/safe_slip.py",
         "the reserve forgets the gaps",
-        old=("min(np.min(held, where=stuck, initial=np.inf), np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)"),
+        old=(
+            "min(np.min(held, where=stuck, initial=np.inf), np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance)"
+        ),
         new="np.min(held, where=stuck, initial=np.inf)",
         tests="open_nodes limit_checks",
     ),
@@ -595,8 +597,12 @@ FAULTS = (
     Fault(
         "limits/critical_state.py",
         "one pair of corners alone where a part is fixed",
-        old=("[(k, j) for k, j in ends if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()]"),
-        new=("[(k, j) for k, j in list(ends)[:1] if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()]"),
+        old=(
+            "[(k, j) for k, j in ends if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()]"
+        ),
+        new=(
+            "[(k, j) for k, j in list(ends)[:1] if k != j and (np.abs(own[:, k, i] - own[:, j, i]) > floor[:, i]).any()]"
+        ),
         tests="fixed_part",
     ),
     Fault(
@@ -772,7 +778,9 @@ FAULTS = (
         "limits/patterns.py",
         "a set that begins above where the best one ends counts",
         old="limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS)",
-        new=("False and limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS)"),
+        new=(
+            "False and limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (1 + _GAINS)"
+        ),
         tests="patterns",
     ),
     Fault(
@@ -780,14 +788,18 @@ FAULTS = (
         "sets beside that of least friction are not looked at",
         old="if starts and len(tried) * closed.slip.size < _WORK:\n    climb(starts[-1])",
         new="if starts and len(tried) * closed.slip.size < _WORK:\n    pass",
-        tests=("required_friction::test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit"),
+        tests=(
+            "required_friction::test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit"
+        ),
     ),
     Fault(
         "limits/patterns.py",
         "the mean load opens nothing else with more friction",
         old="(1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)",
         new="(1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)",
-        tests=("patterns::test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction"),
+        tests=(
+            "patterns::test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction"
+        ),
     ),
     Fault(
         "limits/patterns.py",

@@ -1,4 +1,5 @@
-"""What decks say of displacements that a matrix lacks, in all the ways in which decks can say it; no code is run."""
+"""What decks say of displacements that a matrix lacks, in all the ways in which decks can say it;
+no code is run."""
 
 import numpy as np
 import pytest
@@ -9,7 +10,11 @@ from helpers.refused import refused
 
 SQUARE = "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 1., 1., 0.\n4, 0., 1., 0.\n*ELEMENT, TYPE=CPE4, ELSET=E\n1, 1, 2, 3, 4\n*NSET, NSET=TOP\n3, 4\n"
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-CUBE = "*NODE\n" + "".join(f"{i + 1}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(CORNERS)) + "20, 0.5, 0.5, 2.\n21, 0.5, 0.5, 2.\n"
+CUBE = (
+    "*NODE\n"
+    + "".join(f"{i + 1}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(CORNERS))
+    + "20, 0.5, 0.5, 2.\n21, 0.5, 0.5, 2.\n"
+)
 CUBE += "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*NSET, NSET=TOP\n5, 6, 7, 8\n*NSET, NSET=EDGE\n5, 6\n"
 
 
@@ -18,24 +23,48 @@ def job(folder, deck, labels, K=None):
     (folder / "job.inp").write_text(deck)
     (folder / "job.dof").write_text("".join(f"{label}\n" for label in labels))
     K = identity(len(labels)).toarray() if K is None else K
-    (folder / "job.sti").write_text("".join(f"{i + 1} {j + 1} {float(K[i, j])!r}\n" for i in range(len(K)) for j in range(i + 1)))
+    (folder / "job.sti").write_text(
+        "".join(
+            f"{i + 1} {j + 1} {float(K[i, j])!r}\n" for i in range(len(K)) for j in range(i + 1)
+        )
+    )
     return fo.read_calculix(folder / "job")
 
 
 def on(found, forces):
     """Label -> force that is not zero."""
-    return {f"{node}.{direction}": force for (node, direction), force in zip(found.labels, forces, strict=True) if force}
+    return {
+        f"{node}.{direction}": force
+        for (node, direction), force in zip(found.labels, forces, strict=True)
+        if force
+    }
 
 
 @pytest.mark.parametrize(
     ("text", "labels", "moved"),
     [
         ("*EQUATION\n2\n3, 2, 1., 2, 2, -1.\n", ["2.2", "4.2"], {"2.2": 1.0, "4.2": 1.0}),
-        ("*EQUATION\n3\n3, 2, 2., 2, 2, -1.\n4, 2, 3.D0\n", ["2.2", "4.2"], {"2.2": 0.5, "4.2": -0.5}),  # over two lines
-        ("*EQUATION\n2\n3,2,1., 4,2,-1.\n2\n4,2,1., 1,2,-1.\n", ["1.2", "2.2"], {"1.2": 2.0}),  # a chain
-        ("*EQUATION\n2\n4,2,1., 1,2,-1.\n2\n3,2,1., 4,2,-1.\n", ["1.2", "2.2"], {"1.2": 2.0}),  # and in the other order
+        (
+            "*EQUATION\n3\n3, 2, 2., 2, 2, -1.\n4, 2, 3.D0\n",
+            ["2.2", "4.2"],
+            {"2.2": 0.5, "4.2": -0.5},
+        ),  # over two lines
+        (
+            "*EQUATION\n2\n3,2,1., 4,2,-1.\n2\n4,2,1., 1,2,-1.\n",
+            ["1.2", "2.2"],
+            {"1.2": 2.0},
+        ),  # a chain
+        (
+            "*EQUATION\n2\n4,2,1., 1,2,-1.\n2\n3,2,1., 4,2,-1.\n",
+            ["1.2", "2.2"],
+            {"1.2": 2.0},
+        ),  # and in the other order
         ("*EQUATION\n2\nTOP, 2, 1., 2, 2, -1.\n", ["2.2"], {"2.2": 2.0}),  # a set in the first term
-        ("*BOUNDARY\n1, 1, 2\n*EQUATION\n3\n3, 2, 1., 1, 2, -1., 2, 2, -0.5\n", ["2.2", "4.2"], {"2.2": 0.5, "4.2": 1.0}),  # a held term
+        (
+            "*BOUNDARY\n1, 1, 2\n*EQUATION\n3\n3, 2, 1., 1, 2, -1., 2, 2, -0.5\n",
+            ["2.2", "4.2"],
+            {"2.2": 0.5, "4.2": 1.0},
+        ),  # a held term
         ("*BOUNDARY\nTOP, 2\n", ["2.2"], {}),
         ("*BOUNDARY\nTOP, 2, , 0.\n", ["2.2"], {}),
         ("*BOUNDARY\nTOP, YSYMM\n", ["2.2"], {}),
@@ -51,28 +80,52 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "node 3, direction 2, .*no \\*EQUATION says what it follows \\(give the deck of the same job\\)"),
+        (
+            "",
+            "node 3, direction 2, .*no \\*EQUATION says what it follows \\(give the deck of the same job\\)",
+        ),
         ("*TIE, NAME=T\nA, B\n*MPC\nPLANE, 1, 2, 3\n", "the deck has \\*TIE, \\*MPC"),
         ("*DISTRIBUTING COUPLING, ELSET=M\n1, 1.\n", "the deck has \\*DISTRIBUTINGCOUPLING"),
-        ("*EQUATION\n2\n3, 2, 1., 4, 2, -1.\n2\n4, 2, 1., 3, 2, -1.\n", "node 3, direction 2"),  # a circle
-        ("*EQUATION\n2\n3, 2, 1., 2, 6, -1.\n", "a block \\*EQUATION that cannot be read here: directions beyond 3"),
-        ("*EQUATION\n2\n3, 2, 1., TOP, 2, -1.\n", "a block \\*EQUATION that cannot be read here: .*a set of nodes that is not the first term"),
-        ("*EQUATION\n2\n3, 2, 1., 99, 2, -1.\n", "a block \\*EQUATION that cannot be read here: 99"),
+        (
+            "*EQUATION\n2\n3, 2, 1., 4, 2, -1.\n2\n4, 2, 1., 3, 2, -1.\n",
+            "node 3, direction 2",
+        ),  # a circle
+        (
+            "*EQUATION\n2\n3, 2, 1., 2, 6, -1.\n",
+            "a block \\*EQUATION that cannot be read here: directions beyond 3",
+        ),
+        (
+            "*EQUATION\n2\n3, 2, 1., TOP, 2, -1.\n",
+            "a block \\*EQUATION that cannot be read here: .*a set of nodes that is not the first term",
+        ),
+        (
+            "*EQUATION\n2\n3, 2, 1., 99, 2, -1.\n",
+            "a block \\*EQUATION that cannot be read here: 99",
+        ),
         ("*EQUATION\n3\n3, 2, 1., 2, 2, -1.\n", "a block \\*EQUATION that cannot be read here"),
         ("*EQUATION, REMOVE\n3, 2\n", "the deck has a block \\*EQUATION .*REMOVE"),
         ("*BOUNDARY\nLOST, 1, 2\n", "a block \\*BOUNDARY that cannot be read here: 'LOST'"),
-        ("*RIGID BODY, NSET=TOP, REF NODE=99, ROT NODE=1\n", "a block \\*RIGIDBODY that cannot be read here: 99"),
+        (
+            "*RIGID BODY, NSET=TOP, REF NODE=99, ROT NODE=1\n",
+            "a block \\*RIGIDBODY that cannot be read here: 99",
+        ),
     ],
 )
 def test_forces_of_which_the_deck_says_nothing_are_refused(tmp_path, text, said):
     found = job(tmp_path, SQUARE + text, ["1.1", "2.2"])
     with pytest.raises(fo.ModelError, match=said):
         found.force("TOP", nodal=[0.0, 1.0])
-    assert on(found, found.force([1], nodal=[0.0, 1.0])) == {"2.2": 1.0}  # what follows nothing can be loaded
+    assert on(found, found.force([1], nodal=[0.0, 1.0])) == {
+        "2.2": 1.0
+    }  # what follows nothing can be loaded
 
 
 def test_rows_say_what_is_held_and_what_follows(tmp_path):
-    found = job(tmp_path, SQUARE + "*BOUNDARY\n1, 1, 2\n*EQUATION\n2\n3, 2, 1., 4, 2, -1.\n", ["2.1", "2.2", "3.1", "4.1", "4.2"])
+    found = job(
+        tmp_path,
+        SQUARE + "*BOUNDARY\n1, 1, 2\n*EQUATION\n2\n3, 2, 1., 4, 2, -1.\n",
+        ["2.1", "2.2", "3.1", "4.1", "4.2"],
+    )
     assert found.unknowns.tolist() == [[-1, -1], [0, 1], [2, -2], [3, 4]]
 
 
@@ -86,22 +139,44 @@ def test_a_rotation_of_a_rigid_part_is_a_generalised_coordinate(tmp_path):
     K = random.normal(size=(18, 18))
     K = (K + K.T) / 2
     found = job(tmp_path, CUBE + RIGID.format("TOP", ", ROT NODE=21"), TOP_LABELS, K)
-    assert found.labels[15:].tolist() == [[20, 4], [20, 5], [20, 6]] and found.generalised.tolist() == [15, 16, 17]
+    assert found.labels[15:].tolist() == [
+        [20, 4],
+        [20, 5],
+        [20, 6],
+    ] and found.generalised.tolist() == [15, 16, 17]
     assert np.allclose(found.K.toarray(), K)
-    y = random.normal(size=18)  # displacements of nodes 1 to 4, displacement and rotation of the reference
+    y = random.normal(
+        size=18
+    )  # displacements of nodes 1 to 4, displacement and rotation of the reference
     arms = dict(zip(found.deck.numbers.tolist(), found.points - found.points[8], strict=True))
     u = {node: y[12:15] + np.cross(y[15:], arms[node]) for node in (5, 6, 7, 8)}
     forces = random.normal(size=(4, 3))
-    assert found.force("TOP", nodal=forces) @ y == pytest.approx(sum(force @ u[node] for node, force in zip((5, 6, 7, 8), forces, strict=True)))
-    assert on(found, found.force([9], nodal=[1.0, 2.0, 3.0])) == {"20.4": 1.0, "20.5": 2.0, "20.6": 3.0}
+    assert found.force("TOP", nodal=forces) @ y == pytest.approx(
+        sum(force @ u[node] for node, force in zip((5, 6, 7, 8), forces, strict=True))
+    )
+    assert on(found, found.force([9], nodal=[1.0, 2.0, 3.0])) == {
+        "20.4": 1.0,
+        "20.5": 2.0,
+        "20.6": 3.0,
+    }
 
 
 def test_the_reference_of_a_rigid_part_has_its_rotation_in_abaqus(tmp_path):
     (tmp_path / "a.inp").write_text(CUBE + RIGID.format("TOP", ""))
-    (tmp_path / "a.mtx").write_text("".join(f"20,{i}, 20,{j}, {7.0 if i == j else 1.0}\n" for i in range(1, 7) for j in range(1, i + 1)))
+    (tmp_path / "a.mtx").write_text(
+        "".join(
+            f"20,{i}, 20,{j}, {7.0 if i == j else 1.0}\n"
+            for i in range(1, 7)
+            for j in range(1, i + 1)
+        )
+    )
     found = fo.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
     assert found.generalised.tolist() == [3, 4, 5]
-    assert on(found, found.force([4], nodal=[0.0, 0.0, 1.0])) == {"20.3": 1.0, "20.4": -0.5, "20.5": 0.5}  # node 5, half beside it both ways
+    assert on(found, found.force([4], nodal=[0.0, 0.0, 1.0])) == {
+        "20.3": 1.0,
+        "20.4": -0.5,
+        "20.5": 0.5,
+    }  # node 5, half beside it both ways
 
 
 def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
@@ -109,19 +184,39 @@ def test_a_rotation_that_a_coupling_does_not_feel_leaves_the_matrix(tmp_path):
     K = np.diag([*np.ones(15), 0.0])  # CalculiX writes the rotation about z too
     coupling = "*SURFACE, NAME=S, TYPE=NODE\nTOP, 1.\n*COUPLING, REF NODE=20, SURFACE=S, CONSTRAINT NAME=C\n*KINEMATIC\n3\n"
     found = job(tmp_path, CUBE.replace("21, 0.5, 0.5, 2.\n", "") + coupling, labels, K)
-    assert len(found.labels) == 15 and found.labels[:, 0].max() == 20 and np.linalg.matrix_rank(found.K.toarray()) == 15
+    assert (
+        len(found.labels) == 15
+        and found.labels[:, 0].max() == 20
+        and np.linalg.matrix_rank(found.K.toarray()) == 15
+    )
 
 
 def test_a_rigid_part_whose_reference_follows_hands_its_forces_on(tmp_path):
     deck = CUBE + RIGID.format("TOP", ", ROT NODE=21") + "*EQUATION\n2\n20, 1, 1., 1, 1, -1.\n"
     found = job(tmp_path, deck, [label for label in TOP_LABELS if label != "20.1"])
-    assert on(found, found.force([4], nodal=[2.0, 0.0, 0.0])) == {"1.1": 2.0, "20.5": -2.0, "20.6": 1.0}  # node 5, 0.5 in front and 1 below
+    assert on(found, found.force([4], nodal=[2.0, 0.0, 0.0])) == {
+        "1.1": 2.0,
+        "20.5": -2.0,
+        "20.6": 1.0,
+    }  # node 5, 0.5 in front and 1 below
 
 
 @refused(
-    (RIGID.format("TOP", "") + "*RIGID BODY, NSET=EDGE, REF NODE=1\n", [*TOP_LABELS[:15], "22.1"], "2 rigid parts .* nodes 22 that"),
-    (RIGID.format("TOP", ""), [*TOP_LABELS[:15], "22.1", "23.1"], "1 rigid parts .* nodes 22, 23 that"),
-    (RIGID.format("EDGE", ", ROT NODE=21").replace("=20", "=5"), TOP_LABELS, "follow REF NODE 5 do not determine its rotation"),
+    (
+        RIGID.format("TOP", "") + "*RIGID BODY, NSET=EDGE, REF NODE=1\n",
+        [*TOP_LABELS[:15], "22.1"],
+        "2 rigid parts .* nodes 22 that",
+    ),
+    (
+        RIGID.format("TOP", ""),
+        [*TOP_LABELS[:15], "22.1", "23.1"],
+        "1 rigid parts .* nodes 22, 23 that",
+    ),
+    (
+        RIGID.format("EDGE", ", ROT NODE=21").replace("=20", "=5"),
+        TOP_LABELS,
+        "follow REF NODE 5 do not determine its rotation",
+    ),
 )
 def test_rigid_parts_that_cannot_be_resolved_are_refused(text, labels, tmp_path):
     job(tmp_path, CUBE + text, labels)
@@ -129,15 +224,25 @@ def test_rigid_parts_that_cannot_be_resolved_are_refused(text, labels, tmp_path)
 
 def test_keyword_lines_go_on_after_a_comma(tmp_path):
     plain = job(tmp_path, SQUARE + "*NSET, NSET=ALL, GENERATE\n1, 4\n", ["1.1", "2.2"]).deck
-    text = SQUARE.replace("*ELEMENT, TYPE=CPE4, ELSET=E", "  * Element,\n  TYPE = CPE4,\n  ELSET=E,").replace("*NSET, NSET=TOP", "*NSET, NSET=TOP,")
-    deck = job(tmp_path, "\ufeff" + text + "*NSET, NSET=ALL,\nGENERATE\n1, 4\n", ["1.1", "2.2"]).deck
-    assert deck.numbers.tolist() == [1, 2, 3, 4] and deck.elements[0][0] == "CPE4" and list(deck.element_sets) == ["E"]
+    text = SQUARE.replace(
+        "*ELEMENT, TYPE=CPE4, ELSET=E", "  * Element,\n  TYPE = CPE4,\n  ELSET=E,"
+    ).replace("*NSET, NSET=TOP", "*NSET, NSET=TOP,")
+    deck = job(
+        tmp_path, "\ufeff" + text + "*NSET, NSET=ALL,\nGENERATE\n1, 4\n", ["1.1", "2.2"]
+    ).deck
+    assert (
+        deck.numbers.tolist() == [1, 2, 3, 4]
+        and deck.elements[0][0] == "CPE4"
+        and list(deck.element_sets) == ["E"]
+    )
     for name in ("TOP", "ALL"):
         assert deck.nodes(name).tolist() == plain.nodes(name).tolist()
 
 
 def test_matrices_of_abaqus_are_per_unit_depth_too(tmp_path):
-    (tmp_path / "a.inp").write_text(SQUARE + "*SOLID SECTION, ELSET=E, MATERIAL=M\n4.,\n*BOUNDARY\n1, PINNED\n")
+    (tmp_path / "a.inp").write_text(
+        SQUARE + "*SOLID SECTION, ELSET=E, MATERIAL=M\n4.,\n*BOUNDARY\n1, PINNED\n"
+    )
     (tmp_path / "a.mtx").write_text("2,1, 2,1, 8.\n2,1, 3,1, -4.\n3,1, 3,1, 8.\n1,1, 1,1, 1.e36\n")
     found = fo.read_abaqus(tmp_path / "a.mtx", deck=tmp_path / "a.inp")
     assert found.K.toarray().tolist() == [[2.0, -1.0], [-1.0, 2.0]]
@@ -146,7 +251,12 @@ def test_matrices_of_abaqus_are_per_unit_depth_too(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ["*NODAL THICKNESS\nTOP, 2.\n", "*SOLID SECTION, ELSET=E, MATERIAL=M\n<t>\n", "*SOLID SECTION, ELSET=E, MATERIAL=M\n0.\n"]
+    "text",
+    [
+        "*NODAL THICKNESS\nTOP, 2.\n",
+        "*SOLID SECTION, ELSET=E, MATERIAL=M\n<t>\n",
+        "*SOLID SECTION, ELSET=E, MATERIAL=M\n0.\n",
+    ],
 )
 def test_thicknesses_that_vary_are_refused(tmp_path, text):
     with pytest.raises(fo.ModelError, match="sections of thickness"):
@@ -154,12 +264,18 @@ def test_thicknesses_that_vary_are_refused(tmp_path, text):
 
 
 def test_trusses_and_springs_have_no_faces(tmp_path):
-    deck = SQUARE + "*ELEMENT, TYPE=T3D2, ELSET=BAR\n7, 3, 4\n*SOLID SECTION, ELSET=BAR, MATERIAL=M\n0.1\n*ELEMENT, TYPE=SPRINGA, ELSET=S\n8, 1, 3\n"
+    deck = (
+        SQUARE
+        + "*ELEMENT, TYPE=T3D2, ELSET=BAR\n7, 3, 4\n*SOLID SECTION, ELSET=BAR, MATERIAL=M\n0.1\n*ELEMENT, TYPE=SPRINGA, ELSET=S\n8, 1, 3\n"
+    )
     found = job(tmp_path, deck, ["3.2", "4.2"])
     assert on(found, found.force([2, 3], pressure=1.0)) == pytest.approx({"3.2": -0.5, "4.2": -0.5})
 
 
-@refused(({}, "force: no load; give one of"), ({"traction": [0.0, 1.0], "total": [0.0, 1.0]}, "force: traction and total; give one of"))
+@refused(
+    ({}, "force: no load; give one of"),
+    ({"traction": [0.0, 1.0], "total": [0.0, 1.0]}, "force: traction and total; give one of"),
+)
 def test_a_force_is_said_in_one_way(load, tmp_path):
     job(tmp_path, SQUARE, ["3.2", "4.2"]).force("TOP", **load)
 

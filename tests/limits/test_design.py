@@ -1,4 +1,5 @@
-"""The best design: against numbers found elsewhere, closed forms, plain programs over raw unknowns, and the limit of the design built in."""
+"""The best design: against numbers found elsewhere, closed forms, plain programs over raw unknowns,
+and the limit of the design built in."""
 
 from dataclasses import replace
 
@@ -17,7 +18,8 @@ from helpers.systems import CYCLE, PULL, at_corners, explained, random_system
 
 
 def best(contact, scenarios, preloads, profile, own):
-    """Largest load factor of a plain program with the law of each node at each corner of each scenario; nan where there is none, inf without an end.
+    """Largest load factor of a plain program with the law of each node at each corner of each
+    scenario; nan where there is none, inf without an end.
 
     `own(b, g)` gives constraints on the amplitudes and the depths.
     """
@@ -26,12 +28,19 @@ def best(contact, scenarios, preloads, profile, own):
     rows = [lam >= 0, *own(b, g)] + ([] if profile else [g == 0]) + ([] if preloads else [b == 0])
     for loads, friction, shares in scenarios:
         v, mean = cp.Variable(t * n), joined(*loads.mean_reaction(contact))
-        added = contact.S @ cp.hstack([v, -g]) + sum(shares.get(name, 1.0) * b[i] * joined(*contact.bonded[name]) for i, name in enumerate(preloads))
+        added = contact.S @ cp.hstack([v, -g]) + sum(
+            shares.get(name, 1.0) * b[i] * joined(*contact.bonded[name])
+            for i, name in enumerate(preloads)
+        )
         for pair in zip(*loads.corner_reactions(contact), strict=True):
             q, p = cp.Variable((n, t)), cp.Variable(n)
             rows += [cp.hstack([cp.vec(q, order="F"), p]) == mean + lam * joined(*pair) + added]
-            rows += [(cp.abs(q[:, 0]) if t == 1 else cp.norm(q, 2, axis=1)) <= cp.multiply(friction, p)]
-    value = cp.Problem(cp.Maximize(lam), rows).solve(**{"solver": "SCIPY", "scipy_options": TIGHT} if t == 1 else {"solver": "CLARABEL"})
+            rows += [
+                (cp.abs(q[:, 0]) if t == 1 else cp.norm(q, 2, axis=1)) <= cp.multiply(friction, p)
+            ]
+    value = cp.Problem(cp.Maximize(lam), rows).solve(
+        **{"solver": "SCIPY", "scipy_options": TIGHT} if t == 1 else {"solver": "CLARABEL"}
+    )
     return np.nan if value is None or value == -np.inf else value
 
 
@@ -42,27 +51,68 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
     found, rel = 0, 1e-7 if tangents == 1 else 1e-6
     for seed in range(12, 60) if part else range(12):
         rng = np.random.default_rng(seed)
-        nodes, bolts, profile = int(rng.integers(1, 5)), ["a", "b"][: seed % 3], bool(seed % 3 == 0 or seed % 2)
-        contact = random_contact(rng, nodes) if tangents == 2 else random_system(rng, nodes, ("mean", *"abc"))
-        scenarios = [(fo.LoadCycle({"mean": 1.0, "a": 0.1}, [{"a": 1.0, "c": 0.2}, {"a": -1.0}, {"b": 0.7}]), rng.uniform(0.2, 0.9), {})]
+        nodes, bolts, profile = (
+            int(rng.integers(1, 5)),
+            ["a", "b"][: seed % 3],
+            bool(seed % 3 == 0 or seed % 2),
+        )
+        contact = (
+            random_contact(rng, nodes)
+            if tangents == 2
+            else random_system(rng, nodes, ("mean", *"abc"))
+        )
+        scenarios = [
+            (
+                fo.LoadCycle(
+                    {"mean": 1.0, "a": 0.1}, [{"a": 1.0, "c": 0.2}, {"a": -1.0}, {"b": 0.7}]
+                ),
+                rng.uniform(0.2, 0.9),
+                {},
+            )
+        ]
         if seed % 4 == 1:
-            scenarios.append((spatial_cycle(), rng.uniform(0.2, 0.9, nodes), {name: rng.uniform(0.7, 1.2) for name in bolts}))
-        depth, budget, weights = rng.uniform(0.01, 0.3), rng.uniform(0.05, 0.5), rng.uniform(0.5, 1.5, len(bolts))
+            scenarios.append(
+                (
+                    spatial_cycle(),
+                    rng.uniform(0.2, 0.9, nodes),
+                    {name: rng.uniform(0.7, 1.2) for name in bolts},
+                )
+            )
+        depth, budget, weights = (
+            rng.uniform(0.01, 0.3),
+            rng.uniform(0.05, 0.5),
+            rng.uniform(0.5, 1.5, len(bolts)),
+        )
 
         def own(b, g, bolts=bolts, profile=profile, depth=depth, budget=budget, weights=weights):
-            held = [] if not bolts else [cp.norm(b) <= budget] if tangents == 2 else [b >= 0, weights @ b <= budget]
+            held = (
+                []
+                if not bolts
+                else [cp.norm(b) <= budget]
+                if tangents == 2
+                else [b >= 0, weights @ b <= budget]
+            )
             return held + ([cp.abs(g) <= depth] if profile else [])
 
         value, friction = best(contact, scenarios, bolts, profile, own), scenarios[0][1]
-        model = fo.DesignModel(contact, scenarios[0][0], preloads=bolts, profile=profile, scenarios=scenarios[1:])
+        model = fo.DesignModel(
+            contact, scenarios[0][0], preloads=bolts, profile=profile, scenarios=scenarios[1:]
+        )
         if not np.isfinite(value):
-            with pytest.raises(fo.ModelError, match=r"constraints|load_factor: it grows|no design is safe"):
+            with pytest.raises(
+                fo.ModelError, match=r"constraints|load_factor: it grows|no design is safe"
+            ):
                 model.solve(friction, own(model.preload, model.profile))
             continue
         design, found = model.solve(friction, own(model.preload, model.profile)), found + 1
-        assert design.load_factor == pytest.approx(value, rel=rel, abs=rel / 10) and design.residual <= 1e-9
+        assert (
+            design.load_factor == pytest.approx(value, rel=rel, abs=rel / 10)
+            and design.residual <= 1e-9
+        )
         assert design.bound == pytest.approx(design.load_factor, rel=1e-8, abs=1e-8)
-        anew = [fo.shakedown_limit(design.system, cycle, f).load_factor for cycle, f in design.scenarios]
+        anew = [
+            fo.shakedown_limit(design.system, cycle, f).load_factor for cycle, f in design.scenarios
+        ]
         assert min(anew) == pytest.approx(design.load_factor, rel=1e-8, abs=1e-8)
         for (cycle, f), slip in zip(design.scenarios, design.slips, strict=True):
             q, p = at_corners(design.system, cycle, design.load_factor, slip)
@@ -74,32 +124,63 @@ def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():
     system = fo.scenes.PunchOnHalfPlane(elements=64).condense()
     model = fo.DesignModel(system, PULL, profile=True)
     design = model.solve(0.5, [model.profile <= 0.1, model.profile >= -0.1])
-    assert round(fo.shakedown_limit(system, PULL, 0.5).load_factor, 3) == 0.970 and round(design.load_factor, 3) == 1.508
+    assert (
+        round(fo.shakedown_limit(system, PULL, 0.5).load_factor, 3) == 0.970
+        and round(design.load_factor, 3) == 1.508
+    )
     shapes, c = system.x[:, None] ** [2, 4, 6], cp.Variable(3)
     design = model.solve(0.5, [model.profile == shapes @ c, cp.abs(model.profile) <= 1.0])
     assert round(design.load_factor, 3) == 1.686
-    assert design.profile == pytest.approx(shapes @ c.value, abs=1e-9) and np.abs(design.profile).max() == pytest.approx(1.0, abs=1e-9)
+    assert design.profile == pytest.approx(shapes @ c.value, abs=1e-9) and np.abs(
+        design.profile
+    ).max() == pytest.approx(1.0, abs=1e-9)
     assert model.profile.value == pytest.approx(design.profile, abs=1e-12)
     again = fo.shakedown_limit(design.system, design.cycle, 0.5)
     assert again.load_factor == pytest.approx(design.load_factor, rel=1e-10)
     q, p = design.reactions
-    assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(p, abs=1e-9) and p.min() >= -1e-9
+    assert (
+        model.q.value == pytest.approx(q, abs=1e-9)
+        and model.p.value == pytest.approx(p, abs=1e-9)
+        and p.min() >= -1e-9
+    )
 
 
 def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
     scene, ends = fo.scenes.PunchOnHalfPlane(elements=40), np.linspace(-1, 1, 6)
     model = scene.model()
-    strips = {f"P{i}": [fo.Traction("punch", "top", y=lambda x, _, i=i: -1.0 * ((ends[i] < x) & (x < ends[i + 1])))] for i in range(5)}
+    strips = {
+        f"P{i}": [
+            fo.Traction(
+                "punch", "top", y=lambda x, _, i=i: -1.0 * ((ends[i] < x) & (x < ends[i + 1]))
+            )
+        ]
+        for i in range(5)
+    }
     system = replace(model, loads={"sigma": model.loads["sigma"], **strips}).condense()
-    assert round(fo.shakedown_limit(system, replace(PULL, mean=dict.fromkeys(strips, 1.0)), 0.5).load_factor, 5) == 0.98152
+    assert (
+        round(
+            fo.shakedown_limit(
+                system, replace(PULL, mean=dict.fromkeys(strips, 1.0)), 0.5
+            ).load_factor,
+            5,
+        )
+        == 0.98152
+    )
     bolts = fo.DesignModel(system, replace(PULL, mean={}), preloads=list(strips))
     force = np.array([system.bonded[name][1].sum() for name in strips])
     design = bolts.solve(0.5, [bolts.preload >= 0, force @ bolts.preload == force.sum()])
-    assert round(design.load_factor, 5) == 0.99092 and design.preload[["P1", "P2", "P3"]].abs().max() < 1e-9
+    assert (
+        round(design.load_factor, 5) == 0.99092
+        and design.preload[["P1", "P2", "P3"]].abs().max() < 1e-9
+    )
 
 
 @pytest.mark.parametrize(
-    ("cells", "limits"), [(40, (0.20096, 0.24004, 0.28016, 0.29539, 0.29539)), (80, (0.20060, 0.23973, 0.27990, 0.29518, 0.29518))]
+    ("cells", "limits"),
+    [
+        (40, (0.20096, 0.24004, 0.28016, 0.29539, 0.29539)),
+        (80, (0.20060, 0.23973, 0.27990, 0.29518, 0.29518)),
+    ],
 )
 def test_a_hollow_face_of_a_rigid_punch_on_a_rough_half_plane(cells, limits):
     model = fo.DesignModel(system := punch(cells, 0.02), PULL, profile=True)
@@ -108,49 +189,93 @@ def test_a_hollow_face_of_a_rigid_punch_on_a_rough_half_plane(cells, limits):
         deepest.value = depth
         found = model.solve(0.3, [model.profile >= 0, model.profile <= deepest])
         assert found.load_factor == pytest.approx(limit, abs=4e-4)
-    assert found.profile[np.abs(system.x) < 0.5].mean() > found.profile[np.abs(system.x) > 0.8].mean()
+    assert (
+        found.profile[np.abs(system.x) < 0.5].mean() > found.profile[np.abs(system.x) > 0.8].mean()
+    )
 
 
 def test_the_best_profile_under_shear_carries_gross_slip():
     hard = punch(40, 0.02)
     free, K = np.kron(np.eye(2), np.ones((40, 1))), np.linalg.inv(collocation(40, 0.02)[2])
     shear = (K @ free @ np.linalg.inv(free.T @ K @ free))[:, 0]
-    system, cycle = hard.with_bonded({"Q": shear}), fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    system, cycle = (
+        hard.with_bonded({"Q": shear}),
+        fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]),
+    )
     model = fo.DesignModel(system, cycle, profile=True)
     design = model.solve(0.3, [cp.abs(model.profile) <= 3.0])
-    assert fo.shakedown_limit(system, cycle, 0.3).load_factor < 0.295 and design.load_factor == pytest.approx(0.3, rel=1e-8)
+    assert fo.shakedown_limit(
+        system, cycle, 0.3
+    ).load_factor < 0.295 and design.load_factor == pytest.approx(0.3, rel=1e-8)
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_refused(tangents):
-    """Condensation leaves rounding of an interference that a free body gives way to: no amplitude of it could be told from none."""
+    """Condensation leaves rounding of an interference that a free body gives way to: no amplitude
+    of it could be told from none."""
     rng = np.random.default_rng(5)
     contact = random_contact(rng, 3) if tangents == 2 else random_system(rng, 3, ("mean", *"abc"))
-    large = contact.with_bonded({name: 1e6 * joined(*pair) for name, pair in contact.bonded.items()} | {"idle": np.zeros(3 * tangents + 3)})
+    large = contact.with_bonded(
+        {name: 1e6 * joined(*pair) for name, pair in contact.bonded.items()}
+        | {"idle": np.zeros(3 * tangents + 3)}
+    )
     model = fo.DesignModel(large, spatial_cycle(), preloads=["a", "idle"])
-    bounds = [model.preload >= -0.2, model.preload <= 1.0, model.load_factor >= 0.9 * fo.shakedown_limit(large, spatial_cycle(), 0.6).load_factor]
+    bounds = [
+        model.preload >= -0.2,
+        model.preload <= 1.0,
+        model.load_factor >= 0.9 * fo.shakedown_limit(large, spatial_cycle(), 0.6).load_factor,
+    ]
     design = model.solve(0.6, bounds, objective=-cp.sum(model.preload))
-    assert design.preload["idle"] == pytest.approx(-0.2, abs=1e-7) and design.bound == pytest.approx(-design.preload.sum(), abs=1e-7)
+    assert design.preload["idle"] == pytest.approx(
+        -0.2, abs=1e-7
+    ) and design.bound == pytest.approx(-design.preload.sum(), abs=1e-7)
     for left in (1e-20, 1e-11):
-        with pytest.raises(fo.ModelError, match=r"preloads: 'idle' makes reactions of .* no more than the rounding of others"):
-            fo.DesignModel(contact.with_bonded({"idle": left * np.ones(3 * tangents + 3)}), spatial_cycle(), preloads=["a", "idle"])
+        with pytest.raises(
+            fo.ModelError,
+            match=r"preloads: 'idle' makes reactions of .* no more than the rounding of others",
+        ):
+            fo.DesignModel(
+                contact.with_bonded({"idle": left * np.ones(3 * tangents + 3)}),
+                spatial_cycle(),
+                preloads=["a", "idle"],
+            )
 
 
 def test_two_bolts_that_nothing_else_helps_even_out_the_loads_of_the_nodes():
-    """No mean load presses: the bolts alone do, within a budget b. Sheared along X, then Y, by s: each needs |s| / (sqrt 2 f) of it."""
+    """No mean load presses: the bolts alone do, within a budget b. Sheared along X, then Y, by s:
+    each needs |s| / (sqrt 2 f) of it."""
     shears, f, budget = np.array([1.0, 0.4]), 0.3, 5.0
     none = np.zeros(2)
-    loads = {"one": [0, 0, 0, 0, 1, 0], "two": [0, 0, 0, 0, 0, 1], "X": np.r_[shears, none, none], "Y": np.r_[none, shears, none]}
+    loads = {
+        "one": [0, 0, 0, 0, 1, 0],
+        "two": [0, 0, 0, 0, 0, 1],
+        "X": np.r_[shears, none, none],
+        "Y": np.r_[none, shears, none],
+    }
     contact = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], loads)
-    model = fo.DesignModel(contact, fo.LoadCycle({}, [{"X": 1.0}, {"Y": 1.0}]), preloads=["one", "two"])
-    design = model.solve(f, [(cp.sum(model.preload) <= budget).set_label("budget"), model.preload >= 0])
-    assert design.load_factor == pytest.approx(f * budget * np.sqrt(2) / 1.4, rel=1e-8)  # the circle through both points has half their distance
+    model = fo.DesignModel(
+        contact, fo.LoadCycle({}, [{"X": 1.0}, {"Y": 1.0}]), preloads=["one", "two"]
+    )
+    design = model.solve(
+        f, [(cp.sum(model.preload) <= budget).set_label("budget"), model.preload >= 0]
+    )
+    assert design.load_factor == pytest.approx(
+        f * budget * np.sqrt(2) / 1.4, rel=1e-8
+    )  # the circle through both points has half their distance
     assert design.preload.to_numpy() == pytest.approx(budget * shears / 1.4, rel=1e-6)
     assert float(design.prices["budget"]) == pytest.approx(f * np.sqrt(2) / 1.4, rel=1e-6)
-    assert design.prices["constraints[1]"] == pytest.approx([0.0, 0.0], abs=1e-8) and list(design.preload.index) == ["one", "two"]
-    assert design.slip == pytest.approx(-design.load_factor / 2 * np.column_stack([shears, shears]), abs=1e-6)
-    least = model.solve(f, [model.load_factor == 1.0, model.preload >= 0], objective=-cp.sum(model.preload))
-    assert least.preload.sum() == pytest.approx(1.4 / f / np.sqrt(2), rel=1e-7) and least.bound == pytest.approx(least.objective, rel=1e-8)
+    assert design.prices["constraints[1]"] == pytest.approx([0.0, 0.0], abs=1e-8) and list(
+        design.preload.index
+    ) == ["one", "two"]
+    assert design.slip == pytest.approx(
+        -design.load_factor / 2 * np.column_stack([shears, shears]), abs=1e-6
+    )
+    least = model.solve(
+        f, [model.load_factor == 1.0, model.preload >= 0], objective=-cp.sum(model.preload)
+    )
+    assert least.preload.sum() == pytest.approx(
+        1.4 / f / np.sqrt(2), rel=1e-7
+    ) and least.bound == pytest.approx(least.objective, rel=1e-8)
 
 
 def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
@@ -162,19 +287,36 @@ def test_one_bolt_alone_is_linear_and_least_of_all_that_carry_a_load():
         limits.append(model.solve(0.5, [model.preload <= most]).load_factor / most.value)
     assert limits == pytest.approx([limits[0]] * 3, rel=1e-9)
     least = model.solve(0.5, [model.load_factor >= 3.0], objective=-model.preload[0])
-    assert least.preload["mean"] == pytest.approx(3.0 / limits[0], rel=1e-9) and least.objective == pytest.approx(-3.0 / limits[0], rel=1e-9)
-    assert least.bound == pytest.approx(least.objective, rel=1e-8) and least.prices["constraints[0]"] == pytest.approx(1 / limits[0], rel=1e-8)
+    assert least.preload["mean"] == pytest.approx(
+        3.0 / limits[0], rel=1e-9
+    ) and least.objective == pytest.approx(-3.0 / limits[0], rel=1e-9)
+    assert least.bound == pytest.approx(least.objective, rel=1e-8) and least.prices[
+        "constraints[0]"
+    ] == pytest.approx(1 / limits[0], rel=1e-8)
 
 
 @pytest.mark.parametrize("mean", [1.0, 1e-12])
 @pytest.mark.filterwarnings("ignore:friction")
 def test_a_bolt_on_a_joint_that_hardly_carries(mean):
-    """All friction is that of the bolt; slip takes its shear off, and the limit is `f (mean + bolt) / shear`."""
+    """All friction is that of the bolt; slip takes its shear off, and the limit is `f (mean + bolt)
+    / shear`."""
     loads = {"P": ([0.0], [mean]), "bolt": ([-0.52999694], [0.1801059]), "Q": ([0.22466545], [0.0])}
-    node = fo.ContactSystem.from_blocks([[0.916534225]], [[-1.11894197e-07]], [[1.85041491]], [0.0], loads)
-    model = fo.DesignModel(node, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["bolt"], profile=True)
-    design = model.solve(10.0, [cp.abs(model.preload) <= 0.2651997875936538, cp.abs(model.profile) <= 1.9171108287401726e-13])
-    assert design.load_factor == pytest.approx(10.0 * (mean + 0.1801059 * 0.2651997875936538) / 0.22466545, rel=1e-6)
+    node = fo.ContactSystem.from_blocks(
+        [[0.916534225]], [[-1.11894197e-07]], [[1.85041491]], [0.0], loads
+    )
+    model = fo.DesignModel(
+        node, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["bolt"], profile=True
+    )
+    design = model.solve(
+        10.0,
+        [
+            cp.abs(model.preload) <= 0.2651997875936538,
+            cp.abs(model.profile) <= 1.9171108287401726e-13,
+        ],
+    )
+    assert design.load_factor == pytest.approx(
+        10.0 * (mean + 0.1801059 * 0.2651997875936538) / 0.22466545, rel=1e-6
+    )
 
 
 def moved(model, constraints, values):
@@ -187,7 +329,9 @@ def test_prices_are_slopes_in_the_units_of_the_user():
     contact = random_system(np.random.default_rng(1), 4, loads=("mean", "cyclic", "one", "two"))
     for stiff, force in ((1.0, 1.0), (1e9, 1e4)):
         loads = {name: (force * q, force * p) for name, (q, p) in contact.bonded.items()}
-        system = fo.ContactSystem.from_blocks(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
+        system = fo.ContactSystem.from_blocks(
+            stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads
+        )
         model = fo.DesignModel(system, CYCLE, preloads=["one", "two"], profile=True)
         depth, budget, tilt = cp.Parameter(nonneg=True), cp.Parameter(), cp.Parameter()
         constraints = [
@@ -200,9 +344,14 @@ def test_prices_are_slopes_in_the_units_of_the_user():
 
         design = moved(model, constraints, start)
         rates = {"budget": design.prices["budget"], "tilt": design.prices["constraints[2]"]}
-        rates["depth"] = design.prices["constraints[0]"].sum() + 0.1 * design.prices["constraints[3]"]
+        rates["depth"] = (
+            design.prices["constraints[0]"].sum() + 0.1 * design.prices["constraints[3]"]
+        )
         for name, parameter in (("depth", depth), ("budget", budget), ("tilt", tilt)):
-            up, down = (moved(model, constraints, {**start, parameter: (1 + step) * start[parameter]}) for step in (1e-5, -1e-5))
+            up, down = (
+                moved(model, constraints, {**start, parameter: (1 + step) * start[parameter]})
+                for step in (1e-5, -1e-5)
+            )
             slope = (up.load_factor - down.load_factor) / (2e-5 * start[parameter])
             assert rates[name] == pytest.approx(slope, rel=1e-4, abs=1e-6 * abs(slope)), name
         assert rates["budget"] > 0 and rates["depth"] > 0 and abs(rates["tilt"]) > 0
@@ -212,11 +361,18 @@ def test_a_profile_is_in_the_gap_and_what_it_adds_is_an_overlap():
     contact = random_system(np.random.default_rng(6), 3)
     model = fo.DesignModel(contact.with_gap([0.0, 0.02, 0.0]), CYCLE, profile=True)
     design = model.solve(0.4, [model.profile == np.array([0.05, -0.01, -0.03])])
-    assert design.system.gap.tolist() == pytest.approx([0.05, 0.01, 0.0]) and design.cycle.mean["profile"] == 1.0
+    assert (
+        design.system.gap.tolist() == pytest.approx([0.05, 0.01, 0.0])
+        and design.cycle.mean["profile"] == 1.0
+    )
     q, p = contact.reaction({"mean": 1.0})
     total = np.array([0.05, 0.01, -0.03])
-    assert design.system.closed_reaction(design.cycle.mean)[0] == pytest.approx(q - contact.B.T @ total)
-    assert design.system.closed_reaction(design.cycle.mean)[1] == pytest.approx(p - contact.C @ total)
+    assert design.system.closed_reaction(design.cycle.mean)[0] == pytest.approx(
+        q - contact.B.T @ total
+    )
+    assert design.system.closed_reaction(design.cycle.mean)[1] == pytest.approx(
+        p - contact.C @ total
+    )
     table = design.to_frame()
     assert table["profile"].tolist() == pytest.approx([0.05, -0.01, -0.03]) and "slip" in table
     printed = explained(design)
@@ -226,11 +382,24 @@ def test_a_profile_is_in_the_gap_and_what_it_adds_is_an_overlap():
 def test_more_friction_never_lowers_the_load_factor_and_a_fixed_part_and_a_slip_bound_count():
     contact = random_system(np.random.default_rng(8), 3, loads=("mean", "cyclic", "one"))
     cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners, fixed=[{"mean": -0.2}, {"mean": 0.3}])
-    model = fo.DesignModel(contact, cycle, preloads=["one"], profile=True, slip_bound=0.1, scenarios=[(cycle, 0.6), (CYCLE, 0.7)])
+    model = fo.DesignModel(
+        contact,
+        cycle,
+        preloads=["one"],
+        profile=True,
+        slip_bound=0.1,
+        scenarios=[(cycle, 0.6), (CYCLE, 0.7)],
+    )
     bounds, last = [cp.abs(model.preload) <= 0.3, cp.abs(model.profile) <= 0.05], 0.0
     for f in (0.3, 0.4, 0.5, 0.55):
         design = model.solve(f, bounds)
-        anew = [fo.shakedown_limit(design.system, one, friction, slip_bound=0.1).load_factor for one, friction in design.scenarios]
-        assert min(anew) == pytest.approx(design.load_factor, rel=1e-8) and design.load_factor >= last - 1e-9
+        anew = [
+            fo.shakedown_limit(design.system, one, friction, slip_bound=0.1).load_factor
+            for one, friction in design.scenarios
+        ]
+        assert (
+            min(anew) == pytest.approx(design.load_factor, rel=1e-8)
+            and design.load_factor >= last - 1e-9
+        )
         assert len(design.slips) == 3 and all(np.abs(slip).max() <= 0.1 for slip in design.slips)
         last = design.load_factor

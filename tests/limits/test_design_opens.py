@@ -1,4 +1,5 @@
-"""Designs under which nodes stay open: against a plain program for every set of open nodes, and the limit of the design built in."""
+"""Designs under which nodes stay open: against a plain program for every set of open nodes, and the
+limit of the design built in."""
 
 from itertools import product
 
@@ -17,28 +18,54 @@ MOST, DEPTH = 0.6, 0.1
 
 
 def best(contact, friction, opened):
-    """Largest load factor of a plain program in which some nodes are open at all corners, with slips and gaps of their own at each; nan: none."""
-    n, t, lam, b, g = contact.nodes, contact.tangents, cp.Variable(), cp.Variable(), cp.Variable(contact.nodes)
+    """Largest load factor of a plain program in which some nodes are open at all corners, with
+    slips and gaps of their own at each; nan: none."""
+    n, t, lam, b, g = (
+        contact.nodes,
+        contact.tangents,
+        cp.Variable(),
+        cp.Variable(),
+        cp.Variable(contact.nodes),
+    )
     mean = joined(*CYCLE.mean_reaction(contact))
     slip, rows = cp.Variable((n, t)), [lam >= 0, cp.abs(b) <= MOST, cp.abs(g) <= DEPTH]
     for cyclic in map(joined, *CYCLE.corner_reactions(contact)):
         v, w, q, p = cp.Variable((n, t)), cp.Variable(n), cp.Variable((n, t)), cp.Variable(n)
         moved = cp.hstack([cp.vec(v, order="F"), w - g])
-        rows += [cp.hstack([cp.vec(q, order="F"), p]) == mean + b * joined(*contact.bonded["c"]) + lam * cyclic + contact.S @ moved]
-        rows += [v[~opened] == slip[~opened], w[~opened] == 0, q[opened] == 0, p[opened] == 0, w[opened] >= 0]
+        rows += [
+            cp.hstack([cp.vec(q, order="F"), p])
+            == mean + b * joined(*contact.bonded["c"]) + lam * cyclic + contact.S @ moved
+        ]
+        rows += [
+            v[~opened] == slip[~opened],
+            w[~opened] == 0,
+            q[opened] == 0,
+            p[opened] == 0,
+            w[opened] >= 0,
+        ]
         rows += [(cp.abs(q[:, 0]) if t == 1 else cp.norm(q, 2, axis=1)) <= cp.multiply(friction, p)]
-    value = cp.Problem(cp.Maximize(lam), rows).solve(**{"solver": "SCIPY", "scipy_options": TIGHT} if t == 1 else {"solver": "CLARABEL"})
+    value = cp.Problem(cp.Maximize(lam), rows).solve(
+        **{"solver": "SCIPY", "scipy_options": TIGHT} if t == 1 else {"solver": "CLARABEL"}
+    )
     return np.nan if value is None or value == -np.inf else float(value)
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
-    """It is never less than with all nodes closed, nor what `shakedown_limit` finds of it. With others open one may be better, which it says."""
+    """It is never less than with all nodes closed, nor what `shakedown_limit` finds of it. With
+    others open one may be better, which it says."""
     rel, found = 1e-7 if tangents == 1 else 1e-5, 0
     for seed in range(few(12, 6)):
         contact, friction = pulled(seed, tangents)
-        every = {opened: best(contact, friction, np.array(opened)) for opened in product([False, True], repeat=contact.nodes) if not all(opened)}
-        model, most = fo.DesignModel(contact, CYCLE, preloads=["c"], profile=True), max(np.nan_to_num([*every.values()], nan=-1.0))
+        every = {
+            opened: best(contact, friction, np.array(opened))
+            for opened in product([False, True], repeat=contact.nodes)
+            if not all(opened)
+        }
+        model, most = (
+            fo.DesignModel(contact, CYCLE, preloads=["c"], profile=True),
+            max(np.nan_to_num([*every.values()], nan=-1.0)),
+        )
         within = [cp.abs(model.preload) <= MOST, cp.abs(model.profile) <= DEPTH]
         if most < 0:
             with pytest.raises(fo.ModelError, match="no design is safe"):
@@ -47,61 +74,119 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
         try:
             design = model.solve(friction, within)
         except fo.ModelError as error:  # it did not find the open nodes with which one is safe
-            assert np.isnan(every[(False,) * contact.nodes]) and "with all nodes closed" in str(error)
+            assert np.isnan(every[(False,) * contact.nodes]) and "with all nodes closed" in str(
+                error
+            )
             continue
         (opened,) = design.opens
-        assert design.load_factor == pytest.approx(every[tuple(opened)], rel=rel, abs=rel) and design.residual <= 1e-9
+        assert (
+            design.load_factor == pytest.approx(every[tuple(opened)], rel=rel, abs=rel)
+            and design.residual <= 1e-9
+        )
         assert design.load_factor >= np.nan_to_num(every[(False,) * contact.nodes]) * (1 - rel)
-        assert fo.shakedown_limit(design.system, design.cycle, friction).load_factor == pytest.approx(design.load_factor, rel=1e-7, abs=1e-7)
+        assert fo.shakedown_limit(
+            design.system, design.cycle, friction
+        ).load_factor == pytest.approx(design.load_factor, rel=1e-7, abs=1e-7)
         q, p = design.reactions
-        assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - friction * p).max() <= 1e-8 and np.abs(p[:, opened]).max(initial=0.0) <= 1e-12
-        assert ("with others open one may be" in design.reason) == opened.any() and (opened == design.open).all()
+        assert (
+            np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - friction * p
+        ).max() <= 1e-8 and np.abs(p[:, opened]).max(initial=0.0) <= 1e-12
+        assert ("with others open one may be" in design.reason) == opened.any() and (
+            opened == design.open
+        ).all()
         found += opened.any()
     assert found >= few(12, 6) // 6
 
 
 def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
-    """The mean load pulls node 0 open by 1, of which the bolt takes a half; the other two carry f (1 + 0.2 b), and no row of the user is blamed."""
+    """The mean load pulls node 0 open by 1, of which the bolt takes a half; the other two carry f
+    (1 + 0.2 b), and no row of the user is blamed."""
     none = np.zeros(3)
-    loads = {"P": (none, [-1.0, 1.0, 1.0]), "bolt": (none, [0.5, 0.2, 0.2]), "Q": ([1.0, 1.0, 1.0], none)}
-    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads)
-    model = fo.DesignModel(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), preloads=["bolt"])
+    loads = {
+        "P": (none, [-1.0, 1.0, 1.0]),
+        "bolt": (none, [0.5, 0.2, 0.2]),
+        "Q": ([1.0, 1.0, 1.0], none),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads
+    )
+    model = fo.DesignModel(
+        contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), preloads=["bolt"]
+    )
     design = model.solve(0.5, [model.preload >= 0, model.preload <= 1.0, model.load_factor >= 0.5])
     assert design.load_factor == pytest.approx(0.6) and design.open.tolist() == [True, False, False]
-    assert design.slips[0][0] == pytest.approx(0.0) and model.q[0].value[0] == model.p[0].value[0] == 0.0
-    assert design.reason.startswith("with 1 of 3 nodes open: no design that the constraints admit is better")
+    assert (
+        design.slips[0][0] == pytest.approx(0.0)
+        and model.q[0].value[0] == model.p[0].value[0] == 0.0
+    )
+    assert design.reason.startswith(
+        "with 1 of 3 nodes open: no design that the constraints admit is better"
+    )
 
 
 def test_the_gap_that_a_bolt_leaves_to_an_open_node_bounds_the_design():
-    """By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the others carry (1 + b / 5) / 2, which is most at b = 15 / 11."""
+    """By hand: node 0 is open by 1 - b / 2 - L / 2 at the first corner, and the others carry (1 + b
+    / 5) / 2, which is most at b = 15 / 11."""
     none = np.zeros(3)
-    loads = {"P": (none, [-1.0, 1.0, 1.0]), "bolt": (none, [0.5, 0.2, 0.2]), "N": (none, [0.5, 0.0, 0.0]), "Q": ([1.0, 1.0, 1.0], none)}
-    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads)
-    model = fo.DesignModel(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0, "N": 1.0}, {"Q": -1.0}]), preloads=["bolt"])
+    loads = {
+        "P": (none, [-1.0, 1.0, 1.0]),
+        "bolt": (none, [0.5, 0.2, 0.2]),
+        "N": (none, [0.5, 0.0, 0.0]),
+        "Q": ([1.0, 1.0, 1.0], none),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads
+    )
+    model = fo.DesignModel(
+        contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0, "N": 1.0}, {"Q": -1.0}]), preloads=["bolt"]
+    )
     design = model.solve(0.5, [model.preload >= 0, model.preload <= 1.5])
     assert design.open.tolist() == [True, False, False]
-    assert (design.load_factor, design.preload["bolt"]) == (pytest.approx(7 / 11, rel=1e-9), pytest.approx(15 / 11, rel=1e-9))
+    assert (design.load_factor, design.preload["bolt"]) == (
+        pytest.approx(7 / 11, rel=1e-9),
+        pytest.approx(15 / 11, rel=1e-9),
+    )
 
 
 def test_scenarios_have_open_nodes_of_their_own():
-    """In the second one half of the bolt acts, which leaves node 0 open; the other two carry 0.5 (1 + 0.5 b), in the first one 0.5 (1 + b)."""
+    """In the second one half of the bolt acts, which leaves node 0 open; the other two carry 0.5 (1
+    + 0.5 b), in the first one 0.5 (1 + b)."""
     none = np.zeros(3)
-    loads = {"P": (none, [-1.0, 1.0, 1.0]), "bolt": (none, [2.0, 1.0, 1.0]), "Q": ([0.1, 1.0, 1.0], none)}
-    contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads)
+    loads = {
+        "P": (none, [-1.0, 1.0, 1.0]),
+        "bolt": (none, [2.0, 1.0, 1.0]),
+        "Q": ([0.1, 1.0, 1.0], none),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(3), np.zeros((3, 3)), np.eye(3), [0.0, 1.0, 2.0], loads
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
-    model = fo.DesignModel(contact, cycle, preloads=["bolt"], scenarios=[(cycle, 0.5, {"bolt": 0.5})])
+    model = fo.DesignModel(
+        contact, cycle, preloads=["bolt"], scenarios=[(cycle, 0.5, {"bolt": 0.5})]
+    )
     design = model.solve(0.5, [model.preload >= 0.0, model.preload <= 0.8])
-    assert design.load_factor == pytest.approx(0.7) and [opened.tolist() for opened in design.opens] == [[False] * 3, [True, False, False]]
+    assert design.load_factor == pytest.approx(0.7) and [
+        opened.tolist() for opened in design.opens
+    ] == [[False] * 3, [True, False, False]]
 
 
 def test_a_design_under_whose_mean_load_other_nodes_open_is_none():
-    """With nodes 2 and 4 open it is safe up to 2.5, but only from 1.01 on. Smaller ones of up to 2.07 are so from the mean load on."""
+    """With nodes 2 and 4 open it is safe up to 2.5, but only from 1.01 on. Smaller ones of up to
+    2.07 are so from the mean load on."""
     system, cycle, friction = _Subject(725550944).args
     model = fo.DesignModel(system, cycle, preloads=["b"], profile=True)
     within = [cp.abs(model.preload) <= 0.11, cp.abs(model.profile) <= 357.0]
     for rows in (within, [*within, model.load_factor >= 2.0]):
         design = model.solve(friction, rows)
-        assert design.open.nonzero()[0].tolist() == [2, 4] and design.bound > 2.4 > design.load_factor > 2.0
-        assert fo.shakedown_limit(design.system, design.cycle, friction).load_factor == pytest.approx(design.load_factor, rel=1e-7)
-    with pytest.raises(fo.SolverError, match=r"with 2 of 5 nodes open: the best one would carry 2\.\d+, but under its mean load other nodes"):
+        assert (
+            design.open.nonzero()[0].tolist() == [2, 4]
+            and design.bound > 2.4 > design.load_factor > 2.0
+        )
+        assert fo.shakedown_limit(
+            design.system, design.cycle, friction
+        ).load_factor == pytest.approx(design.load_factor, rel=1e-7)
+    with pytest.raises(
+        fo.SolverError,
+        match=r"with 2 of 5 nodes open: the best one would carry 2\.\d+, but under its mean load other nodes",
+    ):
         model.solve(friction, [*within, model.load_factor >= 2.2])

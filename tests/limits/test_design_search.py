@@ -1,4 +1,5 @@
-"""A best design is no worse than none, nor than one within narrower bounds, and its multipliers are its own."""
+"""A best design is no worse than none, nor than one within narrower bounds, and its multipliers are
+its own."""
 
 import cvxpy as cp
 import numpy as np
@@ -15,7 +16,10 @@ def pulled_open(seed):
     """Three nodes, of which the mean load pulls the middle one open."""
     rng = np.random.default_rng(seed)
     p = np.array([1.0, -0.3, 1.0]) * rng.uniform(0.5, 1.5, 3)
-    loads = {"mean": (np.zeros(3), p), "cyclic": (rng.uniform(0.2, 0.6, 3), rng.uniform(-0.2, 0.2, 3))}
+    loads = {
+        "mean": (np.zeros(3), p),
+        "cyclic": (rng.uniform(0.2, 0.6, 3), rng.uniform(-0.2, 0.2, 3)),
+    }
     return fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], loads)
 
 
@@ -34,53 +38,90 @@ def with_a_bolt(seed, nodes):
 def test_the_search_begins_without_a_design_too(seed):
     """All nodes closed have a design, a worse one. Whatever the bound, no design obeys it."""
     system = pulled_open(seed)
-    model, least = fo.DesignModel(system, CYCLE, preloads=["cyclic"]), fo.shakedown_limit(system, CYCLE, 0.5).load_factor
+    model, least = (
+        fo.DesignModel(system, CYCLE, preloads=["cyclic"]),
+        fo.shakedown_limit(system, CYCLE, 0.5).load_factor,
+    )
     for most in (0.01, 1.0, 100.0):
         design = model.solve(0.5, [cp.abs(model.preload) <= most])
         assert design.load_factor >= least * (1 - 1e-6)
         least = design.load_factor
-        built = fo.shakedown_limit(system, fo.LoadCycle({"mean": 1.0, "cyclic": design.preload["cyclic"]}, CYCLE.corners), 0.5)
+        built = fo.shakedown_limit(
+            system,
+            fo.LoadCycle({"mean": 1.0, "cyclic": design.preload["cyclic"]}, CYCLE.corners),
+            0.5,
+        )
         assert built.load_factor >= least * (1 - 1e-6)
 
 
 def test_a_design_that_would_open_other_nodes_is_made_smaller():
-    """The largest one that counts: `shakedown_limit` with a little more preload is far less, and `reason` says why the search stops there."""
+    """The largest one that counts: `shakedown_limit` with a little more preload is far less, and
+    `reason` says why the search stops there."""
     system, friction = with_a_bolt(10008, 3)
     model = fo.DesignModel(system, CYCLE, preloads=["cyclic"])
     narrow = model.solve(friction, [cp.abs(model.preload) <= 1.0])
     wide = model.solve(friction, [cp.abs(model.preload) <= 100.0])
-    assert wide.load_factor > 2 * narrow.load_factor and "the search stops before them" in wide.reason and wide.bound > wide.load_factor
+    assert (
+        wide.load_factor > 2 * narrow.load_factor
+        and "the search stops before them" in wide.reason
+        and wide.bound > wide.load_factor
+    )
 
     def built(preload):
-        return fo.shakedown_limit(system, fo.LoadCycle({"mean": 1.0, "cyclic": preload}, CYCLE.corners), friction).load_factor
+        return fo.shakedown_limit(
+            system, fo.LoadCycle({"mean": 1.0, "cyclic": preload}, CYCLE.corners), friction
+        ).load_factor
 
     assert built(wide.preload["cyclic"]) == pytest.approx(wide.load_factor, rel=1e-6)
     assert built(1.001 * wide.preload["cyclic"]) < 0.1 * wide.load_factor
 
 
 def test_without_a_bound_there_is_a_design_where_a_bounded_one_is():
-    """The right value by the limit with the design built in, which is the load factor that is asked for."""
+    """The right value by the limit with the design built in, which is the load factor that is asked
+    for."""
     loads = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0, 0])}
     system = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], loads)
     asked = 0.5 * fo.shakedown_limit(system, CYCLE, 0.6, slip_bound=10.0).load_factor
     model, found = fo.DesignModel(system, CYCLE, preloads=["cyclic"], slip_bound=10.0), []
     for most in (20.0, 50.0, 1e4):
-        design = model.solve(0.6, [model.load_factor == asked, cp.abs(model.preload) <= most], objective=model.preload[0])
+        design = model.solve(
+            0.6,
+            [model.load_factor == asked, cp.abs(model.preload) <= most],
+            objective=model.preload[0],
+        )
         found.append(design.preload["cyclic"])
     assert found == sorted(found)
-    built = fo.shakedown_limit(system, fo.LoadCycle({"mean": 1.0, "cyclic": found[-1]}, CYCLE.corners), 0.6, slip_bound=10.0)
+    built = fo.shakedown_limit(
+        system,
+        fo.LoadCycle({"mean": 1.0, "cyclic": found[-1]}, CYCLE.corners),
+        0.6,
+        slip_bound=10.0,
+    )
     assert built.load_factor == pytest.approx(asked, rel=1e-6)
 
 
 def test_the_multiplier_of_an_own_row_is_its_price():
     """By finite differences. The search presses once as much as it may, after the best design."""
-    loads = {"P": ([0.8], [1.9]), "one": ([0.0], [0.5]), "two": ([-0.1], [0.5]), "a": ([0.6], [0.0]), "b": ([0.7], [-0.9])}
+    loads = {
+        "P": ([0.8], [1.9]),
+        "one": ([0.0], [0.5]),
+        "two": ([-0.1], [0.5]),
+        "a": ([0.6], [0.0]),
+        "b": ([0.7], [-0.9]),
+    }
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.6]], [[1.0]], [0.0], loads)
-    model, budget = fo.DesignModel(node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), preloads=["one", "two"]), cp.Parameter(value=1.0)
+    model, budget = (
+        fo.DesignModel(
+            node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), preloads=["one", "two"]
+        ),
+        cp.Parameter(value=1.0),
+    )
     row = cp.sum(model.preload) <= budget
     design = model.solve(0.8, [row, model.preload >= 0])
     dual, preload = float(row.dual_value), model.preload.value
     budget.value += 1e-5
     rate = (model.solve(0.8, [row, model.preload >= 0]).load_factor - design.load_factor) / 1e-5
-    assert dual == pytest.approx(rate, rel=1e-3) and float(design.prices["constraints[0]"]) == pytest.approx(dual, rel=1e-9)
+    assert dual == pytest.approx(rate, rel=1e-3) and float(
+        design.prices["constraints[0]"]
+    ) == pytest.approx(dual, rel=1e-9)
     assert preload == pytest.approx(design.preload.to_numpy(), abs=1e-12)

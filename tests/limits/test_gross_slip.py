@@ -1,4 +1,5 @@
-"""The sliding-off load against closed forms, scipy, the kinematic program, transients and invariances; answers that are damaged are refused."""
+"""The sliding-off load against closed forms, scipy, the kinematic program, transients and
+invariances; answers that are damaged are refused."""
 
 from dataclasses import replace
 from importlib import import_module
@@ -21,12 +22,17 @@ PUNCH = fo.scenes.PunchOnHalfPlane(elements=12).condense()
 
 
 def proves(found, system, friction, r0, r1):
-    """The motion alone proves the load factor: it strains nothing, lifts by f |v|, and its works give the bound."""
+    """The motion alone proves the load factor: it strains nothing, lifts by f |v|, and its works
+    give the bound."""
     *v, w = found.phi
     assert np.abs(system.S @ found.phi.ravel()).max() <= 1e-9 * np.abs(system.S).max()
-    assert (w >= friction * np.linalg.norm(v, axis=0) - 1e-8).all() and np.linalg.norm(found.phi, axis=0).max() == pytest.approx(1.0)
+    assert (w >= friction * np.linalg.norm(v, axis=0) - 1e-8).all() and np.linalg.norm(
+        found.phi, axis=0
+    ).max() == pytest.approx(1.0)
     assert found.phi.ravel() @ r1 < 0
-    assert -(found.phi.ravel() @ r0) / (found.phi.ravel() @ r1) == pytest.approx(found.load_factor, rel=1e-7)
+    assert -(found.phi.ravel() @ r0) / (found.phi.ravel() @ r1) == pytest.approx(
+        found.load_factor, rel=1e-7
+    )
     assert found.bound == pytest.approx(found.load_factor, rel=1e-9) and found.residual <= 1e-9
 
 
@@ -40,47 +46,89 @@ def test_a_block_slides_or_turns_over_its_edge(axes, friction, height):
     turns = 1.0 / height < friction
     assert found.load_factor == pytest.approx(3.0 * min(friction, 1.0 / height) / 2.0, rel=1e-9)
     assert (found.corner, found.loads, found.least) == (1, "Q = -2", 0.0)
-    proves(found, system, friction, *(joined(*system.reaction(load)) for load in ({"P": 3.0}, {"Q": -2.0})))
+    proves(
+        found,
+        system,
+        friction,
+        *(joined(*system.reaction(load)) for load in ({"P": 3.0}, {"Q": -2.0})),
+    )
     (row,) = found.motion.to_dict("records")
-    assert ("by a turn about" in found.reason) is turns and ("along (-1, 0" in found.reason) is not turns
+    assert ("by a turn about" in found.reason) is turns and (
+        "along (-1, 0" in found.reason
+    ) is not turns
     if turns:
-        assert row["at_x"] == pytest.approx(-1.0, abs=1e-6) and abs(row["turn"]) == pytest.approx(0.5, rel=1e-6)
+        assert row["at_x"] == pytest.approx(-1.0, abs=1e-6) and abs(row["turn"]) == pytest.approx(
+            0.5, rel=1e-6
+        )
         assert row["turn"] > 0 if axes == 2 else row["turn"] * row["y"] < 0
     else:
-        assert row["x"] == pytest.approx(-1.0) and row["lift"] == pytest.approx(friction * row["slide"]) and row["turn"] == 0
+        assert (
+            row["x"] == pytest.approx(-1.0)
+            and row["lift"] == pytest.approx(friction * row["slide"])
+            and row["turn"] == 0
+        )
 
 
 def two_blocks(rng, **more):
     """Two blocks side by side, each with its own weight; the push is on the second."""
     one, other = block(rng), block(rng)
     n = one.nodes
-    S, loads = np.zeros((2, 2 * n, 2, 2 * n)), {name: np.zeros((2, 2 * n)) for name in ("P1", "P2", "Q")}
-    for at, system, names in ((slice(n), one, {"P1": "P"}), (slice(n, None), other, {"P2": "P", "Q": "Q"})):
+    S, loads = (
+        np.zeros((2, 2 * n, 2, 2 * n)),
+        {name: np.zeros((2, 2 * n)) for name in ("P1", "P2", "Q")},
+    )
+    for at, system, names in (
+        (slice(n), one, {"P1": "P"}),
+        (slice(n, None), other, {"P2": "P", "Q": "Q"}),
+    ):
         S[:, at, :, at] = system.S.reshape(2, n, 2, n)
         for name, of in names.items():
             loads[name][:, at] = joined(*system.bonded[of]).reshape(2, n)
     points = np.vstack([one.points, other.points + [5.0, 0.0]])
     names = np.repeat(["left", "right"], n)
-    return fo.ContactSystem(S.reshape(4 * n, -1), points, {name: load.ravel() for name, load in loads.items()}, contact=names, **more)
+    return fo.ContactSystem(
+        S.reshape(4 * n, -1),
+        points,
+        {name: load.ravel() for name, load in loads.items()},
+        contact=names,
+        **more,
+    )
 
 
 def test_of_two_blocks_the_one_that_is_pushed_slides():
     system = two_blocks(np.random.default_rng(1))
     found = fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3)
-    assert found.load_factor == pytest.approx(2.1) and found.motion["contact"].tolist() == ["right"] and found.motion["nodes"].tolist() == [5]
-    assert "body 1 moves at right along (1, 0)" in found.reason and np.abs(found.phi[:, :5]).max() < 1e-9
+    assert (
+        found.load_factor == pytest.approx(2.1)
+        and found.motion["contact"].tolist() == ["right"]
+        and found.motion["nodes"].tolist() == [5]
+    )
+    assert (
+        "body 1 moves at right along (1, 0)" in found.reason
+        and np.abs(found.phi[:, :5]).max() < 1e-9
+    )
     assert found.to_frame().equals(found.motion)
     for pushed in (["right"], ["left", "right"]):
-        assert fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=pushed).load_factor == pytest.approx(2.1)
-    alone = fo.gross_slip(system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=["left"])
-    assert alone.load_factor == pytest.approx(0.0, abs=1e-9) and "with friction at left alone" in alone.reason
+        assert fo.gross_slip(
+            system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=pushed
+        ).load_factor == pytest.approx(2.1)
+    alone = fo.gross_slip(
+        system, fo.LoadCycle({"P1": 1.0, "P2": 7.0}, TO_AND_FRO), 0.3, contacts=["left"]
+    )
+    assert (
+        alone.load_factor == pytest.approx(0.0, abs=1e-9)
+        and "with friction at left alone" in alone.reason
+    )
 
 
 @pytest.mark.parametrize("axes", [2, 3])
 def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes):
-    """A plate between two flat faces: each holds f P, whether the force P clamps it or rigid jaws do, whose pressure statics cannot know."""
+    """A plate between two flat faces: each holds f P, whether the force P clamps it or rigid jaws
+    do, whose pressure statics cannot know."""
     n, frames, under = 3, np.eye(axes), np.arange(6) < 3
-    both = np.where(under[:, None, None], frames, frames * np.r_[-1.0, np.ones(axes - 2), -1.0][:, None])  # the upper face presses downwards
+    both = np.where(
+        under[:, None, None], frames, frames * np.r_[-1.0, np.ones(axes - 2), -1.0][:, None]
+    )  # the upper face presses downwards
     points = np.zeros((2 * n, axes))
     points[:, 0], points[n:, -1] = np.tile([-1.0, 0.0, 1.0], 2), 1.0
     along, up = (np.einsum("nak,k->an", both, axis) for axis in (frames[0], frames[-1]))
@@ -88,27 +136,44 @@ def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes)
     for jaws, motions in ((True, (along, up)), (False, (along, up * under, up * ~under))):
         free = np.column_stack([motion.ravel() for motion in motions])
         S, names = np.eye(len(free)) - free @ np.linalg.pinv(free), np.repeat(["under", "over"], n)
-        system = fo.ContactSystem(S, points, {"P": press, "Q": -along.ravel() / (2 * n)}, frames=both, contact=names)
+        system = fo.ContactSystem(
+            S, points, {"P": press, "Q": -along.ravel() / (2 * n)}, frames=both, contact=names
+        )
         for contacts, hold in ((None, 2.0), (["under"], 1.0), (["over"], 1.0)):
-            found = fo.gross_slip(system, fo.LoadCycle({"P": 5.0}, TO_AND_FRO), 0.2, contacts=contacts)
-            assert found.load_factor == pytest.approx(hold, rel=3e-4 if jaws else 1e-9), (jaws, contacts)
+            found = fo.gross_slip(
+                system, fo.LoadCycle({"P": 5.0}, TO_AND_FRO), 0.2, contacts=contacts
+            )
+            assert found.load_factor == pytest.approx(hold, rel=3e-4 if jaws else 1e-9), (
+                jaws,
+                contacts,
+            )
             assert (found.self_stress is not None) is jaws is (found.bound == np.inf)
 
 
 @pytest.mark.parametrize("angle", [20.0, 45.0, 70.0])
 @pytest.mark.parametrize("held", [True, False])
 def test_a_wedge_holds_itself_where_friction_is_above_the_angle_that_its_faces_leave(angle, held):
-    """Two faces whose normals lean by an angle to either side: forces along the line between them are within friction, or none balance themselves."""
+    """Two faces whose normals lean by an angle to either side: forces along the line between them
+    are within friction, or none balance themselves."""
     beta = np.radians(angle)
     normals = np.array([[np.sin(beta), np.cos(beta)], [-np.sin(beta), np.cos(beta)]])
-    system = body(np.random.default_rng(5), np.array([[-1.0, 0.0], [1.0, 0.0]]), normals, {"P": [0.0, 0.0, 1.0, 1.0], "Q": [1.0, 1.0, 0.0, 0.0]})
+    system = body(
+        np.random.default_rng(5),
+        np.array([[-1.0, 0.0], [1.0, 0.0]]),
+        normals,
+        {"P": [0.0, 0.0, 1.0, 1.0], "Q": [1.0, 1.0, 0.0, 0.0]},
+    )
     friction = np.tan(np.pi / 2 - beta + (0.01 if held else -0.01))
-    forces = self_stress(system, np.full(2, friction), rigid_motions(system.S, system.own_stiffness))
+    forces = self_stress(
+        system, np.full(2, friction), rigid_motions(system.S, system.own_stiffness)
+    )
     assert (forces is not None) is held
     if held:
         assert forces[1] == pytest.approx([0.5, 0.5], abs=1e-6)
         along = np.einsum("an,nak->nk", forces, system.frames)
-        assert along[0] == pytest.approx(-along[1], abs=1e-5) and along[0, 1] == pytest.approx(0.0, abs=1e-5)
+        assert along[0] == pytest.approx(-along[1], abs=1e-5) and along[0, 1] == pytest.approx(
+            0.0, abs=1e-5
+        )
 
 
 def test_what_has_no_forces_in_balance_is_asked_no_transients(monkeypatch):
@@ -121,7 +186,14 @@ def test_what_has_no_forces_in_balance_is_asked_no_transients(monkeypatch):
 
 
 def press_fit(**more):
-    scene = {"shaft_radius": 10.0, "collar_radius": 25.0, "collar_length": 60.0, "shaft_length": 180.0, "elements": 40, "grading": 4.0}
+    scene = {
+        "shaft_radius": 10.0,
+        "collar_radius": 25.0,
+        "collar_length": 60.0,
+        "shaft_length": 180.0,
+        "elements": 40,
+        "grading": 4.0,
+    }
     steel = fo.Material(E=210e3, nu=0.3)
     return fo.scenes.PressFit(**{**scene, **more}, shaft_material=steel, collar_material=steel)
 
@@ -135,7 +207,11 @@ def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(fricti
     pressure = 210e3 * interference / (2 * 10.0) * (1 - 10.0**2 / 25.0**2)
     force = friction * pressure * 2 * np.pi * 10.0 * 60.0
     assert 1000.0 * found.load_factor == pytest.approx(force, rel=0.1)
-    assert found.bound == np.inf and "statics cannot know how far the fit presses" in found.reason and "finds no way on above" in found.reason
+    assert (
+        found.bound == np.inf
+        and "statics cannot know how far the fit presses" in found.reason
+        and "finds no way on above" in found.reason
+    )
     *q, p = found.self_stress
     assert p.sum() == pytest.approx(1.0) and (np.abs(q) <= friction * p + 1e-6).all()
     below, above = (found.load_factor * (1 + way * 5e-4) for way in (-1, 1))
@@ -146,7 +222,10 @@ def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(fricti
 
 def test_the_scene_of_a_press_fit_slides_off():
     """The value of transients of one cycle each, in a bisection of their own."""
-    system, cycle = fo.scenes.PressFit(elements=20).condense(), fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}])
+    system, cycle = (
+        fo.scenes.PressFit(elements=20).condense(),
+        fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}]),
+    )
     low, high = 0.0, 4.0
     for _ in range(14):
         middle = (low + high) / 2
@@ -157,22 +236,38 @@ def test_the_scene_of_a_press_fit_slides_off():
             high = middle
     found = fo.gross_slip(system, cycle, 0.3)
     assert found.load_factor == pytest.approx(low, rel=1e-3) == pytest.approx(1.374, abs=1e-3)
-    tension = fo.gross_slip(system, fo.LoadCycle({"fit": 1.0}, [{"tension": 1.0}, {"tension": -1.0}]), 0.3)
+    tension = fo.gross_slip(
+        system, fo.LoadCycle({"fit": 1.0}, [{"tension": 1.0}, {"tension": -1.0}]), 0.3
+    )
     assert tension.load_factor == np.inf and tension.self_stress is None  # which drives no motion
-    assert np.isnan(fo.gross_slip(system, fo.LoadCycle({"fit": -1.0}, cycle.corners), 0.3).load_factor)  # a collar that is loose
+    assert np.isnan(
+        fo.gross_slip(system, fo.LoadCycle({"fit": -1.0}, cycle.corners), 0.3).load_factor
+    )  # a collar that is loose
     assert fo.shakedown_limit(system, cycle, 0.3).bound_for_all == np.inf  # from any start
 
 
 def by_scipy(motions, friction, r0, r1, least=False):
-    """Largest or least load factor >= 0 with forces within friction in the plane; nan where there is none."""
+    """Largest or least load factor >= 0 with forces within friction in the plane; nan where there
+    is none."""
     n = len(friction)
     eye = np.eye(n)
-    rows = np.block([[eye, -np.diag(friction), np.zeros((n, 1))], [-eye, -np.diag(friction), np.zeros((n, 1))]])
+    rows = np.block(
+        [[eye, -np.diag(friction), np.zeros((n, 1))], [-eye, -np.diag(friction), np.zeros((n, 1))]]
+    )
     goal = np.eye(2 * n + 1)[-1] * (1.0 if least else -1.0)
     bounds = [(None, None)] * n + [(0, None)] * (n + 1)
-    answer = linprog(goal, rows, np.zeros(2 * n), np.column_stack([motions.T, -motions.T @ r1]), motions.T @ r0, bounds=bounds)
+    answer = linprog(
+        goal,
+        rows,
+        np.zeros(2 * n),
+        np.column_stack([motions.T, -motions.T @ r1]),
+        motions.T @ r0,
+        bounds=bounds,
+    )
     assert answer.status in (0, 2, 3)
-    return {0: answer.x[-1] if answer.x is not None else np.nan, 2: np.nan, 3: np.inf}[answer.status]
+    return {0: answer.x[-1] if answer.x is not None else np.nan, 2: np.nan, 3: np.inf}[
+        answer.status
+    ]
 
 
 def test_random_faces_in_the_plane_agree_with_scipy():
@@ -184,21 +279,47 @@ def test_random_faces_in_the_plane_agree_with_scipy():
         points, normals = np.column_stack([x, 0.3 * x**2]), np.column_stack([-0.6 * x, np.ones(n)])
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         friction, motions = rng.uniform(0.0, 0.8, n), rigid(points, normals)[0]
-        loads = {name: rng.normal(size=2 * n) + press * np.repeat([0.0, 1.0], n) for name, press in (("m", 1.5), ("a", 0.2), ("b", 0.0), ("c", 0.0))}
+        loads = {
+            name: rng.normal(size=2 * n) + press * np.repeat([0.0, 1.0], n)
+            for name, press in (("m", 1.5), ("a", 0.2), ("b", 0.0), ("c", 0.0))
+        }
         system = body(rng, points, normals, loads, gap=rng.uniform(0, 0.1, n))
-        cycle = fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"b": 1.0}], fixed=None if seed % 2 else [{"c": 0.2}, {"c": -0.2}])
-        found, r0 = fo.gross_slip(system, cycle, friction), [joined(*system.reaction(load)) for load in cycle.unscaled] * 2
+        cycle = fo.LoadCycle(
+            {"m": 1.0},
+            [{"a": 1.0}, {"b": 1.0}],
+            fixed=None if seed % 2 else [{"c": 0.2}, {"c": -0.2}],
+        )
+        found, r0 = (
+            fo.gross_slip(system, cycle, friction),
+            [joined(*system.reaction(load)) for load in cycle.unscaled] * 2,
+        )
         r1 = [joined(*system.reaction(load)) for load in cycle.corners]
-        most, least = (np.array([by_scipy(motions, friction, *pair, low) for pair in zip(r0[:2], r1, strict=True)]) for low in (False, True))
+        most, least = (
+            np.array(
+                [by_scipy(motions, friction, *pair, low) for pair in zip(r0[:2], r1, strict=True)]
+            )
+            for low in (False, True)
+        )
         if np.isnan(most).any() or least.max() > most.min():
-            assert np.isnan(found.load_factor) and np.isnan(found.least) and "no load factor has a state of rest" in found.reason
+            assert (
+                np.isnan(found.load_factor)
+                and np.isnan(found.least)
+                and "no load factor has a state of rest" in found.reason
+            )
             kinds.append("none" if np.isnan(most).any() else "apart")
             if np.isnan(most).any():
-                assert found.phi.ravel() @ r0[found.corner] < 0 and found.phi.ravel() @ r1[found.corner] < 1e-9
+                assert (
+                    found.phi.ravel() @ r0[found.corner] < 0
+                    and found.phi.ravel() @ r1[found.corner] < 1e-9
+                )
             continue
-        assert found.load_factor == pytest.approx(most.min(), rel=1e-7) and found.least == pytest.approx(least.max(), rel=1e-7, abs=1e-9)
+        assert found.load_factor == pytest.approx(
+            most.min(), rel=1e-7
+        ) and found.least == pytest.approx(least.max(), rel=1e-7, abs=1e-9)
         assert (found.least > 0) is ("; below" in found.reason)
-        kinds.append("inf" if found.load_factor == np.inf else "from 0" if found.least == 0 else "interval")
+        kinds.append(
+            "inf" if found.load_factor == np.inf else "from 0" if found.least == 0 else "interval"
+        )
         if np.isfinite(found.load_factor):
             proves(found, system, friction, r0[found.corner], r1[found.corner])
     assert set(kinds) >= {"none", "inf", "from 0", "interval"}, kinds
@@ -209,7 +330,10 @@ def test_random_faces_in_space_agree_with_the_program_of_the_motions():
     for seed in range(20):
         rng = np.random.default_rng(seed)
         n = int(rng.integers(3, 8))
-        points, normals = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2], rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
+        points, normals = (
+            rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2],
+            rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1],
+        )
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         motions, friction = rigid(points, normals)[0], rng.uniform(0.1, 0.6, n)
         press = np.repeat([0.0, 0.0, 1.0], n)
@@ -217,7 +341,10 @@ def test_random_faces_in_space_agree_with_the_program_of_the_motions():
         found = fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), friction)
         y, (r0, r1) = cp.Variable(6), (joined(*system.bonded[name]) for name in "PQ")
         v1, v2, w = (motions[at * n : (at + 1) * n] @ y for at in range(3))
-        rows = [cp.norm(cp.vstack([v1, v2]), axis=0) <= cp.multiply(1 / friction, w), (motions.T @ r1) @ y == -1]
+        rows = [
+            cp.norm(cp.vstack([v1, v2]), axis=0) <= cp.multiply(1 / friction, w),
+            (motions.T @ r1) @ y == -1,
+        ]
         value = cp.Problem(cp.Minimize((motions.T @ r0) @ y), rows).solve(solver="CLARABEL")
         assert found.load_factor == pytest.approx(value, rel=1e-6)
         if np.isfinite(value):
@@ -230,30 +357,49 @@ def test_random_faces_in_space_agree_with_the_program_of_the_motions():
 @pytest.mark.parametrize("nodes", [2, 3, 4, 12])
 @pytest.mark.parametrize("seed", few(range(3)))
 def test_rigid_motions_have_no_rounding_and_nodal_ones_are_told_by_single_nodes(axes, nodes, seed):
-    """On a flat face no shift or turn in it lifts a node, and none that lifts nodes makes them slip; the nodes are in a line, or not."""
+    """On a flat face no shift or turn in it lifts a node, and none that lifts nodes makes them
+    slip; the nodes are in a line, or not."""
     rng = np.random.default_rng(seed)
     along = np.sort(rng.uniform(-1, 1, nodes))
-    points = np.column_stack([along, *[rng.uniform(-1, 1, nodes) * (seed % 2)] * (axes - 2), np.zeros(nodes)])
+    points = np.column_stack(
+        [along, *[rng.uniform(-1, 1, nodes) * (seed % 2)] * (axes - 2), np.zeros(nodes)]
+    )
     motions = rigid(points, np.eye(axes)[[-1] * nodes])[0]
     system = body(rng, points, np.eye(axes)[[-1] * nodes], {"P": np.ones(axes * nodes)})
     found = rigid_motions(system.S, system.own_stiffness)
     single = nodal_motions(found)
     rank = np.linalg.matrix_rank(motions)
     for basis in (found, single):
-        assert np.linalg.matrix_rank(basis) == np.linalg.matrix_rank(np.hstack([motions, basis])) == rank == basis.shape[1]
+        assert (
+            np.linalg.matrix_rank(basis)
+            == np.linalg.matrix_rank(np.hstack([motions, basis]))
+            == rank
+            == basis.shape[1]
+        )
         sizes = np.abs(basis[basis != 0])
         assert sizes.min() > 1e-10 * sizes.max()
     slips, lifts = (single[part].any(axis=0) for part in (slice(-nodes), slice(-nodes, None)))
     assert not (slips & lifts).any() and np.abs(single).max() < 10
-    assert (np.sort(np.abs(single), axis=1)[(np.abs(single).sum(axis=1) == 1)][:, -1] == 1).sum() >= rank
+    assert (
+        np.sort(np.abs(single), axis=1)[(np.abs(single).sum(axis=1) == 1)][:, -1] == 1
+    ).sum() >= rank
 
 
 @pytest.mark.parametrize("friction", [1e-12, 1e-9, 1e-6, 1e-3, 0.3])
-@pytest.mark.parametrize("points", [[(-1, 0), (0, 0), (1, 0)], [(1, 0), (-0.5, 0.75), (-0.5, -0.75)]], ids=["line", "tripod"])
+@pytest.mark.parametrize(
+    "points",
+    [[(-1, 0), (0, 0), (1, 0)], [(1, 0), (-0.5, 0.75), (-0.5, -0.75)]],
+    ids=["line", "tripod"],
+)
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
-def test_a_body_on_three_nodes_slides_off_at_f_p_with_any_friction_and_units(friction, points, unit):
+def test_a_body_on_three_nodes_slides_off_at_f_p_with_any_friction_and_units(
+    friction, points, unit
+):
     points = np.column_stack([points, np.zeros(3)])
-    loads = {"P": unit * np.repeat([0.0, 0.0, 1.0], 3), "Q": unit * np.repeat([np.cos(0.7), np.sin(0.7), 0.0], 3)}
+    loads = {
+        "P": unit * np.repeat([0.0, 0.0, 1.0], 3),
+        "Q": unit * np.repeat([np.cos(0.7), np.sin(0.7), 0.0], 3),
+    }
     three = body(np.random.default_rng(0), points, np.eye(3)[[-1] * 3], loads)
     found = fo.gross_slip(three, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), friction)
     assert found.load_factor == pytest.approx(friction, rel=1e-8) and found.record.residual <= 1e-9
@@ -266,7 +412,11 @@ def test_guided_bodies_slide_off_at_the_same_load_whatever_the_size_of_its_unit(
 
     def slide(unit):
         loads = {"P": np.array([0.3, 0.4, 1.0, 2.0]), "Q": unit * np.array([1.0, 0.5, 0.2, 0.0])}
-        return fo.gross_slip(fo.ContactSystem(S, [[0.0, 0.0], [1.0, 0.0]], loads), fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5)
+        return fo.gross_slip(
+            fo.ContactSystem(S, [[0.0, 0.0], [1.0, 0.0]], loads),
+            fo.LoadCycle({"P": 1.0}, TO_AND_FRO),
+            0.5,
+        )
 
     found = slide(cyclic)
     assert found.bound == np.inf and found.self_stress is not None
@@ -276,10 +426,24 @@ def test_guided_bodies_slide_off_at_the_same_load_whatever_the_size_of_its_unit(
 def test_held_bodies_never_slide_off():
     system = fo.scenes.PinInPlate(elements=8).condense()
     held = replace(PUNCH, S=PUNCH.S + np.eye(len(PUNCH.S)))
-    free = fo.gross_slip(PUNCH, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5)  # which pulls the block alone
-    for found in (fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5), fo.gross_slip(system, fo.LoadCycle({}, [{"Fx": 1.0}]), 0.5), free):
-        assert found.load_factor == found.bound == np.inf and not found.phi.any() and found.motion.empty and found.corner == -1
-    assert "supports hold the bodies" in fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5).reason
+    free = fo.gross_slip(
+        PUNCH, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5
+    )  # which pulls the block alone
+    for found in (
+        fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5),
+        fo.gross_slip(system, fo.LoadCycle({}, [{"Fx": 1.0}]), 0.5),
+        free,
+    ):
+        assert (
+            found.load_factor == found.bound == np.inf
+            and not found.phi.any()
+            and found.motion.empty
+            and found.corner == -1
+        )
+    assert (
+        "supports hold the bodies"
+        in fo.gross_slip(held, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.5).reason
+    )
     assert "at all load factors" in free.reason
 
 
@@ -288,7 +452,11 @@ def test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does():
     values, vectors = np.linalg.eigh(PUNCH.S)
     kept = vectors[:, values > 1e-9 * values[-1]]
     root = rng.normal(size=(kept.shape[1],) * 2)
-    other = replace(PUNCH, S=kept @ (root @ root.T + np.eye(len(root))) @ kept.T, gap=rng.uniform(0, 1, PUNCH.nodes))
+    other = replace(
+        PUNCH,
+        S=kept @ (root @ root.T + np.eye(len(root))) @ kept.T,
+        gap=rng.uniform(0, 1, PUNCH.nodes),
+    )
     for friction in (0.3, 0.5, 0.8):
         one, again = (fo.gross_slip(system, cycle, friction) for system in (PUNCH, other))
         assert one.load_factor == pytest.approx(again.load_factor, rel=1e-9)
@@ -298,18 +466,30 @@ def test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does():
 def test_units_change_no_load_factor(force, length):
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
     bonded = {name: (force * q, force * p) for name, (q, p) in PUNCH.bonded.items()}
-    turned = replace(PUNCH, S=PUNCH.S * force / length, points=PUNCH.points * length, bonded=bonded, width=PUNCH.width * length, compliance=None)
+    turned = replace(
+        PUNCH,
+        S=PUNCH.S * force / length,
+        points=PUNCH.points * length,
+        bonded=bonded,
+        width=PUNCH.width * length,
+        compliance=None,
+    )
     one, again = fo.gross_slip(PUNCH, cycle, 0.4), fo.gross_slip(turned, cycle, 0.4)
     assert again.load_factor == pytest.approx(one.load_factor, rel=1e-9)
     assert np.abs(again.phi - one.phi).max() < 1e-7
     values = {variable.name(): variable.value for variable in again.problem.variables()}
-    assert values["p"].sum() == pytest.approx(turned.reaction({"P": 1.0})[1].sum(), rel=1e-9)  # in the units of the user
+    assert values["p"].sum() == pytest.approx(
+        turned.reaction({"P": 1.0})[1].sum(), rel=1e-9
+    )  # in the units of the user
 
 
 def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
     solid = embedded(PUNCH, np.random.default_rng(5))[0]
     for friction in (0.2, 0.7):
-        one, again = (fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), friction) for system in (PUNCH, solid))
+        one, again = (
+            fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), friction)
+            for system in (PUNCH, solid)
+        )
         assert again.load_factor == pytest.approx(one.load_factor, rel=1e-8)
 
 
@@ -317,7 +497,9 @@ def test_a_contact_of_the_plane_in_space_has_the_same_load_factor():
 def test_a_punch_rests_just_below_it_and_has_no_state_just_above(friction):
     cycle = fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
     found = fo.gross_slip(PUNCH, cycle, friction)
-    assert found.load_factor == pytest.approx(friction * PUNCH.bonded["P"][1].sum() / abs(PUNCH.bonded["Q"][0].sum()), rel=1e-9)  # f P / Q
+    assert found.load_factor == pytest.approx(
+        friction * PUNCH.bonded["P"][1].sum() / abs(PUNCH.bonded["Q"][0].sum()), rel=1e-9
+    )  # f P / Q
     assert fo.march(PUNCH, cycle, friction, 0.999 * found.load_factor, cycles=1).residual <= 1e-9
     with pytest.raises(fo.NoContinuation):
         fo.march(PUNCH, cycle, friction, 1.001 * found.load_factor, cycles=1)
@@ -337,7 +519,9 @@ def test_the_problem_reads_like_the_theory_and_is_solved_by_cvxpy_too():
         assert found.problem.value == found.load_factor and "sliding-off load" in found.explain()
         (f,) = found.problem.parameters()
         f.value = np.full(system.nodes, 0.3)
-        assert found.problem.solve(solver="CLARABEL") == pytest.approx(fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.3).load_factor)
+        assert found.problem.solve(solver="CLARABEL") == pytest.approx(
+            fo.gross_slip(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.3).load_factor
+        )
 
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
@@ -374,7 +558,11 @@ def test_a_solver_that_denies_the_answer_is_not_believed(monkeypatch, said):
 
 def test_a_stiffness_that_resists_the_motion_is_no_proof(monkeypatch):
     """A motion that strains the bodies, taken for a rigid one."""
-    monkeypatch.setattr(import_module("frictopt.limits.gross_slip"), "rigid_motions", lambda S, own: np.eye(len(S))[:, [0, len(S) // 2]])
+    monkeypatch.setattr(
+        import_module("frictopt.limits.gross_slip"),
+        "rigid_motions",
+        lambda S, own: np.eye(len(S))[:, [0, len(S) // 2]],
+    )
     with pytest.raises(fo.SolverError):
         fo.gross_slip(PUNCH, CYCLE, 0.4)
 
@@ -385,11 +573,19 @@ NAMED = two_blocks(np.random.default_rng(1))
 @pytest.mark.parametrize(
     ("system", "contacts", "said"),
     [
-        (NAMED, ["middle"], r"contacts: 'middle'; give some of \['left', 'right'\], or None for all"),
+        (
+            NAMED,
+            ["middle"],
+            r"contacts: 'middle'; give some of \['left', 'right'\], or None for all",
+        ),
         (NAMED, [3], r"contacts: 3; give some of"),
         (NAMED, [], r"contacts: \[\]; give some of"),
         (NAMED, "left", r"contacts: 'left'; give a list"),
-        (replace(NAMED, contact=None), ["left"], r"contacts: \['left'\], but the system has no names of contacts"),
+        (
+            replace(NAMED, contact=None),
+            ["left"],
+            r"contacts: \['left'\], but the system has no names of contacts",
+        ),
     ],
 )
 def test_contacts_that_do_not_exist_are_refused(system, contacts, said):
@@ -413,7 +609,8 @@ def test_bad_input_is_refused(arguments, said):
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_no_limit_is_above_the_load_at_which_the_body_slides_off(seed):
-    """And a flat punch that changes no pressure slips as soon as it slides off: its limit is that of all states."""
+    """And a flat punch that changes no pressure slips as soon as it slides off: its limit is that
+    of all states."""
     rng = np.random.default_rng(seed)
     contact, cycle = block(rng, nodes=4, axes=2 + seed % 2), fo.LoadCycle({"P": 1.0}, TO_AND_FRO)
     limit = fo.shakedown_limit(contact, cycle, float(rng.uniform(0.1, 0.6)))
@@ -424,9 +621,17 @@ def test_no_limit_is_above_the_load_at_which_the_body_slides_off(seed):
 def test_limits_of_all_states_and_of_some():
     held = fo.scenes.PinInPlate(elements=8).condense()
     limit = fo.shakedown_limit(held, fo.LoadCycle({"fit": 1.0}, [{"Fx": 1.0}, {"Fx": -1.0}]), 0.5)
-    assert limit.bound_for_all == np.inf and not limit.proven and "with all nodes closed" in limit.covers
+    assert (
+        limit.bound_for_all == np.inf
+        and not limit.proven
+        and "with all nodes closed" in limit.covers
+    )
     rigid = fo.ContactSystem.from_blocks(
-        np.zeros((2, 2)), np.zeros((2, 2)), [[1, -1], [-1, 1]], [-1.0, 1.0], {"P": ([0, 0], [0.5, 0.5]), "Q": ([0.5, 0.5], [0, 0])}
+        np.zeros((2, 2)),
+        np.zeros((2, 2)),
+        [[1, -1], [-1, 1]],
+        [-1.0, 1.0],
+        {"P": ([0, 0], [0.5, 0.5]), "Q": ([0.5, 0.5], [0, 0])},
     )
     limit = fo.shakedown_limit(rigid, fo.LoadCycle({"P": 1.0}, TO_AND_FRO), 0.3)
     assert limit.load_factor == pytest.approx(0.3, rel=1e-9) and limit.proven

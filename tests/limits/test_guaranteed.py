@@ -1,4 +1,5 @@
-"""The guaranteed limit and its witness, against closed forms, against linear programs over raw slips, and under changes of the scene."""
+"""The guaranteed limit and its witness, against closed forms, against linear programs over raw
+slips, and under changes of the scene."""
 
 import gc
 import weakref
@@ -14,7 +15,17 @@ from frictopt.solve import LP_SOLVERS
 from helpers.cases import few
 from helpers.guaranteed import check, least_by_node, random_cycle
 from helpers.liars import is_excess, lying, sloppy
-from helpers.systems import CYCLE, FIRST_PAIR, ONE_NODE, SECOND_PAIR, THREE, explained, linprog_limit, random_system, system
+from helpers.systems import (
+    CYCLE,
+    FIRST_PAIR,
+    ONE_NODE,
+    SECOND_PAIR,
+    THREE,
+    explained,
+    linprog_limit,
+    random_system,
+    system,
+)
 
 FIRST, SECOND = (FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.532623169108)
 
@@ -32,15 +43,26 @@ FIRST, SECOND = (FIRST_PAIR, 0.6, 0.391864153760), (SECOND_PAIR, 0.4, 0.53262316
 )
 def test_published_instances(data, friction, lower, upper, simplify):
     contact = system(*data)
-    limit, shakedown = (ask(contact, CYCLE, friction, simplify=simplify) for ask in (fo.guaranteed_limit, fo.shakedown_limit))
-    assert (limit.load_factor, shakedown.load_factor) == pytest.approx((lower, upper), rel=1e-9, abs=1e-12)
+    limit, shakedown = (
+        ask(contact, CYCLE, friction, simplify=simplify)
+        for ask in (fo.guaranteed_limit, fo.shakedown_limit)
+    )
+    assert (limit.load_factor, shakedown.load_factor) == pytest.approx(
+        (lower, upper), rel=1e-9, abs=1e-12
+    )
     check(limit)
     if not contact.B.any():
         assert limit.proven and "uncoupled" in limit.reason and limit.record.solver == "HIGHS"
 
 
 @settings(max_examples=few(12))
-@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 6), corners=st.integers(2, 5), f=st.floats(0.05, 1.5), most=st.sampled_from([None, 0.5, 3.0]))
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(2, 6),
+    corners=st.integers(2, 5),
+    f=st.floats(0.05, 1.5),
+    most=st.sampled_from([None, 0.5, 3.0]),
+)
 def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, f, most):
     rng = np.random.default_rng(seed)
     contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b")), random_cycle(rng, corners)
@@ -48,18 +70,29 @@ def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, 
     status, shakedown = linprog_limit(contact, cycle, friction, most)
     if status == 2:
         limit = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most)
-        assert np.isnan(limit.load_factor) and not limit.proven and np.isnan(limit.reactions).all() and limit.kind is fo.LimitKind.NO_SAFE_SLIP
+        assert (
+            np.isnan(limit.load_factor)
+            and not limit.proven
+            and np.isnan(limit.reactions).all()
+            and limit.kind is fo.LimitKind.NO_SAFE_SLIP
+        )
         return
     least = least_by_node(contact, cycle, friction, most)
     for simplify in (True, False):
         limit = fo.guaranteed_limit(contact, cycle, friction, slip_bound=most, simplify=simplify)
-        assert limit.load_factor == pytest.approx(min(shakedown if status == 0 else np.inf, least.min()), rel=1e-8, abs=1e-9)
+        assert limit.load_factor == pytest.approx(
+            min(shakedown if status == 0 else np.inf, least.min()), rel=1e-8, abs=1e-9
+        )
         if np.isfinite(limit.load_factor):
             check(limit)
             assert most is None or np.abs(limit.slip).max() <= most
         solved = limit.to_frame()[limit.to_frame().how == "solved"]
-        assert solved.load_factor.to_numpy() == pytest.approx(least[solved.node], rel=1e-7, abs=1e-8)
-        assert np.isinf(least[limit.to_frame().node[limit.to_frame().how == "never critical"]]).all()
+        assert solved.load_factor.to_numpy() == pytest.approx(
+            least[solved.node], rel=1e-7, abs=1e-8
+        )
+        assert np.isinf(
+            least[limit.to_frame().node[limit.to_frame().how == "never critical"]]
+        ).all()
         out = limit.to_frame()[limit.to_frame().how == "left out by its bound"]
         assert (out.load_factor <= least[out.node] * (1 + 1e-8)).all()
     assert set(limit.to_frame().how) <= {"solved", "never critical", "one corner alone governs"}
@@ -67,13 +100,20 @@ def test_any_cycle_against_linear_programs_of_all_corners(seed, nodes, corners, 
 
 @pytest.mark.parametrize("friction", [0.3, 1.0, 1.5])
 def test_bounds_of_the_nodes_hold_on_a_finer_mesh(punch, paper_cycle, friction):
-    limit, every = (fo.guaranteed_limit(punch(40), paper_cycle, friction, simplify=simplify) for simplify in (True, False))
+    limit, every = (
+        fo.guaranteed_limit(punch(40), paper_cycle, friction, simplify=simplify)
+        for simplify in (True, False)
+    )
     assert limit.load_factor == pytest.approx(every.load_factor, rel=1e-8)
     check(every)
     assert np.all(limit.to_frame().load_factor <= every.to_frame().load_factor * (1 + 1e-8) + 1e-12)
     assert len(limit.record.attempts) < len(every.record.attempts)
     how, left_out = limit.to_frame().how, " ".join(limit.record.left_out)
-    assert (how == "left out by its bound").any() and "lower bound" in left_out and "lower bound" not in " ".join(every.record.left_out)
+    assert (
+        (how == "left out by its bound").any()
+        and "lower bound" in left_out
+        and "lower bound" not in " ".join(every.record.left_out)
+    )
 
 
 def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper_cycle):
@@ -89,27 +129,51 @@ def test_a_slip_bound_raises_the_limit_and_the_witness_keeps_within(punch, paper
         check(limit)
         assert np.abs(limit.slip).max() <= most
     assert limits[0] == pytest.approx(free.load_factor, rel=1e-8)
-    assert np.all(np.diff(limits) >= -1e-9) and limits[2] > 1.05 * free.load_factor and limits[-1] <= free.shakedown.load_factor
-    nothing = fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=0.0)  # some nodes slip under P alone
-    assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and not nothing.proven and np.isnan(nothing.load_factor) and np.isnan(nothing.reactions).all()
+    assert (
+        np.all(np.diff(limits) >= -1e-9)
+        and limits[2] > 1.05 * free.load_factor
+        and limits[-1] <= free.shakedown.load_factor
+    )
+    nothing = fo.guaranteed_limit(
+        contact, paper_cycle, 0.5, slip_bound=0.0
+    )  # some nodes slip under P alone
+    assert (
+        nothing.kind is fo.LimitKind.NO_SAFE_SLIP
+        and not nothing.proven
+        and np.isnan(nothing.load_factor)
+        and np.isnan(nothing.reactions).all()
+    )
     only = np.where(np.arange(17) == 8, 0.0, 1e3)
-    assert fo.guaranteed_limit(contact, paper_cycle, 0.5, slip_bound=only).load_factor == pytest.approx(free.load_factor, rel=1e-6)
+    assert fo.guaranteed_limit(
+        contact, paper_cycle, 0.5, slip_bound=only
+    ).load_factor == pytest.approx(free.load_factor, rel=1e-6)
 
 
 @pytest.mark.parametrize("solver", LP_SOLVERS)
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
 def test_each_solver_alone_is_named(punch, paper_cycle, ask, solver):
     limit = ask(punch(16), paper_cycle, 0.5, solver=solver)
-    assert limit.record.solver == solver and {attempt.solver for attempt in limit.record.attempts} == {solver}
-    assert limit.load_factor == pytest.approx(ask(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8)
+    assert limit.record.solver == solver and {
+        attempt.solver for attempt in limit.record.attempts
+    } == {solver}
+    assert limit.load_factor == pytest.approx(
+        ask(punch(16), paper_cycle, 0.5).load_factor, rel=1e-8
+    )
 
 
 def test_a_wrong_answer_is_refined_and_a_false_denial_not_believed(punch, paper_cycle, monkeypatch):
     right = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
     lying(monkeypatch, sloppy(1e-6))
     limit = fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
-    assert limit.record.attempts[-1].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(right.load_factor, rel=1e-8)
-    lying(monkeypatch, lambda program, *_: "infeasible" if program.zero and not is_excess(program) else None)  # those of nodes have equations
+    assert limit.record.attempts[
+        -1
+    ].outcome == "refined on the vertex" and limit.load_factor == pytest.approx(
+        right.load_factor, rel=1e-8
+    )
+    lying(
+        monkeypatch,
+        lambda program, *_: "infeasible" if program.zero and not is_excess(program) else None,
+    )  # those of nodes have equations
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(punch(16), paper_cycle, 0.5)
 
@@ -119,15 +183,37 @@ def test_the_problem_is_named_dpp_and_compiled_once(punch, paper_cycle):
     first, second, again = model.solve(0.3), model.solve(0.5), model.solve(0.5)
     assert len(again.record.attempts) == len(second.record.attempts)
     assert first.problem is second.problem and first.problem.is_dpp()
-    labels = ["q_r", "p_r", "q[0]", "p[0]", "q[1]", "p[1]", "stuck[0]", "pressed[0]", "stuck[1]", "pressed[1]", "slip_bound"]
-    assert [row.label for row in first.problem.constraints] == [*labels, "critical_q", "critical_p", "load_factor"]
+    labels = [
+        "q_r",
+        "p_r",
+        "q[0]",
+        "p[0]",
+        "q[1]",
+        "p[1]",
+        "stuck[0]",
+        "pressed[0]",
+        "stuck[1]",
+        "pressed[1]",
+        "slip_bound",
+    ]
+    assert [row.label for row in first.problem.constraints] == [
+        *labels,
+        "critical_q",
+        "critical_p",
+        "load_factor",
+    ]
     text, node = explained(second), second.node
     assert f"critical_q: q0[{node}] + q_r[{node}] == load_factor * c\n" in text
-    assert f"critical_p: p0[{node}] + p_r[{node}] == load_factor * rho\n" in text and "rows bind" in text and f"{second.load_factor:.12g}" in text
+    assert (
+        f"critical_p: p0[{node}] + p_r[{node}] == load_factor * rho\n" in text
+        and "rows bind" in text
+        and f"{second.load_factor:.12g}" in text
+    )
 
 
 def test_no_solver_outlives_its_answer(punch, paper_cycle, monkeypatch):
-    """A solver holds copies of its program, which for a thousand nodes take more than the program."""
+    """A solver holds copies of its program, which for a thousand nodes take more than the
+    program."""
     alive, made = weakref.WeakSet(), []
 
     class Watched(highspy.Highs):

@@ -1,4 +1,5 @@
-"""The lower bound of the guaranteed limit: periodic sequences of increments, against enumeration of all statuses."""
+"""The lower bound of the guaranteed limit: periodic sequences of increments, against enumeration of
+all statuses."""
 
 from dataclasses import replace
 from itertools import product
@@ -18,14 +19,16 @@ STICK, FORWARD, BACKWARD, OPEN = 0, 1, -1, 2
 
 
 def returning(status):
-    """Whether some node (column) slips in one increment (row) and comes back, by slip or while open, in another one."""
+    """Whether some node (column) slips in one increment (row) and comes back, by slip or while
+    open, in another one."""
     slides = np.abs(status) == 1
     goes, comes = (status == FORWARD) | (status == OPEN), (status == BACKWARD) | (status == OPEN)
     return bool((slides.any(axis=0) & goes.any(axis=0) & comes.any(axis=0)).any())
 
 
 def least_by_enumeration(contact, cycle, friction):
-    """Least load factor of a periodic sequence of increments in which some node returns, by one linear program for each status of all corners."""
+    """Least load factor of a periodic sequence of increments in which some node returns, by one
+    linear program for each status of all corners."""
     n, corners = contact.nodes, len(cycle.corners)
     f = np.broadcast_to(friction, n)
     mean = np.concatenate(cycle.mean_reaction(contact))
@@ -52,43 +55,75 @@ def least_by_enumeration(contact, cycle, friction):
                     zero += [(q, -q0), (p, -p0)]
                     high += [(-w, 0.0)]
                     continue
-                zero += [(w, 0.0), (moved, 0.0) if s == STICK else (q + s * f[i] * p, -q0 - s * f[i] * p0)]
-                high += [(-p, p0), (q - f[i] * p, f[i] * p0 - q0), (-q - f[i] * p, f[i] * p0 + q0), *[(-s * moved, 0.0)] * (s != STICK)]
+                zero += [
+                    (w, 0.0),
+                    (moved, 0.0) if s == STICK else (q + s * f[i] * p, -q0 - s * f[i] * p0),
+                ]
+                high += [
+                    (-p, p0),
+                    (q - f[i] * p, f[i] * p0 - q0),
+                    (-q - f[i] * p, f[i] * p0 + q0),
+                    *[(-s * moved, 0.0)] * (s != STICK),
+                ]
         bounds = [(None, None)] * (width - 1) + [(0, None)]
-        answer = linprog(np.eye(width)[-1], *(np.array(part) for rows in (high, zero) for part in zip(*rows, strict=True)), bounds)
+        answer = linprog(
+            np.eye(width)[-1],
+            *(np.array(part) for rows in (high, zero) for part in zip(*rows, strict=True)),
+            bounds,
+        )
         if answer.status == 0:
             least = min(least, answer.x[-1])
     return least
 
 
 def below(contact, cycle, friction, limit, **options):
-    return lower_bound(contact, cycle, friction, limit.load_factor, witnessed=limit.node is not None, **options)
+    return lower_bound(
+        contact, cycle, friction, limit.load_factor, witnessed=limit.node is not None, **options
+    )
 
 
 @pytest.mark.parametrize("seed", few(range(3)))
 def test_the_mixed_integer_program_against_enumeration(seed):
-    """With separation and with a load range that reaches far above the limit, so that the program alone decides."""
+    """With separation and with a load range that reaches far above the limit, so that the program
+    alone decides."""
     contact = random_system(np.random.default_rng(seed), 2)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.4)
     found = lower_bound(contact, CYCLE, 0.4, 3 * limit.shakedown.load_factor, witnessed=True)
     expected = least_by_enumeration(contact, CYCLE, 0.4)
-    assert found.load_factor == pytest.approx(expected, rel=1e-6) and found.found == pytest.approx(expected, rel=1e-6)
+    assert found.load_factor == pytest.approx(expected, rel=1e-6) and found.found == pytest.approx(
+        expected, rel=1e-6
+    )
     assert limit.load_factor == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("least_friction", [0.05, 1e-3])
 def test_every_state_lies_within_the_derived_bounds(least_friction):
-    """Next to no friction the slips follow the loads, so that bounds about any other slip are left."""
+    """Next to no friction the slips follow the loads, so that bounds about any other slip are
+    left."""
     rng = np.random.default_rng(3)
     tight = np.inf
     for _ in range(12):
         contact = random_system(rng, 3)
         friction = rng.uniform(least_friction, 12 * least_friction)
-        bounds, (force, length) = periodic_bounds(contact, CYCLE, friction, 5.0), oracles.units(contact, CYCLE)
+        bounds, (force, length) = (
+            periodic_bounds(contact, CYCLE, friction, 5.0),
+            oracles.units(contact, CYCLE),
+        )
         for load_factor in (0.0, 2.5, 5.0):
-            path = fo.march(contact, CYCLE, friction, load_factor, initial_slip=rng.normal(size=3) * 10 ** rng.uniform(-1, 2), cycles=3)
+            path = fo.march(
+                contact,
+                CYCLE,
+                friction,
+                load_factor,
+                initial_slip=rng.normal(size=3) * 10 ** rng.uniform(-1, 2),
+                cycles=3,
+            )
             corner = (path.time >= 0) & (path.time == np.round(path.time))
-            slip, gap, p = path.slip[corner] / length, path.gap[corner] / length, path.p[corner] / force
+            slip, gap, p = (
+                path.slip[corner] / length,
+                path.gap[corner] / length,
+                path.p[corner] / force,
+            )
             assert (slip >= bounds.slip_low).all() and (slip <= bounds.slip_high).all()
             assert (gap <= bounds.gap_high).all() and (p <= bounds.pressure_high).all()
             tight = min(tight, float((bounds.pressure_high / p.max(axis=0)).min()))
@@ -98,7 +133,16 @@ def test_every_state_lies_within_the_derived_bounds(least_friction):
 def test_where_no_bound_can_be_derived_the_answer_says_so(punch, paper_cycle):
     bound = lower_bound(punch(16), paper_cycle, 0.5, 0.4, witnessed=True)
     assert bound.load_factor == 0 and "S is singular" in bound.status and bound.slips is None
-    assert lower_bound(random_system(np.random.default_rng(0), 2, coupling=1.0), CYCLE, 20.0, 1.0, witnessed=False).load_factor == 0
+    assert (
+        lower_bound(
+            random_system(np.random.default_rng(0), 2, coupling=1.0),
+            CYCLE,
+            20.0,
+            1.0,
+            witnessed=False,
+        ).load_factor
+        == 0
+    )
 
 
 def test_a_program_without_solution_is_no_proof_where_there_is_a_sequence(monkeypatch):
@@ -113,4 +157,7 @@ def test_a_program_without_solution_is_no_proof_where_there_is_a_sequence(monkey
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     with pytest.raises(fo.SolverError, match="infeasible"):
         below(contact, CYCLE, 0.6, limit)
-    assert lower_bound(contact, CYCLE, 0.6, limit.load_factor, witnessed=False).load_factor == limit.load_factor
+    assert (
+        lower_bound(contact, CYCLE, 0.6, limit.load_factor, witnessed=False).load_factor
+        == limit.load_factor
+    )

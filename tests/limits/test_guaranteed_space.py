@@ -1,4 +1,5 @@
-"""The guaranteed limit in space: closed forms, one cone program for each node over raw slips, the plane in space, and transients on both sides."""
+"""The guaranteed limit in space: closed forms, one cone program for each node over raw slips, the
+plane in space, and transients on both sides."""
 
 import cvxpy as cp
 import numpy as np
@@ -14,7 +15,9 @@ from helpers.guaranteed import check
 from helpers.spatial import random_contact
 from validation.followed import random_contact as centred
 
-pytestmark = pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # of the cone programs that are compared with
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:Solution may be inaccurate"
+)  # of the cone programs that are compared with
 
 TIGHT = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
 
@@ -28,8 +31,13 @@ def state_of(q1, p1, f):
 
 
 def least_of_node(contact, loads, f, node, *, most=None, own=()):
-    """The least load factor at which a node is critical, by a cone program over raw slips; inf where it never is, or only lifts off."""
-    (q0, p0), (q1, p1), n = loads.mean_reaction(contact), loads.corner_reactions(contact), contact.nodes
+    """The least load factor at which a node is critical, by a cone program over raw slips; inf
+    where it never is, or only lifts off."""
+    (q0, p0), (q1, p1), n = (
+        loads.mean_reaction(contact),
+        loads.corner_reactions(contact),
+        contact.nodes,
+    )
     rho, c = state_of(q1[:, node], p1[:, node], f[node])
     if rho <= (-p1[:, node]).max() + 1e-8:
         return np.inf
@@ -37,7 +45,11 @@ def least_of_node(contact, loads, f, node, *, most=None, own=()):
     q, p = cp.reshape(contact.A @ v, (n, 2), order="F"), contact.B @ v
     rows = [p0[node] + p[node] == lam * rho, q0[node] + q[node] == lam * c]
     for k in range(len(q1)):
-        rows += [cp.norm(q0[j] + lam * q1[k, j] + q[j]) <= f[j] * (p0[j] + lam * p1[k, j] + p[j]) for j in range(n) if j != node]
+        rows += [
+            cp.norm(q0[j] + lam * q1[k, j] + q[j]) <= f[j] * (p0[j] + lam * p1[k, j] + p[j])
+            for j in range(n)
+            if j != node
+        ]
     slip = cp.reshape(v, (n, 2), order="F")
     rows += [] if most is None else [cp.norm(slip[j]) <= most for j in range(n)]
     problem = cp.Problem(cp.Minimize(lam), rows + [row(slip) for row in own])
@@ -51,44 +63,70 @@ def test_one_cone_program_for_each_node(seed):
     least = np.array([least_of_node(contact, loads, f, node) for node in range(contact.nodes)])
     for simplify in (True, False):
         limit = fo.guaranteed_limit(contact, loads, f, simplify=simplify)
-        assert limit.load_factor == pytest.approx(min(least.min(), limit.shakedown.load_factor), rel=1e-6, abs=1e-8)
+        assert limit.load_factor == pytest.approx(
+            min(least.min(), limit.shakedown.load_factor), rel=1e-6, abs=1e-8
+        )
         check(limit)
         table = limit.to_frame()
         assert (table["load_factor"] <= least * (1 + 1e-6) + 1e-8).all() and not limit.proven
         solved = table[table["how"] == "solved"]
-        assert solved["load_factor"].to_numpy() == pytest.approx(least[solved["node"]], rel=1e-6, abs=1e-8)
+        assert solved["load_factor"].to_numpy() == pytest.approx(
+            least[solved["node"]], rel=1e-6, abs=1e-8
+        )
     assert set(table["how"]) <= {"solved", "never critical", "one corner alone governs"}
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 11])
 def test_one_node_that_its_equations_fix(seed):
-    """Three equations give its critical slip and its load factor; nothing else is free in the program, whose solver may leave few digits of them."""
-    S, m, a = [[1.76, 0.21, 0.26], [0.21, 1.07, 0.52], [0.26, 0.52, 0.74]], [0.7, -0.8, -0.3], [-0.2, 0.1, -1.6]
+    """Three equations give its critical slip and its load factor; nothing else is free in the
+    program, whose solver may leave few digits of them."""
+    S, m, a = (
+        [[1.76, 0.21, 0.26], [0.21, 1.07, 0.52], [0.26, 0.52, 0.74]],
+        [0.7, -0.8, -0.3],
+        [-0.2, 0.1, -1.6],
+    )
     rng = np.random.default_rng(seed)
     m, a = (np.array(load) + (0.1 * rng.normal(size=3) if seed else 0.0) for load in (m, a))
-    node, loads = fo.ContactSystem(S, [[0, 0, 0]], {"m": m, "a": a}), fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}])
+    node, loads = (
+        fo.ContactSystem(S, [[0, 0, 0]], {"m": m, "a": a}),
+        fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}]),
+    )
     f, shear = 0.1, np.linalg.norm(a[:2])
-    needs = np.r_[f * a[2] * a[:2] / shear, shear / f]  # c and rho: `|c + a_t| = f (rho + a_n)` and `|c - a_t| = f (rho - a_n)`
+    needs = np.r_[
+        f * a[2] * a[:2] / shear, shear / f
+    ]  # c and rho: `|c + a_t| = f (rho + a_n)` and `|c - a_t| = f (rho - a_n)`
     slip, lam = np.split(np.linalg.solve(np.c_[np.array(S)[:, :2], -needs], -m), [2])
     limit = fo.guaranteed_limit(node, loads, f)
     if lam > 0:
-        assert limit.node == 0 and limit.load_factor == pytest.approx(lam[0], rel=1e-6) and limit.slip[0] == pytest.approx(slip, rel=1e-6)
+        assert (
+            limit.node == 0
+            and limit.load_factor == pytest.approx(lam[0], rel=1e-6)
+            and limit.slip[0] == pytest.approx(slip, rel=1e-6)
+        )
         check(limit)
     else:
-        assert limit.node is None and np.isnan(limit.load_factor) == np.isnan(limit.shakedown.load_factor)
+        assert limit.node is None and np.isnan(limit.load_factor) == np.isnan(
+            limit.shakedown.load_factor
+        )
 
 
 @settings(max_examples=few(10))
 @given(seed=st.integers(0, 10**6))
 def test_one_node_and_two_corners_in_closed_form(seed):
-    """The node's critical state fixes its slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`, at which it is safe by itself."""
+    """The node's critical state fixes its slip: `lam = (p0 - B A^-1 q0) / (rho - B A^-1 c)`, at
+    which it is safe by itself."""
     rng = np.random.default_rng(seed)
     contact, f = random_contact(rng, 1), float(rng.uniform(0.2, 0.8))
-    contact = contact.with_bonded({name: (contact.bonded[name][0], 0 * contact.bonded[name][1]) for name in "abc"})
+    contact = contact.with_bonded(
+        {name: (contact.bonded[name][0], 0 * contact.bonded[name][1]) for name in "abc"}
+    )
     loads = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}])
     (q0, p0), (q1, _) = loads.mean_reaction(contact), loads.corner_reactions(contact)
     reach = np.linalg.solve(contact.A, contact.B[0])
-    lift, drop = p0[0] - reach @ q0[0], np.linalg.norm(q1[0, 0] - q1[1, 0]) / (2 * f) + reach @ (q1[0, 0] + q1[1, 0]) / 2
+    lift, drop = (
+        p0[0] - reach @ q0[0],
+        np.linalg.norm(q1[0, 0] - q1[1, 0]) / (2 * f) + reach @ (q1[0, 0] + q1[1, 0]) / 2,
+    )
     limit = fo.guaranteed_limit(contact, loads, f)
     critical = lift / drop if drop > 0 and lift > 0 else np.inf
     if limit.node is not None:
@@ -104,11 +142,20 @@ def test_the_smallest_disc_around_discs(corners, apart):
     rng = np.random.default_rng([corners, int(10 * apart)])
     centres, radii = rng.normal(size=(40, corners, 2)), apart * rng.normal(size=(40, corners))
     middle, size = smallest_discs(centres, radii)
-    assert np.abs((np.linalg.norm(centres - middle[:, None], axis=-1) + radii).max(axis=1) - size).max() < 1e-12
-    for one, around, radius, found in list(zip(centres, radii, size, middle, strict=True))[:: 1 if apart == 0 else 8]:
+    assert (
+        np.abs(
+            (np.linalg.norm(centres - middle[:, None], axis=-1) + radii).max(axis=1) - size
+        ).max()
+        < 1e-12
+    )
+    for one, around, radius, found in list(zip(centres, radii, size, middle, strict=True))[
+        :: 1 if apart == 0 else 8
+    ]:
         if apart == 0 and corners < 8:
             known = smallest_circle(one)
-            assert radius == pytest.approx(known[1], abs=1e-12) and found == pytest.approx(known[0], abs=1e-9)
+            assert radius == pytest.approx(known[1], abs=1e-12) and found == pytest.approx(
+                known[0], abs=1e-9
+            )
         elif apart > 0:
             assert radius == pytest.approx(state_of(-one, -around, 1.0)[0], rel=1e-7)
 
@@ -127,16 +174,24 @@ def test_discs_that_touch_at_many_points_coincide_or_lie_on_a_line():
         distance = 0.6 * np.hypot(1.0, 0.3) * (1 + beyond)
         pair = 0.6 * (1 + beyond) * np.array([[[0.0, 0.0], [1.0, 0.3]]])
         radii = np.array([[0.2, 0.2 + 0.6 * np.hypot(1.0, 0.3)]])
-        assert smallest_discs(pair, radii)[1] == pytest.approx((distance + radii.sum()) / 2, rel=1e-11)
+        assert smallest_discs(pair, radii)[1] == pytest.approx(
+            (distance + radii.sum()) / 2, rel=1e-11
+        )
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.5, 1.0])
 def test_a_square_punch_with_and_without_screening(friction):
     punch = fo.scenes.SquarePunch(elements=3).condense()
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
-    lean, full = (fo.guaranteed_limit(punch, turning, friction, simplify=simplify) for simplify in (True, False))
+    lean, full = (
+        fo.guaranteed_limit(punch, turning, friction, simplify=simplify)
+        for simplify in (True, False)
+    )
     assert lean.load_factor == pytest.approx(full.load_factor, rel=1e-7)
-    assert [any("cannot be critical" in text for text in limit.record.left_out) for limit in (lean, full)] == [True, False]
+    assert [
+        any("cannot be critical" in text for text in limit.record.left_out)
+        for limit in (lean, full)
+    ] == [True, False]
     assert (lean.to_frame()["load_factor"] <= full.to_frame()["load_factor"] * (1 + 1e-7)).all()
     assert {"x", "y", "z", "slip1", "slip2"} <= set(lean.to_frame())
     check(lean)
@@ -149,12 +204,18 @@ def test_a_slip_bound_and_constraints_of_your_own(seed):
     most = 0.7 * free.largest_slip
     limit = fo.guaranteed_limit(contact, loads, f, slip_bound=most)
     least = min(least_of_node(contact, loads, f, node, most=most) for node in range(contact.nodes))
-    assert limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6) and limit.load_factor > free.load_factor
+    assert (
+        limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6)
+        and limit.load_factor > free.load_factor
+    )
     model = fo.GuaranteedModel(contact, loads)
     own = model.solve(f, [model.slip[0, 0] >= free.slip[0, 0] + 0.1])
     rows = [lambda slip: slip[0, 0] >= free.slip[0, 0] + 0.1]
     least = min(least_of_node(contact, loads, f, node, own=rows) for node in range(contact.nodes))
-    assert own.load_factor == pytest.approx(min(least, own.shakedown.load_factor), rel=1e-6) and own.constraints
+    assert (
+        own.load_factor == pytest.approx(min(least, own.shakedown.load_factor), rel=1e-6)
+        and own.constraints
+    )
 
 
 def test_it_is_verified_from_a_load_inside_the_cycle():
@@ -162,21 +223,47 @@ def test_it_is_verified_from_a_load_inside_the_cycle():
     contact, _, f = centred(2, most=3)
     outside = fo.LoadCycle({"P": 1.0}, [{"c0": 1.0}, {"c0": 1.0, "c1": 1.5}])
     found = fo.verify(fo.guaranteed_limit(contact, outside, f), starts=10, moved=1)
-    assert found.dies_out and found.persists and found.starts.shape == (len(found.runs), contact.nodes, 2)
-    assert set(found.runs["start"]) == {"witness", "moved witness", "vertex", "beyond vertex", "random"}
+    assert (
+        found.dies_out
+        and found.persists
+        and found.starts.shape == (len(found.runs), contact.nodes, 2)
+    )
+    assert set(found.runs["start"]) == {
+        "witness",
+        "moved witness",
+        "vertex",
+        "beyond vertex",
+        "random",
+    }
 
 
 def test_what_a_limit_of_none_means_and_what_one_overload_leaves():
     contact, loads, f = centred(192, most=4)
     limit = fo.guaranteed_limit(contact, loads, f)
-    assert limit.load_factor == 0 and f"residual slip of up to {limit.largest_slip:.3g}" in limit.reason and "after_overload" in limit.reason
+    assert (
+        limit.load_factor == 0
+        and f"residual slip of up to {limit.largest_slip:.3g}" in limit.reason
+        and "after_overload" in limit.reason
+    )
     q, p = limit.reactions
     assert np.abs(q[:, limit.node]).max() < 1e-8 and np.abs(p[:, limit.node]).max() < 1e-8
     after = fo.after_overload(limit)
-    left = np.linalg.norm(fo.march(contact, loads, f, limit.shakedown.load_factor, cycles=1).slip[-1], axis=1).max()
-    assert left < limit.largest_slip and after.load_factor > 0 and after.largest_slip <= left * (1 + 1e-9)
-    assert after.load_factor == pytest.approx(fo.guaranteed_limit(contact, loads, f, slip_bound=left).load_factor, rel=1e-7)
+    left = np.linalg.norm(
+        fo.march(contact, loads, f, limit.shakedown.load_factor, cycles=1).slip[-1], axis=1
+    ).max()
+    assert (
+        left < limit.largest_slip
+        and after.load_factor > 0
+        and after.largest_slip <= left * (1 + 1e-9)
+    )
+    assert after.load_factor == pytest.approx(
+        fo.guaranteed_limit(contact, loads, f, slip_bound=left).load_factor, rel=1e-7
+    )
     bounded = fo.guaranteed_limit(contact, loads, f, slip_bound=0.5 * left)
-    assert fo.after_overload(bounded, limit.shakedown.load_factor).load_factor == pytest.approx(bounded.load_factor, rel=1e-7)
+    assert fo.after_overload(bounded, limit.shakedown.load_factor).load_factor == pytest.approx(
+        bounded.load_factor, rel=1e-7
+    )
     assert bounded.load_factor > after.load_factor
-    assert fo.after_overload(limit, 0.5 * limit.shakedown.load_factor).largest_slip == 0  # nothing slips in so small an overload
+    assert (
+        fo.after_overload(limit, 0.5 * limit.shakedown.load_factor).largest_slip == 0
+    )  # nothing slips in so small an overload

@@ -1,4 +1,5 @@
-"""Guaranteed limits where a node carries nothing under the mean load: at load factor 0 it is on both its bounds, for they coincide."""
+"""Guaranteed limits where a node carries nothing under the mean load: at load factor 0 it is on
+both its bounds, for they coincide."""
 
 import numpy as np
 import pytest
@@ -15,20 +16,26 @@ PRESSED = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0, "shear": 1.0}, {"press": 1
 
 
 def two_nodes(own, other):
-    """Node 0 carries nothing under the mean load; the cycle shears it and presses it more. Its pressure follows its own slip and that of node 1."""
+    """Node 0 carries nothing under the mean load; the cycle shears it and presses it more. Its
+    pressure follows its own slip and that of node 1."""
     loads = {"mean": ([0, 0], [0, 1.0]), "press": ([0, 0], [1.0, 0]), "shear": ([0.5, 0.3], [0, 0])}
-    return fo.ContactSystem.from_blocks(np.eye(2), [[own, other], [0, own]], np.eye(2), [0.0, 1.0], loads)
+    return fo.ContactSystem.from_blocks(
+        np.eye(2), [[own, other], [0, own]], np.eye(2), [0.0, 1.0], loads
+    )
 
 
 def follow(contact, cycle, friction, load_factor, slip):
     """From the mean of the corners, so that no start is carried off before the first corner."""
-    return fo.steady_state(contact, from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip)
+    return fo.steady_state(
+        contact, from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip
+    )
 
 
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("own", [0.0, 0.01])
 def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, simplify):
-    """Node 0 rests at every load factor: the slips in which it can rest are more, the larger the load."""
+    """Node 0 rests at every load factor: the slips in which it can rest are more, the larger the
+    load."""
     contact, rng = two_nodes(own, 0.0), np.random.default_rng(0)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
     assert limit.load_factor == pytest.approx(1 / 0.3, rel=1e-9) and limit.node is None
@@ -45,25 +52,45 @@ def test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness(own, s
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("other", [0.3, -0.3, 0.01])
 def test_where_slip_of_another_node_takes_that_pressure_off_it_is_one(other, simplify):
-    """At every load factor lam a slip of node 1 leaves node 0 a pressure of lam / 4 against a shear of +- lam / 2: it slips to and fro by lam / 2."""
+    """At every load factor lam a slip of node 1 leaves node 0 a pressure of lam / 4 against a shear
+    of +- lam / 2: it slips to and fro by lam / 2."""
     contact = two_nodes(0.0, other)
     limit = fo.guaranteed_limit(contact, PRESSED, 1.0, simplify=simplify)
-    assert limit.load_factor == 0 and limit.node == 0 and limit.shakedown.load_factor > 1 and not limit.proven
+    assert (
+        limit.load_factor == 0
+        and limit.node == 0
+        and limit.shakedown.load_factor > 1
+        and not limit.proven
+    )
     for load_factor in (1e-3, 1e-2):
         steady = follow(contact, PRESSED, 1.0, load_factor, [0.0, -0.75 * load_factor / other])
-        assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(load_factor**2 / 4, rel=1e-6)
+        assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
+            load_factor**2 / 4, rel=1e-6
+        )
     at, witness = limit.witness_above_least(1e-2)
-    assert 0 < at <= 1e-2 and oracles.off_bounds(contact, PRESSED, np.ones(2), at, witness, 0, limit.corners) < 1e-12
+    assert (
+        0 < at <= 1e-2
+        and oracles.off_bounds(contact, PRESSED, np.ones(2), at, witness, 0, limit.corners) < 1e-12
+    )
     assert oracles.excess(contact, PRESSED, np.ones(2), at, witness) < 1e-12
     outcomes = [follow(contact, PRESSED, 1.0, share * at, witness).outcome for share in (0.9, 1.1)]
-    assert outcomes == [fo.Outcome.CYCLIC_SLIP, fo.Outcome.SHAKEDOWN]  # of a load that presses, less is worse
+    assert outcomes == [
+        fo.Outcome.CYCLIC_SLIP,
+        fo.Outcome.SHAKEDOWN,
+    ]  # of a load that presses, less is worse
     assert fo.verify(limit, starts=0, moved=0).persists
 
 
 @settings(max_examples=few(12))
-@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 3), f=st.floats(0.1, 0.8), diagonal=st.booleans())
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(2, 3),
+    f=st.floats(0.1, 0.8),
+    diagonal=st.booleans(),
+)
 def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagonal):
-    """Below a limit above 0 starts stop slipping; at a limit of 0 a slip on both bounds goes on slipping at a load next to its own."""
+    """Below a limit above 0 starts stop slipping; at a limit of 0 a slip on both bounds goes on
+    slipping at a load next to its own."""
     rng = np.random.default_rng(seed)
     contact = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=0.3)
     if diagonal:
@@ -74,11 +101,17 @@ def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagon
     press = contact.bonded["a"][1].copy()
     press[0] = rng.uniform(0.5, 3.0)
     contact = contact.with_bonded({"mean": (q, p), "a": (contact.bonded["a"][0], press)})
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(abs(a)), "b": float(b)} for a, b in rng.normal(size=(3, 2))])
-    limit, whole = (fo.guaranteed_limit(contact, cycle, f, simplify=simplify) for simplify in (True, False))
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"a": float(abs(a)), "b": float(b)} for a, b in rng.normal(size=(3, 2))]
+    )
+    limit, whole = (
+        fo.guaranteed_limit(contact, cycle, f, simplify=simplify) for simplify in (True, False)
+    )
     assert whole.load_factor == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-9)
     least = oracles.least_on_both_bounds(contact, cycle, np.full(nodes, f))
-    assert limit.load_factor == pytest.approx(min(least, limit.shakedown.load_factor), rel=1e-6, abs=1e-8)
+    assert limit.load_factor == pytest.approx(
+        min(least, limit.shakedown.load_factor), rel=1e-6, abs=1e-8
+    )
     if limit.load_factor > 0:
         for share in (0.1, 0.5, 0.95):
             slip = rng.normal(size=nodes) * 10 ** rng.uniform(-3, 0.5)
@@ -89,23 +122,36 @@ def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagon
                 assert path.gap[path.time > 3].max() > 1e-9  # a node lifts off in each cycle
     elif limit.shakedown.load_factor > 1e-3:
         at, slip = limit.witness_above_least(1.0)
-        outcomes = [follow(contact, cycle, f, share * at / 2, (slip + limit.slip) / 2).outcome for share in (0.9, 1.1)]
+        outcomes = [
+            follow(contact, cycle, f, share * at / 2, (slip + limit.slip) / 2).outcome
+            for share in (0.9, 1.1)
+        ]
         assert fo.Outcome.CYCLIC_SLIP in outcomes
 
 
 @pytest.mark.parametrize("coupling", [1e-5, 1e-6])
 def test_a_limit_that_is_tiny_beside_the_loads_is_not_taken_for_the_coincidence_at_zero(coupling):
-    """Nothing presses node 1 but slip, by a weak coupling: it slips for ever at any load factor from a slip that holds it on both bounds."""
+    """Nothing presses node 1 but slip, by a weak coupling: it slips for ever at any load factor
+    from a slip that holds it on both bounds."""
     bonded = {"P": ([0.0, 0.0], [1.0, 0.0]), "Q": ([0.0, 1.0], [0.0, 0.0])}
-    pair = fo.ContactSystem.from_blocks([[1.0, 0.3], [0.3, 1.0]], [[0.0, 0.0], [coupling, coupling]], np.eye(2), [0.0, 1.0], bonded)
+    pair = fo.ContactSystem.from_blocks(
+        [[1.0, 0.3], [0.3, 1.0]], [[0.0, 0.0], [coupling, coupling]], np.eye(2), [0.0, 1.0], bonded
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     limit = fo.guaranteed_limit(pair, cycle, 0.5)
     assert limit.load_factor == 0.0 and limit.shakedown.load_factor > 0.1 * coupling
     at = 0.6 * limit.shakedown.load_factor
-    first = at / 1.2 / (0.5 * coupling * 0.7)  # leaves node 1 no shear under the mean load, and is on both bounds at a sixth less load
-    assert fo.steady_state(pair, cycle, 0.5, at, initial_slip=[first, -0.3 * first]).outcome is fo.Outcome.CYCLIC_SLIP
+    first = (
+        at / 1.2 / (0.5 * coupling * 0.7)
+    )  # leaves node 1 no shear under the mean load, and is on both bounds at a sixth less load
+    assert (
+        fo.steady_state(pair, cycle, 0.5, at, initial_slip=[first, -0.3 * first]).outcome
+        is fo.Outcome.CYCLIC_SLIP
+    )
 
 
 def test_the_middle_of_a_cycle_is_the_mean_of_its_corners():
     about = from_its_middle(fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 3.0}]), 2.0)
-    assert about == fo.LoadCycle({"P": 1.0, "Q": 4.0}, [{"P": 0.0, "Q": -2.0}, {"P": 0.0, "Q": 2.0}])
+    assert about == fo.LoadCycle(
+        {"P": 1.0, "Q": 4.0}, [{"P": 0.0, "Q": -2.0}, {"P": 0.0, "Q": 2.0}]
+    )

@@ -1,4 +1,5 @@
-"""Contacts whose mean load alone is not safe while the corners press: the safe load factors are an interval."""
+"""Contacts whose mean load alone is not safe while the corners press: the safe load factors are an
+interval."""
 
 import cvxpy as cp
 import numpy as np
@@ -10,14 +11,23 @@ import frictopt as fo
 from frictopt.study.verify import from_its_middle
 from helpers.cases import few
 from helpers.liars import misread
-from helpers.systems import CYCLE, NODE, SEEDS, explained, linprog_limit, on_both_bounds, random_system
+from helpers.systems import (
+    CYCLE,
+    NODE,
+    SEEDS,
+    explained,
+    linprog_limit,
+    on_both_bounds,
+    random_system,
+)
 from validation.fuzz.embedded import embedded
 
 Z = [0.0, 0.0]
 PRESSING = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
 PULLED = {"P": (Z, [-1.0, 1.0]), "N": (Z, [1.0, 0.0]), "Q": ([0.1, 0.3], Z)}
 GAPED = {**PULLED, "P": (Z, [0.2, 1.0])}
-# Node 0 sticks if 0.1 lam <= 0.5 (lam - 1), node 1 if 0.3 lam <= 0.5; the second contact is the same by a gap that the mean load does not close.
+# Node 0 sticks if 0.1 lam <= 0.5 (lam - 1), node 1 if 0.3 lam <= 0.5; the second contact is the
+# same by a gap that the mean load does not close.
 TWO = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], PULLED)
 GAP = TWO.with_bonded(GAPED).with_gap([1.2, 0.0])
 PULL = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.1}, {"N": 1.0, "Q": -0.1}])
@@ -25,15 +35,26 @@ PULL = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.1}, {"N": 1.0, "Q": -0.1}])
 
 def oracle(contact, cycle, friction, most=None, upper=()):
     """The least and the largest load factor of all rows of all corners over raw slips."""
-    return tuple(linprog_limit(contact, cycle, friction, most, upper, least=least)[1] for least in (True, False))
+    return tuple(
+        linprog_limit(contact, cycle, friction, most, upper, least=least)[1]
+        for least in (True, False)
+    )
 
 
 def pressing_cycle(rng, nodes, corners=3):
-    """A random contact whose mean load pulls some nodes or leaves them open, and whose corners press all nodes more or less."""
-    contact = random_system(rng, nodes, loads=("mean", *"abc"[:corners]), coupling=rng.choice([0.0, 0.3, 1.0]))
+    """A random contact whose mean load pulls some nodes or leaves them open, and whose corners
+    press all nodes more or less."""
+    contact = random_system(
+        rng, nodes, loads=("mean", *"abc"[:corners]), coupling=rng.choice([0.0, 0.3, 1.0])
+    )
     press = rng.uniform(0.0, 1.5, nodes)
-    loads = {name: (0.3 * rng.normal(size=nodes), press + 0.2 * rng.normal(size=nodes)) for name in "abc"[:corners]}
-    contact = contact.with_bonded({"mean": (0.1 * rng.normal(size=nodes), rng.uniform(-1.0, 1.0, nodes)), **loads})
+    loads = {
+        name: (0.3 * rng.normal(size=nodes), press + 0.2 * rng.normal(size=nodes))
+        for name in "abc"[:corners]
+    }
+    contact = contact.with_bonded(
+        {"mean": (0.1 * rng.normal(size=nodes), rng.uniform(-1.0, 1.0, nodes)), **loads}
+    )
     contact = contact.with_gap(0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3))
     return contact, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in "abc"[:corners]])
 
@@ -44,16 +65,26 @@ def test_two_uncoupled_nodes_by_hand(contact, simplify):
     limit = fo.shakedown_limit(contact, PRESSING, 0.5, simplify=simplify)
     assert (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3), rel=1e-12)
     assert limit.record.solver == "HIGHS"
-    assert "none is safe below 1.25: " in limit.reason and "no residual slip is safe above it" in limit.reason and "least=1.25" in repr(limit)
+    assert (
+        "none is safe below 1.25: " in limit.reason
+        and "no residual slip is safe above it" in limit.reason
+        and "least=1.25" in repr(limit)
+    )
     for load_factor, safe in ((1.2, False), (1.3, True), (1.6, True), (1.7, False)):
-        assert fo.steady_state(contact, PRESSING, 0.5, load_factor).outcome.name == ("SHAKEDOWN" if safe else "CYCLIC_SLIP")
+        assert fo.steady_state(contact, PRESSING, 0.5, load_factor).outcome.name == (
+            "SHAKEDOWN" if safe else "CYCLIC_SLIP"
+        )
         assert fo.safe_slip(contact, PRESSING, 0.5, load_factor).exists == safe
 
 
 @pytest.mark.parametrize("solver", [None, "HIGHS", "CLARABEL", "HIGHS_IPM"])
 def test_one_node_without_a_largest_load_factor(solver):
     limit = fo.shakedown_limit(NODE, PULL, 0.5, solver=solver)  # 0.1 lam <= 0.5 (lam - 1)
-    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.least == pytest.approx(1.25, rel=1e-9) and limit.residual <= 1e-9
+    assert (
+        limit.kind is fo.LimitKind.UNBOUNDED
+        and limit.least == pytest.approx(1.25, rel=1e-9)
+        and limit.residual <= 1e-9
+    )
     assert limit.reason.startswith(
         "the shakedown limit is infinite: every load factor from 1.25 on has a safe residual slip; at no node does the cyclic"
     )
@@ -61,16 +92,28 @@ def test_one_node_without_a_largest_load_factor(solver):
 
 
 @settings(max_examples=few(12))
-@given(seed=SEEDS, nodes=st.integers(1, 5), corners=st.integers(1, 3), f=st.just(0.0) | st.floats(0.01, 1.5), most=st.none() | st.floats(0.05, 1.0))
+@given(
+    seed=SEEDS,
+    nodes=st.integers(1, 5),
+    corners=st.integers(1, 3),
+    f=st.just(0.0) | st.floats(0.01, 1.5),
+    most=st.none() | st.floats(0.05, 1.0),
+)
 def test_the_interval_by_linear_programs_over_raw_slips(seed, nodes, corners, f, most):
     contact, cycle = pressing_cycle(np.random.default_rng(seed), nodes, corners)
     least, largest = oracle(contact, cycle, f, most)
-    limits = [fo.shakedown_limit(contact, cycle, f, slip_bound=most, simplify=simplify) for simplify in (True, False)]
+    limits = [
+        fo.shakedown_limit(contact, cycle, f, slip_bound=most, simplify=simplify)
+        for simplify in (True, False)
+    ]
     for limit in limits:
         if limit.open.any():  # the oracle keeps all nodes closed
             assert np.isnan(largest)
             continue
-        assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True) and limit.residual <= 1e-9
+        assert (
+            limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
+            and limit.residual <= 1e-9
+        )
         assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 
@@ -79,8 +122,12 @@ def test_constraints_may_leave_no_small_load_factor():
     whole = model.solve(0.4)
     assert whole.least == 0
     limit = model.solve(0.4, [(model.load_factor >= 0.25 * whole.load_factor).set_label("more")])
-    assert limit.least == pytest.approx(0.25 * whole.load_factor) and limit.reason.endswith(f"none is safe below {limit.least:.6g}")
-    chosen = model.solve(0.4, [model.load_factor == 0.5 * whole.load_factor], objective=-cp.norm1(model.slip))
+    assert limit.least == pytest.approx(0.25 * whole.load_factor) and limit.reason.endswith(
+        f"none is safe below {limit.least:.6g}"
+    )
+    chosen = model.solve(
+        0.4, [model.load_factor == 0.5 * whole.load_factor], objective=-cp.norm1(model.slip)
+    )
     assert np.isnan(chosen.least)  # the load factor that an objective chooses is no limit
 
 
@@ -93,12 +140,21 @@ def test_the_problem_of_the_limit_keeps_its_values(own):
     printed = explained(limit)
     assert "values      none here" not in printed
     rows = {row.label: row.dual_value for row in limit.problem.constraints}
-    assert rows["load_factor"] == pytest.approx(0.0, abs=1e-9) and limit.problem.value == pytest.approx(limit.load_factor, rel=1e-9)
+    assert rows["load_factor"] == pytest.approx(
+        0.0, abs=1e-9
+    ) and limit.problem.value == pytest.approx(limit.load_factor, rel=1e-9)
     q, p = limit.reactions
-    names = [row.label for row in limit.problem.constraints if row.label and row.label.startswith("stuck")]
+    names = [
+        row.label
+        for row in limit.problem.constraints
+        if row.label and row.label.startswith("stuck")
+    ]
     for name in names:  # the multipliers are those of the limit
         corner = int(name[len("stuck[") : -1])
-        assert np.abs((0.5 * p - np.abs(q))[corner] * rows[name]).max() < 1e-9 and (rows[name] >= -1e-9).all()
+        assert (
+            np.abs((0.5 * p - np.abs(q))[corner] * rows[name]).max() < 1e-9
+            and (rows[name] >= -1e-9).all()
+        )
     assert names and np.sum([np.sum(rows[name]) for name in names]) > 0.1
 
 
@@ -106,10 +162,20 @@ SOLID = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, 1]
 TO_AND_FRO = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "X": 0.2}, {"N": 1.0, "X": -0.2}])
 
 
-@pytest.mark.parametrize(("contact", "cycle", "least"), [(TWO, PRESSING, 1.25), (SOLID, TO_AND_FRO, 1 / (1 - 0.2 / 0.5))], ids=["plane", "space"])
-@pytest.mark.parametrize(("share", "proof", "right"), [(1, 1, True), (1 + 1e-8, 1, False), (1 - 1e-8, 1, False), (1.2, 1, False), (1.2, 1.2, False)])
-def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(share, proof, right, contact, cycle, least, monkeypatch):
-    """Judged from both sides: more than the least is not proven by the multipliers, or those of more work balance nothing; less has no safe slip."""
+@pytest.mark.parametrize(
+    ("contact", "cycle", "least"),
+    [(TWO, PRESSING, 1.25), (SOLID, TO_AND_FRO, 1 / (1 - 0.2 / 0.5))],
+    ids=["plane", "space"],
+)
+@pytest.mark.parametrize(
+    ("share", "proof", "right"),
+    [(1, 1, True), (1 + 1e-8, 1, False), (1 - 1e-8, 1, False), (1.2, 1, False), (1.2, 1.2, False)],
+)
+def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(
+    share, proof, right, contact, cycle, least, monkeypatch
+):
+    """Judged from both sides: more than the least is not proven by the multipliers, or those of
+    more work balance nothing; less has no safe slip."""
 
     def lie(compiled, z, multipliers):
         if isinstance(compiled.problem.objective, cp.Minimize):
@@ -117,37 +183,63 @@ def test_a_least_load_factor_that_is_not_the_least_is_not_accepted(share, proof,
             multipliers *= proof
 
     misread(monkeypatch, lie)
-    assert fo.shakedown_limit(contact, cycle, 0.5).least == (pytest.approx(least, rel=1e-9) if right else pytest.approx(np.nan, nan_ok=True))
+    assert fo.shakedown_limit(contact, cycle, 0.5).least == (
+        pytest.approx(least, rel=1e-9) if right else pytest.approx(np.nan, nan_ok=True)
+    )
 
 
 def test_it_costs_no_program_where_the_mean_load_is_safe():
     limit = fo.shakedown_limit(random_system(np.random.default_rng(1), 3), CYCLE, 0.4)
     assert limit.least == 0 and len(limit.record.attempts) == 1
-    pressed = fo.shakedown_limit(TWO.with_bonded({**PULLED, "P": (Z, [1.0, 1.0])}), PRESSING, 0.5, simplify=False)
+    pressed = fo.shakedown_limit(
+        TWO.with_bonded({**PULLED, "P": (Z, [1.0, 1.0])}), PRESSING, 0.5, simplify=False
+    )
     assert pressed.least == 0 and len(pressed.record.attempts) == 1
 
 
 @pytest.mark.parametrize("contact", [TWO, GAP], ids=["pulled", "gap"])
 def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(contact):
     limit = fo.guaranteed_limit(contact, PRESSING, 0.5)
-    assert limit.proven and (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3)) and "none is safe below 1.25" in limit.reason
+    assert (
+        limit.proven
+        and (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3))
+        and "none is safe below 1.25" in limit.reason
+    )
     assert "least=1.25" in repr(limit)
     check = fo.verify(limit, starts=20, moved=0)
     runs = check.runs
-    assert check.dies_out and check.persists and set(runs.loc[runs["share"] < 1, "load_factor"].round(6)) == {1.258333, 1.658333}
+    assert (
+        check.dies_out
+        and check.persists
+        and set(runs.loc[runs["share"] < 1, "load_factor"].round(6)) == {1.258333, 1.658333}
+    )
     endless = fo.guaranteed_limit(NODE, PULL, 0.5)
-    assert endless.proven and endless.least == pytest.approx(1.25) and endless.load_factor == np.inf and "from 1.25 on" in endless.reason
+    assert (
+        endless.proven
+        and endless.least == pytest.approx(1.25)
+        and endless.load_factor == np.inf
+        and "from 1.25 on" in endless.reason
+    )
 
 
 def least_on_both_bounds(contact, cycle, f, least):
-    """The least load factor at which a safe slip holds a node on both its bounds, of the nodes that can be so above `least`."""
-    return min((low for low, high in on_both_bounds(contact, cycle, f) if high > least * (1 + 1e-6) + 1e-6), default=np.inf)
+    """The least load factor at which a safe slip holds a node on both its bounds, of the nodes that
+    can be so above `least`."""
+    return min(
+        (
+            low
+            for low, high in on_both_bounds(contact, cycle, f)
+            if high > least * (1 + 1e-6) + 1e-6
+        ),
+        default=np.inf,
+    )
 
 
 @settings(max_examples=few(12))
 @given(seed=SEEDS, nodes=st.integers(1, 3), corners=st.integers(2, 3), f=st.floats(0.1, 0.9))
 def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
-    """Against linear programs over raw slips. Below it starts come to rest unless nodes open; next to a limit at the lower end some do not."""
+    """Against linear programs over raw slips. Below it starts come to rest unless nodes open; next
+    to a limit at the lower end some do not."""
     rng = np.random.default_rng(seed)
     contact, cycle = pressing_cycle(rng, nodes, corners)
     limit = fo.guaranteed_limit(contact, cycle, f)
@@ -156,11 +248,16 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
     least, largest = oracle(contact, cycle, f)
     assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8)
     if not limit.proven:
-        assert limit.load_factor == pytest.approx(min(largest, least_on_both_bounds(contact, cycle, f, least)), rel=1e-6)
+        assert limit.load_factor == pytest.approx(
+            min(largest, least_on_both_bounds(contact, cycle, f, least)), rel=1e-6
+        )
     if limit.load_factor > 1.001 * least:
         for share in (0.02, 0.5):
             load_factor = least + share * (min(limit.load_factor, 3 * least) - least)
-            about, slip = from_its_middle(cycle, load_factor), rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5)
+            about, slip = (
+                from_its_middle(cycle, load_factor),
+                rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5),
+            )
             steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
             if steady.outcome is not fo.Outcome.SHAKEDOWN:
                 path = fo.march(contact, about, f, 1.0, initial_slip=steady.slip, cycles=2)
@@ -169,20 +266,28 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
         at, slip = limit.witness_above_least(1.05 * least)
         assert least < at <= 1.05 * least and "at every load factor just above" in limit.reason
         ends = [from_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
-        assert fo.Outcome.CYCLIC_SLIP in [fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends]
+        assert fo.Outcome.CYCLIC_SLIP in [
+            fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends
+        ]
         assert fo.verify(limit, starts=4, moved=0).persists
         with pytest.raises(fo.ModelError, match=r"most: .* it must be finite and above"):
             limit.witness_above_least(0.5 * least)
 
 
 def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so():
-    """Pulled on faces that only just lock themselves: whether the mean load alone is safe is a matter of its last digits."""
+    """Pulled on faces that only just lock themselves: whether the mean load alone is safe is a
+    matter of its last digits."""
     blade = fo.Material(E=10.0, nu=0.3)
-    contact = fo.scenes.Dovetail(angle=60, elements=40, grading=100, growth=1.8, blade_material=blade).condense()
+    contact = fo.scenes.Dovetail(
+        angle=60, elements=40, grading=100, growth=1.8, blade_material=blade
+    ).condense()
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": -0.3, "sway": -0.3}] * 2)
     f = 0.6994592257251427 * (1 + 2e-6)
     limit = fo.shakedown_limit(contact, cycle, f)
-    assert limit.load_factor == np.inf and (limit.least == 0 or (np.isnan(limit.least) and "rounding hides from where on" in limit.reason))
+    assert limit.load_factor == np.inf and (
+        limit.least == 0
+        or (np.isnan(limit.least) and "rounding hides from where on" in limit.reason)
+    )
     if np.isnan(limit.least):
         with pytest.raises(fo.SolverError, match="rounding hides"):
             fo.guaranteed_limit(contact, cycle, f)
@@ -190,10 +295,15 @@ def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so
 
 @pytest.mark.parametrize(("most", "least"), [(None, 0.0), (0.05, 0.86875), (0.0, 1.25)])
 @pytest.mark.parametrize("simplify", [True, False])
-def test_the_least_load_of_a_mirror_symmetric_pair_that_the_mean_load_alone_shears_too_much(most, least, simplify):
-    """Opposed slips of -a take 3 a off the shear 1 + 0.1 lam and give 0.1 a to the pressure 1 + lam, so that a = most rests from there on."""
+def test_the_least_load_of_a_mirror_symmetric_pair_that_the_mean_load_alone_shears_too_much(
+    most, least, simplify
+):
+    """Opposed slips of -a take 3 a off the shear 1 + 0.1 lam and give 0.1 a to the pressure 1 +
+    lam, so that a = most rests from there on."""
     loads = {"P": (np.zeros(2), np.ones(2)), "Q": ([1.0, -1.0], np.zeros(2))}
-    pair = fo.ContactSystem.from_blocks([[2.0, -1.0], [-1.0, 2.0]], [[0.1, 0.2], [-0.2, -0.1]], 2 * np.eye(2), [0.0, 1.0], loads)
+    pair = fo.ContactSystem.from_blocks(
+        [[2.0, -1.0], [-1.0, 2.0]], [[0.1, 0.2], [-0.2, -0.1]], 2 * np.eye(2), [0.0, 1.0], loads
+    )
     cycle = fo.LoadCycle({"P": 1.0, "Q": 1.0}, [{"P": 1.0, "Q": 0.1}, {"P": 1.0, "Q": -0.1}])
     limit = fo.shakedown_limit(pair, cycle, 0.5, slip_bound=most, simplify=simplify)
     assert limit.load_factor == np.inf and limit.least == pytest.approx(least, abs=1e-9)
@@ -205,22 +315,33 @@ THREE = [(0.3, 0.0), (-0.1, 0.2), (-0.1, -0.2)]
 
 def node_and_cycle():
     """A node that the mean load pulls; three corners press it and shear it in three directions."""
-    return fo.ContactSystem(np.eye(3), [[0, 0, 0]], UP), fo.LoadCycle(DOWN, [{"N": 1.0, "X": x, "Y": y} for x, y in THREE])
+    return fo.ContactSystem(np.eye(3), [[0, 0, 0]], UP), fo.LoadCycle(
+        DOWN, [{"N": 1.0, "X": x, "Y": y} for x, y in THREE]
+    )
 
 
 def test_one_node_by_the_smallest_circle_around_its_corners():
-    """Slip moves the centre of the shears, so that the node sticks if their smallest circle, of radius r, fits: r lam <= f (lam - 1)."""
+    """Slip moves the centre of the shears, so that the node sticks if their smallest circle, of
+    radius r, fits: r lam <= f (lam - 1)."""
     node, cycle = node_and_cycle()
-    centre = (0.3**2 - 0.1**2 - 0.2**2) / (2 * (0.3 + 0.1))  # on the axis, as far from (0.3, 0) as from (-0.1, 0.2)
+    centre = (0.3**2 - 0.1**2 - 0.2**2) / (
+        2 * (0.3 + 0.1)
+    )  # on the axis, as far from (0.3, 0) as from (-0.1, 0.2)
     radius = 0.3 - centre
     assert np.hypot(-0.1 - centre, 0.2) == pytest.approx(radius)
     limit = fo.shakedown_limit(node, cycle, 0.5)
-    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.least == pytest.approx(0.5 / (0.5 - radius), rel=1e-9) and limit.residual <= 1e-9
+    assert (
+        limit.kind is fo.LimitKind.UNBOUNDED
+        and limit.least == pytest.approx(0.5 / (0.5 - radius), rel=1e-9)
+        and limit.residual <= 1e-9
+    )
     for said in ("every load factor from {} on has a safe residual slip", "none is safe below {}"):
         assert said.format(f"{limit.least:.6g}") in limit.reason
     for share, exists in ((0.999, False), (1.001, True)):
         assert fo.safe_slip(node, cycle, 0.5, share * limit.least).exists == exists
-    below, within = (fo.steady_state(node, cycle, 0.5, share * limit.least).outcome for share in (0.95, 1.05))
+    below, within = (
+        fo.steady_state(node, cycle, 0.5, share * limit.least).outcome for share in (0.95, 1.05)
+    )
     assert below is not fo.Outcome.SHAKEDOWN and within is fo.Outcome.SHAKEDOWN
 
 
@@ -229,16 +350,25 @@ def test_in_space_it_is_that_of_the_plane(seed):
     rng = np.random.default_rng(seed)
     flat, cycle = pressing_cycle(rng, int(rng.integers(1, 5)), 1 + seed % 2)
     shear, press = flat.bonded["mean"]
-    flat = flat.with_bonded({**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])})  # which mostly slips as it comes, and often settles
+    flat = flat.with_bonded(
+        {**flat.bonded, "mean": (4.0 * shear, press + (0.6, 1.4)[seed % 2])}
+    )  # which mostly slips as it comes, and often settles
     least, largest = oracle(flat, cycle, 0.4)
-    limit = fo.shakedown_limit(embedded(flat, rng, across=flat.A)[0], cycle, 0.4, open=np.zeros(flat.nodes, dtype=bool))
-    assert limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True) and limit.residual <= 1e-9
+    limit = fo.shakedown_limit(
+        embedded(flat, rng, across=flat.A)[0], cycle, 0.4, open=np.zeros(flat.nodes, dtype=bool)
+    )
+    assert (
+        limit.least == pytest.approx(least, rel=1e-7, abs=1e-8, nan_ok=True)
+        and limit.residual <= 1e-9
+    )
     assert limit.load_factor == pytest.approx(largest, rel=1e-7, abs=1e-8, nan_ok=True)
 
 
 def test_a_mean_load_that_settles_needs_no_program_of_its_own(monkeypatch, punch):
     """Neither no slip nor that of the limit is safe under it, and what it leaves itself is."""
     monkeypatch.setattr(fo.ShakedownModel, "_with_least", lambda *asked: pytest.fail("it has one"))
-    limit = fo.shakedown_limit(punch(8), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}]), 0.1)
+    limit = fo.shakedown_limit(
+        punch(8), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}]), 0.1
+    )
     assert limit.least == 0 and limit.load_factor > 0
     assert min(limit._task.violation(0.0, slip) for slip in (0 * limit.slip, limit.slip)) > 1e-3

@@ -30,7 +30,9 @@ def test_one_node_slips_as_much_as_the_closed_form_says():
         least = limit.least_slip(lam)
         table = least.to_frame()
         assert table["alone"].item() == pytest.approx(forward - backward, rel=1e-9)
-        assert [table[f"g at {name}"].item() for name in CYCLE.corner_names] == least.g[:, 0].tolist()
+        assert [table[f"g at {name}"].item() for name in CYCLE.corner_names] == least.g[
+            :, 0
+        ].tolist()
         assert least.total == pytest.approx(forward - backward, rel=1e-9)
         assert least.of([[forward], [backward]]) == pytest.approx(least.bound, rel=1e-9)
 
@@ -47,23 +49,40 @@ def test_it_is_sharp_on_the_punch_and_names_its_edges():
 
 def test_units_cancel():
     contact = system(*FIRST_PAIR)
-    soft = fo.ContactSystem.from_blocks(contact.A / 7, contact.B / 7, contact.C / 7, contact.x, contact.bonded)
+    soft = fo.ContactSystem.from_blocks(
+        contact.A / 7, contact.B / 7, contact.C / 7, contact.x, contact.bonded
+    )
     one, other = (fo.shakedown_limit(each, CYCLE, 0.6).least_slip(1.0) for each in (contact, soft))
-    assert other.total == pytest.approx(7 * one.total, rel=1e-9) and other.bound == pytest.approx(one.bound, rel=1e-9)
+    assert other.total == pytest.approx(7 * one.total, rel=1e-9) and other.bound == pytest.approx(
+        one.bound, rel=1e-9
+    )
 
 
 def test_a_contact_that_only_lifts_off_has_no_closed_cycle_above_its_limit():
-    limit = fo.shakedown_limit(system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4)  # one corner rules both bounds
+    limit = fo.shakedown_limit(
+        system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4
+    )  # one corner rules both bounds
     least = limit.least_slip(1.2 * limit.load_factor)
-    assert least.total == np.inf and not least.weight.any() and not len(least.to_frame()) and least.residual <= 1e-9
-    slip, gap = corners(system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4, least.load_factor, None, 5)
+    assert (
+        least.total == np.inf
+        and not least.weight.any()
+        and not len(least.to_frame())
+        and least.residual <= 1e-9
+    )
+    slip, gap = corners(
+        system(2.0, 0.5, 0.1, 1.0, 0.1, 1.0), CYCLE, 0.4, least.load_factor, None, 5
+    )
     assert gap.any() and least.of(slip, gap) >= least.bound * (1 - 1e-9)
 
 
 def test_below_the_limit_it_says_nothing_and_keeps_its_sign():
     limit = fo.shakedown_limit(system(*FIRST_PAIR), CYCLE, 0.6)
     least = limit.least_slip(0.5 * limit.load_factor)
-    assert least.bound == pytest.approx(-0.5 * limit.load_factor) and least.total == 0.0 and not least.to_frame()["alone"].any()
+    assert (
+        least.bound == pytest.approx(-0.5 * limit.load_factor)
+        and least.total == 0.0
+        and not least.to_frame()["alone"].any()
+    )
 
 
 def test_limits_that_prove_nothing_are_refused():
@@ -81,12 +100,15 @@ def test_limits_that_prove_nothing_are_refused():
 
 
 def test_multipliers_that_do_not_balance_prove_nothing():
-    """A net slip that stresses the contact by a millionth, or a limit that is not proven to the tolerance, leaves no bound."""
+    """A net slip that stresses the contact by a millionth, or a limit that is not proven to the
+    tolerance, leaves no bound."""
     contact = system(*FIRST_PAIR)
     limit = fo.shakedown_limit(contact, CYCLE, 0.6)
     moves = limit._motion.moves.copy()
     moves[np.unravel_index(np.abs(moves[:, :1]).argmax(), moves[:, :1].shape)] *= 1 + 1e-6
-    with pytest.raises(fo.SolverError, match=r"least slip: the multipliers of the limit are off by .*e-0[67]"):
+    with pytest.raises(
+        fo.SolverError, match=r"least slip: the multipliers of the limit are off by .*e-0[67]"
+    ):
         replace(limit, _motion=replace(limit._motion, moves=moves)).least_slip(1.0)
     with pytest.raises(fo.SolverError, match=r"off by 2\.0e-09"):
         replace(limit, record=replace(limit.record, residual=2e-9)).least_slip(1.0)

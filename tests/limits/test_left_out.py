@@ -1,4 +1,5 @@
-"""Corners of a path that a scene does not need are left out, and the answer is the same with everything kept."""
+"""Corners of a path that a scene does not need are left out, and the answer is the same with
+everything kept."""
 
 import pytest
 
@@ -7,20 +8,36 @@ from frictopt.transients.exact.path import turning_corners
 
 
 def test_a_corner_on_the_straight_segment_is_no_stop(punch, paper_cycle):
-    """Against the cycle of the turning points alone, and against increments that stop everywhere."""
+    """Against the cycle of the turning points alone, and against increments that stop
+    everywhere."""
     contact = punch(16)
-    sampled = fo.LoadCycle({"P": 1.0}, [{"sigma": s} for s in (-1.0, -0.3, -0.3, 0.2, 1.0, 1.0, 0.7, -0.1)])
+    sampled = fo.LoadCycle(
+        {"P": 1.0}, [{"sigma": s} for s in (-1.0, -0.3, -0.3, 0.2, 1.0, 1.0, 0.7, -0.1)]
+    )
     turns = fo.LoadCycle({"P": 1.0}, [{"sigma": s} for s in (-1.0, 1.0, -0.1)])
-    lean, same, stops = (fo.steady_state(contact, cycle, 0.7, 2.6, steps=steps) for cycle, steps in ((sampled, None), (turns, None), (sampled, 8)))
-    assert "corners: 5 of 8" in lean.record.left_out[-1] and same.record.left_out == () and lean.dissipation > 0
-    assert lean.slip == pytest.approx(same.slip, abs=1e-9) and lean.dissipation_per_node == pytest.approx(same.dissipation_per_node, abs=1e-9)
-    assert lean.outcome is stops.outcome and lean.dissipation == pytest.approx(stops.dissipation, rel=5 * stops.step_error)
+    lean, same, stops = (
+        fo.steady_state(contact, cycle, 0.7, 2.6, steps=steps)
+        for cycle, steps in ((sampled, None), (turns, None), (sampled, 8))
+    )
+    assert (
+        "corners: 5 of 8" in lean.record.left_out[-1]
+        and same.record.left_out == ()
+        and lean.dissipation > 0
+    )
+    assert lean.slip == pytest.approx(
+        same.slip, abs=1e-9
+    ) and lean.dissipation_per_node == pytest.approx(same.dissipation_per_node, abs=1e-9)
+    assert lean.outcome is stops.outcome and lean.dissipation == pytest.approx(
+        stops.dissipation, rel=5 * stops.step_error
+    )
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e7, 1e15])
 def test_the_unit_of_a_load_case_does_not_change_where_a_load_turns(unit):
     """A displacement that goes to and fro beside a stress that only grows, in any unit."""
-    cycle = fo.LoadCycle({}, [{"sigma": 1e9 * k / 8, "d": unit * (-1) ** k if 0 < k < 8 else 0.0} for k in range(9)])
+    cycle = fo.LoadCycle(
+        {}, [{"sigma": 1e9 * k / 8, "d": unit * (-1) ** k if 0 < k < 8 else 0.0} for k in range(9)]
+    )
     assert turning_corners(cycle) == list(range(9))
     straight = fo.LoadCycle({}, [{"sigma": 1e9 * k, "d": unit * k} for k in (0.0, 0.3, 0.7, 1.0)])
     assert turning_corners(straight) == [0, 3]

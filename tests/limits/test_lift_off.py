@@ -1,4 +1,5 @@
-"""Limits with nodes that open and close in each cycle against plain programs of every order, closed forms, transients, and the plane in space."""
+"""Limits with nodes that open and close in each cycle against plain programs of every order, closed
+forms, transients, and the plane in space."""
 
 import pickle
 from dataclasses import replace
@@ -32,7 +33,10 @@ def of_sets(contact, cycle, friction):
 
 
 def best_of_all_orders(contact, friction):
-    found = [largest_in_order(contact, CYCLE, friction, *order, MOST) for order in every_order(contact.nodes)]
+    found = [
+        largest_in_order(contact, CYCLE, friction, *order, MOST)
+        for order in every_order(contact.nodes)
+    ]
     return max((factor for factor in found if factor is not None), default=np.nan)
 
 
@@ -40,36 +44,62 @@ def best_of_all_orders(contact, friction):
     ("elements", "friction", "all_closed", "told", "opening"),
     few([(8, 0.8, 2.683, 4.041, 6), (16, 0.5, 2.437, 2.968, 6), (16, 1.0, 2.587, 4.730, 10)]),
 )
-def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(elements, friction, all_closed, told, opening, pin):
+def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
+    elements, friction, all_closed, told, opening, pin
+):
     """The table of the theory page."""
     contact = pin(elements)
-    limit, closed = fo.shakedown_limit(contact, PIN, friction, events=True), of_sets(contact, PIN, friction)
+    limit, closed = (
+        fo.shakedown_limit(contact, PIN, friction, events=True),
+        of_sets(contact, PIN, friction),
+    )
     assert (closed.load_factor, limit.load_factor) == pytest.approx((all_closed, told), abs=5e-4)
-    assert limit.load_factor > 1.2 * closed.load_factor and limit.bound == pytest.approx(limit.load_factor, rel=1e-9)
-    assert len(limit.events) == opening and limit.events["way"].is_monotonic_increasing and not limit.open.any()
+    assert limit.load_factor > 1.2 * closed.load_factor and limit.bound == pytest.approx(
+        limit.load_factor, rel=1e-9
+    )
+    assert (
+        len(limit.events) == opening
+        and limit.events["way"].is_monotonic_increasing
+        and not limit.open.any()
+    )
     start, events = limit._task.order
-    assert largest_in_order(contact, PIN, friction, start, events, MOST) == pytest.approx(limit.load_factor, rel=1e-7)
+    assert largest_in_order(contact, PIN, friction, start, events, MOST) == pytest.approx(
+        limit.load_factor, rel=1e-7
+    )
     assert rests(contact, PIN, friction, 0.9999 * limit.load_factor, initial_slip=limit.slip)
     assert not rests(contact, PIN, friction, 1.001 * limit.load_factor, initial_slip=limit.slip)
-    assert f"{opening} nodes that open and close in this order" in limit.reason and "another order" in limit.covers
-    assert fo.steady_state(contact, PIN, friction, limit.load_factor * (1 - 1e-6), initial_state=limit.state).dissipation < 1e-9
+    assert (
+        f"{opening} nodes that open and close in this order" in limit.reason
+        and "another order" in limit.covers
+    )
+    assert (
+        fo.steady_state(
+            contact, PIN, friction, limit.load_factor * (1 - 1e-6), initial_state=limit.state
+        ).dissipation
+        < 1e-9
+    )
 
 
 @pytest.mark.slow
 def test_a_finer_pin_rests_so_too(pin):
     """The last line of the same table."""
     limit = fo.shakedown_limit(pin(32), PIN, 0.9, events=True)
-    assert (of_sets(pin(32), PIN, 0.9).load_factor, limit.load_factor) == pytest.approx((2.513, 3.547), abs=5e-4) and len(limit.events) == 18
+    assert (of_sets(pin(32), PIN, 0.9).load_factor, limit.load_factor) == pytest.approx(
+        (2.513, 3.547), abs=5e-4
+    ) and len(limit.events) == 18
     assert rests(pin(32), PIN, 0.9, 0.9999 * limit.load_factor, initial_slip=limit.slip)
     assert not rests(pin(32), PIN, 0.9, 1.001 * limit.load_factor, initial_slip=limit.slip)
 
 
 def test_forces_at_the_last_corner_are_those_of_the_stiffness(pin):
-    """`r + S (slip, gap)` with what is open there, which is not what is open at the first corner."""
+    """`r + S (slip, gap)` with what is open there, which is not what is open at the first
+    corner."""
     contact = pin(16)
     limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)
     bonded = contact.reaction(PIN.at(limit.load_factor)[-1])
-    q, p = np.split(np.concatenate(bonded) + contact.S @ np.concatenate([limit.state.slip, limit.state.gap]), 2)
+    q, p = np.split(
+        np.concatenate(bonded) + contact.S @ np.concatenate([limit.state.slip, limit.state.gap]), 2
+    )
     for found, right in zip(limit.reactions, (q, p), strict=True):
         assert found[-1] == pytest.approx(right, abs=1e-9 * np.abs(p).max())
     assert (np.abs(p) > 1e-6).any() and (limit.state.gap > 0).any()
@@ -78,33 +108,49 @@ def test_forces_at_the_last_corner_are_those_of_the_stiffness(pin):
 def test_the_cycle_that_is_followed_opens_the_nodes_where_the_limit_says(pin):
     contact = pin(16)
     limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)
-    steady = fo.steady_state(contact, PIN, 0.5, limit.load_factor * (1 - 1e-9), initial_state=limit.state)
+    steady = fo.steady_state(
+        contact, PIN, 0.5, limit.load_factor * (1 - 1e-9), initial_state=limit.state
+    )
     gaps = steady.states().gap
     first, second = gaps.min(axis=0) > -1e-9, gaps.max(axis=0) > 1e-9
     assert first.all() and set(np.flatnonzero(second)) == set(limit.events["node"])
     assert set(np.flatnonzero(limit.open_share)) == set(limit.events["node"])
 
 
-@pytest.mark.parametrize(("draw", "nodes", "seeds"), [(random_system, 2, range(20)), (pulled_system, 2, range(8)), (pulled_system, 3, range(6))])
+@pytest.mark.parametrize(
+    ("draw", "nodes", "seeds"),
+    [(random_system, 2, range(20)), (pulled_system, 2, range(8)), (pulled_system, 3, range(6))],
+)
 def test_small_contacts_against_every_order(draw, nodes, seeds):
     opening = 0
     for seed in seeds:
         rng = np.random.default_rng(seed)
         contact, friction = draw(rng, nodes), float(rng.uniform(0.1, 1.0))
         limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
-        assert min(limit.load_factor, MOST) == pytest.approx(best_of_all_orders(contact, friction), rel=1e-6, nan_ok=True)
+        assert min(limit.load_factor, MOST) == pytest.approx(
+            best_of_all_orders(contact, friction), rel=1e-6, nan_ok=True
+        )
         opening += not limit.events.empty
         if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
-            assert rests(contact, CYCLE, friction, 0.999 * limit.load_factor, initial_slip=limit.slip)
+            assert rests(
+                contact, CYCLE, friction, 0.999 * limit.load_factor, initial_slip=limit.slip
+            )
     assert opening > 1
 
 
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     contact = system(1.0, 0.0, 0.0, 2.0, 0.0, 1.0, C=[[3.0]])
     limit = fo.shakedown_limit(contact, CYCLE, 0.5, events=True)
-    assert limit.kind is fo.LimitKind.UNBOUNDED and of_sets(contact, CYCLE, 0.5).load_factor == pytest.approx(2.0)
-    assert limit.events[["node", "event"]].values.tolist() == [[0, "closes"]] and "every load factor" in limit.reason
-    assert fo.limit_after_protocol(contact, CYCLE, 0.5, start=np.zeros(1), up_to=100.0).upper == np.inf
+    assert limit.kind is fo.LimitKind.UNBOUNDED and of_sets(
+        contact, CYCLE, 0.5
+    ).load_factor == pytest.approx(2.0)
+    assert (
+        limit.events[["node", "event"]].values.tolist() == [[0, "closes"]]
+        and "every load factor" in limit.reason
+    )
+    assert (
+        fo.limit_after_protocol(contact, CYCLE, 0.5, start=np.zeros(1), up_to=100.0).upper == np.inf
+    )
 
 
 def test_rates_of_a_limit_with_events_are_its_differences(pin):
@@ -112,15 +158,24 @@ def test_rates_of_a_limit_with_events_are_its_differences(pin):
     limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)
 
     def rate(change):
-        lower, upper = (fo.shakedown_limit(contact, *change(sign * step), events=True).load_factor for sign in (-1, 1))
+        lower, upper = (
+            fo.shakedown_limit(contact, *change(sign * step), events=True).load_factor
+            for sign in (-1, 1)
+        )
         return (upper - lower) / (2 * step)
 
     assert limit.friction_rate.sum() == pytest.approx(rate(lambda by: (PIN, 0.5 + by)), rel=1e-5)
     table = limit.load_rates.set_index(["load", "part"])["rate"]
-    assert table["fit", "mean"] == pytest.approx(rate(lambda by: (fo.LoadCycle({"fit": 1.0 + by}, PIN.corners), 0.5)), rel=1e-5)
-    assert table["sigma", "mean"] == pytest.approx(rate(lambda by: (fo.LoadCycle({"fit": 1.0, "sigma": by}, PIN.corners), 0.5)), rel=1e-4)
+    assert table["fit", "mean"] == pytest.approx(
+        rate(lambda by: (fo.LoadCycle({"fit": 1.0 + by}, PIN.corners), 0.5)), rel=1e-5
+    )
+    assert table["sigma", "mean"] == pytest.approx(
+        rate(lambda by: (fo.LoadCycle({"fit": 1.0, "sigma": by}, PIN.corners), 0.5)), rel=1e-4
+    )
     last = [{"Fx": -1.0}, {"Fx": 1.0}]
-    assert table["Fx", "Fx = +1"] == pytest.approx(rate(lambda by: (fo.LoadCycle({"fit": 1.0}, [last[0], {"Fx": 1.0 + by}]), 0.5)), rel=1e-5)
+    assert table["Fx", "Fx = +1"] == pytest.approx(
+        rate(lambda by: (fo.LoadCycle({"fit": 1.0}, [last[0], {"Fx": 1.0 + by}]), 0.5)), rel=1e-5
+    )
 
 
 @pytest.mark.parametrize("seed", few([6, 2], 1))
@@ -131,7 +186,9 @@ def test_a_plane_contact_has_the_same_limit_in_space(seed):
         contact, friction = pulled_system(rng, 3), float(rng.uniform(0.2, 0.8))
         limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
         if not limit.events.empty and limit.kind is fo.LimitKind.FINITE:
-            found.append((limit, fo.shakedown_limit(embedded(contact, rng)[0], CYCLE, friction, events=True)))
+            found.append(
+                (limit, fo.shakedown_limit(embedded(contact, rng)[0], CYCLE, friction, events=True))
+            )
         if len(found) == 3:
             break
     assert len(found) == 3
@@ -145,35 +202,61 @@ def test_which_corner_comes_first_units_and_copies_change_nothing(pin):
     limit = fo.shakedown_limit(contact, PIN, 0.8, events=True)
     back = fo.shakedown_limit(contact, fo.LoadCycle(PIN.mean, PIN.corners[::-1]), 0.8, events=True)
     assert back.load_factor == pytest.approx(limit.load_factor, rel=1e-9)
-    assert (1 - back.events["way"]).sort_values().to_numpy() == pytest.approx(limit.events["way"].to_numpy(), abs=1e-7)
+    assert (1 - back.events["way"]).sort_values().to_numpy() == pytest.approx(
+        limit.events["way"].to_numpy(), abs=1e-7
+    )
     small = pulled_system(np.random.default_rng(20), 3)
     loads = {name: np.ravel(part) * 1e6 for name, part in small.bonded.items()}
-    scaled, known = fo.ContactSystem(small.S * 1e9, small.points, loads, gap=small.gap * 1e-3), fo.shakedown_limit(small, CYCLE, 0.5, events=True)
-    assert not known.events.empty and fo.shakedown_limit(scaled, CYCLE, 0.5, events=True).load_factor == pytest.approx(known.load_factor, rel=1e-7)
+    scaled, known = (
+        fo.ContactSystem(small.S * 1e9, small.points, loads, gap=small.gap * 1e-3),
+        fo.shakedown_limit(small, CYCLE, 0.5, events=True),
+    )
+    assert not known.events.empty and fo.shakedown_limit(
+        scaled, CYCLE, 0.5, events=True
+    ).load_factor == pytest.approx(known.load_factor, rel=1e-7)
     copy = pickle.loads(pickle.dumps(limit))
-    assert copy.events.equals(limit.events) and copy.problem.value == pytest.approx(limit.load_factor, rel=1e-12)
+    assert copy.events.equals(limit.events) and copy.problem.value == pytest.approx(
+        limit.load_factor, rel=1e-12
+    )
 
 
 def test_who_does_not_ask_has_nodes_that_stay_as_they_are(pin):
     contact, none = pin(8), np.zeros(8, dtype=bool)
     closed, model = of_sets(contact, PIN, 0.8).load_factor, fo.ShakedownModel(contact, PIN)
-    for limit in (fo.shakedown_limit(contact, PIN, 0.8), fo.shakedown_limit(contact, PIN, 0.8, open=none), model.solve(0.8, open=none)):
-        assert limit.events.empty and limit.load_factor == pytest.approx(closed, rel=1e-12) and not limit.open_share.any()
+    for limit in (
+        fo.shakedown_limit(contact, PIN, 0.8),
+        fo.shakedown_limit(contact, PIN, 0.8, open=none),
+        model.solve(0.8, open=none),
+    ):
+        assert (
+            limit.events.empty
+            and limit.load_factor == pytest.approx(closed, rel=1e-12)
+            and not limit.open_share.any()
+        )
     assert len(model.solve(0.8, events=True).events) == 6 and model.solve(0.8).events.empty
 
 
 def test_cycles_and_questions_without_events_are_refused(pin):
     contact, model = pin(8), fo.ShakedownModel(pin(8), PIN)
-    three, fixed = fo.LoadCycle(PIN.mean, [*PIN.corners, {"Fy": 1e-3}]), fo.LoadCycle(PIN.mean, PIN.corners, fixed=[{}, {"Fy": 1e-3}])
+    three, fixed = (
+        fo.LoadCycle(PIN.mean, [*PIN.corners, {"Fy": 1e-3}]),
+        fo.LoadCycle(PIN.mean, PIN.corners, fixed=[{}, {"Fy": 1e-3}]),
+    )
     for asked, why in (
         (lambda: fo.shakedown_limit(contact, three, 0.8, events=True), "not two corners"),
         (lambda: fo.shakedown_limit(contact, fixed, 0.8, events=True), "differ at load factor 0"),
-        (lambda: fo.shakedown_limit(contact, PIN, 0.8, slip_bound=1.0, events=True), "slip is bounded"),
+        (
+            lambda: fo.shakedown_limit(contact, PIN, 0.8, slip_bound=1.0, events=True),
+            "slip is bounded",
+        ),
         (lambda: model.solve(0.8, [model.load_factor <= 1], events=True), "stay as they are"),
         (lambda: model.solve(0.8, open=np.zeros(8, dtype=bool), events=True), "stay as they are"),
         (lambda: model.solve(0.8, events="yes"), "True or False"),
         (lambda: fo.shakedown_limit(contact, PIN, 0.8, open=np.zeros(8)), "each of 8 nodes"),
-        (lambda: fo.shakedown_limit(contact, PIN, 0.8, open=np.ones(8, dtype=bool)), "leave more nodes closed"),
+        (
+            lambda: fo.shakedown_limit(contact, PIN, 0.8, open=np.ones(8, dtype=bool)),
+            "leave more nodes closed",
+        ),
     ):
         with pytest.raises(fo.ModelError, match=why):
             asked()
@@ -193,7 +276,9 @@ def test_the_model_of_an_order_is_solved_again_by_others(pin):
 
 def test_the_picture_marks_nodes_that_are_open_in_a_part_of_the_cycle(pin):
     axes = fo.shakedown_limit(pin(8), PIN, 0.8, events=True).plot()
-    assert "open in part of the cycle" in [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "open in part of the cycle" in [
+        text.get_text() for text in axes.get_legend().get_texts()
+    ]
     plt.close(axes.figure)
 
 
@@ -205,16 +290,23 @@ def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_orde
     back[-1] = way[-2] - 10.0
     assert task.violation(*state) < 1e-9
     touching = sorted(task.order.events[1])
-    carried = np.abs(replace(task, way=later).instants(*state)[1][2][:, touching]).max() / task.force
+    carried = (
+        np.abs(replace(task, way=later).instants(*state)[1][2][:, touching]).max() / task.force
+    )
     assert carried > 1e-3 and replace(task, way=later).violation(*state) >= carried
     assert replace(task, way=back).violation(*state) >= 10.0
-    monkeypatch.setattr(Question, "violation", lambda *_: 0.0)  # the law alone sees most events in no order
-    assert task.violation(*state) < 1e-9 and replace(task, way=back).violation(*state) == pytest.approx(10.0)
+    monkeypatch.setattr(
+        Question, "violation", lambda *_: 0.0
+    )  # the law alone sees most events in no order
+    assert task.violation(*state) < 1e-9 and replace(task, way=back).violation(
+        *state
+    ) == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize("programs", [2, 3])
 def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monkeypatch):
-    """Each order is better than what it came from; what is given is judged as every limit is, and its bar counts programs."""
+    """Each order is better than what it came from; what is given is judged as every limit is, and
+    its bar counts programs."""
     contact, asked, honest, counts = pin(16), [], Ordered.__init__, {}
 
     def stops(self, *args, **options):
@@ -234,5 +326,7 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
     with pytest.raises(KeyboardInterrupt, match="attribute `limit`") as caught:
         fo.shakedown_limit(contact, PIN, 1.0, events=True)
     limit = caught.value.limit
-    assert 2.5871 < limit.load_factor < 4.7303 and rests(contact, PIN, 1.0, 0.999 * limit.load_factor, initial_slip=limit.slip)
+    assert 2.5871 < limit.load_factor < 4.7303 and rests(
+        contact, PIN, 1.0, 0.999 * limit.load_factor, initial_slip=limit.slip
+    )
     assert counts["events"] == (programs, f"at least {limit.load_factor:.4g} so far")

@@ -1,4 +1,5 @@
-"""Safe slips and required friction with nodes that open and close in each cycle, against limits, plain programs and transients."""
+"""Safe slips and required friction with nodes that open and close in each cycle, against limits,
+plain programs and transients."""
 
 from functools import cache
 from importlib import import_module
@@ -27,12 +28,21 @@ def pin():
 def margin_in_order(safe, start, events):
     """By a plain program, in the units of a safe slip."""
     task = safe._task
-    return largest_in_order(safe.system, safe.cycle, safe.friction[0], start, events, safe.load_factor, (task.mean_bound, task.clearance))
+    return largest_in_order(
+        safe.system,
+        safe.cycle,
+        safe.friction[0],
+        start,
+        events,
+        safe.load_factor,
+        (task.mean_bound, task.clearance),
+    )
 
 
 @cache
 def opening(count, nodes=3):
-    """Random contacts whose limit has nodes that open and close in each cycle, with their friction and limit."""
+    """Random contacts whose limit has nodes that open and close in each cycle, with their friction
+    and limit."""
     found, seed = [], 0
     while len(found) < count:
         rng, seed = np.random.default_rng([41, seed]), seed + 1
@@ -51,17 +61,25 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
     if share > 0.5:  # there all nodes stay closed
         assert not fo.safe_slip(pin, PIN, 0.8, load_factor).exists
         assert safe.margin == pytest.approx(margin_in_order(safe, *safe._task.order), abs=1e-7)
-        assert f"{safe.events['node'].nunique()} of them open and close" in safe.reason and (safe.open_share > 0).any()
+        assert (
+            f"{safe.events['node'].nunique()} of them open and close" in safe.reason
+            and (safe.open_share > 0).any()
+        )
     assert fo.steady_state(pin, PIN, 0.8, load_factor, initial_state=safe.state).dissipation < 1e-9
     assert rests(pin, PIN, 0.8, load_factor, initial_slip=safe.slip)
 
 
 def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
     for contact, friction, limit in opening(few(3)):
-        below, above = (fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor, events=True) for share in (0.999, 1.001))
+        below, above = (
+            fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor, events=True)
+            for share in (0.999, 1.001)
+        )
         assert below.exists and below.margin < 0.05 and not above.exists
         assert "none" not in below.reason and above.certificate is not None
-        order = below._task.order if below._task.events else (np.flatnonzero(below.open).tolist(), [])
+        order = (
+            below._task.order if below._task.events else (np.flatnonzero(below.open).tolist(), [])
+        )
         assert below.margin == pytest.approx(margin_in_order(below, *order), abs=1e-7)
         margins = [margin_in_order(above, *order) for order in every_order(contact.nodes)]
         assert max(-1.0 if margin is None else margin for margin in margins) < 0
@@ -69,7 +87,9 @@ def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
 
 def test_the_margin_falls_by_the_rate_of_friction(pin):
     load_factor, step = 3.6, 1e-5
-    low, at, high = (fo.safe_slip(pin, PIN, 0.8 + by, load_factor, events=True) for by in (-step, 0.0, step))
+    low, at, high = (
+        fo.safe_slip(pin, PIN, 0.8 + by, load_factor, events=True) for by in (-step, 0.0, step)
+    )
     assert at._task.events and low._task.order == at._task.order == high._task.order
     force = at._task.mean_bound  # the unit follows friction
     slope = (high.margin * high._task.mean_bound - low.margin * low._task.mean_bound) / (2 * step)
@@ -80,12 +100,16 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
     for contact, friction, limit in opening(few(2, 1)):
         required = fo.required_friction(contact, CYCLE, limit.load_factor, events=True)
         assert required.required <= friction * (1 + 1e-5)
-        enough, less = (fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor for f in (required.required, required.bound))
+        enough, less = (
+            fo.shakedown_limit(contact, CYCLE, f, events=True).load_factor
+            for f in (required.required, required.bound)
+        )
         assert enough >= limit.load_factor * (1 - 1e-9) > less * (1 - 1e-9)
 
 
 def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
-    """The theorem: what is safe with something to spare, with events, is where all starts come to rest."""
+    """The theorem: what is safe with something to spare, with events, is where all starts come to
+    rest."""
     followed, seed = 0, 0
     while followed < few(3):
         rng, seed = np.random.default_rng([53, seed]), seed + 1
@@ -96,30 +120,53 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
             continue
         safe = fo.safe_slip(contact, CYCLE, 0.5, 0.95 * limit.load_factor, events=True)
         starts = 2 * rng.normal(size=(3, 3))
-        assert safe.margin > 0 and all(rests(contact, CYCLE, 0.5, safe.load_factor, initial_slip=start) for start in starts)
-        assert not any(rests(contact, CYCLE, 0.5, 1.02 * limit.load_factor, initial_slip=start) for start in starts)
+        assert safe.margin > 0 and all(
+            rests(contact, CYCLE, 0.5, safe.load_factor, initial_slip=start) for start in starts
+        )
+        assert not any(
+            rests(contact, CYCLE, 0.5, 1.02 * limit.load_factor, initial_slip=start)
+            for start in starts
+        )
         followed += 1
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("load_factor", few([2.0, 3.0, 4.0]))
 def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor, pin):
-    required, closed = fo.required_friction(pin, PIN, load_factor, events=True), fo.required_friction(pin, PIN, load_factor)
-    reached = [fo.shakedown_limit(pin, PIN, f, events=True).load_factor for f in (required.required, required.bound)]
+    required, closed = (
+        fo.required_friction(pin, PIN, load_factor, events=True),
+        fo.required_friction(pin, PIN, load_factor),
+    )
+    reached = [
+        fo.shakedown_limit(pin, PIN, f, events=True).load_factor
+        for f in (required.required, required.bound)
+    ]
     assert reached == pytest.approx([load_factor] * 2, rel=1e-5) and reached[0] > reached[1]
-    assert required.events.empty == (load_factor == 2.0) == ("open and close" not in required.reason)
-    assert required.required == pytest.approx(closed.required, rel=1e-6) if load_factor == 2.0 else required.required < 0.2 * closed.required
+    assert (
+        required.events.empty == (load_factor == 2.0) == ("open and close" not in required.reason)
+    )
+    assert (
+        required.required == pytest.approx(closed.required, rel=1e-6)
+        if load_factor == 2.0
+        else required.required < 0.2 * closed.required
+    )
     assert rests(pin, PIN, required.required, load_factor, initial_slip=required.slip)
     if load_factor > 2.0:  # the theory page
-        assert (required.required, closed.required) == pytest.approx((0.548, 3.777) if load_factor == 3.0 else (0.788, np.inf), abs=5e-4)
+        assert (required.required, closed.required) == pytest.approx(
+            (0.548, 3.777) if load_factor == 3.0 else (0.788, np.inf), abs=5e-4
+        )
 
 
 def test_a_plane_contact_has_the_same_safe_slip_in_space():
     for number, (contact, friction, limit) in enumerate(opening(few(3))):
         solid = embedded(contact, np.random.default_rng(number))[0]
         load_factor = 0.99 * limit.load_factor
-        plane, space = (fo.safe_slip(one, CYCLE, friction, load_factor, events=True) for one in (contact, solid))
-        assert bool(plane._task.events) == bool(space._task.events) and plane.margin == pytest.approx(space.margin, abs=1e-6)
+        plane, space = (
+            fo.safe_slip(one, CYCLE, friction, load_factor, events=True) for one in (contact, solid)
+        )
+        assert bool(plane._task.events) == bool(
+            space._task.events
+        ) and plane.margin == pytest.approx(space.margin, abs=1e-6)
 
 
 def test_questions_without_events_are_refused(pin):
@@ -128,7 +175,10 @@ def test_questions_without_events_are_refused(pin):
     for asked, why in (
         (lambda: fo.safe_slip(pin, three, 0.8, 1.0, events=True), "not two corners"),
         (lambda: fo.required_friction(pin, three, 1.0, events=True), "not two corners"),
-        (lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0), "slip is bounded"),
+        (
+            lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),
+            "slip is bounded",
+        ),
         (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "stay as they are"),
     ):
         with pytest.raises(fo.ModelError, match=why):

@@ -1,4 +1,5 @@
-"""The checks that stand between a solver and an answer: solvers that lie in one respect are found out, bounds hold where they are not settled."""
+"""The checks that stand between a solver and an answer: solvers that lie in one respect are found
+out, bounds hold where they are not settled."""
 
 from importlib import import_module
 
@@ -23,7 +24,8 @@ from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
 
 
 def is_critical(program):
-    """Whether a program asks where a node is critical: it alone has equations, those of the node."""
+    """Whether a program asks where a node is critical: it alone has equations, those of the
+    node."""
     return program.zero > 0
 
 
@@ -31,19 +33,34 @@ def largest(program):
     """The x of a linear program of a least load factor with the largest one, by scipy."""
     matrix, zero, n = program.matrix.toarray(), program.zero, len(program.cost)
     free = {"bounds": [(None, None)] * n}
-    return linprog(-program.cost, matrix[zero:], program.right[zero:], matrix[:zero], program.right[:zero], **free).x
+    return linprog(
+        -program.cost,
+        matrix[zero:],
+        program.right[zero:],
+        matrix[:zero],
+        program.right[:zero],
+        **free,
+    ).x
 
 
 def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
-    """Safe at the right load factor, with the right multipliers, but inside the bounds of its node."""
+    """Safe at the right load factor, with the right multipliers, but inside the bounds of its
+    node."""
     contact, told = system(*FIRST_PAIR), []
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
     inside = fo.safe_slip(contact, CYCLE, 0.6, right.load_factor).slip
-    assert pose(contact, CYCLE, 0.6).violation(right.load_factor, inside) <= 1e-9 < 1e-3 < np.abs(inside - right.slip).max()
+    assert (
+        pose(contact, CYCLE, 0.6).violation(right.load_factor, inside)
+        <= 1e-9
+        < 1e-3
+        < np.abs(inside - right.slip).max()
+    )
 
     def lie(compiled, z, multipliers):
         variables = compiled.problem.var_dict
-        if "rho" in compiled.problem.param_dict and z[compiled.place(variables["load_factor"])] <= right.load_factor * (1 + 1e-9):
+        if "rho" in compiled.problem.param_dict and z[
+            compiled.place(variables["load_factor"])
+        ] <= right.load_factor * (1 + 1e-9):
             z[compiled.place(variables["slip"])] = inside
             told.append(z)
 
@@ -56,19 +73,28 @@ def test_a_witness_off_its_bounds_is_not_accepted(monkeypatch):
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     q, p = limit.reactions
     (first, last), node = limit.corners, limit.node
-    assert abs(q[first, node] + 0.6 * p[first, node]) < 1e-8 and abs(q[last, node] - 0.6 * p[last, node]) < 1e-8
+    assert (
+        abs(q[first, node] + 0.6 * p[first, node]) < 1e-8
+        and abs(q[last, node] - 0.6 * p[last, node]) < 1e-8
+    )
     assert "refined on the vertex" in [attempt.outcome for attempt in limit.record.attempts]
 
 
 def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatch):
-    """On both bounds and safe, with multipliers of the least load factor, but at the largest one."""
+    """On both bounds and safe, with multipliers of the least load factor, but at the largest
+    one."""
     contact = system(*FIRST_PAIR)
     right = fo.guaranteed_limit(contact, CYCLE, 0.6)
-    lying(monkeypatch, lambda program, name, x, y: (largest(program), y) if is_critical(program) else None)
+    lying(
+        monkeypatch,
+        lambda program, name, x, y: (largest(program), y) if is_critical(program) else None,
+    )
     try:
         limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     except fo.SolverError as error:
-        assert "refined on the vertex, residual" in str(error)  # the vertex of these rows is no better
+        assert "refined on the vertex, residual" in str(
+            error
+        )  # the vertex of these rows is no better
     else:
         assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
     unpolished(monkeypatch)
@@ -77,7 +103,8 @@ def test_a_witness_at_more_than_the_least_load_factor_is_not_accepted(monkeypatc
 
 
 def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch):
-    """On both bounds and safe at the largest load factor, with multipliers of the right work that residual slip can help against."""
+    """On both bounds and safe at the largest load factor, with multipliers of the right work that
+    residual slip can help against."""
     contact, told = system(*FIRST_PAIR), []
     right = fo.guaranteed_limit(contact, CYCLE, 0.6).load_factor
 
@@ -93,18 +120,25 @@ def test_multipliers_that_balance_nothing_prove_no_least_load_factor(monkeypatch
     unpolished(monkeypatch)
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         fo.guaranteed_limit(contact, CYCLE, 0.6)
-    assert len(told) >= len(policy.LP_SOLVERS) and right > 0 and all(abs(gap) < 1e-6 * value for gap, value in told)
+    assert (
+        len(told) >= len(policy.LP_SOLVERS)
+        and right > 0
+        and all(abs(gap) < 1e-6 * value for gap, value in told)
+    )
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1 - 1e-7])
 def test_multipliers_that_stress_the_contact_prove_nothing(share, monkeypatch):
-    """A share of the limit, safe, with slips whose work balances there, but that residual slip can help against."""
+    """A share of the limit, safe, with slips whose work balances there, but that residual slip can
+    help against."""
     contact, told = random_system(np.random.default_rng(0), 3), []
     right = fo.shakedown_limit(contact, CYCLE, 0.4, simplify=False)
 
     def less(program, name, x, y):
         y = persuasive(program, share * x)
-        told.append(abs(share * program.cost @ x + program.right @ y) / abs(share * program.cost @ x))
+        told.append(
+            abs(share * program.cost @ x + program.right @ y) / abs(share * program.cost @ x)
+        )
         assert (y >= 0).all()
         return share * x, y
 
@@ -120,7 +154,10 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
     """Friction so large that the bounds of some nodes would be wrong."""
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(2, 5))
-    contact, cycle = random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0), random_cycle(rng, 2)
+    contact, cycle = (
+        random_system(rng, nodes, loads=("mean", "a", "b"), coupling=1.0),
+        random_cycle(rng, 2),
+    )
     friction = np.full(nodes, rng.uniform(0.3, 3))
     task = pose(contact, cycle, friction)
     bounds, least = load_factor_bounds(task), least_by_node(contact, cycle, friction)
@@ -128,11 +165,16 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
 
 
 @pytest.mark.parametrize("share", [0.1, 0.25, 0.9])
-def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a_small_slip(share, monkeypatch):
-    """Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Node 1 alone limits the load, at 1."""
+def test_a_mechanism_that_stresses_the_contact_does_not_prove_a_small_limit_by_a_small_slip(
+    share, monkeypatch
+):
+    """Node 0 slips and so presses itself: it carries any load, with a slip in proportion. Node 1
+    alone limits the load, at 1."""
     wedge, shear, friction = 1e10, 1e12, 2.0
     bonded = {"P": ([0.0, 0.0], [1.0, 1e5]), "X": ([shear, 2e5], [0.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(np.eye(2), np.diag([wedge, 0.0]), np.diag([4 * wedge**2, 1.0]), [0.0, 1.0], bonded)
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(2), np.diag([wedge, 0.0]), np.diag([4 * wedge**2, 1.0]), [0.0, 1.0], bonded
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, friction).load_factor == pytest.approx(1.0, rel=1e-9)
 
@@ -164,12 +206,21 @@ def test_a_safe_slip_exists_at_the_limit_itself():
 
 @pytest.mark.parametrize("large", [1e6, 1e12, 1e13, 1e15])
 def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
-    """Node 2 slips at 0.25. The others are pressed by a load that is larger by decades, and an answer without node 2 would be inf."""
-    bonded = {"P": (np.zeros(3), np.ones(3)), "X": ([0.0, 0.0, 2.0], np.zeros(3)), "Y": (np.zeros(3), [large, large, 0.0])}
+    """Node 2 slips at 0.25. The others are pressed by a load that is larger by decades, and an
+    answer without node 2 would be inf."""
+    bonded = {
+        "P": (np.zeros(3), np.ones(3)),
+        "X": ([0.0, 0.0, 2.0], np.zeros(3)),
+        "Y": (np.zeros(3), [large, large, 0.0]),
+    }
     coupling = np.array([[0.0, 0.5, 0.0], [-0.5, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    contact = fo.ContactSystem.from_blocks(2 * np.eye(3), coupling, 2 * np.eye(3), [0.0, 1.0, 2.0], bonded)
+    contact = fo.ContactSystem.from_blocks(
+        2 * np.eye(3), coupling, 2 * np.eye(3), [0.0, 1.0, 2.0], bonded
+    )
     try:
-        limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "Y": 1.0}, {"X": -1.0}]), 0.5)
+        limit = fo.shakedown_limit(
+            contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "Y": 1.0}, {"X": -1.0}]), 0.5
+        )
     except fo.SolverError:
         assert large > 1e12  # no solver sees it, and that is said
     else:
@@ -179,16 +230,23 @@ def test_a_node_whose_load_is_small_beside_the_others_still_limits(large):
 @pytest.mark.parametrize("wedge", [1.0, 1e3, 1e6, 1e8, 1e10])
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_soft_slip_that_presses_a_stiff_node_is_no_free_one(wedge, count):
-    """Node 0 locks by a slip that its stiffness resists little beside that of its normal; node 1 limits the load, at 1. In the plane and in space."""
+    """Node 0 locks by a slip that its stiffness resists little beside that of its normal; node 1
+    limits the load, at 1. In the plane and in space."""
     stiff, shear = 4 * wedge**2, 1e6
     if count == 1:
         bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([shear, 2.0], [0.0, 0.0])}
-        contact = fo.ContactSystem.from_blocks(np.eye(2), np.diag([wedge, 0.0]), np.diag([stiff, 1.0]), [0.0, 1.0], bonded)
+        contact = fo.ContactSystem.from_blocks(
+            np.eye(2), np.diag([wedge, 0.0]), np.diag([stiff, 1.0]), [0.0, 1.0], bonded
+        )
     else:
         S = np.diag([1.0, 1.0, 1.0, 1.0, stiff, 1.0])
         S[0, 4] = S[4, 0] = wedge
         bonded = {"P": [0.0, 0.0, 0.0, 0.0, 1.0, 1.0], "X": [shear, 2.0, 0.0, 0.0, 0.0, 0.0]}
-        contact = fo.ContactSystem(S, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], {name: np.array(value) for name, value in bonded.items()})
+        contact = fo.ContactSystem(
+            S,
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+            {name: np.array(value) for name, value in bonded.items()},
+        )
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, 2.0).load_factor == pytest.approx(1.0, rel=1e-8)
 
@@ -196,20 +254,32 @@ def test_a_soft_slip_that_presses_a_stiff_node_is_no_free_one(wedge, count):
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e13, 1e15])
 @pytest.mark.parametrize("simplify", [True, False])
 def test_a_stiff_neighbour_does_not_make_a_pair_uncoupled(stiff, simplify):
-    """A coupled pair, lambda_1 = 0.45 (closed form of two nodes), and a node that carries the more: each stands for itself, however stiff."""
+    """A coupled pair, lambda_1 = 0.45 (closed form of two nodes), and a node that carries the more:
+    each stands for itself, however stiff."""
     A, B = np.diag([2.0, 2.0, stiff]), np.zeros((3, 3))
     A[0, 1] = A[1, 0] = -1.0
     B[0, 1], B[1, 0] = 0.5, -0.5
     bonded = {"P": (np.zeros(3), np.ones(3)), "Q": ([1.0, 0.5, 0.1], np.zeros(3))}
-    contact = fo.ContactSystem.from_blocks(A, B, np.diag([2.0, 2.0, stiff]), [0.0, 1.0, 2.0], bonded)
-    limit = fo.guaranteed_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.5, simplify=simplify)
-    assert (limit.load_factor, limit.shakedown.load_factor) == pytest.approx((0.45, 15 / 28), rel=1e-8) and not limit.proven
+    contact = fo.ContactSystem.from_blocks(
+        A, B, np.diag([2.0, 2.0, stiff]), [0.0, 1.0, 2.0], bonded
+    )
+    limit = fo.guaranteed_limit(
+        contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.5, simplify=simplify
+    )
+    assert (limit.load_factor, limit.shakedown.load_factor) == pytest.approx(
+        (0.45, 15 / 28), rel=1e-8
+    ) and not limit.proven
 
 
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e14, 1e16])
 def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
-    """A pair with symmetric loads and B, but A_11 = 1 and A_22 = 3, between two nodes that carry the more: the limits of the pair alone."""
-    A, B, bonded = np.diag([1.0, 3.0]), np.array([[0.3, 0.1], [-0.1, -0.3]]), {"P": (np.zeros(2), np.ones(2)), "Q": ([-1.0, 1.0], [0.2, 0.2])}
+    """A pair with symmetric loads and B, but A_11 = 1 and A_22 = 3, between two nodes that carry
+    the more: the limits of the pair alone."""
+    A, B, bonded = (
+        np.diag([1.0, 3.0]),
+        np.array([[0.3, 0.1], [-0.1, -0.3]]),
+        {"P": (np.zeros(2), np.ones(2)), "Q": ([-1.0, 1.0], [0.2, 0.2])},
+    )
     pair = fo.ContactSystem.from_blocks(A, B, 2 * np.eye(2), [0.0, 1.0], bonded)
     wide = [np.diag([stiff, 0.0, 0.0, stiff]), np.zeros((4, 4)), np.diag([stiff, 0.0, 0.0, stiff])]
     for whole, part in zip(wide, (A, B, 2 * np.eye(2)), strict=True):
@@ -225,11 +295,18 @@ def test_stiff_neighbours_do_not_make_a_pair_mirror_symmetric(stiff):
 @pytest.mark.parametrize("one", range(3))
 def test_that_there_is_no_optimum_is_for_all_solvers_to_say(monkeypatch, one):
     none, failed, x = "infeasible", "stopped", cp.Variable()
-    for statuses, error in (([none] * 3, NoOptimum), ([failed if k == one else none for k in range(3)], fo.SolverError)):
+    for statuses, error in (
+        ([none] * 3, NoOptimum),
+        ([failed if k == one else none for k in range(3)], fo.SolverError),
+    ):
         said = iter(statuses)
-        monkeypatch.setattr(chain, "run", lambda program, *_, said=said: (next(said), np.zeros(1), np.zeros(1)))
+        monkeypatch.setattr(
+            chain, "run", lambda program, *_, said=said: (next(said), np.zeros(1), np.zeros(1))
+        )
         with pytest.raises(fo.SolverError) as end:
-            chain.Chain(cp.Problem(cp.Minimize(x), [x >= 0]), {}).solve(lambda: pytest.fail("nothing to judge"))
+            chain.Chain(cp.Problem(cp.Minimize(x), [x >= 0]), {}).solve(
+                lambda: pytest.fail("nothing to judge")
+            )
         assert type(end.value) is error
 
 
@@ -239,7 +316,9 @@ def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all
         monkeypatch.setattr(chain.Chain, "growth", lambda *_: more)
         return fo.shakedown_limit(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5)
 
-    monkeypatch.setattr(chain, "run", lambda program, *_: ("infeasible or unbounded", np.zeros(0), np.zeros(0)))
+    monkeypatch.setattr(
+        chain, "run", lambda program, *_: ("infeasible or unbounded", np.zeros(0), np.zeros(0))
+    )
     nothing = limit(NoAnswer(frozenset(), None, 1e-10))
     assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and nothing.residual == 1e-10
     for none in (NoAnswer(frozenset(), None, 1e-3), None):
@@ -250,7 +329,9 @@ def test_why_there_is_no_limit_is_said_with_the_error_of_its_proof_or_not_at_all
 def test_that_all_load_factors_are_safe_has_the_error_of_its_proof(monkeypatch):
     proven = chain.Chain.growth
     for error in (1e-10, 1e-3):
-        monkeypatch.setattr(chain.Chain, "growth", lambda self, error=error: proven(self)._replace(residual=error))
+        monkeypatch.setattr(
+            chain.Chain, "growth", lambda self, error=error: proven(self)._replace(residual=error)
+        )
         try:
             limit = fo.shakedown_limit(single(), fo.LoadCycle({"P": 1.0}, [{"P": 1.0}]), 0.5)
         except fo.SolverError:
@@ -261,14 +342,22 @@ def test_that_all_load_factors_are_safe_has_the_error_of_its_proof(monkeypatch):
 
 @pytest.mark.parametrize("ask", [fo.shakedown_limit, fo.guaranteed_limit])
 def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monkeypatch):
-    """A node that nothing couples to the others, and that is far from its bounds, slips beyond them; values and multipliers are right."""
+    """A node that nothing couples to the others, and that is far from its bounds, slips beyond
+    them; values and multipliers are right."""
     A, B, *loads = FIRST_PAIR
     alone = np.eye(3)
     alone[:2, :2] = A
-    pressed = [np.append(np.broadcast_to(part, 2), at_alone) for part, at_alone in zip(loads, (0.0, 5.0, 0.0, 0.0), strict=True)]
+    pressed = [
+        np.append(np.broadcast_to(part, 2), at_alone)
+        for part, at_alone in zip(loads, (0.0, 5.0, 0.0, 0.0), strict=True)
+    ]
     contact = system(alone, np.pad(B, ((0, 1), (0, 1))), *pressed)
     right = ask(contact, CYCLE, 0.6)
-    assert right.load_factor == pytest.approx(ask(system(*FIRST_PAIR), CYCLE, 0.6).load_factor, rel=1e-8) and right.residual < 1e-9
+    assert (
+        right.load_factor
+        == pytest.approx(ask(system(*FIRST_PAIR), CYCLE, 0.6).load_factor, rel=1e-8)
+        and right.residual < 1e-9
+    )
 
     def lie(compiled, z, multipliers):
         if ("rho" in compiled.problem.param_dict) == (ask is fo.guaranteed_limit):
@@ -281,7 +370,8 @@ def test_the_right_load_factor_at_a_slip_that_is_not_safe_is_no_answer(ask, monk
 
 @pytest.mark.parametrize("sense", [-1, 1])
 def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(sense, monkeypatch):
-    """A shear of 3 is above a friction bound of 0.5, and slip one way does work on it: but a residual slip takes it up, for stiffness resists."""
+    """A shear of 3 is above a friction bound of 0.5, and slip one way does work on it: but a
+    residual slip takes it up, for stiffness resists."""
     contact, cycle = single(), fo.LoadCycle({"P": 1.0, "X": 3.0}, [{"X": 1.0}, {"X": -1.0}])
     assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == pytest.approx(0.5)
 
@@ -294,7 +384,10 @@ def test_a_solver_that_finds_nothing_safe_is_believed_for_its_multipliers_alone(
                 y[cone[:, 0]], y[cone[:, 1]] = 1.0, sense
         return np.eye(1, len(x), len(x) - 1)[0], y
 
-    for lie in (slips_one_way, lambda program, name, x, y: None if is_excess(program) else "infeasible"):
+    for lie in (
+        slips_one_way,
+        lambda program, name, x, y: None if is_excess(program) else "infeasible",
+    ):
         lying(monkeypatch, lie)
         with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
             fo.shakedown_limit(contact, cycle, 0.5)
@@ -311,28 +404,43 @@ def of_moved_slip(monkeypatch, contact, friction, by, **options):
     asked, module = [], import_module("frictopt.limits.safe_slip")
     judged = module.judged
     monkeypatch.setattr(module, "judged", lambda *given: asked.append(given) or judged(*given))
-    fo.safe_slip(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0, **options)
+    fo.safe_slip(
+        contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0, **options
+    )
     program, *given = asked[-1]
     found, slip = judged(program, *given).residual, np.array(program.x.slip.value)
     program.x.slip.save_value(slip + [by, 0.0])
     return found, judged(program, *given).residual
 
 
-def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_the_least(monkeypatch):
-    """The slip of node 0 changes the pressure, or the gap, of node 1; back from its best place it has more of its own friction bound to spare."""
+def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_the_least(
+    monkeypatch,
+):
+    """The slip of node 0 changes the pressure, or the gap, of node 1; back from its best place it
+    has more of its own friction bound to spare."""
     one, pressing = np.eye(2), [[0.0, 0.0], [0.5, 0.0]]
     loads = {"P": ([0.0, 0.0], [1.0, -0.05]), "Q": ([0.1, 0.0], [0.0, 0.0])}
-    opened = fo.ContactSystem.from_blocks(one, [[0.0, 0.0], [0.02, 0.0]], one, [0.0, 1.0], loads)  # too little to press node 1
+    opened = fo.ContactSystem.from_blocks(
+        one, [[0.0, 0.0], [0.02, 0.0]], one, [0.0, 1.0], loads
+    )  # too little to press node 1
     found, moved = of_moved_slip(monkeypatch, opened, 0.5, 0.1)
     assert found < 1e-9 and moved > 1e-3
-    little = fo.ContactSystem.from_blocks(one, pressing, one, [0.0, 1.0], {"P": ([0.0, 0.0], [1.0, 0.003]), "Q": ([0.001, 0.0], [0.0, 0.0])})
+    little = fo.ContactSystem.from_blocks(
+        one,
+        pressing,
+        one,
+        [0.0, 1.0],
+        {"P": ([0.0, 0.0], [1.0, 0.003]), "Q": ([0.001, 0.0], [0.0, 0.0])},
+    )
     found, moved = of_moved_slip(monkeypatch, little, [0.005, 2.0], -1e-4)
     assert found < 1e-9 and moved > 1e-3
 
 
 def test_a_safe_slip_beyond_its_bound_is_no_answer_though_nothing_resists_it(monkeypatch):
     loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.1, 0.1], [0.0, 0.0])}
-    loose = fo.ContactSystem.from_blocks(np.zeros((2, 2)), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    loose = fo.ContactSystem.from_blocks(
+        np.zeros((2, 2)), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
+    )
     found, moved = of_moved_slip(monkeypatch, loose, 0.5, 0.3, slip_bound=0.1)
     assert found < 1e-9 and moved > 1e-3
 
@@ -347,7 +455,9 @@ def test_a_node_that_one_corner_pulls_whatever_the_load_has_no_infinite_limit(fr
     loads = {"P": ([0.0], [-1.0]), "a": ([1.0], [-1.0]), "b": ([-1.0], [0.0])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     try:
-        limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), friction, open=[False])
+        limit = fo.shakedown_limit(
+            node, fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}]), friction, open=[False]
+        )
     except fo.SolverError:
         assert friction < 1e-9
     else:
@@ -357,10 +467,17 @@ def test_a_node_that_one_corner_pulls_whatever_the_load_has_no_infinite_limit(fr
 @pytest.mark.parametrize("friction", [1e-7, 1e-6, 1e-4])
 @pytest.mark.parametrize("coupling", [-0.4, 0.3])
 def test_little_friction_in_space_has_the_limit_by_hand(friction, coupling):
-    """Both senses of the shear meet at the slip that takes the mean shear away: |+-lam + d| <= f P with d = f lam p1."""
+    """Both senses of the shear meet at the slip that takes the mean shear away: |+-lam + d| <= f P
+    with d = f lam p1."""
     q0, p1 = 0.7, 0.2
     S = [[1.0, 0.0, coupling], [0.0, 1.0, 0.0], [coupling, 0.0, 1.0]]
     loads = {"P": [q0, 0.3, 1.5], "A": [1.0, 0.0, p1], "B": [-1.0, 0.0, -p1]}
-    node = fo.ContactSystem(S, [[0.0, 0.0, 0.0]], {name: np.array(load) for name, load in loads.items()})
-    limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, [{"A": 1.0}, {"B": 1.0}]), friction, open=[False])
-    assert limit.load_factor == pytest.approx(friction * (1.5 - coupling * q0) / (1 - friction**2 * coupling * p1), rel=1e-8)
+    node = fo.ContactSystem(
+        S, [[0.0, 0.0, 0.0]], {name: np.array(load) for name, load in loads.items()}
+    )
+    limit = fo.shakedown_limit(
+        node, fo.LoadCycle({"P": 1.0}, [{"A": 1.0}, {"B": 1.0}]), friction, open=[False]
+    )
+    assert limit.load_factor == pytest.approx(
+        friction * (1.5 - coupling * q0) / (1 - friction**2 * coupling * p1), rel=1e-8
+    )

@@ -1,4 +1,5 @@
-"""Kinds of limits and the reasons that they give, in repr and `explain()`, in the plane and in space."""
+"""Kinds of limits and the reasons that they give, in repr and `explain()`, in the plane and in
+space."""
 
 import numpy as np
 import pytest
@@ -16,7 +17,9 @@ def in_plane(contact):
 
 
 def in_space(contact):
-    return embedded(contact, np.random.default_rng(0), across=contact.A)[0]  # one soft across is refused or not by rounding where the limit is 0
+    return embedded(contact, np.random.default_rng(0), across=contact.A)[
+        0
+    ]  # one soft across is refused or not by rounding where the limit is 0
 
 
 SPACES = pytest.mark.parametrize("place", [in_plane, in_space])
@@ -28,28 +31,106 @@ def plain(n, *loads, B=0.0):
 
 
 COUPLED, SHEARED = random_system(np.random.default_rng(0), 2), plain(1, 3.0, 1.0, 1.0, 0.0)
-HELD, ALONE = plain(2, 0.0, 1.0, 0.4, 1.0, B=[[0.0, 0.1], [-0.1, 0.0]]), plain(1, 0.0, 1.0, 1.0, 0.0)
-PRESSING, ONE_WAY = fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+HELD, ALONE = (
+    plain(2, 0.0, 1.0, 0.4, 1.0, B=[[0.0, 0.1], [-0.1, 0.0]]),
+    plain(1, 0.0, 1.0, 1.0, 0.0),
+)
+PRESSING, ONE_WAY = (
+    fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]),
+    fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]),
+)
 UNLOADED, PRESSED = fo.LoadCycle({}, CYCLE.corners), fo.LoadCycle({}, [{"mean": 1.0}])
 WITHIN = {"slip_bound": 0.1}
-ENDLESS, NO_GROWTH = "every load factor has a safe residual slip; ", "at no node does the cyclic shear exceed f p"
+ENDLESS, NO_GROWTH = (
+    "every load factor has a safe residual slip; ",
+    "at no node does the cyclic shear exceed f p",
+)
 STAYS = NO_GROWTH + ", so the residual slip stays bounded"
-FOLLOWS = ["a slip that grows with the load keeps every node within its friction bound; ", "slip_bound limits it"]
+FOLLOWS = [
+    "a slip that grows with the load keeps every node within its friction bound; ",
+    "slip_bound limits it",
+]
 CASES = {  # contact, cycle, options, kind, texts
     "finite": (COUPLED, CYCLE, {}, LimitKind.FINITE, ["is safe above it"]),
-    "pressing": (COUPLED, PRESSING, {}, LimitKind.UNBOUNDED, ["the shakedown limit is infinite: " + ENDLESS + NO_GROWTH]),
+    "pressing": (
+        COUPLED,
+        PRESSING,
+        {},
+        LimitKind.UNBOUNDED,
+        ["the shakedown limit is infinite: " + ENDLESS + NO_GROWTH],
+    ),
     "pressed as much as sheared": (HELD, ONE_WAY, {}, LimitKind.UNBOUNDED, [STAYS]),
-    "pressed within a slip bound": (HELD, ONE_WAY, WITHIN, LimitKind.UNBOUNDED, ["within the slip bound; ", STAYS]),
+    "pressed within a slip bound": (
+        HELD,
+        ONE_WAY,
+        WITHIN,
+        LimitKind.UNBOUNDED,
+        ["within the slip bound; ", STAYS],
+    ),
     "following": (ALONE, ONE_WAY, {}, LimitKind.UNBOUNDED, FOLLOWS),
-    "still": (COUPLED, fo.LoadCycle({"mean": 1.0}, [{}]), {}, LimitKind.UNBOUNDED, ["the corners carry no load"]),
-    "still at the contact": (plain(2, 0.0, 1.0, 0.0, 0.0), CYCLE, {}, LimitKind.UNBOUNDED, ["the corners carry no load"]),
-    "pulled": (plain(2, 0.0, -1.0, 1.0, 0.0, B=0.1), CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["compression must be positive", "sum to -2"]),
-    "pulled alone": (plain(1, 0.0, -1.0, 1.0, 0.0), CYCLE, {}, LimitKind.NO_SAFE_SLIP, ["compression must be positive", "sum to -1"]),
-    "half open": (plain(2, 0.0, [1.0, -0.5], 1.0, 0.0), CYCLE, {}, LimitKind.FINITE, ["with 1 of 2 nodes open: "]),
-    "unloaded": (COUPLED, UNLOADED, {}, LimitKind.FINITE, ["any load factor above 0", "the mean load is zero"]),
-    "unloaded within a slip bound": (COUPLED, UNLOADED, WITHIN, LimitKind.FINITE, ["the mean load is zero"]),
-    "pressed by the corner alone": (COUPLED, PRESSED, {}, LimitKind.UNBOUNDED, ["every load factor"]),
-    "bounded": (SHEARED, CYCLE, WITHIN, LimitKind.NO_SAFE_SLIP, ["within the slip bound", "larger slip_bound", "exceed"]),
+    "still": (
+        COUPLED,
+        fo.LoadCycle({"mean": 1.0}, [{}]),
+        {},
+        LimitKind.UNBOUNDED,
+        ["the corners carry no load"],
+    ),
+    "still at the contact": (
+        plain(2, 0.0, 1.0, 0.0, 0.0),
+        CYCLE,
+        {},
+        LimitKind.UNBOUNDED,
+        ["the corners carry no load"],
+    ),
+    "pulled": (
+        plain(2, 0.0, -1.0, 1.0, 0.0, B=0.1),
+        CYCLE,
+        {},
+        LimitKind.NO_SAFE_SLIP,
+        ["compression must be positive", "sum to -2"],
+    ),
+    "pulled alone": (
+        plain(1, 0.0, -1.0, 1.0, 0.0),
+        CYCLE,
+        {},
+        LimitKind.NO_SAFE_SLIP,
+        ["compression must be positive", "sum to -1"],
+    ),
+    "half open": (
+        plain(2, 0.0, [1.0, -0.5], 1.0, 0.0),
+        CYCLE,
+        {},
+        LimitKind.FINITE,
+        ["with 1 of 2 nodes open: "],
+    ),
+    "unloaded": (
+        COUPLED,
+        UNLOADED,
+        {},
+        LimitKind.FINITE,
+        ["any load factor above 0", "the mean load is zero"],
+    ),
+    "unloaded within a slip bound": (
+        COUPLED,
+        UNLOADED,
+        WITHIN,
+        LimitKind.FINITE,
+        ["the mean load is zero"],
+    ),
+    "pressed by the corner alone": (
+        COUPLED,
+        PRESSED,
+        {},
+        LimitKind.UNBOUNDED,
+        ["every load factor"],
+    ),
+    "bounded": (
+        SHEARED,
+        CYCLE,
+        WITHIN,
+        LimitKind.NO_SAFE_SLIP,
+        ["within the slip bound", "larger slip_bound", "exceed"],
+    ),
 }
 
 
@@ -62,12 +143,20 @@ def test_every_limit_says_its_kind_and_why(ask, name, simplify, place):
     limit = ask(place(contact), cycle, 0.5, simplify=simplify, **options)
     number = limit.load_factor
     assert limit.kind is kind
-    assert {LimitKind.FINITE: np.isfinite, LimitKind.UNBOUNDED: np.isposinf, LimitKind.NO_SAFE_SLIP: np.isnan}[kind](number)
+    assert {
+        LimitKind.FINITE: np.isfinite,
+        LimitKind.UNBOUNDED: np.isposinf,
+        LimitKind.NO_SAFE_SLIP: np.isnan,
+    }[kind](number)
     assert (number == 0) == name.startswith("unloaded") and limit.residual <= 1e-9
     if kind is not LimitKind.FINITE:
         rates = (limit if ask is fo.shakedown_limit else limit.shakedown).friction_rate
         assert all(np.isnan(values).all() for values in (limit.slip, *limit.reactions, rates))
-        assert kind is LimitKind.UNBOUNDED or ask is fo.guaranteed_limit or set(limit.mechanism.node) == set(range(contact.nodes))
+        assert (
+            kind is LimitKind.UNBOUNDED
+            or ask is fo.guaranteed_limit
+            or set(limit.mechanism.node) == set(range(contact.nodes))
+        )
     printed = explained(limit)
     if ask is fo.shakedown_limit or limit.node is None:
         for text in texts:
@@ -77,14 +166,20 @@ def test_every_limit_says_its_kind_and_why(ask, name, simplify, place):
 
 @SPACES
 def test_a_contact_that_locks_itself_says_so(place):
-    """A slip presses the node 2.5 times as much as it shears it: with f = 0.5 it may follow any load, with f = 0.3 it helps up to a limit."""
+    """A slip presses the node 2.5 times as much as it shears it: with f = 0.5 it may follow any
+    load, with f = 0.3 it helps up to a limit."""
     wedge = place(system(np.eye(1), [[2.5]], 0.0, 1.0, 1.0, 0.0))
     locked = fo.shakedown_limit(wedge, CYCLE, 0.5)
     assert locked.kind is LimitKind.UNBOUNDED
-    assert "wedges the contact tighter (self-locking with f = 0.5)" in locked.reason and "slip_bound limits it" in locked.reason
+    assert (
+        "wedges the contact tighter (self-locking with f = 0.5)" in locked.reason
+        and "slip_bound limits it" in locked.reason
+    )
     assert fo.shakedown_limit(wedge, CYCLE, 0.3).kind is LimitKind.FINITE
     bounded = fo.shakedown_limit(wedge, CYCLE, 0.5, slip_bound=0.4)
-    assert bounded.load_factor == pytest.approx(0.5 * (1 + 2.5 * 0.4) - 0.4) and bounded.largest_slip == pytest.approx(0.4)
+    assert bounded.load_factor == pytest.approx(
+        0.5 * (1 + 2.5 * 0.4) - 0.4
+    ) and bounded.largest_slip == pytest.approx(0.4)
 
 
 def test_the_reason_of_a_witness_names_node_and_corners():

@@ -1,4 +1,5 @@
-"""The listing is the program: it runs in a bare script by plain cvxpy, prints in a few lines, and its multipliers are motions."""
+"""The listing is the program: it runs in a bare script by plain cvxpy, prints in a few lines, and
+its multipliers are motions."""
 
 import copy
 import inspect
@@ -29,7 +30,8 @@ FINE = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), 1e-10)
 
 
 class Script:
-    """The listing in a namespace of its own, with a contact of A, B and reactions alone, and plain cvxpy."""
+    """The listing in a namespace of its own, with a contact of A, B and reactions alone, and plain
+    cvxpy."""
 
     def __init__(self, system, cycle, friction, load_factor=None):
         self.system, self.corners, names = system, range(len(cycle.corners)), {"__name__": "script"}
@@ -42,23 +44,44 @@ class Script:
 
         def loads(k):
             q1, p1 = system.reaction(cycle.corners[k])
-            return {"q0": q0, "p0": p0, f"q1[{k}]": q1, f"p1[{k}]": p1, "w0": np.zeros(0), f"w1[{k}]": np.zeros(0)}
+            return {
+                "q0": q0,
+                "p0": p0,
+                f"q1[{k}]": q1,
+                f"p1[{k}]": p1,
+                "w0": np.zeros(0),
+                f"w1[{k}]": np.zeros(0),
+            }
 
-        self.contact = SimpleNamespace(A=system.A, B=system.B, W=np.zeros((0, system.A.shape[0])), loads=loads)
-        given = None if load_factor is None else cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
+        self.contact = SimpleNamespace(
+            A=system.A, B=system.B, W=np.zeros((0, system.A.shape[0])), loads=loads
+        )
+        given = (
+            None
+            if load_factor is None
+            else cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
+        )
         self.x = self.listing.unknowns(q0.shape, self.corners, given)
-        self.f = cp.Parameter(system.nodes, nonneg=True, name="f", value=np.full(system.nodes, friction))
+        self.f = cp.Parameter(
+            system.nodes, nonneg=True, name="f", value=np.full(system.nodes, friction)
+        )
         self.rest = self.listing.rest(self.contact, self.x, self.corners)
         self.stuck = self.listing.stuck(self.x, self.f, self.corners)
 
     def solved(self, problem):
-        return problem.solve(**{"solver": "HIGHS"} if self.system.tangents == 1 else {"solver": "CLARABEL", **FINE})
+        return problem.solve(
+            **{"solver": "HIGHS"} if self.system.tangents == 1 else {"solver": "CLARABEL", **FINE}
+        )
 
 
 def asked(tangents, seed=0, nodes=3):
     """A small contact and a cycle of two corners, or three in space."""
     rng = np.random.default_rng(seed)
-    return (random_contact(rng, nodes), fo.LoadCycle({"mean": 1.0}, CORNERS)) if tangents == 2 else (random_system(rng, nodes), CYCLE)
+    return (
+        (random_contact(rng, nodes), fo.LoadCycle({"mean": 1.0}, CORNERS))
+        if tangents == 2
+        else (random_system(rng, nodes), CYCLE)
+    )
 
 
 def near(value, tangents):
@@ -72,10 +95,18 @@ def test_the_shakedown_limit_and_the_least_load_in_a_bare_script(tangents):
     assert script.solved(script.listing.shakedown(script.x, script.rest + script.stuck)) == near(
         fo.shakedown_limit(contact, cycle, 0.5).load_factor, tangents
     )
-    assert script.solved(script.listing.least_load(script.x, script.rest + script.stuck)) == pytest.approx(0.0, abs=1e-8)
-    bounded = script.rest + script.stuck + script.listing.within(script.x, script.listing.named(np.full(3, 0.02), "slip_bound"))
+    assert script.solved(
+        script.listing.least_load(script.x, script.rest + script.stuck)
+    ) == pytest.approx(0.0, abs=1e-8)
+    bounded = (
+        script.rest
+        + script.stuck
+        + script.listing.within(script.x, script.listing.named(np.full(3, 0.02), "slip_bound"))
+    )
     limit = fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.02)
-    assert script.solved(script.listing.shakedown(script.x, bounded)) == near(limit.load_factor, tangents)
+    assert script.solved(script.listing.shakedown(script.x, bounded)) == near(
+        limit.load_factor, tangents
+    )
 
 
 @BOTH
@@ -84,12 +115,22 @@ def test_a_least_load_above_zero_in_a_bare_script(tangents):
     contact, _ = asked(tangents, 1, 2)
     mean, press = (np.array(part) for part in ([-0.1, 1.0], [1.0, 0.2]))
     still = np.zeros((2, 2)) if tangents == 2 else np.zeros(2)
-    contact = type(contact)(contact.S, contact.points, {"P": (still, mean), "N": (still + 0.1, press), "M": (still - 0.05, press)})
+    contact = type(contact)(
+        contact.S,
+        contact.points,
+        {"P": (still, mean), "N": (still + 0.1, press), "M": (still - 0.05, press)},
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"M": 1.0}])
     model = fo.ShakedownModel(contact, cycle, slip_bound=0.01)
     limit, script = model.solve(0.3), Script(contact, cycle, 0.3)
-    rows = script.rest + script.stuck + script.listing.within(script.x, script.listing.named(np.full(2, 0.01), "slip_bound"))
-    assert limit.least > 0.01 and script.solved(script.listing.least_load(script.x, rows)) == near(limit.least, tangents)
+    rows = (
+        script.rest
+        + script.stuck
+        + script.listing.within(script.x, script.listing.named(np.full(2, 0.01), "slip_bound"))
+    )
+    assert limit.least > 0.01 and script.solved(script.listing.least_load(script.x, rows)) == near(
+        limit.least, tangents
+    )
 
 
 @BOTH
@@ -99,8 +140,12 @@ def test_the_margin_in_a_bare_script(tangents, load_factor):
     script, margin = Script(contact, cycle, 0.5, load_factor), cp.Variable(name="margin")
     force = contact.reaction(cycle.mean)[1].mean()
     spare, press = (dict.fromkeys(script.corners, margin * unit) for unit in (0.5 * force, force))
-    rows = script.rest + script.listing.inside(script.x, script.f, script.corners, spare, press, margin)
-    assert script.solved(script.listing.safe_slip(margin, rows)) == near(fo.safe_slip(contact, cycle, 0.5, load_factor).margin, tangents)
+    rows = script.rest + script.listing.inside(
+        script.x, script.f, script.corners, spare, press, margin
+    )
+    assert script.solved(script.listing.safe_slip(margin, rows)) == near(
+        fo.safe_slip(contact, cycle, 0.5, load_factor).margin, tangents
+    )
 
 
 @BOTH
@@ -108,20 +153,31 @@ def test_the_slip_that_goes_furthest_in_a_bare_script(tangents):
     """By the vertices of a program of raw slips, the same by hand."""
     contact, cycle = asked(tangents)
     direction = np.random.default_rng(1).normal(size=len(contact.A))
-    script, way = Script(contact, cycle, 0.5, 0.2), cp.Parameter(len(direction), name="direction", value=direction)
+    script, way = (
+        Script(contact, cycle, 0.5, 0.2),
+        cp.Parameter(len(direction), name="direction", value=direction),
+    )
     found = script.solved(script.listing.furthest(script.x, way, script.rest + script.stuck))
     model = fo.ShakedownModel(contact, cycle)
     goal = direction @ (contact.A @ cp.vec(model.slip, order="F"))
-    assert found == near(model.solve(0.5, [model.load_factor == 0.2], objective=goal).objective, tangents)
+    assert found == near(
+        model.solve(0.5, [model.load_factor == 0.2], objective=goal).objective, tangents
+    )
 
 
 @BOTH
 def test_the_slip_that_presses_most_in_a_bare_script(tangents):
-    """It is 1 where all are pressed as the mean node is; of little mean pressure, the largest least of the pressures."""
+    """It is 1 where all are pressed as the mean node is; of little mean pressure, the largest least
+    of the pressures."""
     contact, cycle = asked(tangents)
-    cycle, force = fo.LoadCycle({"mean": 1.0}, [{**corner, "mean": -0.7} for corner in cycle.corners]), float(contact.reaction(cycle.mean)[1].mean())
+    cycle, force = (
+        fo.LoadCycle({"mean": 1.0}, [{**corner, "mean": -0.7} for corner in cycle.corners]),
+        float(contact.reaction(cycle.mean)[1].mean()),
+    )
     script, least = Script(contact, cycle, 0.5, 1.0), cp.Variable(name="least")
-    rows = script.rest + script.listing.within(script.x, script.listing.named(np.full(3, 0.05), "slip_bound"))
+    rows = script.rest + script.listing.within(
+        script.x, script.listing.named(np.full(3, 0.05), "slip_bound")
+    )
     found = script.solved(script.listing.most_pressed(script.x, least, force, script.corners, rows))
     pressed, _ = best_pressed(contact, cycle, 1.0, 0.05)
     assert found == near(pressed.least, tangents) and found < 0.9
@@ -129,31 +185,57 @@ def test_the_slip_that_presses_most_in_a_bare_script(tangents):
 
 @BOTH
 def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
-    """What its loads need from the package's answer: with the slip, its reactions are that at the limit."""
+    """What its loads need from the package's answer: with the slip, its reactions are that at the
+    limit."""
     contact, cycle = asked(tangents, 3)
     limit = fo.guaranteed_limit(contact, cycle, 0.6)
-    state = next(one for (one,) in critical_states(pose(contact, cycle, 0.6)) if one.node == limit.node)
+    state = next(
+        one for (one,) in critical_states(pose(contact, cycle, 0.6)) if one.node == limit.node
+    )
     script = Script(contact, cycle, 0.6)
     own = (np.arange(contact.nodes) == limit.node).astype(float)
     loose, node = cp.Constant(own * 1.0), cp.Parameter(len(own), name="node", value=own)
     q0, p0 = contact.reaction(cycle.mean)
-    load = [script.listing.at_node(node, script.listing.named(value, name)) for name, value in {"q0": q0, "p0": p0}.items()]
+    load = [
+        script.listing.at_node(node, script.listing.named(value, name))
+        for name, value in {"q0": q0, "p0": p0}.items()
+    ]
     *shear, pressure = state.rate
-    needed = cp.Constant(shear if tangents == 2 else shear[0], name="c"), cp.Constant(pressure, name="rho")
+    needed = (
+        cp.Constant(shear if tangents == 2 else shear[0], name="c"),
+        cp.Constant(pressure, name="rho"),
+    )
     rows = script.rest + script.listing.stuck(script.x, script.f, script.corners, loose=loose)
     found = script.solved(script.listing.critical(script.x, node, load, needed, cp.Minimize, rows))
-    assert 0 < limit.load_factor < limit.shakedown.load_factor and found == near(limit.load_factor, tangents)
+    assert 0 < limit.load_factor < limit.shakedown.load_factor and found == near(
+        limit.load_factor, tangents
+    )
 
 
 @BOTH
 def test_the_best_preload_in_a_bare_script(tangents):
     contact, cycle = asked(tangents)
     model = fo.DesignModel(contact, cycle, preloads=["mean"])
-    best, script, preload = model.solve(0.5, [model.preload <= 0.4]), Script(contact, cycle, 0.5), cp.Variable(name="preload")
+    best, script, preload = (
+        model.solve(0.5, [model.preload <= 0.4]),
+        Script(contact, cycle, 0.5),
+        cp.Variable(name="preload"),
+    )
     q, p = contact.reaction({"mean": 1.0})
-    rows = script.listing.rest(script.contact, script.x, script.corners, dict.fromkeys(script.corners, (preload * q, preload * p))) + script.stuck
+    rows = (
+        script.listing.rest(
+            script.contact,
+            script.x,
+            script.corners,
+            dict.fromkeys(script.corners, (preload * q, preload * p)),
+        )
+        + script.stuck
+    )
     found = script.solved(script.listing.shakedown(script.x, [*rows, preload <= 0.4]))
-    assert found == near(best.load_factor, tangents) and found > 1.1 * fo.shakedown_limit(contact, cycle, 0.5).load_factor
+    assert (
+        found == near(best.load_factor, tangents)
+        and found > 1.1 * fo.shakedown_limit(contact, cycle, 0.5).load_factor
+    )
 
 
 @cache
@@ -162,32 +244,77 @@ def answers():
     contact, cycle = asked(1)
     lift = contact.with_gap([0.0, 0.0, 8.0])
     model = fo.DesignModel(contact, cycle, preloads=["mean"], profile=True)
-    own, chosen, little = fo.ShakedownModel(contact, cycle), fo.ShakedownModel(contact, cycle), cp.Constant(0.1, name="little")
+    own, chosen, little = (
+        fo.ShakedownModel(contact, cycle),
+        fo.ShakedownModel(contact, cycle),
+        cp.Constant(0.1, name="little"),
+    )
     lower, space = fo.guaranteed_limit(contact, cycle, 0.6), asked(2)
-    apart, round_trip = (fo.ShakedownModel(one.with_gap([0.0, 0.0, 8.0]), turns) for one, turns in (asked(1), space))
+    apart, round_trip = (
+        fo.ShakedownModel(one.with_gap([0.0, 0.0, 8.0]), turns) for one, turns in (asked(1), space)
+    )
     angles = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
-    turns = fo.LoadCycle({"mean": 1.0}, [{"a": np.cos(angle), "b": np.sin(angle)} for angle in angles])
+    turns = fo.LoadCycle(
+        {"mean": 1.0}, [{"a": np.cos(angle), "b": np.sin(angle)} for angle in angles]
+    )
     return {
         "shakedown": (limit := fo.shakedown_limit(contact, cycle, 0.5), limit.load_factor),
-        "bounded": (limit := fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.02), limit.load_factor),
+        "bounded": (
+            limit := fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.02),
+            limit.load_factor,
+        ),
         "little": (limit := fo.shakedown_limit(contact, cycle, 0.005), limit.load_factor),
-        "open, little and own": (limit := apart.solve(0.005, [cp.abs(apart.q) <= little * 50]), limit.load_factor),
-        "open in space": (limit := round_trip.solve(0.5, [cp.norm(round_trip.slip, axis=1) <= little]), limit.load_factor),
-        "many corners in space": (limit := fo.shakedown_limit(space[0], turns, 0.5), limit.load_factor),
+        "open, little and own": (
+            limit := apart.solve(0.005, [cp.abs(apart.q) <= little * 50]),
+            limit.load_factor,
+        ),
+        "open in space": (
+            limit := round_trip.solve(0.5, [cp.norm(round_trip.slip, axis=1) <= little]),
+            limit.load_factor,
+        ),
+        "many corners in space": (
+            limit := fo.shakedown_limit(space[0], turns, 0.5),
+            limit.load_factor,
+        ),
         "open": (limit := fo.shakedown_limit(lift, cycle, 0.5), limit.load_factor),
         "own": (limit := own.solve(0.5, [own.slip <= little]), limit.load_factor),
-        "objective": (limit := chosen.solve(0.5, objective=chosen.load_factor - cp.norm1(chosen.slip)), limit.objective),
+        "objective": (
+            limit := chosen.solve(0.5, objective=chosen.load_factor - cp.norm1(chosen.slip)),
+            limit.objective,
+        ),
         "margin": (safe := fo.safe_slip(contact, cycle, 0.5, 0.2), safe.margin),
         "guaranteed": (lower, lower.load_factor),
-        "design": (best := model.solve(0.5, [cp.abs(model.preload) <= little, cp.abs(model.profile) <= little]), best.load_factor),
+        "design": (
+            best := model.solve(
+                0.5, [cp.abs(model.preload) <= little, cp.abs(model.profile) <= little]
+            ),
+            best.load_factor,
+        ),
         "space": (limit := fo.shakedown_limit(*asked(2), 0.5), limit.load_factor),
         "margin in space": (safe := fo.safe_slip(*asked(2), 0.5, 0.2), safe.margin),
         "guaranteed in space": (lower := fo.guaranteed_limit(*asked(2), 0.5), lower.load_factor),
     }
 
 
-OF_PLANE = ["shakedown", "bounded", "little", "open, little and own", "open", "own", "objective", "margin", "guaranteed", "design"]
-OF_SPACE = ["open in space", "many corners in space", "space", "margin in space", "guaranteed in space"]
+OF_PLANE = [
+    "shakedown",
+    "bounded",
+    "little",
+    "open, little and own",
+    "open",
+    "own",
+    "objective",
+    "margin",
+    "guaranteed",
+    "design",
+]
+OF_SPACE = [
+    "open in space",
+    "many corners in space",
+    "space",
+    "margin in space",
+    "guaranteed in space",
+]
 EACH = pytest.mark.parametrize("name", [*OF_PLANE, *OF_SPACE])
 
 
@@ -201,8 +328,15 @@ def test_a_listing_is_a_few_lines_of_names(name):
     printed = str(answer.problem)
     assert len(printed.splitlines()) <= 14, printed
     numbers = re.sub(r"\b(0\.0|1\.0|2\.0|50\.0)\b", "", printed)  # cvxpy prints 0, 1, 2 and 50 so
-    assert not re.search(r"\d\.\d", numbers) and "[[" not in printed and "..." not in printed.replace("k = 0, 1, ..., 23", ""), printed
-    assert answer.problem.value == pytest.approx(value, rel=1e-12, abs=1e-12) and answer.problem.status == "optimal"
+    assert (
+        not re.search(r"\d\.\d", numbers)
+        and "[[" not in printed
+        and "..." not in printed.replace("k = 0, 1, ..., 23", "")
+    ), printed
+    assert (
+        answer.problem.value == pytest.approx(value, rel=1e-12, abs=1e-12)
+        and answer.problem.status == "optimal"
+    )
 
 
 @EACH
@@ -215,17 +349,28 @@ def test_plain_cvxpy_finds_the_same_value(name):
 
 
 @EACH
-@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))], ids=["copy", "deepcopy", "pickle"])
+@pytest.mark.parametrize(
+    "way",
+    [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))],
+    ids=["copy", "deepcopy", "pickle"],
+)
 def test_a_copy_has_a_problem_of_its_own_with_the_same_values(way, name):
     answer = answers()[name][0]
     again = way(answer).problem
-    assert str(again) == str(answer.problem) and (again.value, again.status) == (answer.problem.value, "optimal")
+    assert str(again) == str(answer.problem) and (again.value, again.status) == (
+        answer.problem.value,
+        "optimal",
+    )
     for mine, other in zip(answer.problem.variables(), again.variables(), strict=True):
         assert np.array_equal(mine.value, other.value) and mine is not other
     for mine, other in zip(answer.problem.constraints, again.constraints, strict=True):
         assert all(
             np.array_equal(*pair)
-            for pair in zip((one.value for one in mine.dual_variables), (one.value for one in other.dual_variables), strict=True)
+            for pair in zip(
+                (one.value for one in mine.dual_variables),
+                (one.value for one in other.dual_variables),
+                strict=True,
+            )
         )
     if "f" in again.param_dict:
         before = again.param_dict["f"].value.copy()
@@ -239,7 +384,9 @@ def test_friction_set_by_hand_gives_the_answer_with_that_friction(tangents):
     problem = fo.shakedown_limit(contact, cycle, 0.5).problem
     for friction in (0.3, [0.4, 0.2, 0.7]):
         problem.param_dict["f"].value = np.broadcast_to(friction, 3)
-        found = problem.solve(**{"solver": "HIGHS"} if tangents == 1 else {"solver": "CLARABEL", **FINE})
+        found = problem.solve(
+            **{"solver": "HIGHS"} if tangents == 1 else {"solver": "CLARABEL", **FINE}
+        )
         assert found == near(fo.shakedown_limit(contact, cycle, friction).load_factor, tangents)
 
 
@@ -257,7 +404,9 @@ for problem, solver in ((answer.problem, solver) for solver in (None, "CLARABEL"
     for again in (copy.deepcopy(problem), pickle.loads(pickle.dumps(problem)), copy.deepcopy(copy.deepcopy(problem)), copy.copy(problem)):
         print((again.solve(solver="CLARABEL", tol_feas=1e-10, tol_gap_abs=1e-10, tol_gap_rel=1e-10) - value) / (1 + abs(value)))
 """
-    run = subprocess.run([sys.executable, "-c", script], input=given, capture_output=True, check=False)
+    run = subprocess.run(
+        [sys.executable, "-c", script], input=given, capture_output=True, check=False
+    )
     assert run.returncode == 0, run.stderr.decode()
     off = np.array(run.stdout.split(), dtype=float)
     assert len(off) == 3 * 4 * len(some) and np.abs(off).max() <= 1e-6
@@ -270,18 +419,25 @@ def test_a_copy_of_a_model_that_has_answered_takes_rows_on_its_own_unknowns(tang
     right = model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02]).load_factor
     script = "import cvxpy as cp, pickle, sys; own = [cp.Variable(3) for _ in range(20)]; model = pickle.load(sys.stdin.buffer);"
     script += "print(model.solve(0.5, [model.q[0] <= 0.3, model.slip <= 0.02, *(one == 1.0 for one in own)]).load_factor)"
-    printed = subprocess.run([sys.executable, "-c", script], input=pickle.dumps(model), capture_output=True, check=True).stdout
+    printed = subprocess.run(
+        [sys.executable, "-c", script], input=pickle.dumps(model), capture_output=True, check=True
+    ).stdout
     assert float(printed) == pytest.approx(right, rel=1e-7)
     for again in (copy.copy(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model))):
         assert again.slip.id != model.slip.id
-        assert again.solve(0.5, [again.q[0] <= 0.3, again.slip <= 0.02]).load_factor == pytest.approx(right, rel=1e-9)
+        assert again.solve(
+            0.5, [again.q[0] <= 0.3, again.slip <= 0.02]
+        ).load_factor == pytest.approx(right, rel=1e-9)
         with pytest.raises(fo.ModelError, match="of another model"):
             again.solve(0.5, [model.q[0] <= 0.3])
 
 
 def test_each_question_is_at_most_fifteen_lines():
     """Besides its docstring; a mixed-integer increment has a line for each of its twelve rows."""
-    for function in (*(one for _, one in inspect.getmembers(models, inspect.isfunction)), *(vars(increments)[name] for name in INCREMENTS)):
+    for function in (
+        *(one for _, one in inspect.getmembers(models, inspect.isfunction)),
+        *(vars(increments)[name] for name in INCREMENTS),
+    ):
         if inspect.getmodule(function) in (models, increments):
             body = inspect.getsource(function).replace(f'"""{function.__doc__}"""', "")
             lines = [line for line in body.splitlines() if line.strip()][1:]
@@ -292,14 +448,19 @@ INCREMENTS = {"frozen_bound": 15, "complementarity": 15, "exact": 23}
 
 
 def test_a_result_that_cvxpy_has_solved_again_can_be_pickled_and_solved_in_another_process():
-    """What solvers leave in a problem cannot be pickled, and unknowns of one process have the numbers of others in another one."""
+    """What solvers leave in a problem cannot be pickled, and unknowns of one process have the
+    numbers of others in another one."""
     contact, cycle = asked(1)
     limit = fo.shakedown_limit(contact, cycle, 0.5)
     for solver in ("CLARABEL", "HIGHS"):
         limit.problem.solve(solver=solver)
     given = pickle.dumps(limit)
-    script = "import pickle, sys; print(pickle.load(sys.stdin.buffer).problem.solve(solver='HIGHS'))"
-    printed = subprocess.run([sys.executable, "-c", script], input=given, capture_output=True, check=True).stdout
+    script = (
+        "import pickle, sys; print(pickle.load(sys.stdin.buffer).problem.solve(solver='HIGHS'))"
+    )
+    printed = subprocess.run(
+        [sys.executable, "-c", script], input=given, capture_output=True, check=True
+    ).stdout
     assert float(printed) == pytest.approx(limit.load_factor, rel=1e-9)
 
 
@@ -310,10 +471,21 @@ def test_a_file_that_highs_writes_has_the_limit_as_its_optimum(tmp_path):
     program, zero = highspy.HighsLp(), data["dims"].zero
     rows = data["A"].tocsc()
     program.num_col_, program.num_row_, program.col_cost_ = rows.shape[1], rows.shape[0], data["c"]
-    program.col_lower_, program.col_upper_ = np.full(rows.shape[1], -highspy.kHighsInf), np.full(rows.shape[1], highspy.kHighsInf)
-    program.row_lower_, program.row_upper_ = np.r_[data["b"][:zero], np.full(rows.shape[0] - zero, -highspy.kHighsInf)], data["b"]
+    program.col_lower_, program.col_upper_ = (
+        np.full(rows.shape[1], -highspy.kHighsInf),
+        np.full(rows.shape[1], highspy.kHighsInf),
+    )
+    program.row_lower_, program.row_upper_ = (
+        np.r_[data["b"][:zero], np.full(rows.shape[0] - zero, -highspy.kHighsInf)],
+        data["b"],
+    )
     matrix = program.a_matrix_
-    matrix.format_, matrix.start_, matrix.index_, matrix.value_ = highspy.MatrixFormat.kColwise, rows.indptr, rows.indices, rows.data
+    matrix.format_, matrix.start_, matrix.index_, matrix.value_ = (
+        highspy.MatrixFormat.kColwise,
+        rows.indptr,
+        rows.indices,
+        rows.data,
+    )
     writer, reader = highspy.Highs(), highspy.Highs()
     for one in (writer, reader):
         one.setOptionValue("output_flag", False)
@@ -326,31 +498,50 @@ def test_a_file_that_highs_writes_has_the_limit_as_its_optimum(tmp_path):
 
 @BOTH
 @pytest.mark.parametrize("seed", few([0, 1], 1))
-def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_the_limit(tangents, seed):
-    """Cyclic reactions of each corner in a load case of its own are changed a little, one entry by one."""
+def test_multipliers_of_reactions_are_the_slips_of_the_mechanism_and_rates_of_the_limit(
+    tangents, seed
+):
+    """Cyclic reactions of each corner in a load case of its own are changed a little, one entry by
+    one."""
     contact, cycle = asked(tangents, seed)
     own = fo.LoadCycle(cycle.mean, [{f"corner {k}": 1.0} for k in range(len(cycle.corners))])
     loads = {f"corner {k}": contact.reaction(corner) for k, corner in enumerate(cycle.corners)}
     limit = fo.shakedown_limit(contact.with_bonded(loads), own, 0.5)
     table, n = limit.multipliers, contact.nodes
-    total = sum(np.linalg.norm(table[table.row == f"q[{k}]"].multiplier.to_numpy().reshape(n, -1), axis=1).sum() for k in range(len(own.corners)))
+    total = sum(
+        np.linalg.norm(
+            table[table.row == f"q[{k}]"].multiplier.to_numpy().reshape(n, -1), axis=1
+        ).sum()
+        for k in range(len(own.corners))
+    )
     for _, slip in limit.mechanism.iterrows():
-        rows = table[(table.row == f"q[{slip.corner}]") & (table.node == slip.node)].multiplier.to_numpy()
+        rows = table[
+            (table.row == f"q[{slip.corner}]") & (table.node == slip.node)
+        ].multiplier.to_numpy()
         along = [slip.direction] if tangents == 1 else [slip.slip1, slip.slip2]
         assert rows / total == pytest.approx(slip.share * np.array(along), abs=1e-7)
     step = 1e-5
     for k in range(len(own.corners)):
         for part, name in enumerate("qp"):
-            rates = table[table.row == f"{name}[{k}]"].sort_values(["node", "component"]).multiplier.to_numpy()
+            rates = (
+                table[table.row == f"{name}[{k}]"]
+                .sort_values(["node", "component"])
+                .multiplier.to_numpy()
+            )
             found = np.zeros(len(rates))
             for entry in range(len(rates)):
                 limits = []
                 for sign in (1.0, -1.0):
                     moved = [np.array(each) for each in loads[f"corner {k}"]]
                     moved[part].flat[entry] += sign * step
-                    limits.append(fo.shakedown_limit(contact.with_bonded({**loads, f"corner {k}": tuple(moved)}), own, 0.5).load_factor)
+                    limits.append(
+                        fo.shakedown_limit(
+                            contact.with_bonded({**loads, f"corner {k}": tuple(moved)}), own, 0.5
+                        ).load_factor
+                    )
                 found[entry] = (limits[0] - limits[1]) / (2 * step)
-            # the row says q == q0 + load_factor q1 + q_r: what q1 adds to its right side counts by the load factor
+            # the row says q == q0 + load_factor q1 + q_r: what q1 adds to its right side counts by
+            # the load factor
             assert found == pytest.approx(limit.load_factor * rates, rel=1e-4, abs=1e-6)
 
 

@@ -1,4 +1,5 @@
-"""Rates of both limits with loads, interferences and friction, from multipliers alone, against differences of limits asked anew."""
+"""Rates of both limits with loads, interferences and friction, from multipliers alone, against
+differences of limits asked anew."""
 
 import numpy as np
 import pytest
@@ -16,7 +17,8 @@ EXAMPLES = settings(phases=[Phase.explicit])  # alone
 
 
 def agrees(rate, limit, asked, slack=1e-4):
-    """The rate is between the slopes on both sides: a kink has a rate between. `asked(step)` is the limit after a step."""
+    """The rate is between the slopes on both sides: a kink has a rate between. `asked(step)` is the
+    limit after a step."""
     sides = []
     for step in (-STEP, STEP):
         moved = asked(step)
@@ -27,18 +29,29 @@ def agrees(rate, limit, asked, slack=1e-4):
 
 
 def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
-    """Rates with every amplitude of the loads, with interferences, and with friction; returns the limit."""
+    """Rates with every amplitude of the loads, with interferences, and with friction; returns the
+    limit."""
     n, f = contact.nodes, np.broadcast_to(f, contact.nodes)
 
     def asked(system, mean, fixed, corners, friction=f, **options):
-        return ask(system, fo.LoadCycle(mean, corners, fixed or None), friction, slip_bound=most, **options)
+        return ask(
+            system, fo.LoadCycle(mean, corners, fixed or None), friction, slip_bound=most, **options
+        )
 
-    parts = [dict(cycle.mean)], [dict(part) for part in cycle.fixed or ()], [dict(corner) for corner in cycle.corners]
+    parts = (
+        [dict(cycle.mean)],
+        [dict(part) for part in cycle.fixed or ()],
+        [dict(corner) for corner in cycle.corners],
+    )
     limit = asked(contact, *parts[0], *parts[1:])
-    same = {"open": limit.open} if ask is fo.shakedown_limit else {}  # the rates are those of the limit with these open nodes
+    same = (
+        {"open": limit.open} if ask is fo.shakedown_limit else {}
+    )  # the rates are those of the limit with these open nodes
     assume(1e-2 < limit.load_factor < np.inf and limit.least == 0)
     own = [(0, 0, case) for case in dict.fromkeys([*cycle.mean, *contact.bonded])]
-    own += [(kind, k, case) for kind in (1, 2) for k, loads in enumerate(parts[kind]) for case in loads]
+    own += [
+        (kind, k, case) for kind in (1, 2) for k, loads in enumerate(parts[kind]) for case in loads
+    ]
     assert len(limit.load_rates) == len(own)
     for row, (kind, k, case) in zip(limit.load_rates.itertuples(), own, strict=True):
 
@@ -51,9 +64,19 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
         agrees(row.rate, limit, moved, slack)
     for node, here in enumerate(np.eye(n)):
         fitted = contact.with_interference({"fit": here})
-        agrees(limit.interference_rate[node], limit, lambda by, fitted=fitted: asked(fitted, {**cycle.mean, "fit": by}, *parts[1:], **same), slack)
+        agrees(
+            limit.interference_rate[node],
+            limit,
+            lambda by, fitted=fitted: asked(fitted, {**cycle.mean, "fit": by}, *parts[1:], **same),
+            slack,
+        )
         if ask is fo.shakedown_limit:
-            agrees(limit.friction_rate[node], limit, lambda by, here=here: asked(contact, *parts[0], *parts[1:], f + by * here, **same), slack)
+            agrees(
+                limit.friction_rate[node],
+                limit,
+                lambda by, here=here: asked(contact, *parts[0], *parts[1:], f + by * here, **same),
+                slack,
+            )
     return limit
 
 
@@ -67,16 +90,27 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
     coupling=st.sampled_from([0.0, 0.5]),
 )
 def test_in_the_plane(seed, nodes, f, most, fixed, coupling):
-    contact = random_system(np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=coupling)
-    cycle = fo.LoadCycle(CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None)
+    contact = random_system(
+        np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=coupling
+    )
+    cycle = fo.LoadCycle(
+        CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None
+    )
     limit = rates_agree(fo.shakedown_limit, contact, cycle, f, most)
     taken = contact.with_gap(STEP * np.arange(nodes))
     lost = fo.shakedown_limit(taken, cycle, f, slip_bound=most).load_factor - limit.load_factor
-    assert lost <= -STEP * limit.interference_rate @ np.arange(nodes) + 1e-4 * STEP * nodes**2  # concave
+    assert (
+        lost <= -STEP * limit.interference_rate @ np.arange(nodes) + 1e-4 * STEP * nodes**2
+    )  # concave
 
 
 @settings(max_examples=2)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 3), f=st.floats(0.2, 1.0), most=st.sampled_from([None, 0.1]))
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 3),
+    f=st.floats(0.2, 1.0),
+    most=st.sampled_from([None, 0.1]),
+)
 def test_in_space(seed, nodes, f, most):
     contact = random_contact(np.random.default_rng(seed), nodes)
     rates_agree(fo.shakedown_limit, contact, spatial_cycle(), f, most, slack=1e-3)
@@ -92,12 +126,24 @@ def test_with_open_nodes(seed):
 
 
 @settings(max_examples=1)
-@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 4), f=st.floats(0.3, 0.8), most=st.sampled_from([None, 0.3]), fixed=st.booleans())
-@example(seed=8, nodes=4, f=0.6, most=None, fixed=True)  # rows of the critical node itself rule where a part is fixed
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(2, 4),
+    f=st.floats(0.3, 0.8),
+    most=st.sampled_from([None, 0.3]),
+    fixed=st.booleans(),
+)
+@example(
+    seed=8, nodes=4, f=0.6, most=None, fixed=True
+)  # rows of the critical node itself rule where a part is fixed
 @example(seed=12, nodes=4, f=0.6, most=0.3, fixed=True)
 def test_of_the_guaranteed_limit_in_the_plane(seed, nodes, f, most, fixed):
-    contact = random_system(np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=0.8)
-    cycle = fo.LoadCycle(CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None)
+    contact = random_system(
+        np.random.default_rng(seed), nodes, loads=("mean", "cyclic", "bolt"), coupling=0.8
+    )
+    cycle = fo.LoadCycle(
+        CYCLE.mean, CYCLE.corners, fixed=[{"mean": 0.2, "bolt": 0.1}, {}] if fixed else None
+    )
     rates_agree(fo.guaranteed_limit, contact, cycle, f, most)
 
 
@@ -117,15 +163,25 @@ def test_of_the_guaranteed_limit_in_space(seed):
 @example(seed=1)
 @example(seed=2)
 def test_of_the_guaranteed_limit_with_open_nodes(seed):
-    contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap([0.0, 0.0, 3.0, 0.0])
+    contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap(
+        [0.0, 0.0, 3.0, 0.0]
+    )
     limit = rates_agree(fo.guaranteed_limit, contact, CYCLE, 0.5)
     assert limit.open.any() and limit.node is not None
 
 
 def test_the_bolt_with_the_largest_rate_presses_the_node_that_limits():
-    """Uncoupled nodes: the limit f p / |q| of the weakest, which a bolt raises by f / |q| per force on it, and the other one not at all."""
-    bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "one": ([0.0, 0.0], [1.0, 0.0]), "two": ([0.0, 0.0], [0.0, 1.0]), "Q": ([1.0, 0.4], [0.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), 3 * np.eye(2), [0, 1], bonded)
+    """Uncoupled nodes: the limit f p / |q| of the weakest, which a bolt raises by f / |q| per force
+    on it, and the other one not at all."""
+    bonded = {
+        "P": ([0.0, 0.0], [1.0, 1.0]),
+        "one": ([0.0, 0.0], [1.0, 0.0]),
+        "two": ([0.0, 0.0], [0.0, 1.0]),
+        "Q": ([1.0, 0.4], [0.0, 0.0]),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(2), np.zeros((2, 2)), 3 * np.eye(2), [0, 1], bonded
+    )
     limit = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.3)
     rates = limit.load_rates.set_index(["part", "load"])["rate"]
     assert rates["mean"].to_dict() == pytest.approx({"P": 0.3, "one": 0.3, "two": 0.0, "Q": 0.0})
@@ -137,7 +193,13 @@ def test_there_are_none_without_a_finite_limit():
     pressing = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), 0.5)
     pulled = fo.shakedown_limit(contact, fo.LoadCycle({"mean": -1.0}, [{"cyclic": 1.0}]), 0.5)
     for limit in (pressing, pulled):
-        assert not np.isfinite(limit.load_factor) and np.isnan(limit.interference_rate).all() and limit.load_rates["rate"].isna().all()
-    unloaded = fo.guaranteed_limit(random_system(np.random.default_rng(9), 3, coupling=1.0), CYCLE, 1.0)
+        assert (
+            not np.isfinite(limit.load_factor)
+            and np.isnan(limit.interference_rate).all()
+            and limit.load_rates["rate"].isna().all()
+        )
+    unloaded = fo.guaranteed_limit(
+        random_system(np.random.default_rng(9), 3, coupling=1.0), CYCLE, 1.0
+    )
     assert unloaded.load_factor == 0  # and stays there
     assert np.isnan(unloaded.interference_rate).all() and unloaded.load_rates["rate"].isna().all()

@@ -1,4 +1,5 @@
-"""What stands in the problem of an answer is true: status, multipliers, parameters changed by hand, labels, and tables of every kind of answer."""
+"""What stands in the problem of an answer is true: status, multipliers, parameters changed by hand,
+labels, and tables of every kind of answer."""
 
 import copy
 import pickle
@@ -19,7 +20,9 @@ SPACE = fo.LoadCycle({"mean": 1.0}, CORNERS)
 
 def node(coupling):
     """One node, pressed by P and sheared by Q."""
-    return fo.ContactSystem.from_blocks([[1.0]], [[coupling]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    return fo.ContactSystem.from_blocks(
+        [[1.0]], [[coupling]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
 
 
 NONE_SAFE = node(0.0), fo.LoadCycle({"P": -1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.5
@@ -32,7 +35,8 @@ def size(q):
 
 
 def critical_load(system, cycle, f, index):
-    """The guaranteed limit of one node by plain cvxpy, in two steps: first rho and c, then the least load factor at which it is critical."""
+    """The guaranteed limit of one node by plain cvxpy, in two steps: first rho and c, then the
+    least load factor at which it is critical."""
     (q0, p0), n = system.reaction(cycle.mean), system.nodes
     reactions = [system.reaction(corner) for corner in cycle.corners]
     options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
@@ -43,43 +47,73 @@ def critical_load(system, cycle, f, index):
     flat = slip if slip.ndim == 1 else cp.vec(slip, order="F")
     q_r = system.A @ flat if slip.ndim == 1 else cp.reshape(system.A @ flat, slip.shape, order="F")
     p_r, others = system.B @ flat, np.arange(n) != index
-    rows = [size((q0 + load_factor * q1 + q_r)[others]) <= cp.multiply(f, p0 + load_factor * p1 + p_r)[others] for q1, p1 in reactions]
-    rows += [q0[index] + q_r[index] == load_factor * c.value, p0[index] + p_r[index] == load_factor * rho.value]
+    rows = [
+        size((q0 + load_factor * q1 + q_r)[others])
+        <= cp.multiply(f, p0 + load_factor * p1 + p_r)[others]
+        for q1, p1 in reactions
+    ]
+    rows += [
+        q0[index] + q_r[index] == load_factor * c.value,
+        p0[index] + p_r[index] == load_factor * rho.value,
+    ]
     return cp.Problem(cp.Minimize(load_factor), rows).solve(**options)
 
 
-@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")  # of cvxpy's bounds on products of the oracle's own program
-@pytest.mark.parametrize(("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"])
+@pytest.mark.filterwarnings(
+    "ignore:invalid value:RuntimeWarning"
+)  # of cvxpy's bounds on products of the oracle's own program
+@pytest.mark.parametrize(
+    ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
+)
 def test_friction_of_a_guaranteed_problem_changed_by_hand(contact, cycle):
     """The shear and the pressure that the node needs follow from it, also in copies."""
     system = contact(np.random.default_rng(3), 3)
     limit = fo.guaranteed_limit(system, cycle, 0.6)
     options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
     of_node = limit.multipliers.query("row.str.startswith('critical')")
-    assert set(of_node.node) == {limit.node} and of_node.component.tolist() == [*range(system.tangents), 0]
-    by_hand = [copy.deepcopy(limit.problem), pickle.loads(pickle.dumps(limit)).problem, limit.problem]
+    assert set(of_node.node) == {limit.node} and of_node.component.tolist() == [
+        *range(system.tangents),
+        0,
+    ]
+    by_hand = [
+        copy.deepcopy(limit.problem),
+        pickle.loads(pickle.dumps(limit)).problem,
+        limit.problem,
+    ]
     for friction, problem in zip((0.55, 0.65, 0.7), by_hand, strict=True):
         f = np.full(system.nodes, friction)
         f[limit.node] *= 1.05
         problem.param_dict["f"].value = f
-        assert problem.solve(**options) == pytest.approx(critical_load(system, cycle, f, limit.node), rel=1e-6)
+        assert problem.solve(**options) == pytest.approx(
+            critical_load(system, cycle, f, limit.node), rel=1e-6
+        )
     limit.problem.param_dict["f"].value = np.zeros(system.nodes)
     with pytest.raises(fo.ModelError, match=f"f: 0 at node {limit.node}, .* never critical"):
         limit.problem.solve(**options)
 
 
 def test_friction_of_a_guaranteed_problem_with_a_fixed_part_changed_by_hand():
-    """The state of two corners follows from it, too: by the model asked anew, where the same corners govern."""
+    """The state of two corners follows from it, too: by the model asked anew, where the same
+    corners govern."""
     system = random_system(np.random.default_rng(5), 3, loads=("mean", "cyclic", "still"))
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}], fixed=[{"still": 0.1}, {}])
-    limit, again = fo.guaranteed_limit(system, cycle, 0.5), fo.guaranteed_limit(system, cycle, 0.501)
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}], fixed=[{"still": 0.1}, {}]
+    )
+    limit, again = (
+        fo.guaranteed_limit(system, cycle, 0.5),
+        fo.guaranteed_limit(system, cycle, 0.501),
+    )
     assert limit.node is not None and (limit.node, limit.corners) == (again.node, again.corners)
     limit.problem.param_dict["f"].value = np.full(3, 0.501)
     assert limit.problem.solve(solver="HIGHS") == pytest.approx(again.load_factor, rel=1e-7)
     assert "critical_q: c0 + q_r[" in str(limit.problem)
 
 
-@pytest.mark.parametrize(("question", "told"), [(NONE_SAFE, ("infeasible", -np.inf)), (ALL_SAFE, ("unbounded", np.inf))], ids=["none", "all"])
+@pytest.mark.parametrize(
+    ("question", "told"),
+    [(NONE_SAFE, ("infeasible", -np.inf)), (ALL_SAFE, ("unbounded", np.inf))],
+    ids=["none", "all"],
+)
 def test_a_problem_without_an_optimum_has_the_status_that_plain_cvxpy_gives_it(question, told):
     limit = fo.shakedown_limit(*question)
     problem = pickle.loads(pickle.dumps(limit)).problem
@@ -96,15 +130,22 @@ def test_own_rows_where_nothing_is_safe_without_them():
     row = model.slip <= 1.0
     row.dual_variables[0].save_value(np.ones(1))
     limit = model.solve(friction, [row])
-    assert np.isnan(limit.load_factor) and limit.problem.status == "infeasible" and row.dual_value.tolist() == [0.0]
+    assert (
+        np.isnan(limit.load_factor)
+        and limit.problem.status == "infeasible"
+        and row.dual_value.tolist() == [0.0]
+    )
 
 
 @pytest.mark.parametrize("seed", [1, 6])
 def test_own_rows_keep_the_multipliers_of_the_limit_where_no_node_is_critical_below_it(seed):
-    """Programs of nodes are solved after that of lambda_2, with the same rows. The multiplier is the derivative, by finite differences."""
+    """Programs of nodes are solved after that of lambda_2, with the same rows. The multiplier is
+    the derivative, by finite differences."""
     system = random_system(np.random.default_rng(seed), 3)
     model = fo.GuaranteedModel(system, CYCLE, simplify=False)
-    most = cp.Parameter(nonneg=True, value=0.5 * np.abs(fo.guaranteed_limit(system, CYCLE, 0.2).slip).max())
+    most = cp.Parameter(
+        nonneg=True, value=0.5 * np.abs(fo.guaranteed_limit(system, CYCLE, 0.2).slip).max()
+    )
     row = cp.norm_inf(model.slip) <= most
     limit = model.solve(0.2, [row])
     assert limit.node is None and len(limit.record.attempts) > len(limit.shakedown.record.attempts)
@@ -135,17 +176,23 @@ def test_tables_of_every_kind_of_answer_have_columns_of_the_same_types():
         assert len(set(of_answers)) == 1, (kind, of_answers)
 
 
-@pytest.mark.parametrize(("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"])
+@pytest.mark.parametrize(
+    ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
+)
 def test_each_row_has_a_label_of_its_own(contact, cycle):
     system = contact(np.random.default_rng(1), 3).with_gap([0.0, 0.0, 8.0])
     opens = fo.ShakedownModel(system, cycle)
-    design = fo.DesignModel(system, cycle, preloads=["mean"], profile=True, scenarios=[(cycle, 0.4)])
+    design = fo.DesignModel(
+        system, cycle, preloads=["mean"], profile=True, scenarios=[(cycle, 0.4)]
+    )
     size = cp.abs(design.profile) <= 0.01
     problems = [
         opens.solve(0.5, [(opens.load_factor <= 9.0).set_label("own")]).problem,
         fo.safe_slip(system, cycle, 0.5, 0.1).problem,
         fo.guaranteed_limit(system, cycle, 0.5, slip_bound=10.0).problem,
-        design.solve(0.5, [(cp.abs(design.preload) <= 0.1).set_label("bolts"), size.set_label("depth")]).problem,
+        design.solve(
+            0.5, [(cp.abs(design.preload) <= 0.1).set_label("bolts"), size.set_label("depth")]
+        ).problem,
     ]
     for problem in problems:
         labels = [row.label for row in problem.constraints]
@@ -153,7 +200,9 @@ def test_each_row_has_a_label_of_its_own(contact, cycle):
         names = {}
         for constant in problem.constants():
             value = np.asarray(constant.value).tolist()
-            assert constant.is_scalar() or names.setdefault(constant.name(), value) == value, constant.name()
+            assert constant.is_scalar() or names.setdefault(constant.name(), value) == value, (
+                constant.name()
+            )
 
 
 def test_the_rows_of_a_node_are_replaced_by_their_label():
@@ -173,7 +222,9 @@ def test_norms_in_space_are_bare_so_that_solvers_of_second_order_cones_take_them
 
 
 @pytest.mark.parametrize("friction", [[0.5, 0.5, 0.5], [0.0, 0.5, 0.5], [1e-3, 0.0, 2.0]], ids=str)
-@pytest.mark.parametrize(("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"])
+@pytest.mark.parametrize(
+    ("contact", "cycle"), [(random_system, CYCLE), (random_contact, SPACE)], ids=["plane", "space"]
+)
 def test_rows_of_pressure_that_are_left_out_change_nothing(contact, cycle, friction):
     """By the rows as they are printed, which plain cvxpy solves, and by all of them."""
     system, friction = contact(np.random.default_rng(2), 3), np.array(friction)
@@ -183,4 +234,6 @@ def test_rows_of_pressure_that_are_left_out_change_nothing(contact, cycle, frict
     options = {"solver": "HIGHS"} if system.tangents == 1 else {"solver": "CLARABEL", **FINE}
     value = copy.deepcopy(limit.problem).solve(**options)
     assert limit.load_factor == pytest.approx(every.load_factor, rel=1e-8, abs=1e-8, nan_ok=True)
-    assert np.isnan(limit.load_factor) or value == pytest.approx(limit.load_factor, rel=1e-6, abs=1e-7)
+    assert np.isnan(limit.load_factor) or value == pytest.approx(
+        limit.load_factor, rel=1e-6, abs=1e-7
+    )

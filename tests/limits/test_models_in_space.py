@@ -1,11 +1,23 @@
-"""Models in space, loads of every kind, gaps and fields: a strip one element thick against the plane, and closed forms."""
+"""Models in space, loads of every kind, gaps and fields: a strip one element thick against the
+plane, and closed forms."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
-from skfem import Basis, ElementHex1, ElementQuad1, ElementTetP1, ElementTriP1, ElementVector, MeshHex, MeshQuad, MeshTet, MeshTri
+from skfem import (
+    Basis,
+    ElementHex1,
+    ElementQuad1,
+    ElementTetP1,
+    ElementTriP1,
+    ElementVector,
+    MeshHex,
+    MeshQuad,
+    MeshTet,
+    MeshTri,
+)
 from skfem.models.elasticity import linear_elasticity
 
 import frictopt as fo
@@ -14,8 +26,15 @@ from helpers.meshes import RUBBER, THICK
 from helpers.refused import refused
 from helpers.spatial import vectors
 
-X, UP, DOWN = np.array([-1.0, -0.4, 0.1, 1.0]), np.array([0.0, 0.3, 1.0]), np.array([-1.0, -0.6, 0.0])
-WIDE, FINE = np.r_[-2.0, X, 2.0], np.array([-2.0, -1.0, -0.55, 0.3, 0.8, 1.0, 2.0])  # whose nodes match those of X, and do not
+X, UP, DOWN = (
+    np.array([-1.0, -0.4, 0.1, 1.0]),
+    np.array([0.0, 0.3, 1.0]),
+    np.array([-1.0, -0.6, 0.0]),
+)
+WIDE, FINE = (
+    np.r_[-2.0, X, 2.0],
+    np.array([-2.0, -1.0, -0.55, 0.3, 0.8, 1.0, 2.0]),
+)  # whose nodes match those of X, and do not
 FACES = {
     "contact": lambda x: (x[1] == 0) & (abs(x[0]) < 1),
     "top": lambda x: x[1] == 1,
@@ -24,8 +43,13 @@ FACES = {
     "left": lambda x: x[0] == -1,
 }
 LOADS = {
-    "traction": [fo.Traction("punch", "right", x=lambda x, y, z=0: x - y, y=lambda x, y, z=0: -1 - y / 2)],
-    "pressure": [fo.Pressure("punch", "right", lambda x, y, z=0: 1 + y**2), fo.Pressure("punch", "left", 0.3)],
+    "traction": [
+        fo.Traction("punch", "right", x=lambda x, y, z=0: x - y, y=lambda x, y, z=0: -1 - y / 2)
+    ],
+    "pressure": [
+        fo.Pressure("punch", "right", lambda x, y, z=0: 1 + y**2),
+        fo.Pressure("punch", "left", 0.3),
+    ],
     "weight": [fo.BodyForce("punch", x=0.2, y=lambda x, y, z=0: -y)],
     "heat": [fo.Expansion("punch", lambda x, y, z=0: 0.01 * x), fo.Expansion("block", 0.02)],
     "move": [fo.Displacement("block", "bottom", x=0.1, y=lambda x, y, z=0: 0.05 * x)],
@@ -34,23 +58,45 @@ LOADS = {
 
 
 def models(element="linear", x_block=WIDE):
-    """A punch on a block in plane strain, and the same one element thick, all held across but the nodes of the punch that the block holds."""
+    """A punch on a block in plane strain, and the same one element thick, all held across but the
+    nodes of the punch that the block holds."""
     found = []
     for depth in ([], [np.array([0.0, THICK])]):
         kind = MeshHex if depth else MeshQuad
-        meshes = {"punch": kind.init_tensor(X, UP, *depth), "block": kind.init_tensor(x_block, DOWN, *depth)}
-        bodies = {name: fo.Body(mesh.with_boundaries(FACES), RUBBER, element) for name, mesh in meshes.items()}
-        across = [fo.Support(name, tuple(at), "z") for name, body in bodies.items() if depth for at in body.mesh.p[:, free_across(name, body.mesh)].T]
+        meshes = {
+            "punch": kind.init_tensor(X, UP, *depth),
+            "block": kind.init_tensor(x_block, DOWN, *depth),
+        }
+        bodies = {
+            name: fo.Body(mesh.with_boundaries(FACES), RUBBER, element)
+            for name, mesh in meshes.items()
+        }
+        across = [
+            fo.Support(name, tuple(at), "z")
+            for name, body in bodies.items()
+            if depth
+            for at in body.mesh.p[:, free_across(name, body.mesh)].T
+        ]
         centre = (0.3, 0.1, 5.0) if depth else (0.3, 0.1)
         loads = LOADS | {"spin": [fo.Centrifugal("punch", 2.0, 1.5, centre)]}
         contact = fo.Contact("punch", "block", name="joint", gap=lambda x, y, z=0: 0.001 * x**2)
-        found.append(fo.ContactModel(bodies, [fo.Support("block", "bottom"), fo.Support("punch", "top", "y"), *across], loads, [contact]))
+        found.append(
+            fo.ContactModel(
+                bodies,
+                [fo.Support("block", "bottom"), fo.Support("punch", "top", "y"), *across],
+                loads,
+                [contact],
+            )
+        )
     return found
 
 
 def free_across(name, mesh):
     """Nodes of a strip that follow no others."""
-    face, midside = (mesh.p[1] == 0) & (abs(mesh.p[0]) <= 1), np.arange(mesh.p.shape[1]) >= mesh.nvertices
+    face, midside = (
+        (mesh.p[1] == 0) & (abs(mesh.p[0]) <= 1),
+        np.arange(mesh.p.shape[1]) >= mesh.nvertices,
+    )
     return ~(face & ((name == "punch") | midside))
 
 
@@ -60,7 +106,14 @@ def onto_the_plane(plane, space):
 
 
 STRIPS = pytest.mark.parametrize(
-    ("element", "x_block"), [("linear", WIDE), ("mean_dilatation", WIDE), ("quadratic", WIDE), ("linear", FINE), ("mean_dilatation", FINE)]
+    ("element", "x_block"),
+    [
+        ("linear", WIDE),
+        ("mean_dilatation", WIDE),
+        ("quadratic", WIDE),
+        ("linear", FINE),
+        ("mean_dilatation", FINE),
+    ],
 )
 
 
@@ -71,11 +124,17 @@ def test_a_strip_in_plane_strain_has_the_contact_of_the_plane(element, x_block):
     for case in flat.bonded:
         (q, p), (shear, pressure) = flat.bonded[case], solid.bonded[case]
         scale = np.abs([q, p]).max()
-        assert np.allclose(both @ shear[:, 0], THICK * q, rtol=0, atol=1e-12 * scale) and np.allclose(both @ shear[:, 1], 0.0, atol=1e-12 * scale)
+        assert np.allclose(
+            both @ shear[:, 0], THICK * q, rtol=0, atol=1e-12 * scale
+        ) and np.allclose(both @ shear[:, 1], 0.0, atol=1e-12 * scale)
         assert np.allclose(both @ pressure, THICK * p, rtol=0, atol=1e-12 * scale)
     along = np.kron([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], both)
-    assert np.allclose(along @ solid.S @ along.T, THICK * flat.S, rtol=0, atol=1e-12 * np.abs(flat.S).max())
-    assert np.allclose(solid.gap @ both.T / 2, flat.gap) and np.allclose(both @ solid.width, THICK * flat.width)
+    assert np.allclose(
+        along @ solid.S @ along.T, THICK * flat.S, rtol=0, atol=1e-12 * np.abs(flat.S).max()
+    )
+    assert np.allclose(solid.gap @ both.T / 2, flat.gap) and np.allclose(
+        both @ solid.width, THICK * flat.width
+    )
     assert set(solid.contact) == {"joint"} and solid.E_star == flat.E_star
 
 
@@ -84,24 +143,50 @@ def test_a_strip_in_plane_strain_has_the_fields_of_the_plane(element, x_block):
     plane, space = models(element, x_block)
     flat, solid = plane.condense(), space.condense()
     both, rng = onto_the_plane(flat.points, solid.points), np.random.default_rng(0)
-    v, w, loads = rng.normal(size=4), flat.gap + rng.random(4), {case: float(rng.normal()) for case in plane.loads}
-    one, two = plane.recover(loads, v), space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]))
+    v, w, loads = (
+        rng.normal(size=4),
+        flat.gap + rng.random(4),
+        {case: float(rng.normal()) for case in plane.loads},
+    )
+    one, two = (
+        plane.recover(loads, v),
+        space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)])),
+    )
     with pytest.warns(fo.ModelWarning, match="is open by"):  # any gap will do here
-        one, two = plane.recover(loads, v, w), space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]), both.T @ w)
-    assert np.allclose(both @ two.q[:, 0], THICK * one.q) and np.allclose(both @ two.p, THICK * one.p)
+        one, two = (
+            plane.recover(loads, v, w),
+            space.recover(loads, np.column_stack([both.T @ v, np.zeros(8)]), both.T @ w),
+        )
+    assert np.allclose(both @ two.q[:, 0], THICK * one.q) and np.allclose(
+        both @ two.p, THICK * one.p
+    )
     for body in plane.bodies:
         p, s = plane.bodies[body].mesh.p, space.bodies[body].mesh.p
         place = np.array([np.linalg.norm(p - at[:, None], axis=0).argmin() for at in s[:2].T])
-        assert np.allclose(two.displacement[body][:2], one.displacement[body][:, place]) and np.allclose(two.displacement[body][2], 0.0, atol=1e-12)
+        assert np.allclose(
+            two.displacement[body][:2], one.displacement[body][:, place]
+        ) and np.allclose(two.displacement[body][2], 0.0, atol=1e-12)
         for field in ("stress", "strain"):
             thick, thin = getattr(two, field)[body], getattr(one, field)[body]
-            assert thick.shape[0] == 6 and np.allclose(thick[:4], thin[:, place]) and np.allclose(thick[4:], 0.0, atol=1e-9 * np.abs(thin).max())
+            assert (
+                thick.shape[0] == 6
+                and np.allclose(thick[:4], thin[:, place])
+                and np.allclose(thick[4:], 0.0, atol=1e-9 * np.abs(thin).max())
+            )
     for side in (1, 2):
         for thick, thin in zip(two.at_contact(side), one.at_contact(side), strict=True):
             assert thick.shape == (8, 2, 2) and np.allclose(thick[:, 0, 0], both.T @ thin)
 
 
-@pytest.mark.parametrize(("kind", "element"), {MeshTri: ElementTriP1, MeshQuad: ElementQuad1, MeshTet: ElementTetP1, MeshHex: ElementHex1}.items())
+@pytest.mark.parametrize(
+    ("kind", "element"),
+    {
+        MeshTri: ElementTriP1,
+        MeshQuad: ElementQuad1,
+        MeshTet: ElementTetP1,
+        MeshHex: ElementHex1,
+    }.items(),
+)
 def test_one_stiffness_for_all_meshes_is_that_of_scikit_fem(kind, element):
     mesh = kind().refined(1)
     mesh = kind(mesh.p + 0.03 * np.random.default_rng(0).uniform(-1, 1, mesh.p.shape), mesh.t)
@@ -113,7 +198,9 @@ def test_one_stiffness_for_all_meshes_is_that_of_scikit_fem(kind, element):
 
 
 CYCLE = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
-ROUND = fo.LoadCycle({"P": 1.0}, [{"Qx": np.cos(t), "Qy": np.sin(t)} for t in np.pi / 2 * np.arange(4)])
+ROUND = fo.LoadCycle(
+    {"P": 1.0}, [{"Qx": np.cos(t), "Qy": np.sin(t)} for t in np.pi / 2 * np.arange(4)]
+)
 SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
 
 
@@ -131,7 +218,10 @@ def rotation():
 
 def rotated(model, R):
     """The same model turned in space, its loads with it."""
-    bodies = {name: replace(body, mesh=replace(body.mesh, doflocs=R @ body.mesh.p)) for name, body in model.bodies.items()}
+    bodies = {
+        name: replace(body, mesh=replace(body.mesh, doflocs=R @ body.mesh.p))
+        for name, body in model.bodies.items()
+    }
     loads = {}
     for name, parts in model.loads.items():
         turned = [(part, R @ [part.x, part.y, part.z]) for part in parts]
@@ -147,9 +237,16 @@ def test_the_whole_scene_may_be_turned(system):
         one, other = fo.shakedown_limit(system, loads, 0.5), fo.shakedown_limit(turned, loads, 0.5)
         assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
         at = 1.2 * one.load_factor
-        paths = [fo.march(contact, loads, 0.5, at, cycles=1, steps=4) for contact in (system, turned)]
-        assert paths[1].work[-1] == pytest.approx(paths[0].work[-1], rel=1e-8, abs=1e-11 * paths[0].work[-1].sum())
-        in_space = [np.einsum("nak,na->nk", contact.frames[:, :2], path.slip[-1]) for contact, path in zip((system, turned), paths, strict=True)]
+        paths = [
+            fo.march(contact, loads, 0.5, at, cycles=1, steps=4) for contact in (system, turned)
+        ]
+        assert paths[1].work[-1] == pytest.approx(
+            paths[0].work[-1], rel=1e-8, abs=1e-11 * paths[0].work[-1].sum()
+        )
+        in_space = [
+            np.einsum("nak,na->nk", contact.frames[:, :2], path.slip[-1])
+            for contact, path in zip((system, turned), paths, strict=True)
+        ]
         assert in_space[1] == pytest.approx(in_space[0] @ R.T, abs=1e-9 * np.abs(in_space[0]).max())
 
 
@@ -158,32 +255,63 @@ def test_bonded_reactions_balance_the_loads(system):
     for name, whole in {"P": (0, 0, 4.0), "Qx": (-4.0, 0, 0), "Qy": (0, -4.0, 0)}.items():
         q, p = system.reaction({name: 1.0})
         assert np.r_[q.sum(axis=0), p.sum()] == pytest.approx(np.array(whole), abs=1e-11)
-    assert np.abs(system.S @ np.kron(np.eye(3), np.ones((n, 1)))).max() < 1e-12 * np.abs(system.S).max()  # a free punch
+    assert (
+        np.abs(system.S @ np.kron(np.eye(3), np.ones((n, 1)))).max()
+        < 1e-12 * np.abs(system.S).max()
+    )  # a free punch
 
 
 def test_the_cube_of_another_code_has_its_known_limit(cube):
     job, (x, y, z) = cube, cube.points.T
     face = np.flatnonzero(np.isclose(z, 0) & (abs(x) < 1.001) & (abs(y) < 1.001))
-    sides = [job.force(np.flatnonzero(np.isclose(x, 4 * side)), traction=[side, 0.0, 0.0]) for side in (1.0, -1.0)]
-    loads = {"P": job.force(np.flatnonzero(np.isclose(z, 1.5)), traction=[0.0, 0.0, -1.0]), "sigma": sides[0] + sides[1]}
-    system = fo.condense(job.K, loads, job.pairs(face[:9], face[9:]), [0.0, 0.0, 1.0], job.unknowns, job.points)
-    assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(1.413123958619, rel=1e-9)
+    sides = [
+        job.force(np.flatnonzero(np.isclose(x, 4 * side)), traction=[side, 0.0, 0.0])
+        for side in (1.0, -1.0)
+    ]
+    loads = {
+        "P": job.force(np.flatnonzero(np.isclose(z, 1.5)), traction=[0.0, 0.0, -1.0]),
+        "sigma": sides[0] + sides[1],
+    }
+    system = fo.condense(
+        job.K, loads, job.pairs(face[:9], face[9:]), [0.0, 0.0, 1.0], job.unknowns, job.points
+    )
+    assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(
+        1.413123958619, rel=1e-9
+    )
     gap = {name: r[18:].sum() for name, r in vectors(system).items()}
     assert gap["P"] == pytest.approx(4.0)
 
 
 SIDES = {"contact": lambda x: x[1] == 0, "top": lambda x: x[1] == 1, "bottom": lambda x: x[1] == -1}
 PLANE = fo.Body(MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0]).with_boundaries(SIDES))
-TWO_SQUARES = {"punch": PLANE, "block": fo.Body(MeshQuad.init_tensor([0.0, 1.0], [-1.0, 0.0]).with_boundaries(SIDES))}
+TWO_SQUARES = {
+    "punch": PLANE,
+    "block": fo.Body(MeshQuad.init_tensor([0.0, 1.0], [-1.0, 0.0]).with_boundaries(SIDES)),
+}
 
 
 @refused(
-    ({"bodies": {"punch": PLANE, "block": SCENE.model().bodies["block"]}}, "bodies: 'punch' is plane, 'block' in space"),
+    (
+        {"bodies": {"punch": PLANE, "block": SCENE.model().bodies["block"]}},
+        "bodies: 'punch' is plane, 'block' in space",
+    ),
     ({"kinematics": "plane_stress"}, "kinematics: 'plane_stress' with bodies in space"),
-    ({"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom")]}, "Traction z: -1.0; body 'punch' is plane"),
-    ({"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom", "z")]}, "supports: directions 'z' of body 'block', which is plane"),
-    ({"supports": [fo.Support("block", (0.0, 0.0))]}, r"where: \(0.0, 0.0\); give the 3 coordinates"),
-    ({"loads": {"S": [fo.Centrifugal("punch", 1.0, centre=(0.0, 0.0))]}}, r"centre: \(0.0, 0.0\); give the 3 coordinates"),
+    (
+        {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom")]},
+        "Traction z: -1.0; body 'punch' is plane",
+    ),
+    (
+        {"bodies": TWO_SQUARES, "supports": [fo.Support("block", "bottom", "z")]},
+        "supports: directions 'z' of body 'block', which is plane",
+    ),
+    (
+        {"supports": [fo.Support("block", (0.0, 0.0))]},
+        r"where: \(0.0, 0.0\); give the 3 coordinates",
+    ),
+    (
+        {"loads": {"S": [fo.Centrifugal("punch", 1.0, centre=(0.0, 0.0))]}},
+        r"centre: \(0.0, 0.0\); give the 3 coordinates",
+    ),
 )
 def test_models_that_make_no_sense_are_refused_by_name(change):
     model = SCENE.model()

@@ -1,4 +1,5 @@
-"""Contacts that lift off somewhere under the mean load, against programs with all slips and gaps as unknowns, transients, and other ways to ask."""
+"""Contacts that lift off somewhere under the mean load, against programs with all slips and gaps as
+unknowns, transients, and other ways to ask."""
 
 import warnings
 
@@ -22,9 +23,21 @@ from validation.open_patterns import largest_with_open
 @given(st.integers(0, 10**6), st.sampled_from([CYCLE, THREE]))
 def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
     contact, friction, limit = open_contact(seed, cycle=cycle)
-    full = largest_with_open(contact, cycle, friction, np.tile(limit.open, (len(cycle.corners), 1)), 3 * limit.load_factor)
+    full = largest_with_open(
+        contact,
+        cycle,
+        friction,
+        np.tile(limit.open, (len(cycle.corners), 1)),
+        3 * limit.load_factor,
+    )
     assert full is not None and limit.load_factor == pytest.approx(full[0], rel=1e-6)
-    closed = largest_with_open(contact, cycle, friction, np.zeros((len(cycle.corners), contact.nodes), dtype=bool), 3 * limit.load_factor)
+    closed = largest_with_open(
+        contact,
+        cycle,
+        friction,
+        np.zeros((len(cycle.corners), contact.nodes), dtype=bool),
+        3 * limit.load_factor,
+    )
     assert closed is None or closed[0] <= limit.load_factor * (1 + 1e-6)
     assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
     assert limit.reason.startswith(f"with {int(limit.open.sum())} of {contact.nodes} nodes open: ")
@@ -35,7 +48,9 @@ def test_the_limit_is_that_of_a_program_in_all_slips_and_gaps(seed, cycle):
 def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     contact, cycle, limit = open_in_space(seed)
     assume(limit.open.any() and 1e-3 < limit.load_factor < np.inf)
-    assert limit.load_factor == pytest.approx(Oracle(contact, cycle, 0.6, limit.open).largest(), rel=1e-6)
+    assert limit.load_factor == pytest.approx(
+        Oracle(contact, cycle, 0.6, limit.open).largest(), rel=1e-6
+    )
     assert limit.residual <= 1e-9 and limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
     q, p = limit.reactions
     assert not q[:, limit.open].any() and not p[:, limit.open].any()
@@ -47,11 +62,19 @@ def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     contact, friction, limit = open_contact(seed, most_nodes=4)
     solid, _ = embedded(contact, np.random.default_rng(seed))
     found = fo.shakedown_limit(solid, CYCLE, friction)
-    assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and found.open.tolist() == limit.open.tolist()
-    plane, space = (fo.safe_slip(system, CYCLE, friction, 3 * limit.load_factor) for system in (contact, solid))
+    assert (
+        found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
+        and found.open.tolist() == limit.open.tolist()
+    )
+    plane, space = (
+        fo.safe_slip(system, CYCLE, friction, 3 * limit.load_factor) for system in (contact, solid)
+    )
     assert space.margin == pytest.approx(plane.margin, rel=1e-6)
     plane, space = (fo.guaranteed_limit(system, CYCLE, friction) for system in (contact, solid))
-    assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8) and (space.to_frame()["how"][space.open] == "open").all()
+    assert (
+        space.load_factor == pytest.approx(plane.load_factor, rel=1e-6, abs=1e-8)
+        and (space.to_frame()["how"][space.open] == "open").all()
+    )
 
 
 @settings(max_examples=few(5))
@@ -60,26 +83,43 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
     contact, friction, limit = open_contact(seed, most_nodes=4)
     for share in (0.5, 0.999):
         safe = fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor)
-        assert safe.exists and ("and the others open" in safe.reason) == safe.open.any()  # at less load, other nodes may be open
-        rests = fo.steady_state(contact, CYCLE, friction, share * limit.load_factor, initial_state=safe.state)
+        assert (
+            safe.exists and ("and the others open" in safe.reason) == safe.open.any()
+        )  # at less load, other nodes may be open
+        rests = fo.steady_state(
+            contact, CYCLE, friction, share * limit.load_factor, initial_state=safe.state
+        )
         assert rests.outcome is fo.Outcome.SHAKEDOWN
     beyond = fo.safe_slip(contact, CYCLE, friction, 1.001 * limit.load_factor)
-    assert not beyond.exists and beyond.certificate is not None and "open that the search finds; with others open one may be" in beyond.reason
+    assert (
+        not beyond.exists
+        and beyond.certificate is not None
+        and "open that the search finds; with others open one may be" in beyond.reason
+    )
 
 
 def test_amplitudes_of_two_loads_with_a_node_that_stays_open():
-    """Node 0 sticks while |Q| <= 0.5 (2 - R); node 1, pulled open by 1, touches where R presses it by 2 R = 1, before Q slips node 0."""
-    loads = {"P": ([0.0, 0.0], [2.0, -1.0]), "Q": ([1.0, 0.0], [0.0, 0.0]), "R": ([0.0, 0.0], [-1.0, 2.0])}
+    """Node 0 sticks while |Q| <= 0.5 (2 - R); node 1, pulled open by 1, touches where R presses it
+    by 2 R = 1, before Q slips node 0."""
+    loads = {
+        "P": ([0.0, 0.0], [2.0, -1.0]),
+        "Q": ([1.0, 0.0], [0.0, 0.0]),
+        "R": ([0.0, 0.0], [-1.0, 2.0]),
+    }
     pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
     region = fo.safe_region(pair, {"P": 1.0}, ["Q", "R"], friction=0.5)
-    assert region.vertices == pytest.approx(np.array([[1.0, 0.0], [0.75, 0.5], [0.0, 0.5]]), abs=1e-8)
+    assert region.vertices == pytest.approx(
+        np.array([[1.0, 0.0], [0.75, 0.5], [0.0, 0.5]]), abs=1e-8
+    )
     ruling = [side.iloc[0][["node", "direction"]].tolist() for side in region.mechanisms]
     assert [node for node, _ in ruling] == [0, 1]
 
 
 @settings(max_examples=few(5))
 @given(st.integers(0, 10**6))
-def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing(seed):
+def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing(
+    seed,
+):
     contact, friction, limit = open_contact(seed)
     above = 1.2 * limit.load_factor
     least = limit.least_slip(above)
@@ -97,17 +137,28 @@ def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_n
 def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
     contact, cycle, best = open_in_space(seed, nodes=4)
     assert best.residual <= 1e-9
-    every = [opened for opened in np.array(np.meshgrid(*[[False, True]] * 4)).reshape(4, -1).T if not opened.all()]
+    every = [
+        opened
+        for opened in np.array(np.meshgrid(*[[False, True]] * 4)).reshape(4, -1).T
+        if not opened.all()
+    ]
     most = np.nanmax([Oracle(contact, cycle, 0.6, opened).largest() for opened in every])
     assert best.load_factor == pytest.approx(most, rel=1e-6)
 
 
 def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
-    """Two nodes in space that do not feel each other: the mean load opens the first by 0.1, and the second one rests under any cyclic load."""
+    """Two nodes in space that do not feel each other: the mean load opens the first by 0.1, and the
+    second one rests under any cyclic load."""
     still, shear = np.zeros((2, 2)), np.array([[0.0, 0.0], [0.1, 0.0]])
-    bonded = {"mean": (still, np.array([-0.1, 0.0])), "press": (shear, np.ones(2)), "lift": (-shear, np.array([-1.0, 1.0]))}
+    bonded = {
+        "mean": (still, np.array([-0.1, 0.0])),
+        "press": (shear, np.ones(2)),
+        "lift": (-shear, np.array([-1.0, 1.0])),
+    }
     contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], bonded)
-    best = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}]), 0.5)
+    best = fo.shakedown_limit(
+        contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}]), 0.5
+    )
     assert best.load_factor == pytest.approx(0.1) and best.open.tolist() == [True, False]
 
 
@@ -122,10 +173,16 @@ def test_what_is_said_of_a_rounded_punch(punch, paper_cycle):
     """Table, copy and picture name the open nodes; a bound on the slip lowers the limit."""
     contact = punch(8).with_gap(2.0 * punch(8).x ** 4)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.6)
-    assert limit.to_frame()["open"].tolist() == limit.open.tolist() and limit.open[[0, -1]].all() and not limit.open[4]
+    assert (
+        limit.to_frame()["open"].tolist() == limit.open.tolist()
+        and limit.open[[0, -1]].all()
+        and not limit.open[4]
+    )
     assert f"nodes: {int(limit.open.sum())} of 9 stay open" in limit.record.left_out
     bounded = fo.shakedown_limit(contact, paper_cycle, 0.6, slip_bound=0.5 * limit.largest_slip)
-    assert 0 < bounded.load_factor < limit.load_factor and np.abs(bounded.slip[~bounded.open]).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
+    assert 0 < bounded.load_factor < limit.load_factor and np.abs(
+        bounded.slip[~bounded.open]
+    ).max() <= 0.5 * limit.largest_slip * (1 + 1e-9)
     assert "open" not in fo.shakedown_limit(punch(8), paper_cycle, 0.6).to_frame()
 
 
@@ -139,8 +196,18 @@ def test_transients_verify_a_guaranteed_limit_with_open_nodes(seed):
     of_witness(limit)
     check = fo.verify(limit, starts=10, moved=1)
     above = check.runs[check.runs["start"] == "witness"]
-    assert limit.open.any() and limit.node is not None and check.persists and above["outcome"].tolist() == ["CYCLIC_SLIP"]
-    assert check.dies_out and not check.undecided and check.residual <= 1e-9 and set(check.runs["start"]) == {"witness", "moved witness", "random"}
+    assert (
+        limit.open.any()
+        and limit.node is not None
+        and check.persists
+        and above["outcome"].tolist() == ["CYCLIC_SLIP"]
+    )
+    assert (
+        check.dies_out
+        and not check.undecided
+        and check.residual <= 1e-9
+        and set(check.runs["start"]) == {"witness", "moved witness", "random"}
+    )
 
 
 @pytest.mark.parametrize("seed", [14, 15])
@@ -149,7 +216,9 @@ def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed
     contact, friction = pulled_system(rng, int(rng.integers(2, 7))), float(rng.uniform(0.1, 1.0))
     limit = fo.guaranteed_limit(contact, CYCLE, friction)
     assert not fo.verify(limit, starts=60, moved=1).dies_out
-    assert limit.reason.endswith("starts from which nodes open and close in every cycle may slip for ever below it")
+    assert limit.reason.endswith(
+        "starts from which nodes open and close in every cycle may slip for ever below it"
+    )
 
 
 @pytest.mark.parametrize("seed", [1, 17])
@@ -157,7 +226,9 @@ def test_no_set_that_differs_by_one_node_is_better(seed):
     contact, cycle, best = open_in_space(seed, nodes=9)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of solutions that are less accurate
-        assert best.load_factor == pytest.approx(Oracle(contact, cycle, 0.6, best.open).largest(), rel=1e-4)
+        assert best.load_factor == pytest.approx(
+            Oracle(contact, cycle, 0.6, best.open).largest(), rel=1e-4
+        )
         for node in range(contact.nodes):
             other = best.open.copy()
             other[node] = ~other[node]
@@ -167,26 +238,53 @@ def test_no_set_that_differs_by_one_node_is_better(seed):
 @pytest.mark.parametrize("solver", ["CLARABEL", "INTERIOR_POINT"])
 @pytest.mark.parametrize("seed", [1, 5, 17])
 def test_that_nothing_is_safe_with_all_nodes_closed_is_proven_by_multipliers(seed, solver):
-    """Its multipliers are slips and openings that stress nothing, on which the mean load does work and the cyclic one none."""
+    """Its multipliers are slips and openings that stress nothing, on which the mean load does work
+    and the cyclic one none."""
     contact, cycle, limit = open_in_space(seed)
     claim = fo.ShakedownModel(contact, cycle, solver=solver).of_set(pose(contact, cycle, 0.6))
-    motion, (q0, p0), (q1, p1) = claim._motion, contact.closed_reaction(cycle.mean), cycle.corner_reactions(contact)
-    assert limit.open.any() and claim.kind is fo.LimitKind.NO_SAFE_SLIP and claim.residual <= 1e-9 and not claim.open.any()
-    work = [float((motion.moves[:, :-1].swapaxes(1, 2) * q).sum() + (motion.moves[:, -1] * p).sum()) for q, p in ((q0, p0), (q1, p1))]
+    motion, (q0, p0), (q1, p1) = (
+        claim._motion,
+        contact.closed_reaction(cycle.mean),
+        cycle.corner_reactions(contact),
+    )
+    assert (
+        limit.open.any()
+        and claim.kind is fo.LimitKind.NO_SAFE_SLIP
+        and claim.residual <= 1e-9
+        and not claim.open.any()
+    )
+    work = [
+        float((motion.moves[:, :-1].swapaxes(1, 2) * q).sum() + (motion.moves[:, -1] * p).sum())
+        for q, p in ((q0, p0), (q1, p1))
+    ]
     assert work[0] < -1e-3 * motion.size.sum() and work[1] <= 1e-7 * motion.size.sum()
-    assert np.abs(contact.S[: -contact.nodes] @ motion.moves.sum(axis=0).ravel()).max() <= 1e-7 * motion.size.sum() and motion.opening.min() >= 0
+    assert (
+        np.abs(contact.S[: -contact.nodes] @ motion.moves.sum(axis=0).ravel()).max()
+        <= 1e-7 * motion.size.sum()
+        and motion.opening.min() >= 0
+    )
 
 
 def test_nodes_that_open_beyond_a_jump_are_left_out():
-    """Friction is above its critical value at the first node: the exact path under the mean load ends at a jump, beyond which the node is open."""
-    A, B, C = [[1.351, 2.040], [2.040, 7.362]], [[-2.027, -3.535], [0.386, 0.939]], [[7.626, -2.224], [-2.224, 1.063]]
+    """Friction is above its critical value at the first node: the exact path under the mean load
+    ends at a jump, beyond which the node is open."""
+    A, B, C = (
+        [[1.351, 2.040], [2.040, 7.362]],
+        [[-2.027, -3.535], [0.386, 0.939]],
+        [[7.626, -2.224], [-2.224, 1.063]],
+    )
     bonded = {"mean": ([-0.201, 0.0592], [0.0, 1.568]), "cyclic": ([1.0, 0.5], [0.5, 0.1])}
-    contact, friction = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], bonded), np.array([0.727, 0.558])
+    contact, friction = (
+        fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], bonded),
+        np.array([0.727, 0.558]),
+    )
     with pytest.raises(fo.NoContinuation, match="would jump"):
         fo.steady_state(contact, CYCLE, friction, 0.0)
     limit = fo.shakedown_limit(contact, CYCLE, friction)
     assert limit.open.tolist() == [True, False]
-    full = largest_with_open(contact, CYCLE, friction, np.tile(limit.open, (2, 1)), 3 * limit.load_factor)
+    full = largest_with_open(
+        contact, CYCLE, friction, np.tile(limit.open, (2, 1)), 3 * limit.load_factor
+    )
     assert full is not None and limit.load_factor == pytest.approx(full[0], rel=1e-7)
 
 
@@ -194,7 +292,9 @@ def test_a_closed_node_without_friction_is_named_where_others_are_open():
     """Node 0 is pulled open, node 1 pressed, and node 2 pressed without friction."""
     loads = {"P": [0, 0, 0, 0, 0, 0, -1, 1, 1], "X": [0, 1, 1, 0, 0, 0, 0, 0, 0]}
     three = fo.ContactSystem(np.eye(9), [[0, 0, 0], [1, 0, 0], [2, 0, 0]], loads)
-    limit = fo.shakedown_limit(three, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.5, 0.0])
+    limit = fo.shakedown_limit(
+        three, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.5, 0.0]
+    )
     assert limit.open.tolist() == [True, False, False] and limit.load_factor == 0.0
     assert "node 2 has no friction" in limit.reason and set(limit.mechanism["node"]) == {2}
 
@@ -212,14 +312,21 @@ def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe
     assert told.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == told.margin
 
 
-@pytest.mark.parametrize(("shear", "stiff", "held"), [(0.0, 1.0, True), (0.5, 1.0, False), (0.0, 0.0, False)])
+@pytest.mark.parametrize(
+    ("shear", "stiff", "held"), [(0.0, 1.0, True), (0.5, 1.0, False), (0.0, 0.0, False)]
+)
 def test_open_nodes_may_be_free_aside_where_no_load_takes_them_and_nowhere_else(shear, stiff, held):
-    """Nothing resists the slip of node 1; while it is open nothing carries its shear, or without stiffness its lift. The other one carries f p."""
+    """Nothing resists the slip of node 1; while it is open nothing carries its shear, or without
+    stiffness its lift. The other one carries f p."""
     bonded = {"P": ([0.0, 0.0], [1.0, -1.0]), "Q": ([1.0, shear], [0.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(np.diag([1.0, 0.0]), np.zeros((2, 2)), np.diag([1.0, stiff]), [0.0, 1.0], bonded)
+    contact = fo.ContactSystem.from_blocks(
+        np.diag([1.0, 0.0]), np.zeros((2, 2)), np.diag([1.0, stiff]), [0.0, 1.0], bonded
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     if held:
-        assert fo.shakedown_limit(contact, cycle, 0.5, open=[False, True]).load_factor == pytest.approx(0.5, rel=1e-9)
+        assert fo.shakedown_limit(
+            contact, cycle, 0.5, open=[False, True]
+        ).load_factor == pytest.approx(0.5, rel=1e-9)
     else:
         with pytest.raises(fo.ModelError, match="too few closed nodes"):
             fo.shakedown_limit(contact, cycle, 0.5, open=[False, True])

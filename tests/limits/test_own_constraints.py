@@ -1,4 +1,5 @@
-"""Constraints and objectives of the user's own, in the plane and in space, against programs over raw slips with every row of every corner."""
+"""Constraints and objectives of the user's own, in the plane and in space, against programs over
+raw slips with every row of every corner."""
 
 import cvxpy as cp
 import numpy as np
@@ -13,26 +14,48 @@ from helpers.liars import misread
 from helpers.oracle import Oracle
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
-from helpers.systems import CYCLE, NODE, SEEDS, explained, freed, linprog_limit, linprog_margin, mirrored, on_both_bounds, random_system
+from helpers.systems import (
+    CYCLE,
+    NODE,
+    SEEDS,
+    explained,
+    freed,
+    linprog_limit,
+    linprog_margin,
+    mirrored,
+    on_both_bounds,
+    random_system,
+)
 
 BOTH = pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 TURNS = spatial_cycle()
 
 
 def contact_of(rng, nodes, tangents, coupling=0.5):
-    return random_contact(rng, nodes, coupling) if tangents == 2 else random_system(rng, nodes, ("mean", *"abc"), coupling)
+    return (
+        random_contact(rng, nodes, coupling)
+        if tangents == 2
+        else random_system(rng, nodes, ("mean", *"abc"), coupling)
+    )
 
 
 def test_a_model_says_what_it_asks():
     contact = random_system(np.random.default_rng(0), 2)
     for kind in (fo.ShakedownModel, fo.GuaranteedModel, fo.SafeSlipModel):
         assert repr(kind(contact, CYCLE)) == f"{kind.__name__}({contact!r}, {CYCLE})"
-    assert repr(fo.DesignModel(contact, CYCLE, preloads=["mean"])) == f"DesignModel({contact!r}, {CYCLE})"
+    assert (
+        repr(fo.DesignModel(contact, CYCLE, preloads=["mean"]))
+        == f"DesignModel({contact!r}, {CYCLE})"
+    )
 
 
 def agrees(limit, value, rel=1e-7):
-    """A limit and its proof, with the value of an oracle: nan where nothing is safe, inf without an end."""
-    assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9
+    """A limit and its proof, with the value of an oracle: nan where nothing is safe, inf without an
+    end."""
+    assert (
+        limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
+        and limit.residual <= 1e-9
+    )
     if limit.kind is fo.LimitKind.FINITE:
         assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-8)
 
@@ -42,19 +65,30 @@ def agrees(limit, value, rel=1e-7):
 @given(
     seed=SEEDS,
     f=st.floats(0.1, 1.0),
-    coupling=st.sampled_from([0.0, 0.5]),  # without any, a limit has a closed form, but not under constraints
+    coupling=st.sampled_from(
+        [0.0, 0.5]
+    ),  # without any, a limit has a closed form, but not under constraints
     at=st.sampled_from([0.0, 0.1, 3.0]),
     cost=st.sampled_from([0.0, 0.3, 3.0]),
     simplify=st.booleans(),
     solver=st.sampled_from([None, "CLARABEL"]),
     free=st.booleans(),
 )
-def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(tangents, seed, f, coupling, at, cost, simplify, solver, free):
-    """`free`: in the plane, of a body that nothing holds against a slide; not for one solver alone."""
+def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(
+    tangents, seed, f, coupling, at, cost, simplify, solver, free
+):
+    """`free`: in the plane, of a body that nothing holds against a slide; not for one solver
+    alone."""
     rng, rel = np.random.default_rng(seed), 1e-7 if tangents == 1 else 1e-6
-    contact, weights = contact_of(rng, 3, tangents, coupling), rng.normal(size=(3, tangents)).squeeze()
+    contact, weights = (
+        contact_of(rng, 3, tangents, coupling),
+        rng.normal(size=(3, tangents)).squeeze(),
+    )
     contact = freed(contact) if free and tangents == 1 and solver is None else contact
-    model, oracle = fo.ShakedownModel(contact, TURNS, simplify=simplify, solver=solver), Oracle(contact, TURNS, f)
+    model, oracle = (
+        fo.ShakedownModel(contact, TURNS, simplify=simplify, solver=solver),
+        Oracle(contact, TURNS, f),
+    )
 
     def own(slip, lam, q, p):
         return [
@@ -65,19 +99,33 @@ def test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions(t
             cp.norm(q[2][1]) <= 0.8 * f * p[2][1],
         ]
 
-    mine, same = own(model.slip, model.load_factor, model.q, model.p), own(oracle.slip, oracle.lam, oracle.q, oracle.p)
+    mine, same = (
+        own(model.slip, model.load_factor, model.q, model.p),
+        own(oracle.slip, oracle.lam, oracle.q, oracle.p),
+    )
     limit = model.solve(f, mine)
     agrees(limit, oracle.largest(same), rel)
     if limit.kind is fo.LimitKind.FINITE:
         values = model.slip, model.load_factor, model.q, model.p
-        for expression, value in zip(values, (limit.slip, limit.load_factor, *limit.reactions), strict=True):
+        for expression, value in zip(
+            values, (limit.slip, limit.load_factor, *limit.reactions), strict=True
+        ):
             assert expression.value == pytest.approx(value, abs=1e-9)
-        goals = [2 * lam - cost * cp.sum(cp.abs(slip)) for lam, slip in ((model.load_factor, model.slip), (oracle.lam, oracle.slip))]
+        goals = [
+            2 * lam - cost * cp.sum(cp.abs(slip))
+            for lam, slip in ((model.load_factor, model.slip), (oracle.lam, oracle.slip))
+        ]
         chosen = model.solve(f, mine, objective=goals[0])
         rough = rel if tangents == 1 else 10 * rel
-        assert chosen.objective == pytest.approx(oracle.largest(same, goals[1]), rel=rough, abs=rough / 10)
-        assert chosen.bound == pytest.approx(chosen.objective, rel=1e-7, abs=1e-8) and f"objective={chosen.objective:.6g}" in repr(chosen)
-        assert 2 * chosen.load_factor - cost * np.abs(chosen.slip).sum() == pytest.approx(chosen.objective, abs=1e-8)
+        assert chosen.objective == pytest.approx(
+            oracle.largest(same, goals[1]), rel=rough, abs=rough / 10
+        )
+        assert chosen.bound == pytest.approx(
+            chosen.objective, rel=1e-7, abs=1e-8
+        ) and f"objective={chosen.objective:.6g}" in repr(chosen)
+        assert 2 * chosen.load_factor - cost * np.abs(chosen.slip).sum() == pytest.approx(
+            chosen.objective, abs=1e-8
+        )
         assert chosen.load_factor <= limit.load_factor * (1 + 1e-8) and "no limit" in chosen.reason
 
 
@@ -86,28 +134,65 @@ def test_constraints_that_nothing_obeys_are_named(tangents):
     contact = contact_of(np.random.default_rng(2), 3, tangents)
     model, safe = fo.ShakedownModel(contact, TURNS), fo.SafeSlipModel(contact, TURNS)
     above = model.solve(0.4).load_factor * 1.01
-    harmless, impossible = model.slip <= 10.0, (model.load_factor >= above).set_label("service load")
+    harmless, impossible = (
+        model.slip <= 10.0,
+        (model.load_factor >= above).set_label("service load"),
+    )
     limit = model.solve(0.4, [harmless, impossible])
-    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and np.isnan(limit.slip).all()
-    assert "obeys service load:" in limit.reason and limit.constraints == ("constraints[0]", "service load")
+    assert (
+        limit.kind is fo.LimitKind.NO_SAFE_SLIP
+        and np.isnan(limit.load_factor)
+        and np.isnan(limit.slip).all()
+    )
+    assert "obeys service load:" in limit.reason and limit.constraints == (
+        "constraints[0]",
+        "service load",
+    )
     limit = model.solve(0.4, [harmless, model.load_factor >= 0.98 * above])
     printed = explained(limit)
-    assert all(text in printed for text in ("slip <= 10.0", "the dual bound covers them", f"answer      {limit.load_factor:.12g}"))
-    low, high = (cp.sum(safe.slip[0]) <= 0.1).set_label("low"), (cp.sum(safe.slip[0]) >= 0.2).set_label("high")
-    with pytest.raises(fo.ModelError, match=r"low, high: no residual slip, safe or not, obeys this at load factor 0\.3"):
+    assert all(
+        text in printed
+        for text in (
+            "slip <= 10.0",
+            "the dual bound covers them",
+            f"answer      {limit.load_factor:.12g}",
+        )
+    )
+    low, high = (
+        (cp.sum(safe.slip[0]) <= 0.1).set_label("low"),
+        (cp.sum(safe.slip[0]) >= 0.2).set_label("high"),
+    )
+    with pytest.raises(
+        fo.ModelError,
+        match=r"low, high: no residual slip, safe or not, obeys this at load factor 0\.3",
+    ):
         safe.solve(0.4, 0.3, [low, safe.slip <= 7.0, high])
     assert safe.solve(0.4, 0.3, [low]).constraints == ("low",)
 
 
 def test_all_forms_of_a_constraint_say_the_same():
-    model, own = fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE), cp.Variable(3)
-    bounds = [model.slip <= 0.05], [cp.NonNeg(0.05 - model.slip)], [0.05 >= model.slip], [cp.max(model.slip) <= 0.05]
+    model, own = (
+        fo.ShakedownModel(random_system(np.random.default_rng(1), 3), CYCLE),
+        cp.Variable(3),
+    )
+    bounds = (
+        [model.slip <= 0.05],
+        [cp.NonNeg(0.05 - model.slip)],
+        [0.05 >= model.slip],
+        [cp.max(model.slip) <= 0.05],
+    )
     plus, minus = (cp.Variable(3, nonneg=True, name=name) for name in ("plus", "minus"))
-    own_sums = [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06], [model.slip == plus - minus, cp.sum(plus + minus) <= 0.06]
+    own_sums = (
+        [own >= model.slip, own >= -model.slip, cp.sum(own) <= 0.06],
+        [model.slip == plus - minus, cp.sum(plus + minus) <= 0.06],
+    )
     sums = [cp.norm1(model.slip) <= 0.06], *own_sums  # with variables of one's own
     for forms in (bounds, sums):
         limits = [model.solve(0.4, form).load_factor for form in forms]
-        assert limits == pytest.approx([limits[0]] * len(limits), rel=1e-9) and limits[0] < 0.99 * model.solve(0.4).load_factor
+        assert (
+            limits == pytest.approx([limits[0]] * len(limits), rel=1e-9)
+            and limits[0] < 0.99 * model.solve(0.4).load_factor
+        )
 
 
 def test_dense_equations_say_the_same_however_they_are_scaled():
@@ -135,7 +220,10 @@ def test_dense_equations_say_the_same_however_they_are_scaled():
 
 
 def test_a_constraint_on_one_side_of_a_mirror_symmetric_contact_is_not_lost():
-    contact, cycle = mirrored(np.random.default_rng(3), 4), fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}])
+    contact, cycle = (
+        mirrored(np.random.default_rng(3), 4),
+        fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"one": -1.0}]),
+    )
     model = fo.ShakedownModel(contact, cycle)
     most = 0.5 * model.solve(0.5).slip[0]
     row = np.eye(4)[0] * np.sign(most)
@@ -148,19 +236,29 @@ def test_an_uncoupled_contact_under_constraints():
     model = fo.ShakedownModel(contact, CYCLE)
     closed = model.solve(0.4)
     limit = model.solve(0.4, [model.slip <= -0.15])
-    assert limit.load_factor < closed.load_factor == pytest.approx(linprog_limit(contact, CYCLE, 0.4)[1], rel=1e-8)
-    agrees(limit, linprog_limit(contact, CYCLE, 0.4, upper=[(row, 0.0, -0.15) for row in np.eye(3)])[1])
+    assert (
+        limit.load_factor
+        < closed.load_factor
+        == pytest.approx(linprog_limit(contact, CYCLE, 0.4)[1], rel=1e-8)
+    )
+    agrees(
+        limit, linprog_limit(contact, CYCLE, 0.4, upper=[(row, 0.0, -0.15) for row in np.eye(3)])[1]
+    )
 
 
 def test_units_do_not_matter_and_the_value_of_the_problem_is_the_load_factor():
     contact, base = random_system(np.random.default_rng(5), 4), None
     for stiff, load in ((1.0, 1.0), (1e12, 1.0), (1.0, 1e9), (1e-9, 1e-3)):
         loads = {name: (load * q, load * p) for name, (q, p) in contact.bonded.items()}
-        changed = fo.ContactSystem.from_blocks(stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads)
+        changed = fo.ContactSystem.from_blocks(
+            stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads
+        )
         model = fo.ShakedownModel(changed, CYCLE)
         limit = model.solve(0.4, [cp.abs(model.slip) <= 0.05 * load / stiff])
         base = base or limit.load_factor
-        assert limit.load_factor == pytest.approx(base, rel=1e-8) and np.abs(limit.slip).max() <= 0.05 * load / stiff * (1 + 1e-8)
+        assert limit.load_factor == pytest.approx(base, rel=1e-8) and np.abs(
+            limit.slip
+        ).max() <= 0.05 * load / stiff * (1 + 1e-8)
         assert limit.problem.value == pytest.approx(limit.load_factor, rel=1e-10)
     assert base < fo.shakedown_limit(contact, CYCLE, 0.4).load_factor * 0.999
 
@@ -171,19 +269,29 @@ def test_a_sweep_under_constraints_is_one_compiled_problem_and_rates_are_slopes(
     constraints = [model.slip <= 0.05, model.load_factor <= 5 - 10 * model.slip[2]]
     table = model.sweep([0.4 - 1e-5, 0.4, 0.4 + 1e-5], constraints)
     assert model.solve(0.3, constraints).problem is (limit := model.solve(0.4, constraints)).problem
-    assert limit.friction_rate.sum() == pytest.approx(np.diff(table.load_factor)[0] / 1e-5, rel=1e-3)
+    assert limit.friction_rate.sum() == pytest.approx(
+        np.diff(table.load_factor)[0] / 1e-5, rel=1e-3
+    )
     assert limit.load_rates.rate.isna().all() and not model.solve(0.4).load_rates.rate.isna().any()
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_strength_that_rules_leaves_friction_no_rate(tangents):
-    """One node under a shear alone: with `|q| <= c` below `f p` the limit is c over the shear, and more friction changes nothing."""
-    zero, loads = [0.0] * (tangents - 1), {"P": [0.0] * tangents + [1.0], "Q": [1.0] + [0.0] * tangents}
+    """One node under a shear alone: with `|q| <= c` below `f p` the limit is c over the shear, and
+    more friction changes nothing."""
+    zero, loads = (
+        [0.0] * (tangents - 1),
+        {"P": [0.0] * tangents + [1.0], "Q": [1.0] + [0.0] * tangents},
+    )
     contact = fo.ContactSystem(np.eye(tangents + 1), [[0.0, *zero, 0.0]], loads)
     model = fo.ShakedownModel(contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
-    sizes = [cp.abs(model.q[k]) if tangents == 1 else cp.norm(model.q[k], 2, axis=1) for k in (0, 1)]
+    sizes = [
+        cp.abs(model.q[k]) if tangents == 1 else cp.norm(model.q[k], 2, axis=1) for k in (0, 1)
+    ]
     limit = model.solve(0.5, [size <= 0.3 for size in sizes])
-    assert limit.load_factor == pytest.approx(0.3) and limit.friction_rate == pytest.approx([0.0], abs=1e-9)
+    assert limit.load_factor == pytest.approx(0.3) and limit.friction_rate == pytest.approx(
+        [0.0], abs=1e-9
+    )
     assert model.solve(0.2, [size <= 0.3 for size in sizes]).friction_rate == pytest.approx([1.0])
 
 
@@ -194,32 +302,71 @@ def test_a_strength_that_rules_leaves_friction_no_rate(tangents):
         (lambda model: model.slip, r"constraints\[0\]"),
         (lambda model: cp.norm1(model.slip) >= 1, r"constraints\[0\]: not convex"),
         (lambda model: cp.exp(model.load_factor) <= 2, r"constraints\[0\].*ExpCone cone"),
-        (lambda model: model.slip <= cp.Variable(3, boolean=True, name="own"), r"constraints\[0\]: variable own is an integer"),
-        (lambda model: model.slip <= cp.Variable(3, integer=True, name="own"), r"constraints\[0\]: variable own is an integer"),
-        (lambda model: model.slip <= cp.Variable((3, 3), PSD=True, name="own")[0], r"constraints\[0\]: variable own is PSD; give"),
-        (lambda model: model.slip <= cp.diag(cp.Variable((3, 3), diag=True, name="own")), r"constraints\[0\]: variable own is diag; give"),
-        (lambda model: model.slip <= cp.Variable(3, sparsity=[(0, 1)], name="own"), r"constraints\[0\]: variable own is sparsity; give"),
-        (lambda model: cp.abs(cp.Variable(3, complex=True, name="own")) <= 1, r"constraints\[0\]: variable own is complex; give"),
-        (lambda model: cp.abs(cp.Variable(3, imag=True, name="own")) <= 1, r"constraints\[0\]: variable own is imag; give"),
-        (lambda model: model.slip <= cp.Parameter(name="most"), r"constraints\[0\]: parameter most has no value"),
         (
-            lambda model: cp.abs(model.slip + cp.Parameter(complex=True, value=1j, name="most")) <= 1,
+            lambda model: model.slip <= cp.Variable(3, boolean=True, name="own"),
+            r"constraints\[0\]: variable own is an integer",
+        ),
+        (
+            lambda model: model.slip <= cp.Variable(3, integer=True, name="own"),
+            r"constraints\[0\]: variable own is an integer",
+        ),
+        (
+            lambda model: model.slip <= cp.Variable((3, 3), PSD=True, name="own")[0],
+            r"constraints\[0\]: variable own is PSD; give",
+        ),
+        (
+            lambda model: model.slip <= cp.diag(cp.Variable((3, 3), diag=True, name="own")),
+            r"constraints\[0\]: variable own is diag; give",
+        ),
+        (
+            lambda model: model.slip <= cp.Variable(3, sparsity=[(0, 1)], name="own"),
+            r"constraints\[0\]: variable own is sparsity; give",
+        ),
+        (
+            lambda model: cp.abs(cp.Variable(3, complex=True, name="own")) <= 1,
+            r"constraints\[0\]: variable own is complex; give",
+        ),
+        (
+            lambda model: cp.abs(cp.Variable(3, imag=True, name="own")) <= 1,
+            r"constraints\[0\]: variable own is imag; give",
+        ),
+        (
+            lambda model: model.slip <= cp.Parameter(name="most"),
+            r"constraints\[0\]: parameter most has no value",
+        ),
+        (
+            lambda model: (
+                cp.abs(model.slip + cp.Parameter(complex=True, value=1j, name="most")) <= 1
+            ),
             r"constraints\[0\]: parameter most is not finite or",
         ),
         (lambda model: model.slip <= np.nan, r"constraints\[0\]: a constant is not finite"),
-        (lambda model: model.slip <= np.array([0.1, np.inf, 0.1]), r"constraints\[0\]: a constant is not finite"),
-        (lambda model: model.slip <= sp.csr_array([[np.inf, 0.0, 1.0]]) @ model.slip, r"constraints\[0\]: a constant is not finite"),
+        (
+            lambda model: model.slip <= np.array([0.1, np.inf, 0.1]),
+            r"constraints\[0\]: a constant is not finite",
+        ),
+        (
+            lambda model: model.slip <= sp.csr_array([[np.inf, 0.0, 1.0]]) @ model.slip,
+            r"constraints\[0\]: a constant is not finite",
+        ),
         (lambda model: fo.ShakedownModel(*TWO).slip <= 1, r"constraints\[0\].*another model"),
         (lambda model: 3.0, "objective: 3.0"),
         (lambda model: model.slip, "objective: .*scalar"),
         (lambda model: cp.norm1(model.slip), "objective: not convex"),
-        (lambda model: model.load_factor - np.inf * cp.norm1(model.slip), "objective: a constant is not finite"),
+        (
+            lambda model: model.load_factor - np.inf * cp.norm1(model.slip),
+            "objective: a constant is not finite",
+        ),
         (lambda model: cp.sum(cp.Variable(2)), "objective: it grows without end"),
     ],
 )
 def test_bad_constraints_and_objectives_are_refused(part, message):
     model = fo.ShakedownModel(*TWO)
-    asked = {"objective": part(model)} if message.startswith("objective") else {"constraints": [part(model)]}
+    asked = (
+        {"objective": part(model)}
+        if message.startswith("objective")
+        else {"constraints": [part(model)]}
+    )
     with pytest.raises(fo.ModelError, match=message):
         model.solve(0.4, **asked)
 
@@ -227,21 +374,34 @@ def test_bad_constraints_and_objectives_are_refused(part, message):
 @pytest.mark.parametrize("label", ["constraints[1]", "constraints[0]", "mine", None])
 def test_each_constraint_has_a_name_of_its_own_and_holds(label):
     model = fo.ShakedownModel(*TWO)
-    rows = [(model.load_factor <= 0.01).set_label(label), model.load_factor <= 7.0, (model.load_factor <= 8.0).set_label(label)]
+    rows = [
+        (model.load_factor <= 0.01).set_label(label),
+        model.load_factor <= 7.0,
+        (model.load_factor <= 8.0).set_label(label),
+    ]
     limit = model.solve(0.4, rows)
     assert limit.load_factor == pytest.approx(0.01, rel=1e-9) and len(set(limit.constraints)) == 3
-    assert limit.constraints[1:] == ("constraints[1]", "constraints[2]") and limit.constraints[0] == ("mine" if label == "mine" else "constraints[0]")
+    assert limit.constraints[1:] == ("constraints[1]", "constraints[2]") and limit.constraints[
+        0
+    ] == ("mine" if label == "mine" else "constraints[0]")
 
 
 def test_norms_of_all_corners_at_once_are_refused_and_those_of_each_corner_hold():
-    """cvxpy ends in an assertion along the last of three axes, and takes other entries along the middle one."""
+    """cvxpy ends in an assertion along the last of three axes, and takes other entries along the
+    middle one."""
     model = fo.ShakedownModel(contact_of(np.random.default_rng(0), 3, 2), TURNS)
     free = model.solve(0.4).load_factor
     most = 0.8 * np.linalg.norm(model.q.value, axis=2).max()
     for axis in (1, 2):
-        with pytest.raises(fo.ModelError, match=rf"constraints.0.: it has norms along axis {axis} of 3 axes.*cp\.norm\(model\.q\[k\], 2, axis=1\)"):
+        with pytest.raises(
+            fo.ModelError,
+            match=rf"constraints.0.: it has norms along axis {axis} of 3 axes.*cp\.norm\(model\.q\[k\], 2, axis=1\)",
+        ):
             model.solve(0.4, [cp.norm(model.q, 2, axis=axis) <= most])
-    assert model.solve(0.4, [cp.norm(q, 2, axis=1) <= most for q in model.q]).load_factor < 0.999 * free
+    assert (
+        model.solve(0.4, [cp.norm(q, 2, axis=1) <= most for q in model.q]).load_factor
+        < 0.999 * free
+    )
     assert np.linalg.norm(model.q.value, axis=2).max() == pytest.approx(most, rel=1e-8)
     model.solve(0.4, [cp.norm(model.q, 2, axis=0) <= most])
     assert np.linalg.norm(model.q.value, axis=0).max() == pytest.approx(most, rel=1e-8)
@@ -256,17 +416,29 @@ def test_norms_of_all_corners_at_once_are_refused_and_those_of_each_corner_hold(
         (lambda v: 0.02 + v, {"neg": True}),
         (lambda v: v, {"bounds": [0.01, 0.02]}),
         (lambda v: v, {"bounds": [-np.inf, np.full(3, 0.02)]}),
-        (lambda v: cp.minimum(v @ np.eye(3)[0], 0.02 + v[:, 1] - v[1]), {"symmetric": True, "shape": (3, 3), "name": "square"}),
+        (
+            lambda v: cp.minimum(v @ np.eye(3)[0], 0.02 + v[:, 1] - v[1]),
+            {"symmetric": True, "shape": (3, 3), "name": "square"},
+        ),
     ],
 )
 @BOTH
-def test_variables_with_a_sign_bounds_or_symmetry_bound_the_slip_as_their_rows_do(tangents, own, rest):
+def test_variables_with_a_sign_bounds_or_symmetry_bound_the_slip_as_their_rows_do(
+    tangents, own, rest
+):
     contact = contact_of(np.random.default_rng(0), 3, tangents)
-    model, variable = fo.ShakedownModel(contact, TURNS), cp.Variable(**{"shape": 3, "name": "own", **rest})
+    model, variable = (
+        fo.ShakedownModel(contact, TURNS),
+        cp.Variable(**{"shape": 3, "name": "own", **rest}),
+    )
     size = cp.abs(model.slip) if tangents == 1 else cp.norm(model.slip, axis=1)
-    rows = [size <= own(variable)] + ([] if "symmetric" not in rest else [cp.diag(variable) <= 0.02, variable <= 0.02])
+    rows = [size <= own(variable)] + (
+        [] if "symmetric" not in rest else [cp.diag(variable) <= 0.02, variable <= 0.02]
+    )
     limit, plain = model.solve(0.4, rows), fo.shakedown_limit(contact, TURNS, 0.4, slip_bound=0.02)
-    assert limit.load_factor == pytest.approx(plain.load_factor, rel=1e-7) and limit.bound == pytest.approx(plain.load_factor, rel=1e-7)
+    assert limit.load_factor == pytest.approx(
+        plain.load_factor, rel=1e-7
+    ) and limit.bound == pytest.approx(plain.load_factor, rel=1e-7)
     assert (size.value <= own(variable).value + 1e-9).all()
     if "symmetric" in rest:
         assert np.array_equal(variable.value, variable.value.T)
@@ -277,13 +449,20 @@ def test_a_parameter_that_loses_its_value_is_named():
     rows, goal = [model.slip <= most], most * model.load_factor
     model.solve(0.4, rows), model.solve(0.4, objective=goal)
     most.value = None
-    for asked, place in (({"constraints": rows}, "constraints.0."), ({"objective": goal}, "objective")):
+    for asked, place in (
+        ({"constraints": rows}, "constraints.0."),
+        ({"objective": goal}, "objective"),
+    ):
         with pytest.raises(fo.ModelError, match=f"{place}: parameter most has no value"):
             model.solve(0.4, **asked)
 
 
 @BOTH
-@pytest.mark.parametrize("cycle", [TURNS, fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])], ids=["pressed", "pulled"])
+@pytest.mark.parametrize(
+    "cycle",
+    [TURNS, fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])],
+    ids=["pressed", "pulled"],
+)
 @pytest.mark.parametrize("kind", [fo.ShakedownModel, fo.GuaranteedModel])
 def test_one_model_answers_questions_in_every_order(tangents, cycle, kind):
     """Also after an answer without a slip."""
@@ -291,7 +470,11 @@ def test_one_model_answers_questions_in_every_order(tangents, cycle, kind):
 
     def asked(model, own, name):
         size = cp.norm(model.slip, axis=1) if tangents == 2 else cp.abs(model.slip)
-        rows = {"plain": [], "own": [size <= own, own <= 0.05], "none": [model.slip == 1.0, model.slip == 0.0]}
+        rows = {
+            "plain": [],
+            "own": [size <= own, own <= 0.05],
+            "none": [model.slip == 1.0, model.slip == 0.0],
+        }
         limit = model.solve(0.4, rows[name])
         assert (model.slip.value is None) == bool(np.isnan(limit.slip).any())
         return limit.kind, limit.load_factor
@@ -301,12 +484,29 @@ def test_one_model_answers_questions_in_every_order(tangents, cycle, kind):
 
     right = {name: alone(name) for name in ("plain", "own", "none")}
     model, own = kind(contact, cycle), cp.Variable(2)
-    for name in ("plain", "plain", "own", "own", "none", "none", "plain", "none", "own", "plain"):  # each after each
+    for name in (
+        "plain",
+        "plain",
+        "own",
+        "own",
+        "none",
+        "none",
+        "plain",
+        "none",
+        "own",
+        "plain",
+    ):  # each after each
         found, factor = asked(model, own, name)
-        assert found is right[name][0] and factor == pytest.approx(right[name][1], rel=1e-7, abs=1e-9, nan_ok=True), name
+        assert found is right[name][0] and factor == pytest.approx(
+            right[name][1], rel=1e-7, abs=1e-9, nan_ok=True
+        ), name
 
 
-@pytest.mark.parametrize("ask", [lambda: fo.shakedown_limit(*TWO, 0.4), lambda: fo.safe_slip(*TWO, 0.4, 0.1)], ids=["limit", "margin"])
+@pytest.mark.parametrize(
+    "ask",
+    [lambda: fo.shakedown_limit(*TWO, 0.4), lambda: fo.safe_slip(*TWO, 0.4, 0.1)],
+    ids=["limit", "margin"],
+)
 @pytest.mark.parametrize("which", ["values", "multipliers"])
 def test_what_is_no_number_proves_nothing(ask, which, monkeypatch):
     def lie(compiled, z, multipliers):
@@ -337,10 +537,22 @@ def test_a_solver_that_breaks_a_row_of_your_own_is_not_believed(kind, monkeypatc
 def test_rows_of_your_own_are_printed_by_the_names_of_the_model_and_have_multipliers():
     model = fo.ShakedownModel(*TWO)
     kept = cp.constraints.Zero(model.slip[0])
-    rows = [model.q[0] <= 10.0, model.p >= 0.01, model.slip[:0] <= 1.0, kept, (model.p[1] >= 0.0).set_label("q[all]")]
+    rows = [
+        model.q[0] <= 10.0,
+        model.p >= 0.01,
+        model.slip[:0] <= 1.0,
+        kept,
+        (model.p[1] >= 0.0).set_label("q[all]"),
+    ]
     limit = model.solve(0.4, rows)
-    assert [str(model.q), str(model.p), str(model.p[1, 2])] == ["q", "p", "p[1, 2]"] and "Concatenate" not in limit.explain()
-    assert {"q[0, 0:3]", "p", "slip[0]", "q[all]"} <= set(limit.multipliers.row) and "           0.01 <= p\n" in str(limit.problem)
+    assert [str(model.q), str(model.p), str(model.p[1, 2])] == [
+        "q",
+        "p",
+        "p[1, 2]",
+    ] and "Concatenate" not in limit.explain()
+    assert {"q[0, 0:3]", "p", "slip[0]", "q[all]"} <= set(
+        limit.multipliers.row
+    ) and "           0.01 <= p\n" in str(limit.problem)
     assert (limit.multipliers[limit.multipliers.row == "p"].corner == -1).all()
 
 
@@ -348,27 +560,49 @@ TWO = random_system(np.random.default_rng(0), 3), CYCLE
 
 
 def test_a_contact_that_its_load_presses_has_no_limit_under_constraints_that_leave_a_slip():
-    model = fo.ShakedownModel(random_system(np.random.default_rng(0), 2), fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]))
+    model = fo.ShakedownModel(
+        random_system(np.random.default_rng(0), 2),
+        fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}, {"mean": 2.0}]),
+    )
     limit = model.solve(0.5, [cp.abs(model.slip) <= 1.0])
-    assert limit.kind is fo.LimitKind.UNBOUNDED and limit.load_factor == np.inf and "constraints[0]" in limit.reason
+    assert (
+        limit.kind is fo.LimitKind.UNBOUNDED
+        and limit.load_factor == np.inf
+        and "constraints[0]" in limit.reason
+    )
     assert model.solve(0.5, [model.load_factor <= 7.0]).load_factor == pytest.approx(7.0, rel=1e-9)
 
 
 @settings(max_examples=few(15))
-@given(seed=st.integers(0, 10**6), nodes=st.integers(2, 4), f=st.floats(0.1, 1.0), size=st.sampled_from([-0.05, 0.02, 0.2, 2.0]))
-def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that_obey_them(seed, nodes, f, size):
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(2, 4),
+    f=st.floats(0.1, 1.0),
+    size=st.sampled_from([-0.05, 0.02, 0.2, 2.0]),
+)
+def test_the_guaranteed_limit_under_constraints_is_the_least_over_the_slips_that_obey_them(
+    seed, nodes, f, size
+):
     contact = random_system(np.random.default_rng(seed), nodes)
     model = fo.GuaranteedModel(contact, CYCLE, simplify=False)
     limit = model.solve(f, [model.slip <= size])
     upper = [(row, 0.0, size) for row in np.eye(nodes)]
     agrees(limit.shakedown, linprog_limit(contact, CYCLE, f, upper=upper)[1])
     if limit.kind is fo.LimitKind.FINITE:
-        expected = np.nanmin([*on_both_bounds(contact, CYCLE, f, upper=upper)[:, 0], limit.shakedown.load_factor])
-        assert limit.load_factor == pytest.approx(expected, rel=1e-7, abs=1e-8) and limit.constraints == ("constraints[0]",)
+        expected = np.nanmin(
+            [*on_both_bounds(contact, CYCLE, f, upper=upper)[:, 0], limit.shakedown.load_factor]
+        )
+        assert limit.load_factor == pytest.approx(
+            expected, rel=1e-7, abs=1e-8
+        ) and limit.constraints == ("constraints[0]",)
         assert limit.slip.max() <= size + 1e-9 and limit.residual <= 1e-9
-        assert model.slip.value == pytest.approx(limit.slip, abs=1e-9) and model.load_factor.value == pytest.approx(limit.load_factor, abs=1e-9)
+        assert model.slip.value == pytest.approx(
+            limit.slip, abs=1e-9
+        ) and model.load_factor.value == pytest.approx(limit.load_factor, abs=1e-9)
         q, p = limit.reactions
-        assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(p, abs=1e-9)
+        assert model.q.value == pytest.approx(q, abs=1e-9) and model.p.value == pytest.approx(
+            p, abs=1e-9
+        )
 
 
 def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_node():
@@ -379,30 +613,59 @@ def test_constraints_raise_the_guaranteed_limit_and_the_problem_is_that_of_its_n
         free = model.solve(0.6)
         limit = model.solve(0.6, [cp.abs(model.slip) <= 0.5 * np.abs(free.slip).max()])
         raised += limit.node is not None and limit.load_factor > 1.001 * free.load_factor
-        assert limit.load_factor >= free.load_factor or limit.load_factor == limit.shakedown.load_factor
+        assert (
+            limit.load_factor >= free.load_factor
+            or limit.load_factor == limit.shakedown.load_factor
+        )
         if limit.node is not None:
             assert "slips obey constraints[0]" in limit.reason
             printed = explained(limit)
             assert printed.count("\n    critical_") == 2 and limit.load_rates.rate.isna().all()
-            with pytest.raises(fo.ModelError, match=r"after_overload: the limit is under constraints\[0\]"):
+            with pytest.raises(
+                fo.ModelError, match=r"after_overload: the limit is under constraints\[0\]"
+            ):
                 fo.after_overload(limit)
     assert raised > 2
 
 
 @settings(max_examples=few(15))
-@given(seed=SEEDS, f=st.sampled_from([0.005, 0.3, 1.4]), factor=st.sampled_from([0.0, 0.5, 2.0]), size=st.sampled_from([-0.1, 0.05, 1.0]))
+@given(
+    seed=SEEDS,
+    f=st.sampled_from([0.005, 0.3, 1.4]),
+    factor=st.sampled_from([0.0, 0.5, 2.0]),
+    size=st.sampled_from([-0.1, 0.05, 1.0]),
+)
 def test_the_margin_under_constraints(seed, f, factor, size):
     contact = random_system(np.random.default_rng(seed), 3)
-    (q0, p0), (q1, p1), tilted = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact), np.array([0.2, -0.3, 0.1])
+    (q0, p0), (q1, p1), tilted = (
+        CYCLE.mean_reaction(contact),
+        CYCLE.corner_reactions(contact),
+        np.array([0.2, -0.3, 0.1]),
+    )
     upper = [*((row, 0.0, size) for row in np.eye(3)), (tilted, 0.0, 0.01)]
     if f < 0.01:  # then pressures are in the margin, too
-        upper += [(-row, f * p0.mean(), one) for p in p0 + factor * p1 for row, one in zip(contact.B, p, strict=True)]
+        upper += [
+            (-row, f * p0.mean(), one)
+            for p in p0 + factor * p1
+            for row, one in zip(contact.B, p, strict=True)
+        ]
     model = fo.SafeSlipModel(contact, CYCLE)
     safe = model.solve(f, factor, [model.slip <= size, tilted @ model.slip <= 0.01])
-    assert [safe.margin, safe.bound] == pytest.approx([linprog_margin(contact, CYCLE, f, factor, upper=upper)] * 2, rel=1e-7, abs=1e-8)
-    assert safe.exists is (safe.margin >= -1e-9) and safe.certificate is None and safe.slip.max() <= size + 1e-9
-    assert model.slip.value == pytest.approx(safe.slip, abs=1e-9) and model.margin.value == pytest.approx(safe.margin)
-    assert model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9) and model.load_factor.value == factor
+    assert [safe.margin, safe.bound] == pytest.approx(
+        [linprog_margin(contact, CYCLE, f, factor, upper=upper)] * 2, rel=1e-7, abs=1e-8
+    )
+    assert (
+        safe.exists is (safe.margin >= -1e-9)
+        and safe.certificate is None
+        and safe.slip.max() <= size + 1e-9
+    )
+    assert model.slip.value == pytest.approx(
+        safe.slip, abs=1e-9
+    ) and model.margin.value == pytest.approx(safe.margin)
+    assert (
+        model.q.value == pytest.approx(q0 + factor * q1 + contact.A @ safe.slip, abs=1e-9)
+        and model.load_factor.value == factor
+    )
 
 
 def test_the_rate_of_an_objective_is_its_slope():
@@ -410,7 +673,9 @@ def test_the_rate_of_an_objective_is_its_slope():
     model = fo.ShakedownModel(contact, CYCLE)
     goal = 3 * model.load_factor - 0.4 * cp.norm1(model.slip)
     low, at, high = (model.solve(f, objective=goal) for f in (0.4 - 1e-5, 0.4, 0.4 + 1e-5))
-    assert at.friction_rate.sum() == pytest.approx((high.objective - low.objective) / 2e-5, rel=1e-3)
+    assert at.friction_rate.sum() == pytest.approx(
+        (high.objective - low.objective) / 2e-5, rel=1e-3
+    )
     assert at.load_rates.rate.isna().all()
 
 
@@ -421,7 +686,11 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
     small = cp.norm(model.slip, 2, axis=1) <= 0.1
     for own in ([], [small]):
         none = model.solve([0.5, 0.0], own)
-        assert none.load_factor == 0.0 and abs(none.bound) < 1e-12 and "node 1 has no friction, and the cyclic load shears it" in none.reason
+        assert (
+            none.load_factor == 0.0
+            and abs(none.bound) < 1e-12
+            and "node 1 has no friction, and the cyclic load shears it" in none.reason
+        )
     never = model.solve([0.5, 0.0], [(model.load_factor >= 0.1).set_label("service load")])
     assert never.kind is fo.LimitKind.NO_SAFE_SLIP and "obeys service load" in never.reason
     limit = model.solve([0.5, 0.3], [small])
@@ -433,27 +702,49 @@ def test_constraints_on_a_contact_with_a_node_without_friction_say_that_nothing_
 
 
 def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe():
-    """Or why there is no answer, where circles that end in their apex leave a solver too few digits."""
-    contact, alternating = random_contact(np.random.default_rng(0), 3), fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}])
-    model, one_solver = fo.ShakedownModel(contact, alternating), fo.ShakedownModel(contact, alternating, solver="CLARABEL")
+    """Or why there is no answer, where circles that end in their apex leave a solver too few
+    digits."""
+    contact, alternating = (
+        random_contact(np.random.default_rng(0), 3),
+        fo.LoadCycle({}, [{"a": 1.0}, {"a": -1.0}]),
+    )
+    model, one_solver = (
+        fo.ShakedownModel(contact, alternating),
+        fo.ShakedownModel(contact, alternating, solver="CLARABEL"),
+    )
     assert model.solve(0.4).load_factor == 0.0
     for asked in (model, one_solver):
-        for own, objective in (([asked.slip <= 1e-3], None), ([], asked.load_factor - cp.norm1(asked.slip[0]))):
+        for own, objective in (
+            ([asked.slip <= 1e-3], None),
+            ([], asked.load_factor - cp.norm1(asked.slip[0])),
+        ):
             if asked is one_solver:
                 with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
                     asked.solve(0.4, own, objective)
             else:
                 limit = asked.solve(0.4, own, objective)
                 assert max(limit.load_factor, limit.bound, limit.largest_slip) < 1e-9
-    for own in (model.load_factor >= 1, model.slip[0, 0] >= 0.1):  # nor at load factor 0: an answer, as in the plane
+    for own in (
+        model.load_factor >= 1,
+        model.slip[0, 0] >= 0.1,
+    ):  # nor at load factor 0: an answer, as in the plane
         limit = model.solve(0.4, [own])
-        assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and "obeys constraints[0]: drop or relax" in limit.reason
+        assert (
+            limit.kind is fo.LimitKind.NO_SAFE_SLIP
+            and "obeys constraints[0]: drop or relax" in limit.reason
+        )
 
 
 @pytest.mark.parametrize("simplify", [True, False])
 def test_own_rows_hold_at_a_corner_that_others_stand_for(simplify):
-    """One node at the loads -L, L and L / 2: |L| + |s| <= 1/2 for a slip s, and by hand L / 2 + s <= 1/10 takes 1/10 of it."""
-    model = fo.ShakedownModel(NODE, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.5}]), simplify=simplify)
+    """One node at the loads -L, L and L / 2: |L| + |s| <= 1/2 for a slip s, and by hand L / 2 + s
+    <= 1/10 takes 1/10 of it."""
+    model = fo.ShakedownModel(
+        NODE, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.5}]), simplify=simplify
+    )
     limit = model.solve(0.5, [model.q[2] <= 0.1])
-    assert (limit.load_factor, limit.slip[0]) == (pytest.approx(0.4, rel=1e-9), pytest.approx(-0.1, rel=1e-9))
+    assert (limit.load_factor, limit.slip[0]) == (
+        pytest.approx(0.4, rel=1e-9),
+        pytest.approx(-0.1, rel=1e-9),
+    )
     assert model.solve(0.5).load_factor == pytest.approx(0.5, rel=1e-9)

@@ -1,4 +1,5 @@
-"""The search of nodes that stay open against closed forms, every set of open nodes, transients, and rounded punches."""
+"""The search of nodes that stay open against closed forms, every set of open nodes, transients, and
+rounded punches."""
 
 from itertools import product
 
@@ -37,8 +38,13 @@ def random_question(seed, least, most):
 
 
 def best_of_all_sets(contact, cycle, friction):
-    """Largest load factor up to MOST over all sets that stay open, but that of all nodes, by scipy; nan without one."""
-    sets = [np.tile(opened, (len(cycle.corners), 1)) for opened in product([False, True], repeat=contact.nodes) if not all(opened)]
+    """Largest load factor up to MOST over all sets that stay open, but that of all nodes, by scipy;
+    nan without one."""
+    sets = [
+        np.tile(opened, (len(cycle.corners), 1))
+        for opened in product([False, True], repeat=contact.nodes)
+        if not all(opened)
+    ]
     claims = [largest_with_open(contact, cycle, friction, opened, MOST) for opened in sets]
     return max((claim[0] for claim in claims if claim), default=np.nan)
 
@@ -53,7 +59,11 @@ def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, pun
     best = fo.shakedown_limit(contact, paper_cycle, 0.6)
     assert best.load_factor == pytest.approx(limit, abs=1e-8)
     ends = (np.arange(contact.nodes) < count) | (np.arange(contact.nodes) >= contact.nodes - count)
-    assert np.array_equal(best.open, ends) and best.residual < 1e-9 and best.largest_slip == np.abs(best.slip[~ends]).max()
+    assert (
+        np.array_equal(best.open, ends)
+        and best.residual < 1e-9
+        and best.largest_slip == np.abs(best.slip[~ends]).max()
+    )
     assert best.bound == pytest.approx(limit, abs=1e-7)
     assert rests(contact, paper_cycle, 0.6, 0.999 * limit, initial_slip=best.slip)
     assert not rests(contact, paper_cycle, 0.6, 1.001 * limit, initial_slip=best.slip)
@@ -62,24 +72,42 @@ def test_rounded_punches_by_sets_of_open_nodes(elements, size, count, limit, pun
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():
     contact = system(1.0, 0.0, 0.0, 2.0, 0.0, 1.0, C=[[3.0]])
     limit = fo.shakedown_limit(contact, CYCLE, 0.5)
-    assert limit.load_factor == pytest.approx(2.0) and not limit.open.any() and "nodes that open and close" in limit.covers
+    assert (
+        limit.load_factor == pytest.approx(2.0)
+        and not limit.open.any()
+        and "nodes that open and close" in limit.covers
+    )
     beyond = fo.limit_after_protocol(contact, CYCLE, 0.5, start=limit.slip, up_to=100.0)
-    assert beyond.load_factor == pytest.approx(100.0) and beyond.upper == np.inf  # it opens and closes in each cycle
+    assert (
+        beyond.load_factor == pytest.approx(100.0) and beyond.upper == np.inf
+    )  # it opens and closes in each cycle
 
 
 def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
-    """The mean load pulls both nodes; open by 0.5, the first presses the second with 0.3, which slips at f p = 0.15."""
-    contact = system(np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, -0.2], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]])
+    """The mean load pulls both nodes; open by 0.5, the first presses the second with 0.3, which
+    slips at f p = 0.15."""
+    contact = system(
+        np.eye(2), np.zeros((2, 2)), 0.0, [-1.0, -0.2], [0.0, 1.0], 0.0, C=[[2.0, 1.0], [1.0, 2.0]]
+    )
     limit = fo.shakedown_limit(contact, CYCLE, 0.5)
-    assert limit.load_factor == pytest.approx(0.15) and limit.open.tolist() == [True, False] and "residual slip alone" not in limit.reason
+    assert (
+        limit.load_factor == pytest.approx(0.15)
+        and limit.open.tolist() == [True, False]
+        and "residual slip alone" not in limit.reason
+    )
 
 
 @pytest.mark.parametrize(
-    ("seed", "cycle", "most"), [(seed, CYCLE, 6) for seed in few(range(2, 10))] + [(seed, THREE, 5) for seed in few(range(20, 25))]
+    ("seed", "cycle", "most"),
+    [(seed, CYCLE, 6) for seed in few(range(2, 10))]
+    + [(seed, THREE, 5) for seed in few(range(20, 25))],
 )
 def test_small_contacts_against_every_set_of_open_nodes(seed, cycle, most):
     contact, friction = random_question(seed, 1, most)
-    limit, best = fo.shakedown_limit(contact, cycle, friction), best_of_all_sets(contact, cycle, friction)
+    limit, best = (
+        fo.shakedown_limit(contact, cycle, friction),
+        best_of_all_sets(contact, cycle, friction),
+    )
     assert min(limit.load_factor, MOST) == pytest.approx(best, rel=1e-6, nan_ok=True)
 
 
@@ -91,20 +119,36 @@ def test_a_pattern_is_not_below_what_the_mean_load_opens_nor_a_set_next_to_it_an
         return
     settled = fo.march(contact, CYCLE, friction, 0.0, cycles=1).status[-1] == 2
     shares = limit.mechanism.groupby("node")["share"].sum()
-    flips = [np.arange(contact.nodes) == node for node in shares.index[shares > 0.1 * shares.max()]] if limit.open.any() else []
-    for opened in [settled, np.zeros(contact.nodes, dtype=bool), *(limit.open ^ flip for flip in flips)]:
-        claim = largest_with_open(contact, CYCLE, friction, np.tile(opened, (2, 1)), 2 * limit.load_factor)
+    flips = (
+        [np.arange(contact.nodes) == node for node in shares.index[shares > 0.1 * shares.max()]]
+        if limit.open.any()
+        else []
+    )
+    for opened in [
+        settled,
+        np.zeros(contact.nodes, dtype=bool),
+        *(limit.open ^ flip for flip in flips),
+    ]:
+        claim = largest_with_open(
+            contact, CYCLE, friction, np.tile(opened, (2, 1)), 2 * limit.load_factor
+        )
         assert claim is None or claim[0] <= limit.load_factor * (1 + 1e-6)
     assert rests(contact, CYCLE, friction, 0.999 * limit.load_factor, initial_slip=limit.slip)
 
 
 def test_sets_that_less_friction_opens_are_tried_where_few_nodes_want_to_open(paper_cycle):
-    """With 0.9 the closed contact still has a small limit; the two sides of the best set open only together, as the mean load does with less."""
+    """With 0.9 the closed contact still has a small limit; the two sides of the best set open only
+    together, as the mean load does with less."""
     flat = fo.scenes.PunchOnHalfPlane(elements=12).condense()
     contact = flat.with_gap(2.0 * flat.x**4)
-    model, limit = fo.ShakedownModel(contact, paper_cycle), fo.shakedown_limit(contact, paper_cycle, 0.9)
+    model, limit = (
+        fo.ShakedownModel(contact, paper_cycle),
+        fo.shakedown_limit(contact, paper_cycle, 0.9),
+    )
     closed = model.of_set(pose(contact, paper_cycle, 0.9))
-    assert 0 < closed.load_factor < 0.03 < 0.95 < limit.load_factor and np.flatnonzero(limit.open).tolist() == [0, 1, 2, 10, 11, 12]
+    assert 0 < closed.load_factor < 0.03 < 0.95 < limit.load_factor and np.flatnonzero(
+        limit.open
+    ).tolist() == [0, 1, 2, 10, 11, 12]
     assert np.diff(limits_by_friction(contact, paper_cycle, np.linspace(0.1, 1.2, 6))).min() > 0
 
 
@@ -118,18 +162,43 @@ def test_the_limit_never_falls_as_friction_grows(seed):
 def test_required_friction_is_the_threshold_of_the_limit(load_factor, punch, paper_cycle):
     contact = punch(12).with_gap(2.0 * punch(12).x ** 4)
     required = fo.required_friction(contact, paper_cycle, load_factor)
-    assert required.open.any() and required.required * (1 - 1e-5) < required.bound < required.required
-    below, above = (fo.shakedown_limit(contact, paper_cycle, required.required * (1 + sign * 1e-4)).load_factor for sign in (-1, 1))
+    assert (
+        required.open.any() and required.required * (1 - 1e-5) < required.bound < required.required
+    )
+    below, above = (
+        fo.shakedown_limit(contact, paper_cycle, required.required * (1 + sign * 1e-4)).load_factor
+        for sign in (-1, 1)
+    )
     assert below < load_factor < above
 
 
 def test_a_load_below_the_least_of_the_best_pattern_rests_with_other_nodes_open():
-    """With friction 0.3 the closed contact rests from 0.31 to 1.83, that with node 0 open up to 0.73: all up to 1.83 are safe."""
-    S = np.array([[0.67, -0.19, 0.1, -0.35], [-0.19, 0.43, 0.12, -0.26], [0.1, 0.12, 0.32, -0.13], [-0.35, -0.26, -0.13, 0.87]])
-    loads = {"P": [1.53, 0.36, 0.29, 0.08], "0": [-0.76, 1.11, 0.61, -0.2], "1": [-0.69, 0.35, 0.71, 0.42]}
-    contact, cycle = fo.ContactSystem(S, [[0, 0], [1, 0]], loads), fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}])
+    """With friction 0.3 the closed contact rests from 0.31 to 1.83, that with node 0 open up to
+    0.73: all up to 1.83 are safe."""
+    S = np.array(
+        [
+            [0.67, -0.19, 0.1, -0.35],
+            [-0.19, 0.43, 0.12, -0.26],
+            [0.1, 0.12, 0.32, -0.13],
+            [-0.35, -0.26, -0.13, 0.87],
+        ]
+    )
+    loads = {
+        "P": [1.53, 0.36, 0.29, 0.08],
+        "0": [-0.76, 1.11, 0.61, -0.2],
+        "1": [-0.69, 0.35, 0.71, 0.42],
+    }
+    contact, cycle = (
+        fo.ContactSystem(S, [[0, 0], [1, 0]], loads),
+        fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]),
+    )
     limit, low = fo.shakedown_limit(contact, cycle, 0.3), fo.safe_slip(contact, cycle, 0.3, 0.05)
-    assert limit.least > 0.3 and not limit.open.any() and low.exists and low.open.tolist() == [True, False]
+    assert (
+        limit.least > 0.3
+        and not limit.open.any()
+        and low.exists
+        and low.open.tolist() == [True, False]
+    )
     assert rests(contact, cycle, 0.3, 0.05, initial_state=low.state)
     both = fo.safe_slip(contact, cycle, 0.3, 1.5)
     assert both.exists and not both.open.any()
@@ -140,34 +209,61 @@ def test_order_of_nodes_units_and_repeats_change_nothing(seed):
     contact, friction = random_question(seed, 4, 6)
     limit, n = fo.shakedown_limit(contact, CYCLE, friction), contact.nodes
     again = fo.shakedown_limit(contact, CYCLE, friction)
-    assert (again.load_factor, again.open.tolist(), again.slip.tolist()) == (limit.load_factor, limit.open.tolist(), limit.slip.tolist())
+    assert (again.load_factor, again.open.tolist(), again.slip.tolist()) == (
+        limit.load_factor,
+        limit.open.tolist(),
+        limit.slip.tolist(),
+    )
     order = np.random.default_rng(seed).permutation(n)
-    both, loads = np.r_[order, n + order], {name: np.r_[contact.bonded[name]].ravel() for name in contact.bonded}
-    mixed = fo.ContactSystem(contact.S[np.ix_(both, both)], contact.points, {name: r[both] for name, r in loads.items()}, gap=contact.gap[order])
+    both, loads = (
+        np.r_[order, n + order],
+        {name: np.r_[contact.bonded[name]].ravel() for name in contact.bonded},
+    )
+    mixed = fo.ContactSystem(
+        contact.S[np.ix_(both, both)],
+        contact.points,
+        {name: r[both] for name, r in loads.items()},
+        gap=contact.gap[order],
+    )
     found = fo.shakedown_limit(mixed, CYCLE, friction)
     assert limit.open.any() and found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
     assert found.open.tolist() == limit.open[order].tolist()
     for force, length in ((1e9, 1e-6), (1e-7, 1e5)):
         scaled = {name: r * force for name, r in loads.items()}
-        other = fo.ContactSystem(contact.S * force / length, contact.points * length, scaled, gap=contact.gap * length)
+        other = fo.ContactSystem(
+            contact.S * force / length, contact.points * length, scaled, gap=contact.gap * length
+        )
         found = fo.shakedown_limit(other, CYCLE, friction)
-        assert found.load_factor == pytest.approx(limit.load_factor, rel=1e-7) and found.open.tolist() == limit.open.tolist()
+        assert (
+            found.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
+            and found.open.tolist() == limit.open.tolist()
+        )
 
 
 @pytest.mark.parametrize("seed", few(range(3)))
 @pytest.mark.parametrize("large", [1, 400])
-def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_load_factor(seed, large, monkeypatch):
+def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_load_factor(
+    seed, large, monkeypatch
+):
     monkeypatch.setattr("frictopt.solve.chain._LARGE", large)
     rng = np.random.default_rng(seed)
     contact, opened = spatial.random_contact(rng, 6), np.arange(6) < seed % 3
-    cases = {name: r + (name == "mean") * np.r_[np.zeros(12), -5.0 * opened] for name, r in spatial.vectors(contact).items()}
+    cases = {
+        name: r + (name == "mean") * np.r_[np.zeros(12), -5.0 * opened]
+        for name, r in spatial.vectors(contact).items()
+    }
     contact = fo.ContactSystem(contact.S, contact.points, cases)
-    model, task = fo.ShakedownModel(contact, spatial.cycle()), with_open(pose(contact, spatial.cycle(), 0.6), opened)
+    model, task = (
+        fo.ShakedownModel(contact, spatial.cycle()),
+        with_open(pose(contact, spatial.cycle(), 0.6), opened),
+    )
     limit = model.of_set(task)
     assert 0 < limit.load_factor < np.inf
     for share in (0.5, 0.999, 1 - 1e-7):
         found = model.of_set(task, above=share * limit.load_factor)
-        assert (found.load_factor, found.bound) == pytest.approx((limit.load_factor, limit.load_factor), rel=1e-8)
+        assert (found.load_factor, found.bound) == pytest.approx(
+            (limit.load_factor, limit.load_factor), rel=1e-8
+        )
     for share in (1.001, 3.0):
         with pytest.raises(fo.SolverError, match="so not above"):
             model.of_set(task, above=share * limit.load_factor)
@@ -176,8 +272,14 @@ def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_l
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_a_set_is_given_up_as_early_in_any_unit_of_the_load(scale, monkeypatch):
     monkeypatch.setattr("frictopt.solve.chain._LARGE", 1)
-    contact, steps, honest = spatial.random_contact(np.random.default_rng(0), 6), [], interior_point._solved
-    cases = {name: r * (1.0 if name == "mean" else scale) for name, r in spatial.vectors(contact).items()}
+    contact, steps, honest = (
+        spatial.random_contact(np.random.default_rng(0), 6),
+        [],
+        interior_point._solved,
+    )
+    cases = {
+        name: r * (1.0 if name == "mean" else scale) for name, r in spatial.vectors(contact).items()
+    }
     contact = fo.ContactSystem(contact.S, contact.points, cases)
 
     def counted(*program):
@@ -198,50 +300,98 @@ def test_what_is_said_of_it(rounded):
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     limit = fo.shakedown_limit(rounded, cycle, 0.6)
     count = int(limit.open.sum())
-    assert limit.kind is fo.LimitKind.FINITE and limit.reason.startswith(f"with {count} of 25 nodes open: no")
-    assert f"these {count} nodes open and the others closed" in limit.covers and limit.reason in explained(limit)
+    assert limit.kind is fo.LimitKind.FINITE and limit.reason.startswith(
+        f"with {count} of 25 nodes open: no"
+    )
+    assert (
+        f"these {count} nodes open and the others closed" in limit.covers
+        and limit.reason in explained(limit)
+    )
     table = limit.to_frame()
-    assert list(table.columns) == ["node", "x", "slip", "open", "traction_ratio"] and np.array_equal(table["open"], limit.open)
+    assert list(table.columns) == [
+        "node",
+        "x",
+        "slip",
+        "open",
+        "traction_ratio",
+    ] and np.array_equal(table["open"], limit.open)
     settled = fo.march(rounded, cycle, 0.6, 0.0, cycles=1).slip[-1]
-    assert limit.apart == pytest.approx(np.abs(settled - limit.slip).max(), rel=1e-6) and limit.apart > 0
-    loads, sides = {name: np.r_[r].ravel() for name, r in rounded.bonded.items()}, ["left" if x < 0 else "right" for x in rounded.x]
+    assert (
+        limit.apart == pytest.approx(np.abs(settled - limit.slip).max(), rel=1e-6)
+        and limit.apart > 0
+    )
+    loads, sides = (
+        {name: np.r_[r].ravel() for name, r in rounded.bonded.items()},
+        ["left" if x < 0 else "right" for x in rounded.x],
+    )
     named = fo.ContactSystem(rounded.S, rounded.points, loads, gap=rounded.gap, contact=sides)
-    assert f"nodes open (left {count // 2} of 12, right {count // 2} of 13): " in fo.shakedown_limit(named, cycle, 0.6).reason
+    assert (
+        f"nodes open (left {count // 2} of 12, right {count // 2} of 13): "
+        in fo.shakedown_limit(named, cycle, 0.6).reason
+    )
 
 
 def test_a_contact_that_is_pulled_apart_has_no_state_of_rest(punch):
-    limit = fo.shakedown_limit(punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6)
-    assert np.isnan(limit.load_factor) and limit.state is None and not limit.open.any() and np.isnan(limit.slip).all()
+    limit = fo.shakedown_limit(
+        punch(8), fo.LoadCycle({"P": -1.0}, [{"sigma": 1.0}, {"sigma": -1.0}]), 0.6
+    )
+    assert (
+        np.isnan(limit.load_factor)
+        and limit.state is None
+        and not limit.open.any()
+        and np.isnan(limit.slip).all()
+    )
     assert "the mean load pulls the bodies apart" in limit.reason and limit.reason in repr(limit)
 
 
 def test_a_contact_whose_nodes_are_all_open_for_ever_is_none():
     contact = system(1.0, 0.0, 0.2, -1.0, 0.5, 0.5, C=[[1.0]])  # open as long as 0.5 lam <= 1
     limit = fo.shakedown_limit(contact, CYCLE, 0.5)
-    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and "compression must be positive" in limit.reason
+    assert (
+        limit.kind is fo.LimitKind.NO_SAFE_SLIP and "compression must be positive" in limit.reason
+    )
 
 
 @pytest.mark.parametrize("shear", [0.3, 0.0])
 def test_nodes_that_only_the_corners_press_rest_in_an_interval(shear):
-    """Node 0 is open always, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), node 2 if `shear` lam <= 0.5. Below, node 1 slips unless it is open too."""
-    loads = {"P": ([0, 0, 0], [-5.0, -1.0, 1.0]), "N": ([0, 0, 0], [0, 1.0, 0]), "Q": ([0, 0.1, shear], [0, 0, 0])}
+    """Node 0 is open always, node 1 sticks if 0.1 lam <= 0.5 (lam - 1), node 2 if `shear` lam <=
+    0.5. Below, node 1 slips unless it is open too."""
+    loads = {
+        "P": ([0, 0, 0], [-5.0, -1.0, 1.0]),
+        "N": ([0, 0, 0], [0, 1.0, 0]),
+        "Q": ([0, 0.1, shear], [0, 0, 0]),
+    }
     contact = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), np.eye(3), [0, 1, 2], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0, "Q": 1.0}, {"N": 1.0, "Q": -1.0}])
     first, opened = fo.shakedown_limit(contact, cycle, 0.5), np.array([True, False, False])
-    assert (first.load_factor, first.least) == pytest.approx((1.0, 0.0)) and first.open.tolist() == [True, True, False]
-    limit = fo.ShakedownModel(contact, cycle).of_set(with_open(pose(contact, cycle, 0.5), opened))  # between them none is safe
-    assert limit.load_factor == pytest.approx(5 / 3 if shear else np.inf) and limit.least == pytest.approx(1.25)
-    assert limit.open.tolist() == [True, False, False] and ("from 1.25 on" in limit.reason or "none is safe below 1.25" in limit.reason)
+    assert (first.load_factor, first.least) == pytest.approx(
+        (1.0, 0.0)
+    ) and first.open.tolist() == [True, True, False]
+    limit = fo.ShakedownModel(contact, cycle).of_set(
+        with_open(pose(contact, cycle, 0.5), opened)
+    )  # between them none is safe
+    assert limit.load_factor == pytest.approx(
+        5 / 3 if shear else np.inf
+    ) and limit.least == pytest.approx(1.25)
+    assert limit.open.tolist() == [True, False, False] and (
+        "from 1.25 on" in limit.reason or "none is safe below 1.25" in limit.reason
+    )
     for load_factor, at_rest in ((1.1, False), (1.2, False), (1.26, True), (1.66, True)):
         assert rests(contact, cycle, 0.5, load_factor) == at_rest
-    assert [fo.safe_slip(contact, cycle, 0.5, lam).exists for lam in (0.9, 1.1, 1.2, 1.26, 1.66)] == [True, False, False, True, True]
+    assert [
+        fo.safe_slip(contact, cycle, 0.5, lam).exists for lam in (0.9, 1.1, 1.2, 1.26, 1.66)
+    ] == [True, False, False, True, True]
 
 
 def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds():
-    """Pressed by 1 and lifted by lam at both corners, sheared by +-lam: closed it slips where 0.5 (1 - lam) < lam, from lam = 1 on it is open."""
+    """Pressed by 1 and lifted by lam at both corners, sheared by +-lam: closed it slips where 0.5
+    (1 - lam) < lam, from lam = 1 on it is open."""
     cycle = fo.LoadCycle({"P": 1.0}, [{"N": -1.0, "Q": 1.0}, {"N": -1.0, "Q": -1.0}])
     limit = fo.shakedown_limit(NODE, cycle, 0.5)
-    assert (limit.least, limit.load_factor) == (0.0, pytest.approx(1 / 3)) and "the contact may rest above it" in limit.covers
+    assert (limit.least, limit.load_factor) == (
+        0.0,
+        pytest.approx(1 / 3),
+    ) and "the contact may rest above it" in limit.covers
     for load_factor, at_rest in ((0.3, True), (0.5, False), (0.9, False), (1.1, True), (5.0, True)):
         assert rests(NODE, cycle, 0.5, load_factor) == at_rest
 
@@ -249,9 +399,13 @@ def test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_se
 @settings(max_examples=few(30))
 @given(seed=st.integers(0, 10**6), other=st.floats(-1.0, 0.9))
 def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed, other):
-    """Of one set of open nodes or another: loads that nearly stand still open nodes which only much load holds open."""
+    """Of one set of open nodes or another: loads that nearly stand still open nodes which only much
+    load holds open."""
     rng = np.random.default_rng(seed)
-    contact, f = random_system(rng, int(rng.integers(2, 5)), coupling=1.0), float(rng.uniform(0.2, 1.5))
+    contact, f = (
+        random_system(rng, int(rng.integers(2, 5)), coupling=1.0),
+        float(rng.uniform(0.2, 1.5)),
+    )
     (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
     contact = contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": other}])
@@ -263,26 +417,44 @@ def test_every_load_factor_from_the_least_one_to_the_limit_has_a_safe_slip(seed,
 
 
 def test_a_static_load_opens_no_node_for_a_higher_limit():
-    """Node 1 slips as it is unloaded, and opens at 1: from there on any load finds a state of rest, which the limit leaves to the path."""
+    """Node 1 slips as it is unloaded, and opens at 1: from there on any load finds a state of rest,
+    which the limit leaves to the path."""
     pair = system(np.eye(2), np.zeros((2, 2)), 0.0, [2.0, 1.0], [0.5, 0.6], [0.0, -1.0])
     limit = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5)
-    assert limit.load_factor == pytest.approx(1.0) and not limit.open.any() and "up to where a body slides off" in limit.reason
-    assert fo.steady_state(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5, 1.5).outcome is fo.Outcome.SHAKEDOWN
+    assert (
+        limit.load_factor == pytest.approx(1.0)
+        and not limit.open.any()
+        and "up to where a body slides off" in limit.reason
+    )
+    assert (
+        fo.steady_state(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5, 1.5).outcome
+        is fo.Outcome.SHAKEDOWN
+    )
     twice = fo.shakedown_limit(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}] * 2), 0.5)
     assert twice.load_factor == pytest.approx(1.0) and twice.reason == limit.reason
 
 
 def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
-    """A mean shear of 1 slips node 0 where f < 1, by 1 - f, and that lifts node 1, pressed by 0.1, by half of it."""
+    """A mean shear of 1 slips node 0 where f < 1, by 1 - f, and that lifts node 1, pressed by 0.1,
+    by half of it."""
     pair = system(np.eye(2), [[0.0, 0.0], [0.5, 0.0]], [1.0, 0.0], [1.0, 0.1], [0.1, 0.0], 0.0)
     starts = [opened.tolist() for opened in _settled(pose(pair, CYCLE, 1.2), wants=True, safe=True)]
-    assert fo.march(pair, CYCLE, 1.2, 0.0, cycles=1).gap.max() == 0.0 < fo.march(pair, CYCLE, 0.6, 0.0, cycles=1).gap[-1, 1]
+    assert (
+        fo.march(pair, CYCLE, 1.2, 0.0, cycles=1).gap.max()
+        == 0.0
+        < fo.march(pair, CYCLE, 0.6, 0.0, cycles=1).gap[-1, 1]
+    )
     assert starts and all(opened == [False, True] for opened in starts)
 
 
 def test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction():
-    """Node 0 slips where f < 1, by 1 - f, and that presses node 1, pulled by 0.05, by half of it."""
+    """Node 0 slips where f < 1, by 1 - f, and that presses node 1, pulled by 0.05, by half of
+    it."""
     pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [1.0, 0.0], [1.0, -0.05], [0.1, 0.0], 0.0)
     starts = [opened.tolist() for opened in _settled(pose(pair, CYCLE, 0.7), wants=True, safe=True)]
-    assert fo.march(pair, CYCLE, 1.05, 0.0, cycles=1).gap[-1, 1] > 0.0 == fo.march(pair, CYCLE, 0.7, 0.0, cycles=1).gap.max()
+    assert (
+        fo.march(pair, CYCLE, 1.05, 0.0, cycles=1).gap[-1, 1]
+        > 0.0
+        == fo.march(pair, CYCLE, 0.7, 0.0, cycles=1).gap.max()
+    )
     assert [False, True] in starts

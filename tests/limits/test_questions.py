@@ -17,10 +17,21 @@ PAIR = replace(system(*FIRST_PAIR), compliance=10.0 * np.eye(2), width=[1.0, 1.0
 B = 0.2 * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 A = np.array([[2.0, -0.5, 0.0], [-0.5, 2.0, -0.5], [0.0, -0.5, 2.0]])
 LOADS = {"mean": ([0, 0, 0], [1, -0.3, 1]), "cyclic": ([0.5, 0.2, 0.5], [0.1, 0, 0])}
-OPEN = fo.ContactSystem.from_blocks(A, B, A, [0.0, 1.0, 2.0], LOADS, width=[1.0] * 3, compliance=10.0 * np.eye(2))
-SOLIDS = [replace(embedded(flat, np.random.default_rng(13))[0], compliance=10.0 * np.eye(2), width=[1.0] * flat.nodes) for flat in (PAIR, OPEN)]
+OPEN = fo.ContactSystem.from_blocks(
+    A, B, A, [0.0, 1.0, 2.0], LOADS, width=[1.0] * 3, compliance=10.0 * np.eye(2)
+)
+SOLIDS = [
+    replace(
+        embedded(flat, np.random.default_rng(13))[0],
+        compliance=10.0 * np.eye(2),
+        width=[1.0] * flat.nodes,
+    )
+    for flat in (PAIR, OPEN)
+]
 CONTACTS = {"plane": [PAIR], "space": SOLIDS[:1], "with open nodes": [OPEN, SOLIDS[1]]}
-CONTACTS["with a shear strength"] = [contact.with_shear_strength(0.4) for contact in (PAIR, SOLIDS[0])]
+CONTACTS["with a shear strength"] = [
+    contact.with_shear_strength(0.4) for contact in (PAIR, SOLIDS[0])
+]
 
 
 @cache
@@ -31,7 +42,9 @@ def limit_of(column):
 
 PAGE = Path(__file__).parents[2] / "docs" / "questions.md"
 HEAD, _, *ROWS = [
-    [cell.strip() for cell in line.strip("|").split("|")] for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("|")
+    [cell.strip() for cell in line.strip("|").split("|")]
+    for line in PAGE.read_text(encoding="utf-8").splitlines()
+    if line.startswith("|")
 ]
 
 
@@ -54,5 +67,11 @@ def test_each_cell_says_what_a_contact_answers(row):
                 with pytest.raises(fo.ModelError, match=refused):
                     ask(contact, limit.load_factor, {})
                 continue
-            engine = getattr(ask(contact, limit.load_factor, {"steps": 2} if in_space else {}), "engine", None)
-            assert not isinstance(engine, str) or column == "with open nodes" or cell == {"path": "exact path", "newton": "increments"}[engine]
+            engine = getattr(
+                ask(contact, limit.load_factor, {"steps": 2} if in_space else {}), "engine", None
+            )
+            assert (
+                not isinstance(engine, str)
+                or column == "with open nodes"
+                or cell == {"path": "exact path", "newton": "increments"}[engine]
+            )

@@ -1,4 +1,5 @@
-"""Safe regions of contacts whose nodes stay open: of one set of open nodes, in which alone they are convex."""
+"""Safe regions of contacts whose nodes stay open: of one set of open nodes, in which alone they are
+convex."""
 
 from itertools import pairwise
 
@@ -17,7 +18,14 @@ def test_all_amplitudes_of_a_region_are_safe_where_each_load_alone_leaves_other_
     closed = np.zeros(case.system.nodes, dtype=bool)
     for point in [*points, *((one + other) / 2 for one, other in pairwise(points))]:
         if (point > 0).any():
-            assert fo.shakedown_limit(case.system, region.cycle(*point), case.friction).load_factor >= 1 - 1e-7
+            assert (
+                fo.shakedown_limit(case.system, region.cycle(*point), case.friction).load_factor
+                >= 1 - 1e-7
+            )
     for point in points:
-        assert region.reason == "beyond each side its mechanism slips for ever with all nodes closed"
-        assert fo.shakedown_limit(case.system, region.cycle(*point), case.friction, open=closed).load_factor == pytest.approx(1.0, rel=1e-7)
+        assert (
+            region.reason == "beyond each side its mechanism slips for ever with all nodes closed"
+        )
+        assert fo.shakedown_limit(
+            case.system, region.cycle(*point), case.friction, open=closed
+        ).load_factor == pytest.approx(1.0, rel=1e-7)

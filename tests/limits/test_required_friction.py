@@ -15,18 +15,36 @@ from helpers.liars import misread
 from helpers.separation import open_contact, rests
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
-from helpers.systems import CYCLE, NODE, SEEDS, corner_rows, fixed_contact, random_system, stress_of, system
+from helpers.systems import (
+    CYCLE,
+    NODE,
+    SEEDS,
+    corner_rows,
+    fixed_contact,
+    random_system,
+    stress_of,
+    system,
+)
 from studies.lift_off import fir_tree
 
 
 def brute_force(contact, cycle, load_factor, bound=None):
-    """Least friction by bisection on the feasibility of all rows of all corners in raw slips of at most `bound`; inf if none up to 1000 will do."""
+    """Least friction by bisection on the feasibility of all rows of all corners in raw slips of at
+    most `bound`; inf if none up to 1000 will do."""
 
     def safe(f):
         rows, right = corner_rows(contact, cycle, f)  # which press all nodes, for f > 0
         right = (right - load_factor * rows[..., -1]).ravel()
         rows = rows[..., :-1].reshape(-1, contact.nodes)
-        return linprog(np.zeros(contact.nodes), rows, right, bounds=(None if bound is None else -bound, bound)).status == 0
+        return (
+            linprog(
+                np.zeros(contact.nodes),
+                rows,
+                right,
+                bounds=(None if bound is None else -bound, bound),
+            ).status
+            == 0
+        )
 
     if not safe(1e3):
         return np.inf
@@ -39,11 +57,18 @@ def brute_force(contact, cycle, load_factor, bound=None):
 
 @settings(max_examples=few(12))
 @given(
-    seed=SEEDS, nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), coupling=st.sampled_from([0.0, 0.5, 1.0]), most=st.none() | st.floats(0.0, 2.0)
+    seed=SEEDS,
+    nodes=st.integers(1, 5),
+    factor=st.floats(0.01, 4.0),
+    coupling=st.sampled_from([0.0, 0.5, 1.0]),
+    most=st.none() | st.floats(0.0, 2.0),
 )
 def test_required_friction_by_brute_force(seed, nodes, factor, coupling, most):
     contact = random_system(np.random.default_rng(seed), nodes, coupling=coupling)
-    required, expected = fo.required_friction(contact, CYCLE, factor, slip_bound=most), brute_force(contact, CYCLE, factor, most)
+    required, expected = (
+        fo.required_friction(contact, CYCLE, factor, slip_bound=most),
+        brute_force(contact, CYCLE, factor, most),
+    )
     assert required.residual <= 1e-9
     if required.open.any():  # which no row of the brute force knows
         assert required.required <= expected * (1 + 1e-5)
@@ -69,23 +94,44 @@ def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_
     assert make is fixed_contact or required.required <= f * (1 + 1e-5)
     enough = fo.shakedown_limit(contact, cycle, required.required * (1 + 1e-4))
     less = fo.shakedown_limit(contact, cycle, required.required * (1 - 1e-4))
-    assert enough.least <= factor <= enough.load_factor and not less.least <= factor <= less.load_factor
+    assert (
+        enough.least <= factor <= enough.load_factor
+        and not less.least <= factor <= less.load_factor
+    )
     assert required.reactions[1].min() >= -1e-9
 
 
-@pytest.mark.parametrize(("make", "cycle"), [(random_system, CYCLE), (random_contact, spatial_cycle())], ids=["plane", "space"])
+@pytest.mark.parametrize(
+    ("make", "cycle"),
+    [(random_system, CYCLE), (random_contact, spatial_cycle())],
+    ids=["plane", "space"],
+)
 @settings(max_examples=few(6))
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), factor=st.floats(0.01, 4.0), most=st.none() | st.floats(0.0, 2.0))
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 5),
+    factor=st.floats(0.01, 4.0),
+    most=st.none() | st.floats(0.0, 2.0),
+)
 def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, factor, most):
     """Where it leaves some node no pressure, no friction is enough."""
     contact, least = make(np.random.default_rng(seed), nodes, coupling=1.0), cp.Variable()
-    bound, v = None if most is None else np.full(nodes, most), cp.Variable((nodes, contact.tangents))
+    bound, v = (
+        None if most is None else np.full(nodes, most),
+        cp.Variable((nodes, contact.tangents)),
+    )
     pressed = best_pressed(contact, cycle, factor, bound)[0]
     p0, p1 = cycle.mean_reaction(contact)[1], cycle.corner_reactions(contact)[1]
     rows = [p0 + factor * p + contact.B @ cp.vec(v, order="F") >= p0.mean() * least for p in p1]
     rows += [least <= 1.0, *([] if most is None else [cp.norm(v, 2, axis=1) <= bound])]
-    value = cp.Problem(cp.Maximize(least), rows).solve(solver="CLARABEL", tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
-    assert pressed.least == pytest.approx(value, abs=1e-7) and pressed.impossible == (value < 0) and pressed.residual <= 1e-9
+    value = cp.Problem(cp.Maximize(least), rows).solve(
+        solver="CLARABEL", tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9
+    )
+    assert (
+        pressed.least == pytest.approx(value, abs=1e-7)
+        and pressed.impossible == (value < 0)
+        and pressed.residual <= 1e-9
+    )
     if pressed.least < -1e-6:
         answer = fo.required_friction(contact, cycle, factor, slip_bound=bound)
         assert answer.required == np.inf and len(answer.mechanism)
@@ -94,7 +140,9 @@ def test_the_best_pressed_slip_by_another_program(make, cycle, seed, nodes, fact
 def test_a_pressing_whose_multipliers_prove_nothing_is_no_answer(monkeypatch):
     contact = random_system(np.random.default_rng(1), 3)
     assert best_pressed(contact, CYCLE, 0.5, None)[0].residual <= 1e-9
-    misread(monkeypatch, lambda compiled, z, multipliers: np.multiply(multipliers, 0.5, out=multipliers))
+    misread(
+        monkeypatch, lambda compiled, z, multipliers: np.multiply(multipliers, 0.5, out=multipliers)
+    )
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
         best_pressed(contact, CYCLE, 0.5, None)
 
@@ -104,20 +152,48 @@ def graded(which):
     """A contact whose elements span decades, with its mean load and the loads that cycle."""
     stiff, soft = fo.Material(E=10.0, nu=0.3), fo.Material(E=0.1, nu=0.3)
     scene, *loads = [
-        (fo.scenes.Dovetail(angle=60, elements=24, grading=100, growth=1.8, blade_material=stiff), "pull", ("pull", "sway")),
-        (fo.scenes.Dovetail(angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft), "pull", ("pull", "sway")),
-        (fo.scenes.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0), "pull", ("pull", "sway")),
-        (fo.scenes.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff), "P", ("Q", "sigma")),
-        (fo.scenes.RoundedPunch(50.0, 0.5, fo.scenes.PunchOnHalfPlane(elements=20, grading=10, growth=1.6)), "P", ("Q", "sigma")),
+        (
+            fo.scenes.Dovetail(
+                angle=60, elements=24, grading=100, growth=1.8, blade_material=stiff
+            ),
+            "pull",
+            ("pull", "sway"),
+        ),
+        (
+            fo.scenes.Dovetail(
+                angle=45, elements=10, grading=5000, growth=1.8, blade_material=soft
+            ),
+            "pull",
+            ("pull", "sway"),
+        ),
+        (
+            fo.scenes.Dovetail(angle=70, elements=10, grading=50, growth=1.8, edge_radius=200.0),
+            "pull",
+            ("pull", "sway"),
+        ),
+        (
+            fo.scenes.PunchOnHalfPlane(elements=20, grading=1000, growth=1.6, punch_material=stiff),
+            "P",
+            ("Q", "sigma"),
+        ),
+        (
+            fo.scenes.RoundedPunch(
+                50.0, 0.5, fo.scenes.PunchOnHalfPlane(elements=20, grading=10, growth=1.6)
+            ),
+            "P",
+            ("Q", "sigma"),
+        ),
         (fo.scenes.PinInPlate(elements=24, growth=1.5), "fit", ("Fx", "sigma")),
     ][which]
     return scene.condense(), *loads
 
 
 def straddles(contact, cycle, load_factor, required):
-    """Whether the load factor lies between the shakedown limits of a little less and of a little more friction.
+    """Whether the load factor lies between the shakedown limits of a little less and of a little
+    more friction.
 
-    Where the mean load alone has no safe slip, the safe load factors may begin above the one in question.
+    Where the mean load alone has no safe slip, the safe load factors may begin above the one in
+    question.
     """
     friction = required.required * (1 - 2e-5)
     less = fo.shakedown_limit(contact, cycle, friction).load_factor
@@ -131,25 +207,38 @@ def fir():
     return fir_tree()
 
 
-@pytest.mark.parametrize("load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)]))
+@pytest.mark.parametrize(
+    "load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)])
+)
 def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_factor, fir):
-    """At 0.944 the best set is next to one that the mean load opens with less friction, and not next to the best one of these."""
+    """At 0.944 the best set is next to one that the mean load opens with less friction, and not
+    next to the best one of these."""
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
     required = fo.required_friction(fir, cycle, load_factor)
-    assert required.open.any() and required.required * (1 - 1e-5) < required.bound < required.required
-    below, above = (fo.shakedown_limit(fir, cycle, required.required * share).load_factor for share in (1 - 1e-4, 1 + 1e-6))
+    assert (
+        required.open.any() and required.required * (1 - 1e-5) < required.bound < required.required
+    )
+    below, above = (
+        fo.shakedown_limit(fir, cycle, required.required * share).load_factor
+        for share in (1 - 1e-4, 1 + 1e-6)
+    )
     assert below < load_factor <= above
 
 
 def test_faces_of_strongly_graded_nodes():
-    """Two inclined faces with a hundredfold grading, a stiff blade in a soft disc: there B hardly feels some slips."""
+    """Two inclined faces with a hundredfold grading, a stiff blade in a soft disc: there B hardly
+    feels some slips."""
     contact, load_factor = graded(0)[0], 0.05
     cycle = fo.LoadCycle({"pull": 1.0}, [{"sway": 1.0}, {"sway": -1.0}])
     assert best_pressed(contact, cycle, load_factor, None)[0].residual < 1e-11
     assert straddles(contact, cycle, load_factor, fo.required_friction(contact, cycle, load_factor))
 
 
-CORNERS = st.lists(st.tuples(st.sampled_from([-0.3, -0.1, 0.1, 0.2]), st.sampled_from([-0.3, 0.0, 0.2])), min_size=2, max_size=4)
+CORNERS = st.lists(
+    st.tuples(st.sampled_from([-0.3, -0.1, 0.1, 0.2]), st.sampled_from([-0.3, 0.0, 0.2])),
+    min_size=2,
+    max_size=4,
+)
 FACTORS = st.sampled_from([0.1, 0.5, 0.9])
 
 
@@ -158,7 +247,13 @@ FACTORS = st.sampled_from([0.1, 0.5, 0.9])
 def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load_factor):
     contact, mean, loads = graded(which)
     unit = 0.01 if mean == "fit" else 1.0
-    cycle = fo.LoadCycle({mean: 1.0}, [{load: unit * amplitude for load, amplitude in zip(loads, corner, strict=True)} for corner in corners])
+    cycle = fo.LoadCycle(
+        {mean: 1.0},
+        [
+            {load: unit * amplitude for load, amplitude in zip(loads, corner, strict=True)}
+            for corner in corners
+        ],
+    )
     required = fo.required_friction(contact, cycle, load_factor)
     if required.required == 0:
         assert fo.shakedown_limit(contact, cycle, 1e-3).load_factor >= load_factor * (1 - 1e-9)
@@ -169,26 +264,44 @@ def test_required_friction_by_the_limits_of_graded_contacts(which, corners, load
 
 
 def test_faces_that_lock_themselves_need_slips_without_bound():
-    """Pushed from below, a dovetail is held by friction alone, of the cotangent of its angle: with it the slip has no bound."""
-    contact, cot = fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense(), 1 / np.tan(np.radians(50))
+    """Pushed from below, a dovetail is held by friction alone, of the cotangent of its angle: with
+    it the slip has no bound."""
+    contact, cot = (
+        fo.scenes.Dovetail(angle=50, elements=4, growth=2.0).condense(),
+        1 / np.tan(np.radians(50)),
+    )
     cycle = fo.LoadCycle({"pull": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
     free = fo.required_friction(contact, cycle, 1.5)
     assert free.required == pytest.approx(cot, rel=1e-5) and free.largest_slip > 1e6
     held = [fo.required_friction(contact, cycle, 1.5, slip_bound=most) for most in (1e2, 1e4)]
     assert [required.largest_slip for required in held] == pytest.approx([1e2, 1e4])
-    assert held[0].required > held[1].required > free.required and "within the slip bound" in held[0].reason
+    assert (
+        held[0].required > held[1].required > free.required
+        and "within the slip bound" in held[0].reason
+    )
     for required, most in zip(held, (1e2, 1e4), strict=True):
-        less, more = (fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor for f in (required.bound, required.required))
+        less, more = (
+            fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor
+            for f in (required.bound, required.required)
+        )
         assert less < 1.5 < more < 1.5001
-    assert "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
-    with pytest.raises(fo.SolverError, match=r"no slip is safe with 0\.838.*one of up to .* is with 0\.839.*give a smaller slip_bound"):
+    assert (
+        "within the slip bound" in fo.required_friction(contact, cycle, 1.5, slip_bound=1.0).reason
+    )
+    with pytest.raises(
+        fo.SolverError,
+        match=r"no slip is safe with 0\.838.*one of up to .* is with 0\.839.*give a smaller slip_bound",
+    ):
         fo.required_friction(contact, cycle, 1.5, slip_bound=1e6)
 
 
 def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
-    """Hardly anything resists a roll, so with all nodes closed no program tells how far they are pressed; those at rest tell enough."""
+    """Hardly anything resists a roll, so with all nodes closed no program tells how far they are
+    pressed; those at rest tell enough."""
     x, steel = np.linspace(-1.2, 1.2, 21), fo.Material(E=115e3, nu=0.33)
-    block = MeshQuad.init_tensor(np.r_[-6, -3, x, 3, 6], np.r_[-6, -3, -1, -0.3, 0]).with_boundaries(
+    block = MeshQuad.init_tensor(
+        np.r_[-6, -3, x, 3, 6], np.r_[-6, -3, -1, -0.3, 0]
+    ).with_boundaries(
         {"contact": lambda x: (x[1] == 0) & (abs(x[0]) < 1.2), "bottom": lambda x: x[1] == -6}
     )
     square = MeshQuad.init_tensor(x, np.linspace(0, 1, 7))
@@ -200,7 +313,10 @@ def test_a_pad_that_rolls_on_its_flat_needs_more_than_one():
     contact = fo.ContactModel(
         {"pad": fo.Body(pad, steel), "block": fo.Body(block, steel)},
         supports=[fo.Support("block", "bottom")],
-        loads={"P": [fo.Pressure("pad", "top", 500 / 2.4)], "Q": [fo.Traction("pad", "top", x=1 / 2.4), upright]},
+        loads={
+            "P": [fo.Pressure("pad", "top", 500 / 2.4)],
+            "Q": [fo.Traction("pad", "top", x=1 / 2.4), upright],
+        },
         contacts=[fo.Contact("pad", "block", gap="measured")],
     ).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 100.0}, {"Q": -100.0}])
@@ -216,11 +332,18 @@ def test_it_is_proven_from_both_sides(punch, paper_cycle):
     assert (np.abs(q) <= required.required * p + 1e-12 * p.mean()).all()
     less, table = required.bound, required.mechanism
     assert (1 - 1e-5) * required.required < less < required.required
-    node, corner, sense, share = (table[name].to_numpy() for name in ("node", "corner", "direction", "share"))
+    node, corner, sense, share = (
+        table[name].to_numpy() for name in ("node", "corner", "direction", "share")
+    )
     assert np.abs(stress_of(contact, table, less)).max() < 1e-9 * np.abs(contact.A).max()
-    work = sense * (q0 + 1.5 * q1[corner])[np.arange(len(node)), node] + less * (p0 + 1.5 * p1[corner])[np.arange(len(node)), node]
+    work = (
+        sense * (q0 + 1.5 * q1[corner])[np.arange(len(node)), node]
+        + less * (p0 + 1.5 * p1[corner])[np.arange(len(node)), node]
+    )
     assert share @ work < 0
-    assert fo.shakedown_limit(contact, paper_cycle, required.required).load_factor == pytest.approx(1.5, rel=1e-5)
+    assert fo.shakedown_limit(contact, paper_cycle, required.required).load_factor == pytest.approx(
+        1.5, rel=1e-5
+    )
 
 
 def test_where_no_friction_is_needed():
@@ -231,16 +354,22 @@ def test_where_no_friction_is_needed():
 
 
 def test_where_no_friction_is_enough():
-    """The second node is pulled at one corner, and slip presses one node only as much as it unloads the other."""
+    """The second node is pulled at one corner, and slip presses one node only as much as it unloads
+    the other."""
     B = np.array([[0.5, -0.5], [-0.5, 0.5]])
     pulled = system(np.eye(2), B, 0.0, (1.0, 1.0), 0.2, (0.0, 3.0))
     required = fo.required_friction(pulled, CYCLE, 1.0, slip_bound=1.0)
     assert required.required == np.inf and np.isnan(required.slip).all()
     assert "no friction is enough" in required.reason and "x = 1" in required.reason
     table = required.mechanism
-    assert set(table["direction"]) == {0} and dict(zip(table["node"], table["corner"], strict=True))[1] == 0
+    assert (
+        set(table["direction"]) == {0}
+        and dict(zip(table["node"], table["corner"], strict=True))[1] == 0
+    )
     assert np.isfinite(fo.required_friction(pulled, CYCLE, 0.6).required)
-    opened = fo.required_friction(pulled, CYCLE, 1.0)  # a slip of 8 keeps node 1 open, and node 0 sticks
+    opened = fo.required_friction(
+        pulled, CYCLE, 1.0
+    )  # a slip of 8 keeps node 1 open, and node 0 sticks
     assert opened.open.tolist() == [False, True] and opened.required == pytest.approx(1.6, rel=1e-6)
     assert rests(pulled, CYCLE, opened.required * 1.001, 1.0, initial_state=opened.state)
 
@@ -258,26 +387,37 @@ def test_pressures_within_rounding_of_zero_are_no_answer():
 
 
 def test_too_little_friction_is_proven_where_a_node_has_a_small_part_of_the_margin():
-    """A node with a millionth of the pressure limits the friction: the margin hardly feels a little less, so the step to the proof is wider."""
+    """A node with a millionth of the pressure limits the friction: the margin hardly feels a little
+    less, so the step to the proof is wider."""
     light = 1e-6
     contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, light), (0.1, 0.5 * light), 0.0)
     required = fo.required_friction(contact, CYCLE, 1.0)
-    assert required.required == pytest.approx(0.5, rel=1e-5) and required.required * (1 - 1e-5) < required.bound < required.required
-    assert not fo.safe_slip(contact, CYCLE, required.bound, 1.0).exists and set(required.mechanism["node"]) == {1}
+    assert (
+        required.required == pytest.approx(0.5, rel=1e-5)
+        and required.required * (1 - 1e-5) < required.bound < required.required
+    )
+    assert not fo.safe_slip(contact, CYCLE, required.bound, 1.0).exists and set(
+        required.mechanism["node"]
+    ) == {1}
 
 
 def test_where_the_mean_load_pulls_more_load_needs_less_friction():
-    """A node pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam - 1) >= 0.6 lam; its least safe load factor agrees."""
+    """A node pulled by 1 and pressed by lam at corners that shear it by +-0.6 lam needs f (lam - 1)
+    >= 0.6 lam; its least safe load factor agrees."""
     cycle = fo.LoadCycle({"P": -1.0}, [{"N": 1.0, "Q": 0.6}, {"N": 1.0, "Q": -0.6}])
     required = [fo.required_friction(NODE, cycle, load_factor) for load_factor in (0.5, 2.0, 5.0)]
     assert [each.required for each in required] == pytest.approx([np.inf, 1.2, 0.75], rel=1e-6)
     for each in required[1:]:
         least = fo.shakedown_limit(NODE, cycle, each.required).least
-        assert least == pytest.approx(each.load_factor, rel=1e-4) and fo.shakedown_limit(NODE, cycle, each.bound).least > each.load_factor
+        assert (
+            least == pytest.approx(each.load_factor, rel=1e-4)
+            and fo.shakedown_limit(NODE, cycle, each.bound).least > each.load_factor
+        )
 
 
 def by_slips(S, loads, node, slips):
-    """Least friction under loads (K, 4) of one of two nodes, of which the other one is open, by trying all slips."""
+    """Least friction under loads (K, 4) of one of two nodes, of which the other one is open, by
+    trying all slips."""
     own, other = [node, node + 2], [1 - node, 3 - node]
     take = S[own][:, other] @ np.linalg.inv(S[other][:, other])
     moved = np.multiply.outer(S[own, node] - take @ S[other, node], slips)
@@ -286,25 +426,70 @@ def by_slips(S, loads, node, slips):
 
 
 def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
-    """Under the mean load node 1 opens with friction 0.25 and not with 0.3; open, it leaves a contact of one node, whose slips are tried here."""
-    S = np.array([[1.8, 0.1, -0.6, -0.6], [0.1, 1.0, 0.0, 0.5], [-0.6, 0.0, 1.5, -0.2], [-0.6, 0.5, -0.2, 1.4]])
-    mean, corners = np.array([-0.1, 0.1, 1.2, 1.0]), np.array([[1.5, -0.2, -0.4, 0.2], [-0.5, 0.5, -0.2, 0.1], [-0.9, 0.4, -0.1, -0.1]])
-    contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)}, gap=[0.0, 1.2])
+    """Under the mean load node 1 opens with friction 0.25 and not with 0.3; open, it leaves a
+    contact of one node, whose slips are tried here."""
+    S = np.array(
+        [
+            [1.8, 0.1, -0.6, -0.6],
+            [0.1, 1.0, 0.0, 0.5],
+            [-0.6, 0.0, 1.5, -0.2],
+            [-0.6, 0.5, -0.2, 1.4],
+        ]
+    )
+    mean, corners = (
+        np.array([-0.1, 0.1, 1.2, 1.0]),
+        np.array([[1.5, -0.2, -0.4, 0.2], [-0.5, 0.5, -0.2, 0.1], [-0.9, 0.4, -0.1, -0.1]]),
+    )
+    contact = fo.ContactSystem(
+        S,
+        [[0, 0], [1, 0]],
+        {"P": mean} | {str(k): r for k, r in enumerate(corners)},
+        gap=[0.0, 1.2],
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}, {"2": 1.0}])
     required = fo.required_friction(contact, cycle, 0.2)
-    assert required.required == pytest.approx(by_slips(S, mean + 0.2 * corners, 0, np.linspace(-1, 1, 200_001)), rel=1e-4)
+    assert required.required == pytest.approx(
+        by_slips(S, mean + 0.2 * corners, 0, np.linspace(-1, 1, 200_001)), rel=1e-4
+    )
     assert required.open.tolist() == [False, True]
-    assert required.reason == "no residual slip is safe with less, 1 nodes open and the others closed: see the mechanism"
+    assert (
+        required.reason
+        == "no residual slip is safe with less, 1 nodes open and the others closed: see the mechanism"
+    )
     opened, pressed = (fo.shakedown_limit(contact, cycle, f) for f in (0.25, 0.3))
-    assert opened.load_factor < pressed.load_factor and pressed.open.tolist() == [False, True] and mean[3] < 1.2 * S[3, 3]
+    assert (
+        opened.load_factor < pressed.load_factor
+        and pressed.open.tolist() == [False, True]
+        and mean[3] < 1.2 * S[3, 3]
+    )
 
 
 def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
-    """Glued, the mean load presses both nodes, by 0.29 and 0.08. With a friction of 0.1 node 0 slips open, so 1 rests alone; with 0.3 both close."""
-    S = np.array([[0.67, -0.19, 0.1, -0.35], [-0.19, 0.43, 0.12, -0.26], [0.1, 0.12, 0.32, -0.13], [-0.35, -0.26, -0.13, 0.87]])
-    mean, corners = np.array([1.53, 0.36, 0.29, 0.08]), np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]])
-    contact = fo.ContactSystem(S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)})
-    required = fo.required_friction(contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05)
-    assert required.required == pytest.approx(by_slips(S, mean + 0.05 * corners, 1, np.linspace(-4, 4, 800_001)), rel=1e-3)
+    """Glued, the mean load presses both nodes, by 0.29 and 0.08. With a friction of 0.1 node 0
+    slips open, so 1 rests alone; with 0.3 both close."""
+    S = np.array(
+        [
+            [0.67, -0.19, 0.1, -0.35],
+            [-0.19, 0.43, 0.12, -0.26],
+            [0.1, 0.12, 0.32, -0.13],
+            [-0.35, -0.26, -0.13, 0.87],
+        ]
+    )
+    mean, corners = (
+        np.array([1.53, 0.36, 0.29, 0.08]),
+        np.array([[-0.76, 1.11, 0.61, -0.2], [-0.69, 0.35, 0.71, 0.42]]),
+    )
+    contact = fo.ContactSystem(
+        S, [[0, 0], [1, 0]], {"P": mean} | {str(k): r for k, r in enumerate(corners)}
+    )
+    required = fo.required_friction(
+        contact, fo.LoadCycle({"P": 1.0}, [{"0": 1.0}, {"1": 1.0}]), 0.05
+    )
+    assert required.required == pytest.approx(
+        by_slips(S, mean + 0.05 * corners, 1, np.linspace(-4, 4, 800_001)), rel=1e-3
+    )
     assert required.open.tolist() == [True, False]
-    assert required.reason == "no residual slip is safe with less, 1 nodes open and the others closed: see the mechanism"
+    assert (
+        required.reason
+        == "no residual slip is safe with less, 1 nodes open and the others closed: see the mechanism"
+    )

@@ -37,7 +37,10 @@ def reach(vertices, direction):
 
 
 @settings(max_examples=few(10))
-@given(seed=st.integers(0, 10**6), loads=st.sampled_from([("a", "b"), ("a", CIRCLE), (CIRCLE, [{"b": 1.0}])]))
+@given(
+    seed=st.integers(0, 10**6),
+    loads=st.sampled_from([("a", "b"), ("a", CIRCLE), (CIRCLE, [{"b": 1.0}])]),
+)
 def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads):
     contact, f, region = random_region(seed, loads)
     status = linprog_limit(contact, region.cycle(0.0, 0.0), f)[0]
@@ -47,7 +50,9 @@ def test_the_polygon_is_the_limit_along_every_ray_by_another_program(seed, loads
         rng = np.random.default_rng(seed)
         rays = np.abs([*rng.normal(size=(6, 2)), [1.0, 0.0], [0.0, 1.0], *region.vertices])
         for ray in rays[np.abs(rays).max(axis=1) > 0]:
-            assert linprog_limit(contact, region.cycle(*ray), f)[1] == pytest.approx(reach(region.vertices, ray), rel=1e-7, abs=1e-9)
+            assert linprog_limit(contact, region.cycle(*ray), f)[1] == pytest.approx(
+                reach(region.vertices, ray), rel=1e-7, abs=1e-9
+            )
 
 
 @settings(max_examples=few(10))
@@ -60,40 +65,75 @@ def test_vertices_are_a_convex_chain_and_each_side_is_its_mechanism(seed):
     assert len(region.mechanisms) == len(region.sides) == len(region.vertices) - 1
     ways = np.diff(region.vertices, axis=0)
     assert (ways[:-1, 0] * ways[1:, 1] - ways[:-1, 1] * ways[1:, 0] > 0).all()
-    (q0, p0), units = contact.reaction(MEAN), [region.cycle(1.0, 0.0).corner_reactions(contact), region.cycle(0.0, 1.0).corner_reactions(contact)]
+    (q0, p0), units = (
+        contact.reaction(MEAN),
+        [
+            region.cycle(1.0, 0.0).corner_reactions(contact),
+            region.cycle(0.0, 1.0).corner_reactions(contact),
+        ],
+    )
     for side, table in zip(region.sides.itertuples(), region.mechanisms, strict=True):
-        node, corner, sense, share = (table[name].to_numpy() for name in ("node", "corner", "direction", "share"))
+        node, corner, sense, share = (
+            table[name].to_numpy() for name in ("node", "corner", "direction", "share")
+        )
         lift = lifts(table, f)
         resistance = share @ (sense * q0[node] + lift * p0[node])
-        drives = [-share @ (sense * q[corner, node] + lift * p[corner, node]) / resistance for q, p in units]
+        drives = [
+            -share @ (sense * q[corner, node] + lift * p[corner, node]) / resistance
+            for q, p in units
+        ]
         assert np.allclose(drives, [side.a, side.b], rtol=1e-6, atol=1e-8)
         assert np.abs(stress_of(contact, table, f)).max() < 1e-7 * np.abs(contact.A).max()
 
 
 def test_without_a_mean_load_only_zero_is_safe():
-    region = fo.safe_region(random_system(np.random.default_rng(0), 3, loads=("mean", "a", "b")), {}, ["a", "b"], 0.5)
-    assert np.array_equal(region.vertices, np.zeros((2, 2))) and region.contains(0.0, 0.0) and not region.contains(1e-6, 0.0)
+    region = fo.safe_region(
+        random_system(np.random.default_rng(0), 3, loads=("mean", "a", "b")), {}, ["a", "b"], 0.5
+    )
+    assert (
+        np.array_equal(region.vertices, np.zeros((2, 2)))
+        and region.contains(0.0, 0.0)
+        and not region.contains(1e-6, 0.0)
+    )
 
 
 def test_a_load_without_room_leaves_the_other_one_its_limit():
     """The mean load brings the first node to its bound; the second load shears the other one."""
-    loads = {"P": ([0.5, 0.0], [1.0, 1.0]), "a": ([1.0, 0.0], [0.0, 0.0]), "b": ([0.0, 1.0], [0.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(np.diag([0.0, 1.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
+    loads = {
+        "P": ([0.5, 0.0], [1.0, 1.0]),
+        "a": ([1.0, 0.0], [0.0, 0.0]),
+        "b": ([0.0, 1.0], [0.0, 0.0]),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.diag([0.0, 1.0]), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
+    )
     region = fo.safe_region(contact, {"P": 1.0}, ["a", "b"], 0.5)
     assert region.vertices == pytest.approx(np.array([[0.0, 0.0], [0.0, 0.5]]), abs=1e-9)
-    assert region.contains(0.0, 0.49) and not region.contains(0.0, 0.51) and not region.contains(1e-6, 0.1)
+    assert (
+        region.contains(0.0, 0.49)
+        and not region.contains(0.0, 0.51)
+        and not region.contains(1e-6, 0.1)
+    )
 
 
 @pytest.mark.parametrize("tolerance", [0.1, 1e-3])
 def test_shear_along_both_tangents_of_a_node_is_safe_within_a_circle(tolerance):
-    node = fo.ContactSystem(np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [0.8, 0.6, 0], "R": [-1.2, 1.6, 0]})
+    node = fo.ContactSystem(
+        np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [0.8, 0.6, 0], "R": [-1.2, 1.6, 0]}
+    )
     region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], 0.5, tolerance=tolerance)
     size = [1.0, 2.0]  # of both shears, across each other
     assert np.linalg.norm(region.vertices * size, axis=1) == pytest.approx(1.0, abs=1e-8)
     beyond = np.linalg.norm(region.outer * size, axis=1)
-    assert beyond.min() > 1 - 1e-8 and beyond.max() <= 1 / (1 - tolerance) and 0 < region.gap <= tolerance
+    assert (
+        beyond.min() > 1 - 1e-8
+        and beyond.max() <= 1 / (1 - tolerance)
+        and 0 < region.gap <= tolerance
+    )
     normals = region.sides[["a", "b"]].to_numpy() / size
-    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-8) and region.sides["bound"].to_numpy() == pytest.approx(1.0)
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, abs=1e-8) and region.sides[
+        "bound"
+    ].to_numpy() == pytest.approx(1.0)
     assert len(region.outer) == len(region.sides) + 1 == len(region.vertices) + 1
     for angle in np.linspace(0, np.pi / 2, 7):
         ray = np.array([np.cos(angle), np.sin(angle)]) / size
@@ -106,29 +146,47 @@ def test_in_space_every_ray_ends_between_both_polygons(seed):
     """By polygons around the circles, and raw slips."""
     rng = np.random.default_rng(seed)
     contact, f = random_contact(rng, 3), rng.uniform(0.3, 0.8, 3)
-    region = fo.safe_region(contact, {"mean": 1.0}, ["a", [{"b": 1.0}, {"c": -0.5}]], f, tolerance=0.02)
+    region = fo.safe_region(
+        contact, {"mean": 1.0}, ["a", [{"b": 1.0}, {"c": -0.5}]], f, tolerance=0.02
+    )
     for ray in np.abs(rng.normal(size=(4, 2))):
         limit = polygon_limit(contact, region.cycle(*ray), f)
-        assert reach(region.vertices, ray) * (1 - 1e-7) <= limit <= reach(region.outer, ray) * (1 + 1e-7)
-        assert reach(region.outer, ray) <= reach(region.vertices, ray) / (1 - region.gap) * (1 + 1e-7)
+        assert (
+            reach(region.vertices, ray) * (1 - 1e-7)
+            <= limit
+            <= reach(region.outer, ray) * (1 + 1e-7)
+        )
+        assert reach(region.outer, ray) <= reach(region.vertices, ray) / (1 - region.gap) * (
+            1 + 1e-7
+        )
 
 
 def test_in_space_open_nodes_stay_open():
     contact, _, limit = open_in_space(1)
-    region = fo.safe_region(contact, {"mean": 1.0}, ["a", [{"b": 0.7, "c": 0.2}]], 0.6, tolerance=0.05)
+    region = fo.safe_region(
+        contact, {"mean": 1.0}, ["a", [{"b": 0.7, "c": 0.2}]], 0.6, tolerance=0.05
+    )
     assert limit.open.any() and len(region.vertices) > 1 and region.gap <= 0.05
     for ray in ([1.0, 0.3], [0.2, 1.0]):
         other = fo.shakedown_limit(contact, region.cycle(*ray), 0.6).load_factor
-        assert reach(region.vertices, ray) * (1 - 1e-7) <= other <= reach(region.outer, ray) * (1 + 1e-7)
+        assert (
+            reach(region.vertices, ray) * (1 - 1e-7)
+            <= other
+            <= reach(region.outer, ray) * (1 + 1e-7)
+        )
 
 
 def test_a_curved_region_is_drawn_with_both_polygons():
-    node = fo.ContactSystem(np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [1.0, 0, 0], "R": [0, 1.0, 0]})
+    node = fo.ContactSystem(
+        np.eye(3), np.zeros((1, 3)), {"P": [0, 0, 2.0], "Q": [1.0, 0, 0], "R": [0, 1.0, 0]}
+    )
     region = fo.safe_region(node, {"P": 1.0}, ["Q", "R"], 0.5, tolerance=0.1)
     lines = {line.get_label(): line for line in region.plot().get_lines()}
     assert np.array_equal(np.transpose(lines["vertex, proven safe"].get_data()), region.vertices)
     drawn = [line for name, line in lines.items() if name.startswith("side ")]
-    assert [line.get_xydata().tolist() for line in drawn] == [list(map(list, ends)) for ends in itertools.pairwise(region.outer.tolist())]
+    assert [line.get_xydata().tolist() for line in drawn] == [
+        list(map(list, ends)) for ends in itertools.pairwise(region.outer.tolist())
+    ]
     assert all("slips most" in line.get_label() for line in drawn)
 
 
@@ -137,25 +195,44 @@ def test_directions_without_a_limit_are_named():
     loads = {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "other": ([0], [0])}
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "Q"], 0.5)
-    assert region.unlimited == ("idle",) and np.allclose(region.vertices, [[np.inf, 0.5]]) and np.allclose(region.sides, [[0.0, 2.0, 1.0]])
+    assert (
+        region.unlimited == ("idle",)
+        and np.allclose(region.vertices, [[np.inf, 0.5]])
+        and np.allclose(region.sides, [[0.0, 2.0, 1.0]])
+    )
     assert region.contains(1e9, 0.49) and not region.contains(0.0, 0.51)
     for loads, name in (["idle", "Q"], "y"), (["Q", "idle"], "x"):
         drawn = fo.safe_region(contact, {"P": 1.0}, loads, 0.5)
         ax = drawn.plot()
         assert "'idle' has no limit" in drawn.reason
         (side,) = ax.get_lines()
-        assert getattr(side, f"get_{name}data")() == pytest.approx([0.5, 0.5]) and side.get_label() == "side 0: node 0, $x = 0$, slips most"
+        assert (
+            getattr(side, f"get_{name}data")() == pytest.approx([0.5, 0.5])
+            and side.get_label() == "side 0: node 0, $x = 0$, slips most"
+        )
         (inside,) = ax.patches
-        reach = np.ptp(inside.get_extents().transformed(ax.transData.inverted()).get_points(), axis=0)
+        reach = np.ptp(
+            inside.get_extents().transformed(ax.transData.inverted()).get_points(), axis=0
+        )
         assert reach == pytest.approx([1.0, 0.5] if name == "y" else [0.5, 1.0])
     region = fo.safe_region(contact, {"P": 1.0}, ["idle", "other"], 0.5)
-    assert region.unlimited == ("idle", "other") and region.contains(1e9, 1e9) and np.isinf(region.vertices).all()
+    assert (
+        region.unlimited == ("idle", "other")
+        and region.contains(1e9, 1e9)
+        and np.isinf(region.vertices).all()
+    )
 
 
 def test_a_mean_load_at_the_bound_leaves_amplitude_zero():
-    contact = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.5], [1]), "Q": ([1], [0]), "N": ([0], [1])})
+    contact = fo.ContactSystem.from_blocks(
+        [[0.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.5], [1]), "Q": ([1], [0]), "N": ([0], [1])}
+    )
     region = fo.safe_region(contact, {"P": 1.0}, ["Q", "N"], 0.5)
-    assert np.allclose(region.vertices, 0.0, atol=1e-9) and region.contains(0.0, 0.0) and not region.contains(1e-3, 0.0)
+    assert (
+        np.allclose(region.vertices, 0.0, atol=1e-9)
+        and region.contains(0.0, 0.0)
+        and not region.contains(1e-3, 0.0)
+    )
 
 
 @refused(
@@ -172,7 +249,8 @@ def test_bad_loads_are_refused(loads):
 
 
 def test_the_ray_of_one_load_alone_gives_a_line_for_both():
-    """Its corners differ by the other load, which has amplitude 0 there. With the right ones each side takes two limits at most."""
+    """Its corners differ by the other load, which has amplitude 0 there. With the right ones each
+    side takes two limits at most."""
     for seed in range(5):
         contact, _, region = random_region(seed)
         if len(region.sides) and not region.unlimited and contact.B.any():
@@ -182,14 +260,19 @@ def test_the_ray_of_one_load_alone_gives_a_line_for_both():
 
 @pytest.mark.parametrize("other", ["idle", "twin"])
 def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
-    """A limit whose mechanism proves a little more than its slip carries leaves a line beside its point; those of twins are parallel."""
+    """A limit whose mechanism proves a little more than its slip carries leaves a line beside its
+    point; those of twins are parallel."""
 
     def loose(*args, **options):
         limit = fo.shakedown_limit(*args, **options)
         return replace(limit, bound=limit.bound * (1 + 1e-6))
 
     contact = fo.ContactSystem.from_blocks(
-        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "twin": ([1], [0])}
+        [[1.0]],
+        [[0.0]],
+        [[1.0]],
+        [0.0],
+        {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "twin": ([1], [0])},
     )
     monkeypatch.setattr(import_module("frictopt.limits.safe_region"), "shakedown_limit", loose)
     with pytest.raises(fo.SolverError, match=r"its sides and vertices differ by 1\.0e-06"):
@@ -200,6 +283,11 @@ def test_the_mean_load_is_in_each_domain_so_that_it_is_safe_where_anything_is():
     """Corners that only press do not help a mean load that pulls: the loads come back to it."""
     region = fo.safe_region(NODE, {"P": -1.0}, [[{"N": 2.0}], "Q"], 0.5)
     assert not len(region.vertices) and "the mean load pulls the bodies apart" in region.reason
-    assert fo.shakedown_limit(NODE, fo.LoadCycle({"P": -1.0}, [{"N": 2.0}]), 0.5).least == pytest.approx(0.5)
-    for domain in (region.cycle(1.0, 1.0), fo.safe_region(NODE, {"P": 1.0}, [[{"N": 2.0}], "Q"], 0.5).cycle(0.3, 0.1)):
+    assert fo.shakedown_limit(
+        NODE, fo.LoadCycle({"P": -1.0}, [{"N": 2.0}]), 0.5
+    ).least == pytest.approx(0.5)
+    for domain in (
+        region.cycle(1.0, 1.0),
+        fo.safe_region(NODE, {"P": 1.0}, [[{"N": 2.0}], "Q"], 0.5).cycle(0.3, 0.1),
+    ):
         assert not fo.shakedown_limit(NODE, domain, 0.5).least > 0

@@ -16,13 +16,21 @@ def limit_of(contact, friction, cycle=CYCLE, **options):
 def test_pressure_must_stay_where_there_is_no_friction():
     """|q| <= f p keeps a node closed only if f > 0."""
     one = np.eye(1)
-    pulled = fo.ContactSystem.from_blocks(one, 0 * one, one, [0], {"mean": ([0.0], [-1.0]), "cyclic": ([0.0], [0.0])})
-    assert np.isnan(fo.shakedown_limit(pulled, CYCLE, 0.0).load_factor) and not fo.safe_slip(pulled, CYCLE, 0.0, 1.0).exists
+    pulled = fo.ContactSystem.from_blocks(
+        one, 0 * one, one, [0], {"mean": ([0.0], [-1.0]), "cyclic": ([0.0], [0.0])}
+    )
+    assert (
+        np.isnan(fo.shakedown_limit(pulled, CYCLE, 0.0).load_factor)
+        and not fo.safe_slip(pulled, CYCLE, 0.0, 1.0).exists
+    )
     loads = {"mean": ([0.0, 0.0], [1.0, 1.0]), "cyclic": ([0.1, 0.0], [0.0, -1.0])}
     half = fo.ContactSystem.from_blocks(np.eye(2), 0.1 * np.eye(2), np.eye(2), [0, 1], loads)
     limit = fo.shakedown_limit(half, CYCLE, [0.5, 0.0])
     assert limit.load_factor == pytest.approx(1.0, rel=1e-9) and 0 in set(limit.mechanism.direction)
-    assert fo.safe_slip(half, CYCLE, [0.5, 0.0], 0.99).exists and not fo.safe_slip(half, CYCLE, [0.5, 0.0], 1.01).exists
+    assert (
+        fo.safe_slip(half, CYCLE, [0.5, 0.0], 0.99).exists
+        and not fo.safe_slip(half, CYCLE, [0.5, 0.0], 1.01).exists
+    )
 
 
 @pytest.mark.parametrize(
@@ -35,7 +43,9 @@ def test_pressure_must_stay_where_there_is_no_friction():
 )
 def test_a_limit_of_zero(contact, friction):
     for simplify in (True, False):
-        limit = fo.ShakedownModel(contact, CYCLE, simplify=simplify).of_set(pose(contact, CYCLE, friction, simplify=simplify))  # all nodes closed
+        limit = fo.ShakedownModel(contact, CYCLE, simplify=simplify).of_set(
+            pose(contact, CYCLE, friction, simplify=simplify)
+        )  # all nodes closed
         assert limit.load_factor == pytest.approx(0.0, abs=1e-10) and limit.load_factor >= 0
 
 
@@ -49,7 +59,9 @@ def test_weak_coupling_is_neither_lost_nor_a_failure(B):
 
 
 def test_stiffness_that_is_rounding_counts_as_none():
-    tiny = fo.ContactSystem.from_blocks([[1e-17]], [[0.0]], [[1.0]], [0], {"mean": ([0.2], [1.0]), "cyclic": ([1.0], [0.0])})
+    tiny = fo.ContactSystem.from_blocks(
+        [[1e-17]], [[0.0]], [[1.0]], [0], {"mean": ([0.2], [1.0]), "cyclic": ([1.0], [0.0])}
+    )
     assert limit_of(tiny, 0.5) == pytest.approx(0.3, rel=1e-9)
 
 
@@ -62,16 +74,29 @@ COARSE = {
 
 @pytest.mark.parametrize("elements", COARSE)
 def test_the_papers_scene_on_coarse_meshes(punch, paper_cycle, elements):
-    """sigma a / P of an independent trial on the same scene; P is the total force, twice the mean pressure at a = 1."""
-    found = fo.ShakedownModel(punch(elements), paper_cycle).sweep([0.2, 0.3, 0.4, 0.5, 0.6, 0.8]).load_factor / 2
+    """sigma a / P of an independent trial on the same scene; P is the total force, twice the mean
+    pressure at a = 1."""
+    found = (
+        fo.ShakedownModel(punch(elements), paper_cycle)
+        .sweep([0.2, 0.3, 0.4, 0.5, 0.6, 0.8])
+        .load_factor
+        / 2
+    )
     assert np.allclose(found, COARSE[elements], rtol=1e-3)
 
 
 def scaled_scene(elements=16, size=1.0, E=1.0, nu=0.3, element="linear"):
     material = fo.Material(E, nu)
-    sizes = {"half_width": size, "punch_height": 2 * size, "block_half_width": 12 * size, "block_depth": 12 * size}
+    sizes = {
+        "half_width": size,
+        "punch_height": 2 * size,
+        "block_half_width": 12 * size,
+        "block_depth": 12 * size,
+    }
     materials = {"punch_material": material, "block_material": material}
-    return fo.scenes.PunchOnHalfPlane(elements, **sizes, grading="sine", growth=1.15, **materials, element=element).condense()
+    return fo.scenes.PunchOnHalfPlane(
+        elements, **sizes, grading="sine", growth=1.15, **materials, element=element
+    ).condense()
 
 
 def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
@@ -83,11 +108,15 @@ def test_neither_stiffness_nor_size_of_the_scene_matters(paper_cycle):
 
 
 def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
-    """Stresses of similar bodies under tractions do not depend on nu (Michell 1899), but linear elements lose over 60 % of the limit up to 0.5."""
+    """Stresses of similar bodies under tractions do not depend on nu (Michell 1899), but linear
+    elements lose over 60 % of the limit up to 0.5."""
     for friction in (0.3, 0.7):
         changes = {}
         for element in ("linear", "mean_dilatation"):
-            soft, base, hard = (limit_of(scaled_scene(32, nu=nu, element=element), friction, paper_cycle) for nu in (0.1, 0.3, 0.4999))
+            soft, base, hard = (
+                limit_of(scaled_scene(32, nu=nu, element=element), friction, paper_cycle)
+                for nu in (0.1, 0.3, 0.4999)
+            )
             changes[element] = abs(base / soft - 1), 1 - hard / soft
         assert changes["linear"][1] > 0.6 and changes["mean_dilatation"][1] < 0.1
         assert changes["mean_dilatation"][0] < 0.5 * changes["linear"][0]
@@ -95,10 +124,16 @@ def test_averaged_dilatation_takes_most_of_poissons_ratio_out(paper_cycle):
 
 def test_normal_forces_that_drown_in_the_shear_of_the_mean_load_are_refused():
     """Fuzzed seed 552: a mean shear of 1e10 mean pressures, at which HiGHS did not come back."""
-    contact, loads = system(0.6, 0.0, 0.016, 1e-12, 1.5, 0.3), {"mean": [0.0096, 0.0128, 1e-12], "cyclic": [1.0, 0.0, 0.0]}
+    contact, loads = (
+        system(0.6, 0.0, 0.016, 1e-12, 1.5, 0.3),
+        {"mean": [0.0096, 0.0128, 1e-12], "cyclic": [1.0, 0.0, 0.0]},
+    )
     for node in (contact, fo.ContactSystem(np.eye(3), [[0, 0, 0]], loads)):
         for ask in (fo.shakedown_limit, lambda *args: fo.safe_slip(*args, 0.0)):
-            with pytest.raises(fo.ModelError, match=r"mean: its shear force at node 0 is 1\.6e\+10 times the mean normal force 1e-12"):
+            with pytest.raises(
+                fo.ModelError,
+                match=r"mean: its shear force at node 0 is 1\.6e\+10 times the mean normal force 1e-12",
+            ):
                 ask(node, CYCLE, 0.465)
     assert limit_of(system(0.6, 0.0, 0.5, 1e-6, 1.5, 0.3), 0.465, CYCLE) > 0
 
@@ -109,17 +144,27 @@ def test_a_soft_contact_beside_a_stiff_one_is_no_free_one(ratio):
     alone = system(*FIRST_PAIR)
     A, B, C = (block_diag(part, ratio * part) for part in (alone.A, alone.B, alone.C))
     mean, cyclic = alone.bonded["mean"], alone.bonded["cyclic"]
-    bonded = {"mean": tuple(np.r_[part, part] for part in mean), "cyclic": tuple(np.r_[part, 0 * part] for part in cyclic)}
+    bonded = {
+        "mean": tuple(np.r_[part, part] for part in mean),
+        "cyclic": tuple(np.r_[part, 0 * part] for part in cyclic),
+    }
     beside = fo.ContactSystem.from_blocks(A, B, C, np.arange(4.0), bonded)
     for limit in (fo.shakedown_limit, fo.guaranteed_limit):
-        assert limit(beside, CYCLE, 0.5).load_factor == pytest.approx(limit(alone, CYCLE, 0.5).load_factor, rel=1e-9)
+        assert limit(beside, CYCLE, 0.5).load_factor == pytest.approx(
+            limit(alone, CYCLE, 0.5).load_factor, rel=1e-9
+        )
 
 
 @pytest.mark.parametrize("coupling", [0.0, 0.1])
 def test_a_node_without_friction_is_named_where_it_leaves_no_limit(coupling):
-    """It slides without work, so that transients count the contact as at rest until the other node slips."""
+    """It slides without work, so that transients count the contact as at rest until the other node
+    slips."""
     loads = {"mean": ([0.0, 0.0], [1.0, 1.0]), "cyclic": ([1.0, 0.5], [0.0, 0.0])}
-    pair = fo.ContactSystem.from_blocks(np.diag([2.0, 5.0]), [[0.0, coupling], [-coupling, 0.0]], np.eye(2), [0.0, 1.0], loads)
+    pair = fo.ContactSystem.from_blocks(
+        np.diag([2.0, 5.0]), [[0.0, coupling], [-coupling, 0.0]], np.eye(2), [0.0, 1.0], loads
+    )
     limit = fo.shakedown_limit(pair, CYCLE, [0.0, 0.5])
-    assert limit.load_factor == 0 and limit.reason.endswith("node 0 has no friction, and the cyclic load shears it")
+    assert limit.load_factor == 0 and limit.reason.endswith(
+        "node 0 has no friction, and the cyclic load shears it"
+    )
     assert fo.steady_state(pair, CYCLE, [0.0, 0.5], 0.5).outcome is fo.Outcome.SHAKEDOWN

@@ -9,35 +9,49 @@ from helpers.spatial import random_contact
 from helpers.systems import at_corners, explained, linprog_limit, random_system, stress_of
 
 
-def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(punch, paper_cycle, monkeypatch):
+def test_refinement_restores_an_answer_that_a_solver_leaves_inaccurate(
+    punch, paper_cycle, monkeypatch
+):
     lying(monkeypatch, sloppy(1e-5))
     limit = fo.shakedown_limit(punch(40), paper_cycle, 0.7)
-    assert [attempt.outcome for attempt in limit.record.attempts] == ["optimal", "refined on the vertex"]
+    assert [attempt.outcome for attempt in limit.record.attempts] == [
+        "optimal",
+        "refined on the vertex",
+    ]
     assert limit.record.attempts[0].residual > 1e-7 and limit.residual < 1e-10
 
 
 @pytest.mark.parametrize("simplify", [True, False])
 @pytest.mark.parametrize("corners", [3, 24])
 def test_corners_that_rule_no_node_are_counted_and_change_nothing(punch, corners, simplify):
-    """Corners on an ellipse and one within it, against a plain program with the rows of all corners."""
+    """Corners on an ellipse and one within it, against a plain program with the rows of all
+    corners."""
     angles = np.r_[2 * np.pi * np.arange(corners) / corners, 0.3]
     sizes = np.r_[np.ones(corners), 0.4]
-    loads = [{"sigma": size * float(np.cos(a)), "Q": 0.3 * size * float(np.sin(a))} for a, size in zip(angles, sizes, strict=True)]
+    loads = [
+        {"sigma": size * float(np.cos(a)), "Q": 0.3 * size * float(np.sin(a))}
+        for a, size in zip(angles, sizes, strict=True)
+    ]
     cycle = fo.LoadCycle({"P": 1.0}, loads)
     limit = fo.shakedown_limit(punch(16), cycle, 0.7, simplify=simplify)
     assert limit.load_factor == pytest.approx(linprog_limit(punch(16), cycle, 0.7)[1], rel=1e-7)
     stuck = [row for row in limit.problem.constraints if str(row.label).startswith("stuck")]
     assert len(stuck) == corners + (not simplify) and {row.size for row in stuck} == {17}
-    assert (f"corners: 1 of {corners + 1} are within the hull of the others" in limit.record.left_out) == simplify
+    assert (
+        f"corners: 1 of {corners + 1} are within the hull of the others" in limit.record.left_out
+    ) == simplify
     q, p = at_corners(punch(16), cycle, limit.load_factor, limit.slip)
     assert (0.7 * p - np.abs(q)).min() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_friction_changed_by_hand_to_zero_leaves_no_tension():
-    """Node 0 is lifted by the cyclic load, p = 1 - lam, and node 1 sheared: without friction at node 0 the limit is min(1, 10 f)."""
+    """Node 0 is lifted by the cyclic load, p = 1 - lam, and node 1 sheared: without friction at
+    node 0 the limit is min(1, 10 f)."""
     loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.0, 0.1], [1.0, 0.0])}
     two = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
-    problem = fo.shakedown_limit(two, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.5).problem
+    problem = fo.shakedown_limit(
+        two, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), 0.5
+    ).problem
     for friction, right in (([0.0, 0.5], 1.0), ([0.0, 0.02], 0.2), ([1e-9, 0.5], 1.0)):
         problem.param_dict["f"].value = np.array(friction)
         assert problem.solve(solver="HIGHS") == pytest.approx(right, rel=1e-6)
@@ -48,7 +62,9 @@ def test_many_corners_take_memory_for_their_loads_alone():
     """Three nodes and 20,000 corners: rows of all of them would be a program of 120,000."""
     rng = np.random.default_rng(0)
     contact = random_system(rng, 3, loads=("mean", "a", "b"))
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(20_000, 2))])
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(20_000, 2))]
+    )
     limit = fo.shakedown_limit(contact, cycle, 0.4)
     assert sum(str(row.label).startswith("stuck") for row in limit.problem.constraints) < 100
     q, p = at_corners(contact, cycle, limit.load_factor, limit.slip)
@@ -56,7 +72,8 @@ def test_many_corners_take_memory_for_their_loads_alone():
 
 
 def test_the_mechanism_is_a_proof(punch, paper_cycle):
-    """Slips of the table: shares add up to one, do no work on any residual slip, and bound the load from above."""
+    """Slips of the table: shares add up to one, do no work on any residual slip, and bound the load
+    from above."""
     contact = punch(16)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.7)
     table = limit.mechanism
@@ -84,8 +101,13 @@ def test_explain_does_not_mix_two_solves(punch, paper_cycle):
 def test_a_failing_solver_is_recorded_and_the_next_one_answers(punch, paper_cycle, monkeypatch):
     lying(monkeypatch, lambda _, name, x, y: "stopped" if name == "HIGHS" else None)
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
-    assert limit.record.solver == "CLARABEL" and [a.outcome for a in limit.record.attempts] == ["stopped", "optimal"]
-    with pytest.raises(fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"):
+    assert limit.record.solver == "CLARABEL" and [a.outcome for a in limit.record.attempts] == [
+        "stopped",
+        "optimal",
+    ]
+    with pytest.raises(
+        fo.SolverError, match=r"no answer within the tolerance 1e-09 \(HIGHS: stopped"
+    ):
         fo.shakedown_limit(punch(16), paper_cycle, 0.7, solver="HIGHS")
 
 
@@ -98,13 +120,18 @@ def test_a_wrong_answer_is_not_believed(punch, paper_cycle, monkeypatch):
 
 
 @pytest.mark.parametrize("wrong", ["load_factor", "slip", "proof"])
-def test_an_answer_that_is_wrong_in_one_respect_is_not_believed(wrong, punch, paper_cycle, monkeypatch):
-    """Whatever the program and its polish say: the slip is judged by the stiffness, and the limit by its multipliers."""
+def test_an_answer_that_is_wrong_in_one_respect_is_not_believed(
+    wrong, punch, paper_cycle, monkeypatch
+):
+    """Whatever the program and its polish say: the slip is judged by the stiffness, and the limit
+    by its multipliers."""
     right = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     told = []
 
     def lie(compiled, z, multipliers):
-        at = {variable.name(): compiled.place(variable) for variable in compiled.problem.variables()}
+        at = {
+            variable.name(): compiled.place(variable) for variable in compiled.problem.variables()
+        }
         told.append(z[at["load_factor"]].item())
         if wrong == "proof":
             multipliers *= 1 + 1e-7
@@ -126,10 +153,35 @@ def test_a_false_claim_of_no_optimum_is_not_believed(punch, paper_cycle, monkeyp
 def test_the_problem_is_named_dpp_and_solved(punch, paper_cycle):
     limit = fo.shakedown_limit(punch(16), paper_cycle, 0.7)
     problem = limit.problem
-    assert problem.status == cp.OPTIMAL and problem.is_dpp() and problem.value == pytest.approx(limit.load_factor, rel=1e-12)
-    assert set(problem.var_dict) == {"load_factor", "slip", "q_r", "p_r", "q[0]", "q[1]", "p[0]", "p[1]"} and set(problem.param_dict) == {"f"}
+    assert (
+        problem.status == cp.OPTIMAL
+        and problem.is_dpp()
+        and problem.value == pytest.approx(limit.load_factor, rel=1e-12)
+    )
+    assert set(problem.var_dict) == {
+        "load_factor",
+        "slip",
+        "q_r",
+        "p_r",
+        "q[0]",
+        "q[1]",
+        "p[0]",
+        "p[1]",
+    } and set(problem.param_dict) == {"f"}
     labels = [row.label for row in problem.constraints]
-    assert labels == ["q_r", "p_r", "q[0]", "p[0]", "q[1]", "p[1]", "stuck[0]", "pressed[0]", "stuck[1]", "pressed[1]", "load_factor"]
+    assert labels == [
+        "q_r",
+        "p_r",
+        "q[0]",
+        "p[0]",
+        "q[1]",
+        "p[1]",
+        "stuck[0]",
+        "pressed[0]",
+        "stuck[1]",
+        "pressed[1]",
+        "load_factor",
+    ]
 
 
 def test_explain_prints_the_problem_by_its_names_with_sizes_and_binding_rows(punch, paper_cycle):
@@ -145,12 +197,28 @@ def test_explain_prints_the_problem_by_its_names_with_sizes_and_binding_rows(pun
         "17, convex",
     )
     assert all(part in printed for part in said), printed
-    assert "norm(q[k]) <= f * p[k]  for k = 0, 1, 2" in explained(fo.shakedown_limit(random_contact(np.random.default_rng(0), 3), space_cycle(), 0.4))
+    assert "norm(q[k]) <= f * p[k]  for k = 0, 1, 2" in explained(
+        fo.shakedown_limit(random_contact(np.random.default_rng(0), 3), space_cycle(), 0.4)
+    )
 
 
 def test_a_sweep_is_one_compiled_problem(punch, paper_cycle):
     model = fo.ShakedownModel(punch(16), paper_cycle)
     table = model.sweep([0.3, 0.7, np.full(17, 0.7)])
-    assert table.load_factor[1] == table.load_factor[2] == fo.shakedown_limit(punch(16), paper_cycle, 0.7).load_factor
+    assert (
+        table.load_factor[1]
+        == table.load_factor[2]
+        == fo.shakedown_limit(punch(16), paper_cycle, 0.7).load_factor
+    )
     assert model.solve(0.3).problem is model.solve(0.5).problem
-    assert list(table.columns) == ["friction", "load_factor", "least", "bound", "residual", "friction_rate", "node", "direction", "solver"]
+    assert list(table.columns) == [
+        "friction",
+        "load_factor",
+        "least",
+        "bound",
+        "residual",
+        "friction_rate",
+        "node",
+        "direction",
+        "solver",
+    ]

@@ -1,4 +1,5 @@
-"""Safe slips, and limits under a bound on the slip, against programs over raw slips with the same bound."""
+"""Safe slips, and limits under a bound on the slip, against programs over raw slips with the same
+bound."""
 
 from functools import partial
 
@@ -13,7 +14,17 @@ from helpers.cases import few
 from helpers.liars import is_excess, lying
 from helpers.oracle import Oracle
 from helpers.spatial import random_contact, single
-from helpers.systems import CYCLE, FIRST_PAIR, explained, freed, linprog_limit, linprog_margin, random_system, stress_of, system
+from helpers.systems import (
+    CYCLE,
+    FIRST_PAIR,
+    explained,
+    freed,
+    linprog_limit,
+    linprog_margin,
+    random_system,
+    stress_of,
+    system,
+)
 
 
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
@@ -28,30 +39,54 @@ from helpers.systems import CYCLE, FIRST_PAIR, explained, freed, linprog_limit, 
     size=st.sampled_from([None, None, 0.0, 0.05, 0.3, 2.0, 100.0]),
     simplify=st.booleans(),
 )
-def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, nodes, corners, f, coupling, free, size, simplify):
+def test_the_shakedown_limit_against_a_program_over_raw_slips(
+    tangents, seed, nodes, corners, f, coupling, free, size, simplify
+):
     """`free`: in the plane, of a body that nothing holds against a slide."""
     rng, rel = np.random.default_rng(seed), 1e-8 if tangents == 1 else 1e-6
-    f, most = f * rng.uniform(0.5, 1.5, nodes), None if size is None else size * rng.uniform(0.5, 1.5, nodes)
-    contact = (partial(random_system, loads=("mean", *"abc")) if tangents == 1 else random_contact)(rng, nodes, coupling=coupling)
+    f, most = (
+        f * rng.uniform(0.5, 1.5, nodes),
+        None if size is None else size * rng.uniform(0.5, 1.5, nodes),
+    )
+    contact = (partial(random_system, loads=("mean", *"abc")) if tangents == 1 else random_contact)(
+        rng, nodes, coupling=coupling
+    )
     contact = freed(contact) if free and tangents == 1 else contact
-    cycle = fo.LoadCycle({"mean": 1.0}, [dict(zip("abc", row, strict=True)) for row in rng.normal(size=(corners, 3)).tolist()])
+    cycle = fo.LoadCycle(
+        {"mean": 1.0},
+        [dict(zip("abc", row, strict=True)) for row in rng.normal(size=(corners, 3)).tolist()],
+    )
     value = Oracle(contact, cycle, f, most=most).largest()
     options = {"slip_bound": most, "simplify": simplify}
-    limit = fo.ShakedownModel(contact, cycle, **options).of_set(pose(contact, cycle, f, **options))  # all nodes closed
-    assert limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True) and limit.residual <= 1e-9
+    limit = fo.ShakedownModel(contact, cycle, **options).of_set(
+        pose(contact, cycle, f, **options)
+    )  # all nodes closed
+    assert (
+        limit.load_factor == pytest.approx(value, rel=rel, abs=rel / 10, nan_ok=True)
+        and limit.residual <= 1e-9
+    )
     if limit.kind is not fo.LimitKind.FINITE:
         return
     guaranteed = fo.guaranteed_limit(contact, cycle, f, **options)
-    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-9, abs=1e-9) and guaranteed.load_factor <= limit.load_factor * (1 + 1e-12)
+    assert limit.bound == pytest.approx(
+        limit.load_factor, rel=1e-9, abs=1e-9
+    ) and guaranteed.load_factor <= limit.load_factor * (1 + 1e-12)
     q, p = limit.reactions
     assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() < 1e-8
     for slip in (limit.slip, guaranteed.slip):
-        assert most is None or (np.linalg.norm(slip.reshape(nodes, -1), axis=1) <= most * (1 + 1e-12)).all()
-    assert fo.safe_slip(contact, cycle, f, limit.load_factor, slip_bound=most).margin == pytest.approx(0.0, abs=1e-8)
+        assert (
+            most is None
+            or (np.linalg.norm(slip.reshape(nodes, -1), axis=1) <= most * (1 + 1e-12)).all()
+        )
+    assert fo.safe_slip(
+        contact, cycle, f, limit.load_factor, slip_bound=most
+    ).margin == pytest.approx(0.0, abs=1e-8)
 
 
 @settings(max_examples=few(10))
-@example(seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True)  # nothing resists its only node
+@example(
+    seed=787470, nodes=1, f=0.0625, free=True, size=None, factor=1.9, simplify=True
+)  # nothing resists its only node
 @example(seed=115175, nodes=1, f=0.0625, free=True, size=2.0, factor=1e-9, simplify=False)
 @given(
     seed=st.integers(0, 10**6),
@@ -62,25 +97,46 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(tangents, seed, no
     factor=st.floats(0.0, 3.0),
     simplify=st.booleans(),
 )
-def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(seed, nodes, f, free, size, factor, simplify):
-    """With a bound on the slip and without: by a linear program over raw slips with the margin in place of the load factor."""
+def test_safe_slips_have_the_largest_reserve_and_certificates_are_proofs(
+    seed, nodes, f, free, size, factor, simplify
+):
+    """With a bound on the slip and without: by a linear program over raw slips with the margin in
+    place of the load factor."""
     rng = np.random.default_rng(seed)
-    contact, most = random_system(rng, nodes), None if size is None else size * rng.uniform(0.5, 1.5, nodes)
+    contact, most = (
+        random_system(rng, nodes),
+        None if size is None else size * rng.uniform(0.5, 1.5, nodes),
+    )
     contact = freed(contact) if free else contact
     safe = fo.safe_slip(contact, CYCLE, f, factor, slip_bound=most, simplify=simplify)
-    (q0, p0), (q1, p1), best = CYCLE.mean_reaction(contact), CYCLE.corner_reactions(contact), linprog_margin(contact, CYCLE, f, factor, most)
-    assert [safe.margin, safe.bound] == pytest.approx([best] * 2, rel=1e-7, abs=1e-8) and safe.residual <= 1e-9
+    (q0, p0), (q1, p1), best = (
+        CYCLE.mean_reaction(contact),
+        CYCLE.corner_reactions(contact),
+        linprog_margin(contact, CYCLE, f, factor, most),
+    )
+    assert [safe.margin, safe.bound] == pytest.approx(
+        [best] * 2, rel=1e-7, abs=1e-8
+    ) and safe.residual <= 1e-9
     assert most is None or (np.abs(safe.slip) <= most).all()
     q, p = q0 + factor * q1, p0 + factor * p1
-    assert (f * (p + contact.B @ safe.slip) - np.abs(q + contact.A @ safe.slip)).min() / (f * p0.mean()) >= safe.margin - 1e-9
+    assert (f * (p + contact.B @ safe.slip) - np.abs(q + contact.A @ safe.slip)).min() / (
+        f * p0.mean()
+    ) >= safe.margin - 1e-9
     limit = linprog_limit(contact, CYCLE, f, most)[1]
     if abs(factor - limit) < 1e-6:
         return
     assert safe.exists == (factor < limit)
     if not safe.exists:
         table, stress = safe.certificate, np.abs(stress_of(contact, safe.certificate, f))
-        work = (table.share * (table.direction * q[table.corner, table.node] + f * p[table.corner, table.node])).sum()
-        assert (stress.max() <= 1e-8 * np.abs(contact.A).max() and work < 0) if most is None else work + stress @ most < 0
+        work = (
+            table.share
+            * (table.direction * q[table.corner, table.node] + f * p[table.corner, table.node])
+        ).sum()
+        assert (
+            (stress.max() <= 1e-8 * np.abs(contact.A).max() and work < 0)
+            if most is None
+            else work + stress @ most < 0
+        )
 
 
 def test_without_any_slip_the_limit_is_the_first_onset():
@@ -95,57 +151,81 @@ def test_without_any_slip_the_limit_is_the_first_onset():
 
 
 def test_a_false_denial_is_not_believed(monkeypatch):
-    """The cyclic load alone is safe by slips within the bound, which cannot grow with the load: that proves no unbounded limit."""
+    """The cyclic load alone is safe by slips within the bound, which cannot grow with the load:
+    that proves no unbounded limit."""
     contact = random_system(np.random.default_rng(0), 3)
     assert np.isfinite(fo.shakedown_limit(contact, CYCLE, 0.4, slip_bound=1e3).load_factor)
     lying(monkeypatch, lambda program, *_: None if is_excess(program) else "unbounded")
-    pressing = contact.with_bonded({"cyclic": (contact.A @ np.ones(3) * 1.0, np.full(3, 2.0) + contact.B @ np.ones(3))})
+    pressing = contact.with_bonded(
+        {"cyclic": (contact.A @ np.ones(3) * 1.0, np.full(3, 2.0) + contact.B @ np.ones(3))}
+    )
     with pytest.raises(fo.SolverError):
-        fo.shakedown_limit(pressing, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.4, slip_bound=1e3)
+        fo.shakedown_limit(
+            pressing, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.4, slip_bound=1e3
+        )
 
 
 @pytest.mark.parametrize("share", [1.0, 1e-3])
 @pytest.mark.parametrize("stiff", [1.0, 1e6, 1e9])
 @pytest.mark.parametrize("most", [[0.1, 0.4], [0.4, 0.1]])
 def test_a_slide_within_the_bound_is_not_lost_beside_a_stiff_node(most, stiff, share):
-    """Two nodes of a sliding body reach v_0 - v_1 = 0.5 within their bounds only by a slide, and so carry 1.5.
+    """Two nodes of a sliding body reach v_0 - v_1 = 0.5 within their bounds only by a slide, and so
+    carry 1.5.
 
-    Node 1 has a share of the forces of node 0, and slips in proportion. Neither this nor the third node changes the limit.
+    Node 1 has a share of the forces of node 0, and slips in proportion. Neither this nor the third
+    node changes the limit.
     """
     forces = np.array([1.0, share, 1.0])
     A = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, stiff]]) * np.outer(forces, forces)
     bonded = {"P": (np.zeros(3), forces), "Q": (forces * [-1.0, 1.0, 0.1], np.zeros(3))}
-    contact = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), np.diag([2.0, 2 * share**2, stiff]), [0.0, 1.0, 2.0], bonded)
+    contact = fo.ContactSystem.from_blocks(
+        A, np.zeros((3, 3)), np.diag([2.0, 2 * share**2, stiff]), [0.0, 1.0, 2.0], bonded
+    )
     cycle, bound = fo.LoadCycle({"P": 1.0}, [{}, {"Q": 1.0}]), [*most, 1.0] / forces
-    assert fo.shakedown_limit(contact, cycle, 1.0, slip_bound=bound).load_factor == pytest.approx(1.5, rel=1e-8)
+    assert fo.shakedown_limit(contact, cycle, 1.0, slip_bound=bound).load_factor == pytest.approx(
+        1.5, rel=1e-8
+    )
 
 
 def test_a_bound_is_a_circle_whatever_the_directions_of_the_tangents():
-    """One node, unit stiffness, sheared to one side by 2 q: it needs a slip of q to be centred, and carries f p + most without more."""
+    """One node, unit stiffness, sheared to one side by 2 q: it needs a slip of q to be centred, and
+    carries f p + most without more."""
     turned = np.deg2rad(31.0)
-    pull = fo.LoadCycle({"P": 1.0}, [{"X": 2 * np.cos(turned), "Y": 2 * np.sin(turned)}, {"P": 0.0}])
+    pull = fo.LoadCycle(
+        {"P": 1.0}, [{"X": 2 * np.cos(turned), "Y": 2 * np.sin(turned)}, {"P": 0.0}]
+    )
     limit = fo.shakedown_limit(single(), pull, 0.5, slip_bound=0.25)
-    assert limit.load_factor == pytest.approx((0.5 + 0.25) / 2, rel=1e-8) and limit.largest_slip == pytest.approx(0.25, rel=1e-8)
+    assert limit.load_factor == pytest.approx(
+        (0.5 + 0.25) / 2, rel=1e-8
+    ) and limit.largest_slip == pytest.approx(0.25, rel=1e-8)
     printed = explained(limit)
     assert "slip_bound" in printed and "1 of 1 rows bind" in printed
 
 
 def test_without_friction_a_contact_without_shear_is_just_safe():
-    contact = random_system(np.random.default_rng(0), 3).with_bonded({name: (np.zeros(3), np.ones(3)) for name in ("mean", "cyclic")})
+    contact = random_system(np.random.default_rng(0), 3).with_bonded(
+        {name: (np.zeros(3), np.ones(3)) for name in ("mean", "cyclic")}
+    )
     safe = fo.safe_slip(contact, CYCLE, 0.0, 0.5)
     assert safe.exists and safe.margin == pytest.approx(0.0, abs=1e-9)
 
 
 def test_explain(punch, paper_cycle):
     text = explained(fo.safe_slip(punch(16), paper_cycle, 0.7, 3.0))
-    assert all(part in text for part in ("safe residual slip", "maximize margin", "mean_bound", "cap", "rows bind"))
+    assert all(
+        part in text
+        for part in ("safe residual slip", "maximize margin", "mean_bound", "cap", "rows bind")
+    )
 
 
 def test_the_limit_parts_existence_to_a_billionth(punch, paper_cycle):
-    """A safe slip exists at the limit and a part in 1e9 below it, and none a part in 1e9 above it."""
+    """A safe slip exists at the limit and a part in 1e9 below it, and none a part in 1e9 above
+    it."""
     contact = punch(16)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.7).load_factor
-    assert [fo.safe_slip(contact, paper_cycle, 0.7, limit * (1 + d)).exists for d in (-1e-9, 0.0, 1e-9)] == [True, True, False]
+    assert [
+        fo.safe_slip(contact, paper_cycle, 0.7, limit * (1 + d)).exists for d in (-1e-9, 0.0, 1e-9)
+    ] == [True, True, False]
 
 
 @pytest.mark.parametrize("load_factor", [1e16, 1e50, 1e150])
@@ -157,24 +237,37 @@ def test_a_load_that_hides_the_mean_load_is_refused(load_factor):
 
 @pytest.mark.parametrize("axes", [2, 3])
 def test_more_friction_adds_the_pressure_of_a_node_that_its_slip_frees_of_shear(axes):
-    """The slip that stays furthest inside leaves no shear, and the node on its bounds all around: the reserve is f p, p = 0.5."""
+    """The slip that stays furthest inside leaves no shear, and the node on its bounds all around:
+    the reserve is f p, p = 0.5."""
     loads = {"P": np.eye(axes)[-1], "Q": np.eye(axes)[0]}
     node = fo.ContactSystem(np.eye(axes), np.zeros((1, axes)), loads)
-    safe = fo.safe_slip(node, fo.LoadCycle({"P": 1.0}, [{"P": -0.5, "Q": 1.0}]), friction=0.4, load_factor=1.0)
+    safe = fo.safe_slip(
+        node, fo.LoadCycle({"P": 1.0}, [{"P": -0.5, "Q": 1.0}]), friction=0.4, load_factor=1.0
+    )
     assert safe.margin == pytest.approx(0.5) and safe.friction_rate == pytest.approx(0.5 / 0.4)
 
 
-def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does(punch, paper_cycle):
-    assert fo.safe_slip(punch(8), paper_cycle, 0.7, 0.5).reason == "this slip keeps every node closed and stuck at every corner"
+def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does(
+    punch, paper_cycle
+):
+    assert (
+        fo.safe_slip(punch(8), paper_cycle, 0.7, 0.5).reason
+        == "this slip keeps every node closed and stuck at every corner"
+    )
     too_much = fo.safe_slip(punch(8), paper_cycle, 0.7, 9.0, slip_bound=1.0)
-    none = "no residual slip within the slip bound is safe at this load factor with all nodes closed; "
+    none = (
+        "no residual slip within the slip bound is safe at this load factor with all nodes closed; "
+    )
     assert too_much.reason.startswith(f"{none}shakedown_limit says which have one; ")
     assert "without residual slip the mean load presses all nodes" in too_much.reason
 
 
 def test_the_referee_counts_a_slide_that_nothing_resists_but_the_bound():
     contact, bound = freed(random_system(np.random.default_rng(4), 3)), 10.0
-    limit, task = fo.shakedown_limit(contact, CYCLE, 0.5, slip_bound=bound), pose(contact, CYCLE, 0.5, slip_bound=bound)
+    limit, task = (
+        fo.shakedown_limit(contact, CYCLE, 0.5, slip_bound=bound),
+        pose(contact, CYCLE, 0.5, slip_bound=bound),
+    )
     assert task.violation(limit.load_factor, limit.slip) < 1e-9
     assert task.violation(limit.load_factor, limit.slip + 4 * bound) > 0.5
     assert pose(contact, CYCLE, 0.5).violation(limit.load_factor, limit.slip + 4 * bound) < 1e-9

@@ -1,4 +1,5 @@
-"""Limits in three dimensions: closed forms, the plane, invariances, extremes, and certificates from both sides."""
+"""Limits in three dimensions: closed forms, the plane, invariances, extremes, and certificates from
+both sides."""
 
 from collections import Counter
 
@@ -20,13 +21,17 @@ def uncoupled(rng, nodes, corners):
     contact = random_contact(rng, nodes, coupling=0.0)
     p0, q1 = rng.uniform(0.5, 1.5, nodes), rng.normal(size=(corners, nodes, 2))
     cases = {f"{k}": np.r_[q[:, 0], q[:, 1], np.zeros(nodes)] for k, q in enumerate(q1)}
-    system = fo.ContactSystem(contact.S, contact.points, {"mean": np.r_[rng.normal(size=2 * nodes), p0], **cases})
+    system = fo.ContactSystem(
+        contact.S, contact.points, {"mean": np.r_[rng.normal(size=2 * nodes), p0], **cases}
+    )
     return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), p0, q1
 
 
 @settings(max_examples=few(20))
 @given(st.integers(0, 10**6), st.integers(2, 6), st.integers(1, 6))
-def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(seed, corners, nodes):
+def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(
+    seed, corners, nodes
+):
     rng = np.random.default_rng(seed)
     system, loads, p0, q1 = uncoupled(rng, nodes, corners)
     f = rng.uniform(0.1, 2.0, nodes)
@@ -41,7 +46,9 @@ def test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears(
 def test_units_change_nothing_but_the_units(unit, f, stiffness):
     rng = np.random.default_rng(11)
     plain = random_contact(rng, 6)
-    scaled = fo.ContactSystem(stiffness * plain.S, plain.points, {name: unit * r for name, r in vectors(plain).items()})
+    scaled = fo.ContactSystem(
+        stiffness * plain.S, plain.points, {name: unit * r for name, r in vectors(plain).items()}
+    )
     one, other = fo.shakedown_limit(plain, cycle(), f), fo.shakedown_limit(scaled, cycle(), f)
     assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9) and other.residual <= 1e-9
 
@@ -49,32 +56,52 @@ def test_units_change_nothing_but_the_units(unit, f, stiffness):
 def test_corners_within_the_hull_of_others_are_left_out_and_change_nothing():
     contact = random_contact(np.random.default_rng(3), 5)
     loads = cycle()
-    inner = fo.LoadCycle(loads.mean, [*loads.corners, {"a": 0.3}, {"a": 0.0, "b": 0.35, "c": 0.1}, {"a": 1.0}])
+    inner = fo.LoadCycle(
+        loads.mean, [*loads.corners, {"a": 0.3}, {"a": 0.0, "b": 0.35, "c": 0.1}, {"a": 1.0}]
+    )
     one, other = fo.shakedown_limit(contact, loads, 0.5), fo.shakedown_limit(contact, inner, 0.5)
     assert other.load_factor == pytest.approx(one.load_factor, rel=1e-9)
-    assert one.record.left_out == ("rows: 15 that others stand for",)  # p >= 0 of 5 nodes at 3 corners
-    assert set(other.record.left_out) - set(one.record.left_out) == {"corners: 3 of 6 are within the hull of the others"}
+    assert one.record.left_out == (
+        "rows: 15 that others stand for",
+    )  # p >= 0 of 5 nodes at 3 corners
+    assert set(other.record.left_out) - set(one.record.left_out) == {
+        "corners: 3 of 6 are within the hull of the others"
+    }
 
 
 @pytest.mark.parametrize("idle", [[0], [0, 1, 2]])
 def test_a_load_that_presses_some_nodes_and_leaves_others_alone_has_no_limit(idle):
     contact = random_contact(np.random.default_rng(4), 3)
     share = ~np.isin(np.arange(3), idle)
-    pressed = np.r_[0.1 * share, 0.2 * share, share]  # no slip keeps a node without cyclic load at rest, and any slip shears it
+    pressed = np.r_[
+        0.1 * share, 0.2 * share, share
+    ]  # no slip keeps a node without cyclic load at rest, and any slip shears it
     contact = contact.with_bonded({"press": pressed})
-    limit = fo.shakedown_limit(contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"press": 0.5}]), 0.5)
+    limit = fo.shakedown_limit(
+        contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"press": 0.5}]), 0.5
+    )
     assert limit.kind is fo.LimitKind.UNBOUNDED and limit.residual <= 1e-9 and limit.mechanism.empty
 
 
 def unlike(seed):
-    """A random contact whose limit hangs on small multipliers, weakly coupled or of nodes with stiffnesses over eight decades, and its load cycle."""
+    """A random contact whose limit hangs on small multipliers, weakly coupled or of nodes with
+    stiffnesses over eight decades, and its load cycle."""
     rng = np.random.default_rng(seed)
     nodes, corners = int(rng.integers(4, 41)), int(rng.integers(2, 9))
     contact = random_contact(rng, nodes, coupling=10.0 ** rng.uniform(-6, 0))
     size = np.tile(10.0 ** rng.uniform(-2, 2, nodes), 3) if seed % 2 else np.ones(3 * nodes)
-    cases = {f"{k}": np.r_[rng.normal(size=2 * nodes), 0.3 * rng.normal(size=nodes)] for k in range(corners)}
-    unlike = fo.ContactSystem(contact.S * np.outer(size, size), contact.points, {"mean": contact.bonded["mean"], **cases})
-    return unlike, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), float(rng.choice([0.1, 0.3, 0.5, 1.0, 2.0]))
+    cases = {
+        f"{k}": np.r_[rng.normal(size=2 * nodes), 0.3 * rng.normal(size=nodes)]
+        for k in range(corners)
+    }
+    unlike = fo.ContactSystem(
+        contact.S * np.outer(size, size), contact.points, {"mean": contact.bonded["mean"], **cases}
+    )
+    return (
+        unlike,
+        fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]),
+        float(rng.choice([0.1, 0.3, 0.5, 1.0, 2.0])),
+    )
 
 
 def certified(seeds):
@@ -97,24 +124,40 @@ def certified(seeds):
 def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     contact = random_contact(np.random.default_rng(seed), 6)
     limit = fo.shakedown_limit(contact, cycle(), 0.5)
-    below, above = (fo.safe_slip(contact, cycle(), 0.5, limit.load_factor * factor) for factor in (1 - 1e-6, 1 + 1e-6))
+    below, above = (
+        fo.safe_slip(contact, cycle(), 0.5, limit.load_factor * factor)
+        for factor in (1 - 1e-6, 1 + 1e-6)
+    )
     assert below.exists and not above.exists and below.margin > 0 > above.margin
     assert fo.safe_slip(contact, cycle(), 0.5, limit.load_factor).exists
     q, p = at_corners(contact, cycle(), limit.load_factor, limit.slip)
-    assert (np.linalg.norm(q, axis=2) - 0.5 * p).max() < 1e-14  # within all circles but for rounding, where solvers leave 1e-12 and more
-    march = fo.march(contact, cycle(), 0.5, limit.load_factor, cycles=2, initial_slip=limit.slip, steps=2)
+    assert (
+        np.linalg.norm(q, axis=2) - 0.5 * p
+    ).max() < 1e-14  # within all circles but for rounding, where solvers leave 1e-12 and more
+    march = fo.march(
+        contact, cycle(), 0.5, limit.load_factor, cycles=2, initial_slip=limit.slip, steps=2
+    )
     assert march.cycle_work.sum() < 1e-15
 
 
 @pytest.mark.parametrize("seed", [7, 14])  # of others the oracle has no answer on some processors
 def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_of_soft_slips(seed):
-    """Little but its spring resists that the whole body slides; half of the nodes stick whatever the load."""
-    contact, slides = random_contact(np.random.default_rng(seed), 12), np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12)
-    held, loaded = np.eye(36) - slides @ slides.T, np.tile(np.where(np.arange(12) < 6, 1e-4, 1.0), 3)
+    """Little but its spring resists that the whole body slides; half of the nodes stick whatever
+    the load."""
+    contact, slides = (
+        random_contact(np.random.default_rng(seed), 12),
+        np.kron(np.eye(3, 2), np.ones((12, 1))) / np.sqrt(12),
+    )
+    held, loaded = (
+        np.eye(36) - slides @ slides.T,
+        np.tile(np.where(np.arange(12) < 6, 1e-4, 1.0), 3),
+    )
     S = held @ contact.S @ held + 1e-6 * slides @ slides.T
     cases = {name: r if name == "mean" else r * loaded for name, r in vectors(contact).items()}
     soft = fo.ContactSystem((S + S.T) / 2, contact.points, cases)
-    assert fo.shakedown_limit(soft, cycle(), 0.5).load_factor == pytest.approx(polygon_limit(soft, cycle(), 0.5), rel=1e-7)
+    assert fo.shakedown_limit(soft, cycle(), 0.5).load_factor == pytest.approx(
+        polygon_limit(soft, cycle(), 0.5), rel=1e-7
+    )
 
 
 def test_limits_that_hang_on_small_multipliers_are_certified():
@@ -123,22 +166,35 @@ def test_limits_that_hang_on_small_multipliers_are_certified():
 
 
 def wedged(seed):
-    """A contact of unlike nodes that slips can press thousands of times harder than the mean load, its load cycle and friction."""
+    """A contact of unlike nodes that slips can press thousands of times harder than the mean load,
+    its load cycle and friction."""
     rng = np.random.default_rng(seed)
     nodes, corners = int(rng.integers(2, 7)), int(rng.integers(2, 5))
     contact = random_contact(rng, nodes, coupling=1.0)
     size = np.tile(10.0 ** rng.uniform(-3, 3, nodes), 3)
     cases = {f"{k}": rng.normal(size=3 * nodes) for k in range(corners)}
     pressure = rng.uniform(0.5, 1.5, nodes) * np.r_[1e-3, np.ones(nodes - 1)]
-    system = fo.ContactSystem(contact.S * np.outer(size, size), contact.points, {"mean": np.r_[np.zeros(2 * nodes), pressure], **cases})
-    return system, fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]), 10.0 ** rng.uniform(-3, 1, nodes)
+    system = fo.ContactSystem(
+        contact.S * np.outer(size, size),
+        contact.points,
+        {"mean": np.r_[np.zeros(2 * nodes), pressure], **cases},
+    )
+    return (
+        system,
+        fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases]),
+        10.0 ** rng.uniform(-3, 1, nodes),
+    )
 
 
 @pytest.mark.parametrize("seed", [85, 87])
 def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
-    """Their limits and margins were errors: no step of the interior point, and no polish, made the multipliers right."""
+    """Their limits and margins were errors: no step of the interior point, and no polish, made the
+    multipliers right."""
     system, loads, f = wedged(seed)
-    limit, safe = (ask(system, loads, f, *at, solver="INTERIOR_POINT") for ask, at in ((fo.shakedown_limit, ()), (fo.safe_slip, (0.3,))))
+    limit, safe = (
+        ask(system, loads, f, *at, solver="INTERIOR_POINT")
+        for ask, at in ((fo.shakedown_limit, ()), (fo.safe_slip, (0.3,)))
+    )
     assert max(found.record.attempts[0].residual for found in (limit, safe)) <= 1e-9
     assert (safe.margin < 0) == (limit.load_factor < 0.3)
 
@@ -164,16 +220,24 @@ def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("elements", "ratio", "corners", "f"),
-    [(13, 1e-4, [{"sigma": 1.0}, {"sigma": -1.0}], 2.0), (19, 1e4, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}], 0.1)],
+    [
+        (13, 1e-4, [{"sigma": 1.0}, {"sigma": -1.0}], 2.0),
+        (19, 1e4, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}], 0.1),
+    ],
 )
-def test_hundreds_of_nodes_have_a_certified_limit_at_the_ends_of_the_range(elements, ratio, corners, f):
+def test_hundreds_of_nodes_have_a_certified_limit_at_the_ends_of_the_range(
+    elements, ratio, corners, f
+):
     system = fo.scenes.SquarePunch(elements=elements, punch_material=fo.Material(ratio)).condense()
     limit = fo.shakedown_limit(system, fo.LoadCycle({"P": 1.0}, corners), f)
     assert system.nodes == (elements + 1) ** 2 and abs(limit.bound / limit.load_factor - 1) <= 1e-8
 
 
 def test_a_corner_a_little_outside_of_the_others_counts():
-    """Further out by 5e-8: within the tolerance of the linear program that tells it, and above that of the answer."""
+    """Further out by 5e-8: within the tolerance of the linear program that tells it, and above that
+    of the answer."""
     node, off = single(), 5e-8
-    limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0 + off}, {"X": -1.0}, {"X": 1.0}]), 0.5)
+    limit = fo.shakedown_limit(
+        node, fo.LoadCycle({"P": 1.0}, [{"X": 1.0 + off}, {"X": -1.0}, {"X": 1.0}]), 0.5
+    )
     assert limit.load_factor == pytest.approx(0.5 / (1 + off / 2), rel=2e-9)

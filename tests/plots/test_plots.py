@@ -1,4 +1,5 @@
-"""Pictures: what they show is what the result says, on one contact and on several, and where there is nothing to show."""
+"""Pictures: what they show is what the result says, on one contact and on several, and where there
+is nothing to show."""
 
 # One file because all pictures are read back by the same few functions.
 
@@ -18,18 +19,35 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 import frictopt as fo
 from frictopt.fem.supports import nodes_of
 from helpers.answers import ANSWERS
-from helpers.pictures import ALL, FIVE, FOUR_CORNERS, JOINT, PAIR, F, check_mechanism, check_ratio, circles, joined, labelled, parts
+from helpers.pictures import (
+    ALL,
+    FIVE,
+    FOUR_CORNERS,
+    JOINT,
+    PAIR,
+    F,
+    check_mechanism,
+    check_ratio,
+    circles,
+    joined,
+    labelled,
+    parts,
+)
 from helpers.systems import CYCLE, system
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 FLAT = system(np.eye(2), np.zeros((2, 2)), 0.0, [1.0, 2.0], 1.0, 0.0)
-MANY = fo.LoadCycle({"mean": 1.0}, [{"cyclic": np.cos(t), "other": np.sin(t)} for t in np.linspace(0, 6, 20)])
+MANY = fo.LoadCycle(
+    {"mean": 1.0}, [{"cyclic": np.cos(t), "other": np.sin(t)} for t in np.linspace(0, 6, 20)]
+)
 SCENES = {
     "punch": fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0),
     "dovetail": fo.scenes.Dovetail(elements=4, growth=2.0),
     "pin": fo.scenes.PinInPlate(),
     "press fit": fo.scenes.PressFit(elements=4, growth=2.0),
-    "rounded": fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0)),
+    "rounded": fo.scenes.RoundedPunch(
+        punch=fo.scenes.PunchOnHalfPlane(elements=8, grading=1.0, growth=2.0)
+    ),
 }
 
 
@@ -38,12 +56,25 @@ def test_onset_shows_the_bonded_contact_at_the_first_slip_and_circles_the_node(c
     first = fo.onset(contact, cycle, F)
     ax = first.plot()
     rows = [event for event in first.slips if event.node is not None]
-    reactions = [contact.reaction({**cycle.mean, **{n: event.load_factor * a for n, a in cycle.corners[event.corner].items()}}) for event in rows]
-    names = [rf"{cycle.corner_names[event.corner]}, $\lambda = {event.load_factor:.4g}$" for event in rows]
+    reactions = [
+        contact.reaction(
+            {
+                **cycle.mean,
+                **{n: event.load_factor * a for n, a in cycle.corners[event.corner].items()},
+            }
+        )
+        for event in rows
+    ]
+    names = [
+        rf"{cycle.corner_names[event.corner]}, $\lambda = {event.load_factor:.4g}$"
+        for event in rows
+    ]
     check_ratio(ax, contact, *zip(*reactions, strict=True), names)
     assert ax.get_xlabel().endswith("$x$ (length)")
     assert first.mean_admissible
-    assert np.allclose(circles(ax)[:, :2], [(contact.x[event.node], -event.sense) for event in rows], atol=1e-12)
+    assert np.allclose(
+        circles(ax)[:, :2], [(contact.x[event.node], -event.sense) for event in rows], atol=1e-12
+    )
 
 
 @ALL
@@ -56,21 +87,42 @@ def test_a_shakedown_limit_shows_the_safe_slip_and_circles_the_mechanism(contact
     swing = contact.reaction(cycle.corners[-1])[0]
     assert np.allclose(q[-1], mean + limit.load_factor * swing + contact.A @ limit.slip)
     check_mechanism(ax, limit.mechanism)
-    assert f"{limit.load_factor:.5g}" in ax.get_title() and limit.system is contact and np.allclose(limit.friction, F)
+    assert (
+        f"{limit.load_factor:.5g}" in ax.get_title()
+        and limit.system is contact
+        and np.allclose(limit.friction, F)
+    )
 
 
 def test_a_guaranteed_limit_circles_the_node_on_both_its_bounds():
     limit = fo.guaranteed_limit(PAIR, CYCLE, F)
     ax = limit.plot()
     check_ratio(ax, PAIR, *limit.reactions, CYCLE.corner_names)
-    assert limit.node == 0 and sorted(map(tuple, circles(ax)[:, :2].round(9))) == [(0.0, -1.0), (0.0, 1.0)]
-    for line in (labelled(ax)[name] for name in CYCLE.corner_names):  # the circle is on the line of its colour
-        (marks,) = [one for one in ax.collections if to_hex(one.get_edgecolor()[0]) == line.get_color().lower()]
+    assert limit.node == 0 and sorted(map(tuple, circles(ax)[:, :2].round(9))) == [
+        (0.0, -1.0),
+        (0.0, 1.0),
+    ]
+    for line in (
+        labelled(ax)[name] for name in CYCLE.corner_names
+    ):  # the circle is on the line of its colour
+        (marks,) = [
+            one
+            for one in ax.collections
+            if to_hex(one.get_edgecolor()[0]) == line.get_color().lower()
+        ]
         assert np.allclose(marks.get_offsets(), [(line.get_xdata()[0], line.get_ydata()[0])])
-    assert f"{limit.load_factor:.5g}" in ax.get_title() and f"{limit.shakedown.load_factor:.5g}" in ax.get_title()
+    assert (
+        f"{limit.load_factor:.5g}" in ax.get_title()
+        and f"{limit.shakedown.load_factor:.5g}" in ax.get_title()
+    )
     q, p = limit.reactions
-    forward, backward = (CYCLE.corner_names[int(np.argmin(sense * q[:, 0] - F * p[:, 0]))] for sense in (1, -1))
-    assert "node 0, $x = 0$" in ax.get_title() and f"forward slip at {forward}\nand of backward slip at {backward}" in ax.get_title()
+    forward, backward = (
+        CYCLE.corner_names[int(np.argmin(sense * q[:, 0] - F * p[:, 0]))] for sense in (1, -1)
+    )
+    assert (
+        "node 0, $x = 0$" in ax.get_title()
+        and f"forward slip at {forward}\nand of backward slip at {backward}" in ax.get_title()
+    )
     alone = fo.guaranteed_limit(system(1.0, 0.0, 0.0, 1.0, 0.5, 0.0), CYCLE, F)
     assert alone.node is None and not len(circles(alone.plot()))
 
@@ -83,29 +135,55 @@ def test_a_safe_slip_shows_its_reactions_and_its_slip(contact, cycle, share):
     upper, lower = safe.plot()
     q, p = safe.reactions
     check_ratio(upper, contact, q, p, cycle.corner_names)
-    assert np.isclose((F * p - np.abs(q)).min() / (F * contact.bonded["mean"][1]).mean(), safe.margin, atol=1e-8)
+    assert np.isclose(
+        (F * p - np.abs(q)).min() / (F * contact.bonded["mean"][1]).mean(), safe.margin, atol=1e-8
+    )
     drawn = [line for line in lower.get_lines() if line.get_marker() == "."]
-    assert np.array_equal(np.concatenate([line.get_ydata() for line in drawn]), safe.slip) and len(drawn) == parts(contact)
+    assert np.array_equal(np.concatenate([line.get_ydata() for line in drawn]), safe.slip) and len(
+        drawn
+    ) == parts(contact)
     assert lower.get_xlabel().endswith("$x$ (length)")
-    assert lower.get_ylabel() == "slip $v$ (length)" and upper.get_title().startswith("safe slip" if share < 1 else "no slip is safe")
+    assert lower.get_ylabel() == "slip $v$ (length)" and upper.get_title().startswith(
+        "safe slip" if share < 1 else "no slip is safe"
+    )
 
 
 SLIDING = fo.ContactSystem.from_blocks(
-    A=np.zeros((2, 2)), B=np.zeros((2, 2)), C=[[1, -1], [-1, 1]], x=[0, 1], bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])}
+    A=np.zeros((2, 2)),
+    B=np.zeros((2, 2)),
+    C=[[1, -1], [-1, 1]],
+    x=[0, 1],
+    bonded={"mean": ([2, 2], [1, 1]), "cyclic": ([1, 1], [0, 0])},
 )
-PULLED, PRESSED, CENTRED = system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0), system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0), system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1)
+PULLED, PRESSED, CENTRED = (
+    system(1.0, 0.0, 0.0, 1.0, 0.5, -1.0),
+    system(1.0, 0.0, 0.0, 1.0, 0.0, 1.0),
+    system(1.0, 0.0, 0.5, 1.0, 0.0, 0.1),
+)
 NODE = fo.ContactSystem(np.eye(3), [[0.0, 0.0, 0.0]], {"mean": [0.0, 0.0, 1.0]})
-PRESSING, UP, DOWN = (fo.LoadCycle({"mean": sign}, [{name: 1.0}]) for sign, name in ((1.0, "mean"), (1.0, "cyclic"), (-1.0, "cyclic")))
+PRESSING, UP, DOWN = (
+    fo.LoadCycle({"mean": sign}, [{name: 1.0}])
+    for sign, name in ((1.0, "mean"), (1.0, "cyclic"), (-1.0, "cyclic"))
+)
 IDLE = FIVE.with_bonded({"none": np.zeros((2, 5))})
 NOTHING = {  # answer, what the title says
     "unbounded": (lambda: fo.shakedown_limit(PAIR, PRESSING, F), "infinite"),
     "unbounded, in space": (lambda: fo.shakedown_limit(NODE, PRESSING, F), "infinite"),
     "unsafe": (lambda: fo.shakedown_limit(PAIR, DOWN, F), "none"),
     "unsafe, guaranteed": (lambda: fo.guaranteed_limit(PAIR, DOWN, F), "none"),
-    "no friction is enough": (lambda: fo.required_friction(PULLED, UP, 2.0), "required friction $f$ is infinite"),
-    "no friction is needed": (lambda: fo.required_friction(CENTRED, UP, 1.0), "required friction $f$ = 0"),
+    "no friction is enough": (
+        lambda: fo.required_friction(PULLED, UP, 2.0),
+        "required friction $f$ is infinite",
+    ),
+    "no friction is needed": (
+        lambda: fo.required_friction(CENTRED, UP, 1.0),
+        "required friction $f$ = 0",
+    ),
     "no amplitudes": (lambda: fo.safe_region(FIVE, {"mean": -1.0}, ["cyclic", "other"], F), ""),
-    "all amplitudes": (lambda: fo.safe_region(IDLE, {"mean": 1.0}, ["none", [{"mean": 1.0}]], F), ""),
+    "all amplitudes": (
+        lambda: fo.safe_region(IDLE, {"mean": 1.0}, ["none", [{"mean": 1.0}]], F),
+        "",
+    ),
 }
 
 
@@ -115,7 +193,9 @@ def test_an_answer_without_a_border_says_why_in_place_of_lines(name):
     answer = ask()
     ax = answer.plot()
     assert not ax.get_lines() and not ax.collections and not ax.patches and title in ax.get_title()
-    assert " ".join(ax.texts[0].get_text().split()) == answer.reason and (title or answer.reason.startswith(name))
+    assert " ".join(ax.texts[0].get_text().split()) == answer.reason and (
+        title or answer.reason.startswith(name)
+    )
     reactions = getattr(answer, "reactions", [np.nan])
     assert all(np.isnan(part).all() == (name != "no friction is needed") for part in reactions)
 
@@ -139,53 +219,88 @@ def test_of_many_corners_the_ruling_ones_have_lines_and_all_a_band():
     shares = limit.mechanism.groupby("corner")["share"].sum().nlargest(4)
     drawn = {MANY.corner_names.index(name) for name in labelled(ax) if name in MANY.corner_names}
     assert drawn == set(shares.index) and 0 < len(drawn) <= 4
-    assert set(map(tuple, circles(ax)[:, :1].round(9))) == {(x,) for x in limit.mechanism.loc[limit.mechanism["corner"].isin(drawn), "x"]}
+    assert set(map(tuple, circles(ax)[:, :1].round(9))) == {
+        (x,) for x in limit.mechanism.loc[limit.mechanism["corner"].isin(drawn), "x"]
+    }
 
 
 @ALL
 def test_a_steady_state_shows_slip_range_traction_and_work(contact, cycle):
-    steady = fo.steady_state(contact, cycle, F, 1.5 * fo.shakedown_limit(contact, cycle, F).load_factor)
+    steady = fo.steady_state(
+        contact, cycle, F, 1.5 * fo.shakedown_limit(contact, cycle, F).load_factor
+    )
     slip, force, work = steady.plot()
     width = np.ones(contact.nodes) if contact.width is None else contact.width
-    path = fo.march(contact, cycle, F, steady.load_factor, initial_slip=None, cycles=200)  # another way to the steady cycle
+    path = fo.march(
+        contact, cycle, F, steady.load_factor, initial_slip=None, cycles=200
+    )  # another way to the steady cycle
     last = path.time >= 199 * len(cycle.corners)
     closed = path.gap[last] <= 0
     most, least = (np.where(closed, path.slip[last], outside).T for outside in (-np.inf, np.inf))
-    slid = [max(high.max() - low.min(), 0) for high, low in zip(most, least, strict=True)]  # a node that stays open does not slip
-    drawn = [np.concatenate([line.get_ydata() for line in ax.get_lines() if line.get_marker() == "."]) for ax in (slip, work)]
-    assert np.allclose(drawn[0], slid, atol=1e-7) and (drawn[0].max() > 0.01) == (len(cycle.corners) > 1)
+    slid = [
+        max(high.max() - low.min(), 0) for high, low in zip(most, least, strict=True)
+    ]  # a node that stays open does not slip
+    drawn = [
+        np.concatenate([line.get_ydata() for line in ax.get_lines() if line.get_marker() == "."])
+        for ax in (slip, work)
+    ]
+    assert np.allclose(drawn[0], slid, atol=1e-7) and (drawn[0].max() > 0.01) == (
+        len(cycle.corners) > 1
+    )
     assert np.array_equal(drawn[1], steady.dissipation_per_node)
     for corner in range(len(cycle.corners)):
         state = np.flatnonzero(path.time <= 199 * len(cycle.corners) + corner + 1)[-1]
         for name, reaction in (("q", path.q[state]), ("p", path.p[state])):
-            assert np.allclose(joined(force, f"${name}$, {cycle.corner_names[corner]}", parts(contact))[1], reaction / width, atol=1e-7)
+            assert np.allclose(
+                joined(force, f"${name}$, {cycle.corner_names[corner]}", parts(contact))[1],
+                reaction / width,
+                atol=1e-7,
+            )
     assert force.get_ylabel().startswith("nodal force" if contact.width is None else "traction")
-    assert slip.get_ylabel() == "slip range (length)" and work.get_ylabel().endswith("(force times length per depth)")
+    assert slip.get_ylabel() == "slip range (length)" and work.get_ylabel().endswith(
+        "(force times length per depth)"
+    )
     assert work.get_xlabel().endswith("(length)")
-    assert slip.get_title() == f"{steady.outcome.name.lower().replace('_', ' ')}, $W = {steady.dissipation:.4g}$ per cycle"
+    assert (
+        slip.get_title()
+        == f"{steady.outcome.name.lower().replace('_', ' ')}, $W = {steady.dissipation:.4g}$ per cycle"
+    )
 
 
 def test_the_tractions_of_a_steady_state_of_many_corners_are_two_bands():
     steady = fo.steady_state(JOINT, MANY, F, 1.5 * fo.shakedown_limit(JOINT, MANY, F).load_factor)
     _, force, _ = steady.plot()
     labels = [band.get_label() for band in force.collections]
-    assert [label for label in labels if not label.startswith("_")] == ["$q$, all 20 corners", "$p$, all 20 corners"] and len(labels) == 4
+    assert [label for label in labels if not label.startswith("_")] == [
+        "$q$, all 20 corners",
+        "$p$, all 20 corners",
+    ] and len(labels) == 4
     colours = {tuple(band.get_facecolor()[0]) for band in force.collections}
     assert len(colours) == 2 and not [name for name in labelled(force) if "corner" in name]
 
 
 @ALL
 def test_a_trajectory_shows_the_loops_of_the_nodes_with_the_most_work(contact, cycle):
-    path = fo.march(contact, cycle, F, 1.5 * fo.shakedown_limit(contact, cycle, F).load_factor, cycles=2)
+    path = fo.march(
+        contact, cycle, F, 1.5 * fo.shakedown_limit(contact, cycle, F).load_factor, cycles=2
+    )
     upper, lower = path.plot()
     most = sorted(range(contact.nodes), key=lambda node: -path.work[-1, node])[:3]
     for number, node in enumerate(most):
         line = labelled(upper)[f"node {node}, $x = {contact.x[node]:.4g}$"]
-        assert np.array_equal(line.get_xdata(), path.slip[:, node]) and np.array_equal(line.get_ydata(), path.q[:, node])
+        assert np.array_equal(line.get_xdata(), path.slip[:, node]) and np.array_equal(
+            line.get_ydata(), path.q[:, node]
+        )
         assert np.array_equal(lower.get_lines()[number].get_ydata(), path.slip[:, node])
         assert np.array_equal(lower.get_lines()[number].get_xdata(), path.time)
-    assert upper.get_xlabel() == lower.get_ylabel() == "slip $v$ (length)" and upper.get_ylabel() == "shear force $q$ (force per depth)"
-    assert lower.get_xlim() == (0, 2 * len(cycle.corners))  # without the artificial load before the mean load
+    assert (
+        upper.get_xlabel() == lower.get_ylabel() == "slip $v$ (length)"
+        and upper.get_ylabel() == "shear force $q$ (force per depth)"
+    )
+    assert lower.get_xlim() == (
+        0,
+        2 * len(cycle.corners),
+    )  # without the artificial load before the mean load
     ends = [line.get_xdata()[0] for line in lower.get_lines()[len(most) :]]
     assert ends == [cycle_number * len(cycle.corners) for cycle_number in range(3)]
 
@@ -197,7 +312,11 @@ def test_several_contacts_are_named_above_and_not_joined():
     assert [text.get_text() for text in above.get_xticklabels()] == ["left", "right"]
     assert ax.get_xlabel() == "position along the contacts, one after the other, $x$ (length)"
     assert above.get_xticks().tolist() == [0.5, 3.0]
-    assert [line.get_xdata()[0] for line in ax.get_lines() if line.get_xdata()[0] == line.get_xdata()[-1] == 1.5] == [1.5]
+    assert [
+        line.get_xdata()[0]
+        for line in ax.get_lines()
+        if line.get_xdata()[0] == line.get_xdata()[-1] == 1.5
+    ] == [1.5]
     assert not any(set(line.get_xdata()) >= {1.0, 2.0} for line in ax.get_lines())
 
 
@@ -209,15 +328,27 @@ def study():
 def test_a_study_has_a_mark_for_each_run():
     table = study()
     ax = fo.plot_study(table)
-    low = next(line.get_ydata()[0] for line in ax.get_lines() if len(line.get_xdata()) == 2 and line.get_ydata()[0] == line.get_ydata()[1])
+    low = next(
+        line.get_ydata()[0]
+        for line in ax.get_lines()
+        if len(line.get_xdata()) == 2 and line.get_ydata()[0] == line.get_ydata()[1]
+    )
     slips = table["dissipation"] > 0
     assert slips.any() and not slips.all()
     for family, rows in table.groupby("family"):
         x, y = (np.asarray(data) for data in labelled(ax)[family].get_data())
         assert np.array_equal(x, rows["load_ratio"])
-        assert np.array_equal(y[rows["dissipation"] > 0], rows.loc[rows["dissipation"] > 0, "dissipation"])
-        assert (y[rows["dissipation"] == 0] < low).all() and (rows.loc[rows["dissipation"] > 0, "dissipation"] > low).all()
-    assert "force times length per depth" in ax.get_ylabel() and ax.get_yscale() == "log" and not ax.get_title()
+        assert np.array_equal(
+            y[rows["dissipation"] > 0], rows.loc[rows["dissipation"] > 0, "dissipation"]
+        )
+        assert (y[rows["dissipation"] == 0] < low).all() and (
+            rows.loc[rows["dissipation"] > 0, "dissipation"] > low
+        ).all()
+    assert (
+        "force times length per depth" in ax.get_ylabel()
+        and ax.get_yscale() == "log"
+        and not ax.get_title()
+    )
 
 
 def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_counted():
@@ -229,7 +360,10 @@ def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_c
 
 
 def split_study():
-    cycles = {"quick": CYCLE, "slow": fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.4}, {"cyclic": 1.0}])}
+    cycles = {
+        "quick": CYCLE,
+        "slow": fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.4}, {"cyclic": 1.0}]),
+    }
     return fo.dissipation_study(PAIR, cycles, np.c_[[F, 0.7]], [0.6, 1.5, 2.5], progress=False)
 
 
@@ -237,9 +371,14 @@ def test_columns_split_a_study_into_panels_colours_and_places():
     table = split_study()
     table["bolts"] = table["cycle"].map({"quick": 2, "slow": 4})
     panels = fo.plot_study(table, x="cycle", colour="load_factor", rows="friction")
-    assert [ax.get_title() for ax in panels] == [f"friction: {F:.4g}", "friction: 0.7"] and panels[-1].get_xlabel() == "load cycle"
+    assert [ax.get_title() for ax in panels] == [f"friction: {F:.4g}", "friction: 0.7"] and panels[
+        -1
+    ].get_xlabel() == "load cycle"
     assert [text.get_text() for text in panels[-1].get_xticklabels()] == ["quick", "slow"]
-    drawn = [[line for line in ax.get_lines() if line.get_marker() == "o" and len(line.get_xdata())] for ax in panels]
+    drawn = [
+        [line for line in ax.get_lines() if line.get_marker() == "o" and len(line.get_xdata())]
+        for ax in panels
+    ]
     for lines, (_, rows) in zip(drawn, table.groupby("friction_number"), strict=True):
         assert len(lines) == 3
         for line, (_, some) in zip(lines, rows.groupby("load_factor", sort=False), strict=True):
@@ -249,12 +388,20 @@ def test_columns_split_a_study_into_panels_colours_and_places():
     colours = [[line.get_color() for line in lines] for lines in drawn]
     assert colours[0] == colours[1] and len(set(colours[0])) == 3
     named = [text.get_text() for text in panels[0].get_legend().get_texts()]
-    assert named == ["none", "0.6", "1.5", "2.5"] and "load factor" in panels[0].get_legend().get_title().get_text()
+    assert (
+        named == ["none", "0.6", "1.5", "2.5"]
+        and "load factor" in panels[0].get_legend().get_title().get_text()
+    )
     by_bolts = fo.plot_study(table, x="bolts")
     assert by_bolts.get_xlabel() == "bolts" and set(
-        np.concatenate([line.get_xdata() for line in by_bolts.get_lines() if line.get_mfc() == "none"])
+        np.concatenate(
+            [line.get_xdata() for line in by_bolts.get_lines() if line.get_mfc() == "none"]
+        )
     ) == {2, 4}
-    assert [text.get_text() for text in fo.plot_study(table[table["friction"] == 0.7]).get_legend().get_texts()] == ["none", "quick", "slow"]
+    assert [
+        text.get_text()
+        for text in fo.plot_study(table[table["friction"] == 0.7]).get_legend().get_texts()
+    ] == ["none", "quick", "slow"]
     for name in ("x", "colour", "rows"):
         with pytest.raises(fo.ModelError, match=f"{name}: 'bolt'; give 'friction'"):
             fo.plot_study(table, **{name: "bolt"})
@@ -271,16 +418,33 @@ def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
     for body, mesh in ((body, model.bodies[body].mesh) for body in model.bodies):
         outline = np.array(named[body].get_data())
         seen = outline[:, ~np.isnan(outline[0])].T
-        assert {tuple(point) for point in seen} == {tuple(point) for point in mesh.p[:, np.unique(mesh.facets[:, mesh.boundary_facets()])].T}
+        assert {tuple(point) for point in seen} == {
+            tuple(point) for point in mesh.p[:, np.unique(mesh.facets[:, mesh.boundary_facets()])].T
+        }
     contact = np.array(named["contact"].get_data())
     face = model.contacts[0]
     mesh = model.bodies[face.body_1].mesh
     assert np.count_nonzero(np.isnan(contact[0])) == len(mesh.boundaries[face.boundary_1])
-    held = np.concatenate([np.array(line.get_data()).T for line in ax.get_lines() if line.get_marker() in ("s", ">", "^") and len(line.get_xdata())])
-    nodes = [model.bodies[support.body].mesh.p[:, nodes_of(model.bodies[support.body], support.body, support.where)].T for support in model.supports]
+    held = np.concatenate(
+        [
+            np.array(line.get_data()).T
+            for line in ax.get_lines()
+            if line.get_marker() in ("s", ">", "^") and len(line.get_xdata())
+        ]
+    )
+    nodes = [
+        model.bodies[support.body]
+        .mesh.p[:, nodes_of(model.bodies[support.body], support.body, support.where)]
+        .T
+        for support in model.supports
+    ]
     assert {tuple(point) for point in held} <= {tuple(point) for point in np.concatenate(nodes)}
     assert {label.split()[1] for label in named if label.startswith("load ")} == set(model.loads)
-    assert ax.get_aspect() == 1 and ax.get_xlabel() == "$x$ (length)" and ax.get_ylabel() == "$y$ (length)"
+    assert (
+        ax.get_aspect() == 1
+        and ax.get_xlabel() == "$x$ (length)"
+        and ax.get_ylabel() == "$y$ (length)"
+    )
     texts = {text.get_text() for text in ax.texts}
     assert {contact.name for contact in model.contacts} <= texts or len(model.contacts) == 1
 
@@ -289,13 +453,18 @@ def test_arrows_press_on_the_boundary_or_begin_there():
     scene = SCENES["punch"]
     top = scene.punch_height
     arrows = [one for one in scene.plot().collections if isinstance(one, Quiver)]
-    begin, step = (np.concatenate(rows) for rows in zip(*((one.XY, np.column_stack([one.U, one.V])) for one in arrows), strict=True))
+    begin, step = (
+        np.concatenate(rows)
+        for rows in zip(*((one.XY, np.column_stack([one.U, one.V])) for one in arrows), strict=True)
+    )
     steps = {(tuple(tail), tuple(tail + way)) for tail, way in zip(begin, step, strict=True)}
     pressing = [(tail, tip) for tail, tip in steps if tail[0] == tip[0]]
     assert len(pressing) == 4 and all(tip[1] == top < tail[1] for tail, tip in pressing)
     side = scene.block_half_width
     pulling = [(tail, tip) for tail, tip in steps if abs(tail[0]) == side and tail[1] <= 0]
-    assert pulling and all(abs(tip[0]) > side and tip[1] == pytest.approx(tail[1]) for tail, tip in pulling)
+    assert pulling and all(
+        abs(tip[0]) > side and tip[1] == pytest.approx(tail[1]) for tail, tip in pulling
+    )
 
 
 @pytest.mark.parametrize("element", ["linear", "quadratic"])
@@ -304,8 +473,12 @@ def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
     """Also where corner nodes carry no force of a uniform traction, or one against it."""
     line, d = np.linspace(0.0, 1.0, 4), mesh.elem.refdom.dim()
     lines = [line] * (d - 1)
-    pad = mesh.init_tensor(*lines, line).with_boundaries({"foot": lambda x: x[-1] == 0, "end": lambda x: x[0] == 1})
-    base = mesh.init_tensor(*lines, line - 1).with_boundaries({"face": lambda x: x[-1] == 0, "low": lambda x: x[-1] == -1})
+    pad = mesh.init_tensor(*lines, line).with_boundaries(
+        {"foot": lambda x: x[-1] == 0, "end": lambda x: x[0] == 1}
+    )
+    base = mesh.init_tensor(*lines, line - 1).with_boundaries(
+        {"face": lambda x: x[-1] == 0, "low": lambda x: x[-1] == -1}
+    )
     way = np.array([2.0, 3.0, -6.0])[:d]
     model = fo.ContactModel(
         {"pad": fo.Body(pad, element=element), "base": fo.Body(base, element=element)},
@@ -319,7 +492,9 @@ def test_arrows_point_along_the_traction_whatever_the_elements(mesh, element):
         begin, step = np.asarray(drawn.XY), np.column_stack([drawn.U, drawn.V])
     else:
         (drawn,) = (one for one in axes.collections if isinstance(one, Line3DCollection))
-        ends = np.asarray(drawn._segments3d)[: len(drawn._segments3d) // 3]  # the shafts, before the halves of the heads
+        ends = np.asarray(drawn._segments3d)[
+            : len(drawn._segments3d) // 3
+        ]  # the shafts, before the halves of the heads
         begin, step = ends[:, 1], ends[:, 0] - ends[:, 1]
     assert len(begin) == (3 if d == 2 else 9) and np.allclose(begin[:, 0], 1.0)
     assert np.allclose(step / np.linalg.norm(step, axis=1)[:, None], way / np.linalg.norm(way))
@@ -333,19 +508,40 @@ def test_fields_show_the_von_mises_stress_of_all_bodies():
     assert len(drawn) == 2
     for body, colours in zip(("punch", "block"), drawn, strict=True):
         xx, yy, xy, zz = fields.stress[body]
-        deviator = np.array([[xx, xy, 0 * xx], [xy, yy, 0 * xx], [0 * xx, 0 * xx, zz]]) - np.eye(3)[:, :, None] * (xx + yy + zz) / 3
-        assert np.allclose(colours.get_array(), np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))), rtol=1e-12)
-        corners = model.bodies[body].mesh.p.T[np.unique(np.sort(colours._triangulation.triangles, axis=1), axis=0)]
+        deviator = (
+            np.array([[xx, xy, 0 * xx], [xy, yy, 0 * xx], [0 * xx, 0 * xx, zz]])
+            - np.eye(3)[:, :, None] * (xx + yy + zz) / 3
+        )
+        assert np.allclose(
+            colours.get_array(), np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1))), rtol=1e-12
+        )
+        corners = model.bodies[body].mesh.p.T[
+            np.unique(np.sort(colours._triangulation.triangles, axis=1), axis=0)
+        ]
         sides = np.ptp(model.bodies[body].mesh.p, axis=1)
-        assert np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 2 == pytest.approx(sides.prod()), "triangles fill the body"
+        assert np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 2 == pytest.approx(
+            sides.prod()
+        ), "triangles fill the body"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert bar.get_ylabel() == "von Mises stress (force per area)" and ax.get_xlabel() == "$x$ (length)"
+    assert (
+        bar.get_ylabel() == "von Mises stress (force per area)"
+        and ax.get_xlabel() == "$x$ (length)"
+    )
 
 
-WORN_IN, FIELDS = fo.worn_in(FLAT, CYCLE, F, 0.8), SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5))
-OF_FIVE = fo.onset(FIVE, FOUR_CORNERS, F), fo.steady_state(FIVE, FOUR_CORNERS, F, 0.5), fo.shakedown_limit(FIVE, FOUR_CORNERS, F)
+WORN_IN, FIELDS = (
+    fo.worn_in(FLAT, CYCLE, F, 0.8),
+    SCENES["punch"].model().recover({"P": 1.0}, slip=np.zeros(5)),
+)
+OF_FIVE = (
+    fo.onset(FIVE, FOUR_CORNERS, F),
+    fo.steady_state(FIVE, FOUR_CORNERS, F, 0.5),
+    fo.shakedown_limit(FIVE, FOUR_CORNERS, F),
+)
 EVERY = {
-    f"{type(one).__name__} {number}": one for number, one in enumerate([*ANSWERS, *OF_FIVE, WORN_IN, SCENES["punch"], FIELDS]) if hasattr(one, "plot")
+    f"{type(one).__name__} {number}": one
+    for number, one in enumerate([*ANSWERS, *OF_FIVE, WORN_IN, SCENES["punch"], FIELDS])
+    if hasattr(one, "plot")
 }
 
 
@@ -356,7 +552,9 @@ def test_pictures_are_drawn_in_given_axes_and_other_numbers_of_axes_are_refused(
     plt.close("all")
     given = plt.subplots(panels)[1]
     returned = result.plot(given)
-    assert list(np.ravel(returned)) == list(np.ravel(given)) and all(ax.get_xlim() != (0, 1) for ax in np.ravel(given)[-1:])
+    assert list(np.ravel(returned)) == list(np.ravel(given)) and all(
+        ax.get_xlim() != (0, 1) for ax in np.ravel(given)[-1:]
+    )
     assert len(plt.get_fignums()) == 1
     for wrong in (plt.subplots(panels + 1)[1], 5, [None] * panels, "axes"):
         with pytest.raises(fo.ModelError, match=r"^ax: "):
@@ -368,12 +566,16 @@ def test_letters_of_a_new_picture_are_those_of_the_figures_and_large_enough(name
     figure = np.ravel(EVERY[name].plot())[0].figure
     figure.draw_without_rendering()  # outside the context, as a user's savefig
     texts = [text for text in figure.findobj(Text) if text.get_text().strip()]
-    assert {text.get_fontfamily()[0] for text in texts} == {"STIXGeneral"} and min(text.get_fontsize() for text in texts) > 9
+    assert {text.get_fontfamily()[0] for text in texts} == {"STIXGeneral"} and min(
+        text.get_fontsize() for text in texts
+    ) > 9
     assert plt.rcParams["font.size"] == plt.rcParamsDefault["font.size"]
     width, height = figure.get_size_inches() * figure.dpi
     for ax in figure.axes:
         box = ax.get_tightbbox()
-        assert box.x0 > -1 and box.y0 > -1 and box.x1 < width + 1 and box.y1 < height + 1, "all letters are in the picture"
+        assert box.x0 > -1 and box.y0 > -1 and box.x1 < width + 1 and box.y1 < height + 1, (
+            "all letters are in the picture"
+        )
 
 
 def test_without_matplotlib_a_plot_says_how_to_get_it_and_all_else_works():
@@ -385,5 +587,7 @@ def test_without_matplotlib_a_plot_says_how_to_get_it_and_all_else_works():
         "first = fo.onset(node, fo.LoadCycle({'P': 1.0}, [{'Q': 2.0}]), friction=0.5)\n"
         "try:\n    first.plot()\nexcept ImportError as error:\n    print(error)\n"
     )
-    said = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    said = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout
     assert said == "plots need matplotlib: python -m pip install 'frictopt[figures]'\n"

@@ -1,4 +1,5 @@
-"""Pictures of what follows limits and of searches: open nodes, ranges, least slips, damping, designs, required friction, safe regions."""
+"""Pictures of what follows limits and of searches: open nodes, ranges, least slips, damping,
+designs, required friction, safe regions."""
 
 import itertools
 
@@ -8,7 +9,18 @@ from matplotlib.collections import PathCollection
 from matplotlib.patches import Polygon
 
 import frictopt as fo
-from helpers.pictures import ALL, FIVE, JOINT, PAIR, F, check_mechanism, check_ratio, joined, labelled, parts
+from helpers.pictures import (
+    ALL,
+    FIVE,
+    JOINT,
+    PAIR,
+    F,
+    check_mechanism,
+    check_ratio,
+    joined,
+    labelled,
+    parts,
+)
 from helpers.systems import CYCLE, PULL, at_corners, linprog_limit, system
 
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
@@ -20,14 +32,20 @@ MEAN = {"mean": 1.0}
 
 def marks(ax, label):
     """(M, 2) places of the marks of a name."""
-    places = [np.asarray(one.get_offsets(), float) for one in ax.collections if isinstance(one, PathCollection) and one.get_label() == label]
+    places = [
+        np.asarray(one.get_offsets(), float)
+        for one in ax.collections
+        if isinstance(one, PathCollection) and one.get_label() == label
+    ]
     return np.concatenate([np.empty((0, 2)), *places])
 
 
 def test_a_limit_with_open_nodes_shows_the_corners_of_the_path_from_its_state_and_marks_them():
     limit = fo.shakedown_limit(ROUNDED, PULL, F)
     ax = limit.plot()
-    path = fo.march(ROUNDED, PULL, F, limit.load_factor, initial_state=limit.state, cycles=1)  # what the state does
+    path = fo.march(
+        ROUNDED, PULL, F, limit.load_factor, initial_state=limit.state, cycles=1
+    )  # what the state does
     rows = [np.flatnonzero(path.time == corner)[-1] for corner in (1, 2)]
     q, p = path.q[rows], path.p[rows]
     for corner, closed in enumerate(path.gap[rows] <= 0):
@@ -36,7 +54,11 @@ def test_a_limit_with_open_nodes_shows_the_corners_of_the_path_from_its_state_an
         assert np.allclose(ratio[closed], q[corner, closed] / (F * p[corner, closed]), atol=1e-9)
     assert ax.get_ylabel() == "$q / (f p)$"
     shear, pressure = limit.reactions
-    assert np.allclose(shear, q, atol=1e-9) and np.allclose(pressure, p, atol=1e-9) and not pressure[:, limit.open].any()
+    assert (
+        np.allclose(shear, q, atol=1e-9)
+        and np.allclose(pressure, p, atol=1e-9)
+        and not pressure[:, limit.open].any()
+    )
     always = (path.gap[rows] > 0).all(axis=0)
     assert always.any() and marks(ax, "open").tolist() == [[x, 0.0] for x in ROUNDED.x[always]]
     assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
@@ -48,15 +70,29 @@ def test_a_range_shows_the_steady_states_of_least_and_most_work(contact):
     factor = 1.3 * fo.shakedown_limit(contact, CYCLE, F).load_factor
     found = fo.dissipation_range(contact, CYCLE, F, factor)
     slip, work = found.plot()
-    for name, state, start in ("least", found.least_state, found.least_start), ("most", found.most_state, found.worst_start):
+    for name, state, start in (
+        ("least", found.least_state, found.least_start),
+        ("most", found.most_state, found.worst_start),
+    ):
         x, drawn = joined(work, f"{name} work found", parts(contact))
         assert np.array_equal(x, contact.x) and np.array_equal(drawn, state.dissipation_per_node)
         assert np.isclose(drawn.sum(), getattr(found, name))
-        path = fo.march(contact, CYCLE, F, factor, initial_slip=start, cycles=300)  # another way to the steady cycle
+        path = fo.march(
+            contact, CYCLE, F, factor, initial_slip=start, cycles=300
+        )  # another way to the steady cycle
         last = path.slip[path.time >= 299 * 2]
-        assert np.allclose(joined(slip, f"{name} work found", parts(contact))[1], np.ptp(last, axis=0), atol=1e-6)
-    assert found.most >= found.least and f"from {found.least:.4g} to {found.most:.4g} per cycle" in slip.get_title()
-    assert f"{factor:.4g}" in slip.get_title() and slip.get_ylabel() == "slip range (length)" and work.get_xlabel().endswith("(length)")
+        assert np.allclose(
+            joined(slip, f"{name} work found", parts(contact))[1], np.ptp(last, axis=0), atol=1e-6
+        )
+    assert (
+        found.most >= found.least
+        and f"from {found.least:.4g} to {found.most:.4g} per cycle" in slip.get_title()
+    )
+    assert (
+        f"{factor:.4g}" in slip.get_title()
+        and slip.get_ylabel() == "slip range (length)"
+        and work.get_xlabel().endswith("(length)")
+    )
 
 
 def test_a_least_slip_shows_its_weights_and_what_they_prove():
@@ -64,12 +100,23 @@ def test_a_least_slip_shows_its_weights_and_what_they_prove():
     least = limit.least_slip(1.5 * limit.load_factor)
     ax = least.plot()
     drawn = np.array([joined(ax, name)[1] for name in CYCLE.corner_names])
-    assert np.array_equal(drawn, least.g) and np.abs(drawn).sum(axis=0).max() / 2 == pytest.approx(least.weight.max())
-    total = 0.5 * limit.load_factor / (np.abs(drawn).sum(axis=0).max() / 2)  # bound over the largest weight
-    assert f"at least {0.5 * limit.load_factor:.4g};\n" in ax.get_title() and f"at least {total:.4g} in all" in ax.get_title()
+    assert np.array_equal(drawn, least.g) and np.abs(drawn).sum(axis=0).max() / 2 == pytest.approx(
+        least.weight.max()
+    )
+    total = (
+        0.5 * limit.load_factor / (np.abs(drawn).sum(axis=0).max() / 2)
+    )  # bound over the largest weight
+    assert (
+        f"at least {0.5 * limit.load_factor:.4g};\n" in ax.get_title()
+        and f"at least {total:.4g} in all" in ax.get_title()
+    )
     assert ax.get_ylabel() == "weight $g$ of the slip (1 / length)" and least.system is PAIR
-    assert limit.least_slip(0.5 * limit.load_factor).plot().get_title().endswith("no slip is proven")
-    pulled = fo.shakedown_limit(system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F)
+    assert (
+        limit.least_slip(0.5 * limit.load_factor).plot().get_title().endswith("no slip is proven")
+    )
+    pulled = fo.shakedown_limit(
+        system(1.0, 0.0, 0.0, 1.0, 0.0, -1.0), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), F
+    )
     assert pulled.least_slip(2.0).plot().get_title().endswith("no cycle keeps all nodes closed")
 
 
@@ -78,45 +125,90 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
     loop = steady.loop("sigma")
     ax = loop.plot()
     line, events = ax.get_lines()
-    assert np.array_equal(line.get_xdata(), loop.displacement) and np.array_equal(line.get_ydata(), loop.amplitude)
-    turned = np.isin(events.get_ydata(), loop.amplitude[1:][loop.slipping[1:] != loop.slipping[:-1]])
+    assert np.array_equal(line.get_xdata(), loop.displacement) and np.array_equal(
+        line.get_ydata(), loop.amplitude
+    )
+    turned = np.isin(
+        events.get_ydata(), loop.amplitude[1:][loop.slipping[1:] != loop.slipping[:-1]]
+    )
     assert len(turned) >= 2 and turned.all() and f"{loop.area:.4g}" in line.get_label()
 
 
 def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():
     limit = fo.shakedown_limit(PUNCH, PULL, F).load_factor
     case, factors = list(PUNCH.bonded).index(*PULL.corners[0]), limit * np.array([0.5, 0.9, 1.2])
-    curve = fo.backbone_curve(PUNCH, PULL, F, factors, natural_frequency=PUNCH.compliance[case, case] ** -0.5 / (2 * np.pi), range=True)
+    curve = fo.backbone_curve(
+        PUNCH,
+        PULL,
+        F,
+        factors,
+        natural_frequency=PUNCH.compliance[case, case] ** -0.5 / (2 * np.pi),
+        range=True,
+    )
     work, share, above, below = curve.plot()
     for ax, name in ((above, "frequency"), (below, "damping")):
         line, *limits = ax.get_lines()[:3]
-        assert ax.get_xscale() == "log" and np.array_equal(line.get_xydata(), np.column_stack([curve.load_factor, getattr(curve, name)]))
-        assert sorted(one.get_xdata()[0] for one in limits) == [curve.guaranteed_limit, curve.shakedown_limit]
+        assert ax.get_xscale() == "log" and np.array_equal(
+            line.get_xydata(), np.column_stack([curve.load_factor, getattr(curve, name)])
+        )
+        assert sorted(one.get_xdata()[0] for one in limits) == [
+            curve.guaranteed_limit,
+            curve.shakedown_limit,
+        ]
         (band,) = ax.collections
         reach = band.get_datalim(ax.transData)
-        assert (reach.ymin, reach.ymax) == pytest.approx((getattr(curve, f"least_{name}").min(), getattr(curve, f"most_{name}").max()))
-    assert np.array_equal(work.get_lines()[0].get_ydata()[curve.work > 0], curve.work[curve.work > 0]) and work.get_yscale() == "log"
+        assert (reach.ymin, reach.ymax) == pytest.approx(
+            (getattr(curve, f"least_{name}").min(), getattr(curve, f"most_{name}").max())
+        )
+    assert (
+        np.array_equal(work.get_lines()[0].get_ydata()[curve.work > 0], curve.work[curve.work > 0])
+        and work.get_yscale() == "log"
+    )
     assert np.array_equal(share.get_lines()[0].get_ydata(), curve.slipping)
 
 
 def test_a_backbone_curve_of_two_contacts_has_a_line_for_each_and_ends_where_they_slide_off():
     loads = {"P": [0, 0, 0, 0, 1, 3], "X": [1, 1, 0, 0, 0, 0]}
-    free = fo.ContactSystem(np.zeros((6, 6)), [[0, 0, 0], [1, 0, 0]], loads, contact=["head", "nut"])
-    curve = fo.backbone_curve(free, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.4], [0.2, 0.4], steps=1)
+    free = fo.ContactSystem(
+        np.zeros((6, 6)), [[0, 0, 0], [1, 0, 0]], loads, contact=["head", "nut"]
+    )
+    curve = fo.backbone_curve(
+        free, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.5, 0.4], [0.2, 0.4], steps=1
+    )
     work, share = curve.plot()
     named = {line.get_label(): line for line in share.get_lines()}
     assert {"head", "nut", "all"} <= set(named) and len(named["nut"].get_xdata()) == 2
-    assert [line.get_xdata()[0] for line in work.get_lines() if "slide off" in line.get_label()] == [curve.gross_slip] == pytest.approx([0.5])
+    assert (
+        [line.get_xdata()[0] for line in work.get_lines() if "slide off" in line.get_label()]
+        == [curve.gross_slip]
+        == pytest.approx([0.5])
+    )
 
 
 @pytest.mark.parametrize("factors", [[0.3, 1.0, 4.0], [2000.0, 4000.0, 7000.0], [0.001, 10.0]])
-def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on_each_other(factors):
-    loads = fo.LoadCycle(PULL.mean, [{case: amplitude / factors[-1] for case, amplitude in corner.items()} for corner in PULL.corners])
+def test_the_load_factors_of_a_backbone_curve_stand_beside_each_other_and_not_on_each_other(
+    factors,
+):
+    loads = fo.LoadCycle(
+        PULL.mean,
+        [
+            {case: amplitude / factors[-1] for case, amplitude in corner.items()}
+            for corner in PULL.corners
+        ],
+    )
     ax = fo.backbone_curve(PUNCH, loads, F, factors).plot()[-1]
     ax.figure.canvas.draw()
-    shown = [label.get_window_extent() for label in [*ax.get_xticklabels(), *ax.get_xticklabels(minor=True)] if label.get_text()]
-    shown = sorted((box.x0, box.x1) for box in shown if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1)
-    assert len(shown) >= 3 and all(end < begin for (_, end), (begin, _) in itertools.pairwise(shown))
+    shown = [
+        label.get_window_extent()
+        for label in [*ax.get_xticklabels(), *ax.get_xticklabels(minor=True)]
+        if label.get_text()
+    ]
+    shown = sorted(
+        (box.x0, box.x1) for box in shown if ax.bbox.x0 <= (box.x0 + box.x1) / 2 <= ax.bbox.x1
+    )
+    assert len(shown) >= 3 and all(
+        end < begin for (_, end), (begin, _) in itertools.pairwise(shown)
+    )
 
 
 def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_bound():
@@ -124,28 +216,39 @@ def test_a_design_is_drawn_with_its_profile_and_its_shear_over_the_friction_boun
     design = model.solve(F, [model.profile == 0.01 * PUNCH.x**2, model.preload == 0.1])
     ratio, profile = design.plot()
     (drawn,) = [line for line in profile.get_lines() if len(line.get_xdata()) == 5]
-    assert np.array_equal(drawn.get_xdata(), PUNCH.x) and np.allclose(drawn.get_ydata(), 0.01 * PUNCH.x**2)
+    assert np.array_equal(drawn.get_xdata(), PUNCH.x) and np.allclose(
+        drawn.get_ydata(), 0.01 * PUNCH.x**2
+    )
     assert f"{design.load_factor:.5g}" in ratio.get_title() and "Q +0.1" in ratio.get_title()
     q, p = at_corners(design.system, design.cycle, design.load_factor, design.slip)
     assert np.allclose(joined(ratio, PULL.corner_names[1])[1], q[1] / (F * p[1]), atol=1e-8)
     bolts = fo.DesignModel(PUNCH, PULL, preloads=["Q", "P"])
     assert bolts.solve(F, [bolts.preload == 0.1]).plot().get_ylabel() == "$q / (f p)$"
-    pad = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], {"P": [0, 0, 0, 0, 1, 1], "X": [1, 1, 0, 0, 0, 0]})
+    pad = fo.ContactSystem(
+        np.eye(6), [[0, 0, 0], [1, 0, 0]], {"P": [0, 0, 0, 0, 1, 1], "X": [1, 1, 0, 0, 0, 0]}
+    )
     solid = fo.DesignModel(pad, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), preloads=["P"])
     assert "P +0.1" in solid.solve(F, [solid.preload == 0.1]).plot().get_title()
 
 
 @ALL
-def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_mechanism(contact, cycle):
+def test_a_required_friction_shows_the_reactions_on_its_bounds_and_circles_the_mechanism(
+    contact, cycle
+):
     factor = 0.9 * fo.shakedown_limit(contact, cycle, F).load_factor
     required = fo.required_friction(contact, cycle, factor)
     ax = required.plot()
     q, p = at_corners(contact, cycle, factor, required.slip)
     assert np.allclose(required.reactions, (q, p), rtol=1e-12)
-    assert required.system is contact and required.load_factor == factor and 0 < required.required < F
+    assert (
+        required.system is contact and required.load_factor == factor and 0 < required.required < F
+    )
     check_ratio(ax, contact, q, p, cycle.corner_names, required.required)
     check_mechanism(ax, required.mechanism)
-    assert ax.get_title() == rf"$\lambda = {factor:.4g}$: required friction $f$ = {required.required:.5g}"
+    assert (
+        ax.get_title()
+        == rf"$\lambda = {factor:.4g}$: required friction $f$ = {required.required:.5g}"
+    )
     assert ax.get_xlabel().endswith("$x$ (length)")
 
 
@@ -160,18 +263,37 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
     (inside,) = [patch for patch in ax.patches if isinstance(patch, Polygon)]
     corners = [tuple(point) for point in inside.get_xy()]
     drawn = [point for point in dict.fromkeys(corners) if point != (0.0, 0.0)]
-    assert (0.0, 0.0) in corners and inside.get_label() == "some residual slip is safe" and len(drawn) > 2
+    assert (
+        (0.0, 0.0) in corners
+        and inside.get_label() == "some residual slip is safe"
+        and len(drawn) > 2
+    )
     for first, second in drawn:
-        amplitudes = [{"cyclic": one * first, "other": other * second} for one, other in itertools.product((-1, 1), repeat=2)]
-        assert linprog_limit(FIVE, fo.LoadCycle(MEAN, amplitudes), F)[1] == pytest.approx(1.0, rel=1e-7)
+        amplitudes = [
+            {"cyclic": one * first, "other": other * second}
+            for one, other in itertools.product((-1, 1), repeat=2)
+        ]
+        assert linprog_limit(FIVE, fo.LoadCycle(MEAN, amplitudes), F)[1] == pytest.approx(
+            1.0, rel=1e-7
+        )
     assert np.array_equal(np.transpose(labelled(ax)["vertex, proven safe"].get_data()), drawn)
-    assert ax.get_xlabel() == "amplitude of cyclic (times its unit load)" and ax.get_ylabel() == "amplitude of other (times its unit load)"
-    assert ax.get_xlim()[0] == ax.get_ylim()[0] == 0 and ax.get_xlim()[1] > drawn[0][0] and ax.get_ylim()[1] > drawn[-1][1]
+    assert (
+        ax.get_xlabel() == "amplitude of cyclic (times its unit load)"
+        and ax.get_ylabel() == "amplitude of other (times its unit load)"
+    )
+    assert (
+        ax.get_xlim()[0] == ax.get_ylim()[0] == 0
+        and ax.get_xlim()[1] > drawn[0][0]
+        and ax.get_ylim()[1] > drawn[-1][1]
+    )
     assert len(sides(ax)) == len(region.sides) == len(drawn) - 1
     for number, (name, line) in enumerate(sides(ax).items()):
         side, motion = region.sides.loc[number], region.mechanisms[number]
         x, y = line.get_data()
-        assert np.allclose(side["a"] * x + side["b"] * y, side["bound"], atol=1e-7) and np.hypot(np.ptp(x), np.ptp(y)) > 0
+        assert (
+            np.allclose(side["a"] * x + side["b"] * y, side["bound"], atol=1e-7)
+            and np.hypot(np.ptp(x), np.ptp(y)) > 0
+        )
         most = motion.loc[motion["share"].idxmax()]
         word = "opens" if most["direction"] == 0 else "slips"
         assert name == f"side {number}: node {most['node']:.0f}, $x = {most['x']:.4g}$, {word} most"
@@ -180,7 +302,10 @@ def test_a_safe_region_is_drawn_to_where_another_program_finds_its_border():
 def rows(ax):
     """Row of the vertical axis -> values with a mark in it."""
     ax.figure.draw_without_rendering()
-    names = {int(tick): text.get_text() for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True)}
+    names = {
+        int(tick): text.get_text()
+        for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True)
+    }
     marks = [line for line in ax.get_lines() if line.get_marker() != "None"]
     assert len(marks) == len(names) and all(len(set(line.get_ydata())) <= 1 for line in marks)
     return {names[number]: np.asarray(line.get_xdata(), float) for number, line in enumerate(marks)}
@@ -188,7 +313,9 @@ def rows(ax):
 
 def at(ax, label):
     """Place of the vertical line of that name."""
-    return next(line.get_xdata()[0] for name, line in labelled(ax).items() if name.startswith(label))
+    return next(
+        line.get_xdata()[0] for name, line in labelled(ax).items() if name.startswith(label)
+    )
 
 
 def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_factor():
@@ -196,15 +323,25 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
     limit = fo.limit_after_protocol(PAIR, CYCLE, F, start=start, scan=10)
     ax = limit.plot()
     drawn = rows(ax)
-    assert list(drawn) == ["comes to rest", "keeps slipping"] and all(len(factors) > 3 for factors in drawn.values())
+    assert list(drawn) == ["comes to rest", "keeps slipping"] and all(
+        len(factors) > 3 for factors in drawn.values()
+    )
     for name, factors in drawn.items():
         for factor in factors:
             outcome = fo.steady_state(PAIR, CYCLE, F, factor, initial_slip=start).outcome
             assert (outcome is fo.Outcome.SHAKEDOWN) == (name == "comes to rest")
     assert sum(map(len, drawn.values())) == len(limit.tried)
-    assert at(ax, "limit after the protocol") == limit.load_factor == drawn["comes to rest"].max() < drawn["keeps slipping"].min()
+    assert (
+        at(ax, "limit after the protocol")
+        == limit.load_factor
+        == drawn["comes to rest"].max()
+        < drawn["keeps slipping"].min()
+    )
     assert at(ax, "shakedown limit") == pytest.approx(linprog_limit(PAIR, CYCLE, F)[1], rel=1e-8)
-    assert ax.get_title() == rf"comes to rest up to $\lambda$ = {limit.load_factor:.5g}" and ax.get_xlabel() == r"load factor $\lambda$"
+    assert (
+        ax.get_title() == rf"comes to rest up to $\lambda$ = {limit.load_factor:.5g}"
+        and ax.get_xlabel() == r"load factor $\lambda$"
+    )
     assert ax.get_xlim()[0] == 0
 
 
@@ -213,6 +350,13 @@ def test_a_cure_shows_the_shares_tried():
     ax = found.plot()
     drawn = rows(ax)
     for name, outcome in (("comes to rest", "rest"), ("keeps slipping", "slip")):
-        assert drawn[name].tolist() == found.tried.loc[found.tried["outcome"] == outcome, "share"].tolist() and len(drawn[name])
-    assert at(ax, "least found") == found.share and ax.get_xlabel() == "share of the largest excursion"
-    assert ax.get_title() == f"least excursion found: {found.share:.4g} of the largest, to mean = {1 - 0.95 * found.share:.4g}"
+        assert drawn[name].tolist() == found.tried.loc[
+            found.tried["outcome"] == outcome, "share"
+        ].tolist() and len(drawn[name])
+    assert (
+        at(ax, "least found") == found.share and ax.get_xlabel() == "share of the largest excursion"
+    )
+    assert (
+        ax.get_title()
+        == f"least excursion found: {found.share:.4g} of the largest, to mean = {1 - 0.95 * found.share:.4g}"
+    )

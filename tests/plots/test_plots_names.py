@@ -1,4 +1,5 @@
-"""Names of nine contacts: those of a picture in the plane, and on a map, do not lie on each other."""
+"""Names of nine contacts: those of a picture in the plane, and on a map, do not lie on each
+other."""
 
 import itertools
 
@@ -15,12 +16,18 @@ CYCLE = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
 def feet(tangents):
-    """Nine contacts of 2 x 2 nodes in a row (in the plane of 2) on springs of their own, the first one tilted in space."""
+    """Nine contacts of 2 x 2 nodes in a row (in the plane of 2) on springs of their own, the first
+    one tilted in space."""
     n = 18 * tangents
     place = np.repeat(1.2 * np.arange(9), 2 * tangents) + np.tile([0.0, 0.6], 9 * tangents)
-    points = np.column_stack([place, *[np.tile([0.0, 0.0, 0.6, 0.6], 9)] * (tangents - 1), np.zeros(n)])
+    points = np.column_stack(
+        [place, *[np.tile([0.0, 0.0, 0.6, 0.6], 9)] * (tangents - 1), np.zeros(n)]
+    )
     names, one, none = np.repeat(FEET, 2 * tangents), np.ones(n), np.zeros(n)
-    loads = {"P": np.concatenate([*[none] * tangents, one]), "Q": np.concatenate([0.2 * one, *[none] * tangents])}
+    loads = {
+        "P": np.concatenate([*[none] * tangents, one]),
+        "Q": np.concatenate([0.2 * one, *[none] * tangents]),
+    }
     frames = np.tile(np.eye(tangents + 1), (n, 1, 1))
     if tangents == 2:
         frames[:4] = frames[:4] @ [[1, 0, 0], [0, 0.8, 0.6], [0, -0.6, 0.8]]
@@ -30,7 +37,9 @@ def feet(tangents):
 def named(axes):
     axes = np.ravel(axes)[0]
     axes.figure.canvas.draw()
-    texts = [text for text in axes.figure.findobj(Text) if text.get_text() in FEET and text.get_visible()]
+    texts = [
+        text for text in axes.figure.findobj(Text) if text.get_text() in FEET and text.get_visible()
+    ]
     assert sorted(text.get_text() for text in texts) == FEET
     return texts
 
@@ -39,12 +48,20 @@ def named(axes):
 def test_names_along_a_contact_and_on_a_map_stand_beside_each_other(tangents):
     texts, boxes = named(fo.shakedown_limit(feet(tangents), CYCLE, 0.5).plot()), []
     for text in texts:
-        middle, angle = np.mean(text.get_window_extent().get_points(), axis=0), np.deg2rad(text.get_rotation())
+        middle, angle = (
+            np.mean(text.get_window_extent().get_points(), axis=0),
+            np.deg2rad(text.get_rotation()),
+        )
         text.set_rotation(0.0)
         half = np.ptp(text.get_window_extent().get_points(), axis=0) / 2
-        centre = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ middle
+        centre = (
+            np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ middle
+        )
         boxes.append((centre - half, centre + half))
-    assert all((high < least).any() or (most < low).any() for (low, high), (least, most) in itertools.combinations(boxes, 2))
+    assert all(
+        (high < least).any() or (most < low).any()
+        for (low, high), (least, most) in itertools.combinations(boxes, 2)
+    )
     plt.close("all")
 
 
@@ -54,28 +71,56 @@ def test_names_on_a_model_are_slanted_in_the_plane_and_upright_in_space(space):
     kind, depth = (MeshHex, [np.linspace(0.0, 0.6, 2)]) if space else (MeshQuad, [])
     sides = {"low": lambda x: x[-1] == x[-1].min(), "top": lambda x: x[-1] == x[-1].max()}
     across = [1.2 * i + np.array([0.0, 0.6]) for i in range(9)]
-    above = {name: kind.init_tensor(x, *depth, np.array([0.0, 0.5])) for name, x in zip(FEET, across, strict=True)}
+    above = {
+        name: kind.init_tensor(x, *depth, np.array([0.0, 0.5]))
+        for name, x in zip(FEET, across, strict=True)
+    }
     meshes = above | {"base": kind.init_tensor(np.unique(across), *depth, np.array([-1.0, 0.0]))}
     bodies = {name: fo.Body(mesh.with_boundaries(sides)) for name, mesh in meshes.items()}
     contacts = [fo.Contact(name, "base", "low", "top", name=name) for name in FEET]
-    model = fo.ContactModel(bodies, [fo.Support("base", "low")], {"P": [fo.Pressure(FEET[0], "top")]}, contacts)
+    model = fo.ContactModel(
+        bodies, [fo.Support("base", "low")], {"P": [fo.Pressure(FEET[0], "top")]}, contacts
+    )
     texts = [text for text in model.plot().texts if text.get_text() in FEET]
-    assert len(texts) == 9 and {(tuple(text._dir_vec) if space else text.get_rotation()) for text in texts} == {(0, 0, 1) if space else 50.0}
+    assert len(texts) == 9 and {
+        (tuple(text._dir_vec) if space else text.get_rotation()) for text in texts
+    } == {(0, 0, 1) if space else 50.0}
     plt.close("all")
 
 
 def test_names_of_contacts_behind_each_other_are_moved_apart_and_joined_to_their_places():
     ends = np.array([0.0, 0.5, 1.0])
     sides = {"low": lambda x: x[2] == x[2].min(), "top": lambda x: x[2] == x[2].max()}
-    bodies = {f"b{k}": fo.Body(MeshHex.init_tensor(ends, ends, [0.02 * k, 0.02 * (k + 1)]).with_boundaries(sides)) for k in range(4)}
+    bodies = {
+        f"b{k}": fo.Body(
+            MeshHex.init_tensor(ends, ends, [0.02 * k, 0.02 * (k + 1)]).with_boundaries(sides)
+        )
+        for k in range(4)
+    }
     names = ["upper", "middle", "lower"]
-    contacts = [fo.Contact(f"b{k + 1}", f"b{k}", "low", "top", name=name) for k, name in enumerate(names)]
-    axes = fo.ContactModel(bodies, [fo.Support("b0", "low")], {"P": [fo.Pressure("b3", "top")]}, contacts).plot()
+    contacts = [
+        fo.Contact(f"b{k + 1}", f"b{k}", "low", "top", name=name) for k, name in enumerate(names)
+    ]
+    axes = fo.ContactModel(
+        bodies, [fo.Support("b0", "low")], {"P": [fo.Pressure("b3", "top")]}, contacts
+    ).plot()
     axes.figure.draw_without_rendering()
     texts = [text for text in axes.texts if text.get_text() in names]
     boxes = [text.get_bbox_patch().get_window_extent() for text in texts]
-    assert len(boxes) == 3 and not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
-    lifted = {tuple(np.round([line.get_data_3d()[2][0], line.get_data_3d()[2][-1]], 9)) for line in axes.lines if line.get_linewidth() == 0.8}
-    moved = {(round(0.02 * (names.index(text.get_text()) + 1), 9), round(float(text.get_position_3d()[2]), 9)) for text in texts}
+    assert len(boxes) == 3 and not any(
+        one.overlaps(other) for one, other in itertools.combinations(boxes, 2)
+    )
+    lifted = {
+        tuple(np.round([line.get_data_3d()[2][0], line.get_data_3d()[2][-1]], 9))
+        for line in axes.lines
+        if line.get_linewidth() == 0.8
+    }
+    moved = {
+        (
+            round(0.02 * (names.index(text.get_text()) + 1), 9),
+            round(float(text.get_position_3d()[2]), 9),
+        )
+        for text in texts
+    }
     assert len(lifted) == 2 and lifted < moved
     plt.close("all")

@@ -29,14 +29,23 @@ ALL = pytest.mark.parametrize(("contact", "axes"), CASES.values(), ids=CASES)
 def marks(ax):
     """The coloured points, the circles (None without) and the arrows (None without)."""
     arrows = [one for one in ax.collections if isinstance(one, Quiver)]
-    points = [one for one in ax.collections if one.get_array() is not None and one not in arrows and not isinstance(one, TriMesh)]
-    circles = [one for one in ax.collections if len(one.get_edgecolors()) and not len(one.get_facecolors()) and len(one.get_offsets())]
+    points = [
+        one
+        for one in ax.collections
+        if one.get_array() is not None and one not in arrows and not isinstance(one, TriMesh)
+    ]
+    circles = [
+        one
+        for one in ax.collections
+        if len(one.get_edgecolors()) and not len(one.get_facecolors()) and len(one.get_offsets())
+    ]
     assert len(points) == 1 and len(arrows) <= 1 and len(circles) <= 1
     return points[0], next(iter(circles), None), next(iter(arrows), None)
 
 
 def check_face(ax, contact, axes, values, slip):
-    """Places, colours and arrows of the nodes (none of slip None, of either sense, for slips of 2 % of the longest and more); (N, 2) places."""
+    """Places, colours and arrows of the nodes (none of slip None, of either sense, for slips of 2 %
+    of the longest and more); (N, 2) places."""
     places = contact.points @ axes[:2].T
     points, _, arrows = marks(ax)
     assert np.allclose(points.get_offsets(), places, atol=1e-14)
@@ -48,13 +57,25 @@ def check_face(ax, contact, axes, values, slip):
         long = sizes >= 0.02 * sizes.max()
         assert np.allclose(arrows.get_offsets(), places[long], atol=1e-14)
         drawn = np.column_stack([arrows.U, arrows.V])
-        assert np.allclose(drawn * np.sign((drawn * slip[long]).sum(axis=1))[:, None], slip[long], rtol=1e-12)
+        assert np.allclose(
+            drawn * np.sign((drawn * slip[long]).sum(axis=1))[:, None], slip[long], rtol=1e-12
+        )
         ax.figure.canvas.draw()
         at = arrows.get_offset_transform().transform(places[long])
-        shapes = [arrows.get_transform().transform(path.vertices) + place for path, place in zip(arrows.get_paths(), at, strict=True)]
-        assert all(ax.bbox.contains(*point) for shape in shapes for point in shape), "the frame cuts an arrow"
+        shapes = [
+            arrows.get_transform().transform(path.vertices) + place
+            for path, place in zip(arrows.get_paths(), at, strict=True)
+        ]
+        assert all(ax.bbox.contains(*point) for shape in shapes for point in shape), (
+            "the frame cuts an arrow"
+        )
     x, y = ax.get_xlim(), ax.get_ylim()
-    assert (x[0] < places[:, 0]).all() and (places[:, 0] < x[1]).all() and (y[0] < places[:, 1]).all() and (places[:, 1] < y[1]).all()
+    assert (
+        (x[0] < places[:, 0]).all()
+        and (places[:, 0] < x[1]).all()
+        and (y[0] < places[:, 1]).all()
+        and (places[:, 1] < y[1]).all()
+    )
     return places
 
 
@@ -65,19 +86,29 @@ def reaction(contact, loads, factor, corner, slip):
 
 
 @ALL
-def test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_the_mechanism(contact, axes):
+def test_a_limit_shows_the_ratio_at_the_first_corner_the_slip_and_the_nodes_of_the_mechanism(
+    contact, axes
+):
     limit = fo.shakedown_limit(contact, cycle(), F)
     ax = limit.plot()
     q, p = reaction(contact, cycle(), limit.load_factor, 0, limit.slip)
     places = check_face(ax, contact, axes, np.where(p > 1e-9, q / (F * p), np.nan), limit.slip)
     circled, shares = marks(ax)[1], limit.mechanism.groupby("node")["share"].sum()
     nodes = shares.index.to_numpy()
-    assert (len(nodes) == 1) is (contact is UNCOUPLED) and np.allclose(circled.get_offsets(), places[nodes], atol=1e-14)
-    assert circled.get_sizes() == pytest.approx(400 * shares.to_numpy(), rel=1e-12) and shares.sum() == pytest.approx(1.0)
+    assert (len(nodes) == 1) is (contact is UNCOUPLED) and np.allclose(
+        circled.get_offsets(), places[nodes], atol=1e-14
+    )
+    assert circled.get_sizes() == pytest.approx(
+        400 * shares.to_numpy(), rel=1e-12
+    ) and shares.sum() == pytest.approx(1.0)
     assert ax.get_title() == rf"shakedown limit $\lambda_2$ = {limit.load_factor:.5g}"
-    assert [one.get_text() for one in ax.get_legend().get_texts()][-1] == "limiting node; area: share"
+    assert [one.get_text() for one in ax.get_legend().get_texts()][
+        -1
+    ] == "limiting node; area: share"
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert bar.get_ylabel() == f"$|q| / (f p)$ at {cycle().corner_names[0]}" and marks(ax)[0].get_clim() == (0, 1)
+    assert bar.get_ylabel() == f"$|q| / (f p)$ at {cycle().corner_names[0]}" and marks(ax)[
+        0
+    ].get_clim() == (0, 1)
     names = ("position along the first tangent", "$x$") if contact is TURNED else ("$x$", "$y$")
     assert (ax.get_xlabel(), ax.get_ylabel()) == tuple(f"{name} (length)" for name in names)
 
@@ -96,18 +127,35 @@ def test_a_safe_slip_shows_the_corner_with_the_least_reserve(contact, axes, rati
     q, p = at[corner]
     check_face(ax, contact, axes, np.where(p > 1e-9, q / (F * p), np.nan), safe.slip)
     title = "safe slip at" if exists else "no slip is safe; the least unsafe one at"
-    assert safe.exists is exists and ax.get_title().startswith(title) and f"= {factor:.4g}$" in ax.get_title()
+    assert (
+        safe.exists is exists
+        and ax.get_title().startswith(title)
+        and f"= {factor:.4g}$" in ax.get_title()
+    )
     assert marks(ax)[0].get_clim()[1] >= np.nanmax(np.where(p > 1e-9, q / (F * p), np.nan)) - 1e-9
 
 
 def test_the_corner_with_the_least_reserve_is_that_of_the_least_f_p_less_q():
-    """Not of the least p less q, of the largest ratio, of the least shear in one direction, or of the node with the most reserve."""
-    reserves = {0: [0.5 - 0.4, 1.0 - 0.5], 1: [0.5 - 0.3, 1.0 - 0.85]}  # the shear 0.4 is along the second tangent, all others along the first
-    loads = {"mean": [0, 0, 0, 0, 5.0, 1.0], "first": [0, 0.5, 0.4, 0, 0, 0], "second": [0.3, 0.85, 0, 0, 0, 0]}
+    """Not of the least p less q, of the largest ratio, of the least shear in one direction, or of
+    the node with the most reserve."""
+    reserves = {
+        0: [0.5 - 0.4, 1.0 - 0.5],
+        1: [0.5 - 0.3, 1.0 - 0.85],
+    }  # the shear 0.4 is along the second tangent, all others along the first
+    loads = {
+        "mean": [0, 0, 0, 0, 5.0, 1.0],
+        "first": [0, 0.5, 0.4, 0, 0, 0],
+        "second": [0.3, 0.85, 0, 0, 0, 0],
+    }
     two = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], loads)
-    safe = fo.safe_slip(two, fo.LoadCycle({"mean": 1.0}, [{"first": 1.0}, {"second": 1.0}]), [0.1, 1.0], 1.0)
+    safe = fo.safe_slip(
+        two, fo.LoadCycle({"mean": 1.0}, [{"first": 1.0}, {"second": 1.0}]), [0.1, 1.0], 1.0
+    )
     ax = replace(safe, slip=np.zeros((2, 2))).plot()
-    assert min(reserves, key=lambda corner: min(reserves[corner])) == 0 and ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at first = +1"
+    assert (
+        min(reserves, key=lambda corner: min(reserves[corner])) == 0
+        and ax.figure.axes[1].get_ylabel() == "$|q| / (f p)$ at first = +1"
+    )
     assert np.allclose(marks(ax)[0].get_array(), [0.8, 0.5])
 
 
@@ -117,28 +165,50 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
     steady = fo.steady_state(contact, cycle(), F, factor, steps=4)
     ax = steady.plot()
     slips = steady.states().slip
-    pairs = slips[:, None] - slips[None]  # of all states of the cycle: the two that are furthest apart, of each node
+    pairs = (
+        slips[:, None] - slips[None]
+    )  # of all states of the cycle: the two that are furthest apart, of each node
     most = np.linalg.norm(pairs, axis=-1).reshape(len(slips) ** 2, -1).argmax(axis=0)
-    check_face(ax, contact, axes, steady.to_frame()["dissipation"], pairs.reshape(-1, *slips.shape[1:])[most, np.arange(slips.shape[1])])
-    assert marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max()) and steady.dissipation > 0
+    check_face(
+        ax,
+        contact,
+        axes,
+        steady.to_frame()["dissipation"],
+        pairs.reshape(-1, *slips.shape[1:])[most, np.arange(slips.shape[1])],
+    )
+    assert (
+        marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max()) and steady.dissipation > 0
+    )
     assert ax.get_title() == f"cyclic slip, work of friction per cycle {steady.dissipation:.4g}"
     largest = steady.fretting_table()["slip_range"].max()
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"slip range, longest {largest:.3g} (length)"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
+        f"slip range, longest {largest:.3g} (length)"
+    ]
 
 
 @ALL
-def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_what_slips(contact, axes):
+def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_what_slips(
+    contact, axes
+):
     first = fo.onset(contact, cycle(), F)
     ax = first.plot()
-    at = [reaction(contact, cycle(), first.slip.load_factor, corner, np.zeros((6, 2))) for corner in range(3)]
+    at = [
+        reaction(contact, cycle(), first.slip.load_factor, corner, np.zeros((6, 2)))
+        for corner in range(3)
+    ]
     most = [(q / (F * p)).max() for q, p in at]
     corner = int(np.argmax(most))
     q, p = at[corner]
     places = check_face(ax, contact, axes, q / (F * p), None)
-    assert max(most) == pytest.approx(1.0, rel=1e-9) and sorted(most)[1] < 0.999 and (p > 0.01).all()
+    assert (
+        max(most) == pytest.approx(1.0, rel=1e-9) and sorted(most)[1] < 0.999 and (p > 0.01).all()
+    )
     assert np.allclose(marks(ax)[1].get_offsets(), places[[np.argmax(q / p)]], atol=1e-14)
     (bar,) = [one for one in ax.figure.axes if one is not ax]
-    assert bar.get_ylabel() == rf"$|q| / (f p)$ at {cycle().corner_names[corner]}, $\lambda = {first.slip.load_factor:.4g}$"
+    assert (
+        bar.get_ylabel()
+        == rf"$|q| / (f p)$ at {cycle().corner_names[corner]}, $\lambda = {first.slip.load_factor:.4g}$"
+    )
     assert marks(ax)[0].get_clim() == (0, 1)
     assert ax.get_title() == "bonded contact at the onset of slip"
     assert [one.get_text() for one in ax.get_legend().get_texts()] == ["node that slips first"]
@@ -146,7 +216,14 @@ def test_an_onset_shows_the_bonded_contact_at_the_first_slip_of_all_and_circles_
 
 @pytest.mark.parametrize("contact", [FLAT, CURVED], ids=["flat", "curved"])
 def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
-    path = fo.march(contact, cycle(), F, 1.2 * fo.shakedown_limit(contact, cycle(), F).load_factor, cycles=2, steps=4)
+    path = fo.march(
+        contact,
+        cycle(),
+        F,
+        1.2 * fo.shakedown_limit(contact, cycle(), F).load_factor,
+        cycles=2,
+        steps=4,
+    )
     *sides, below = path.plot()
     work = path.to_frame().query(f"state == {len(path.time) - 1}")["work"]
     nodes = sorted(range(6), key=lambda node: -work.iloc[node])[:3]
@@ -155,29 +232,55 @@ def test_a_trajectory_shows_loops_along_both_tangents_and_both_slips(contact):
         for number, node in enumerate(nodes):
             own, line = table[table["node"] == node], ax.get_lines()[2 * number]
             assert np.array_equal(line.get_data(), own[[f"slip{axis}", f"q{axis}"]].to_numpy().T)
-            assert np.array_equal(ax.get_lines()[2 * number + 1].get_xydata(), own[[f"slip{axis}", f"q{axis}"]].tail(1))
+            assert np.array_equal(
+                ax.get_lines()[2 * number + 1].get_xydata(),
+                own[[f"slip{axis}", f"q{axis}"]].tail(1),
+            )
             lower = below.get_lines()[4 * (axis - 1) + number]
             assert np.array_equal(lower.get_data(), own[["time", f"slip{axis}"]].to_numpy().T)
             assert lower.get_color() == line.get_color()
-            assert line.get_label() == f"node {node} at ({', '.join(f'{place:.3g}' for place in contact.points[node])})"
-        assert ax.get_xlabel() == f"slip $v_{axis}$ (length)" and ax.get_ylabel() == f"shear force $q_{axis}$ (force)"
-    assert [text.get_text() for text in below.get_legend().get_texts()] == ["$v_1$, colours as above", "$v_2$, colours as above", "cycles"]
+            assert (
+                line.get_label()
+                == f"node {node} at ({', '.join(f'{place:.3g}' for place in contact.points[node])})"
+            )
+        assert (
+            ax.get_xlabel() == f"slip $v_{axis}$ (length)"
+            and ax.get_ylabel() == f"shear force $q_{axis}$ (force)"
+        )
+    assert [text.get_text() for text in below.get_legend().get_texts()] == [
+        "$v_1$, colours as above",
+        "$v_2$, colours as above",
+        "cycles",
+    ]
     assert [line.get_xdata()[0] for line in below.get_lines()[8:]] == [0, 3, 6]
-    assert below.get_xlabel() == "corners visited (0: mean load, 1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2)"
+    assert (
+        below.get_xlabel()
+        == "corners visited (0: mean load, 1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2)"
+    )
     assert below.get_ylabel() == "slip $v_1$, $v_2$ (length)"
-    assert sides[0].get_title() == "nodes with the most work of friction" and sides[0].get_legend() is not None
+    assert (
+        sides[0].get_title() == "nodes with the most work of friction"
+        and sides[0].get_legend() is not None
+    )
 
 
 def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_slip():
     loads = {"mean": [0, 0, 0, 0, 0, 0, 1.0, -1.0, 0.0], "shear": [1.0, 0, 0, 0, 0, 0, 0, 0, 0]}
     three = fo.ContactSystem(np.eye(9), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], loads)
     shearing = fo.LoadCycle({"mean": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])
-    limit = replace(fo.shakedown_limit(three, shearing, F), slip=np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]))
+    limit = replace(
+        fo.shakedown_limit(three, shearing, F), slip=np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]])
+    )
     ax = limit.plot()
     (arrows,) = [one for one in ax.collections if isinstance(one, Quiver)]
     (rings,) = [one for one in ax.collections if one.get_label() == "open node"]
-    assert limit.open.tolist() == [False, True, False] and rings.get_offsets().tolist() == [[1.0, 0.0]]
-    assert arrows.U.tolist() == [0.1, 0.5] and arrows.get_offsets().tolist() == [[0.0, 0.0], [2.0, 0.0]]
+    assert limit.open.tolist() == [False, True, False] and rings.get_offsets().tolist() == [
+        [1.0, 0.0]
+    ]
+    assert arrows.U.tolist() == [0.1, 0.5] and arrows.get_offsets().tolist() == [
+        [0.0, 0.0],
+        [2.0, 0.0],
+    ]
     slips = fo.steady_state(three, shearing, F, 2.0, steps=2).plot()
     (rings,) = [one for one in slips.collections if one.get_label() == "open node"]
     assert rings.get_offsets().tolist() == [[1.0, 0.0]]
@@ -188,20 +291,37 @@ def test_open_nodes_are_rings_without_slip_and_those_that_carry_nothing_do_not_s
 def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_and_slips():
     faces = np.array(["lap"] * 3 + ["head"] * 3)
     frames = [np.eye(3)] * 3 + [TURN] * 3
-    several = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], 10 * FLAT.points[:3]], FLAT.bonded, frames=frames, contact=faces)
+    several = fo.ContactSystem(
+        FLAT.S,
+        np.r_[FLAT.points[:3], 10 * FLAT.points[:3]],
+        FLAT.bonded,
+        frames=frames,
+        contact=faces,
+    )
     limit = fo.shakedown_limit(several, cycle(), F)
     panels = limit.plot()
-    assert [ax.get_title() for ax in panels] == ["lap", "head"] and panels[0].get_title("left").startswith("shakedown limit")
+    assert [ax.get_title() for ax in panels] == ["lap", "head"] and panels[0].get_title(
+        "left"
+    ).startswith("shakedown limit")
     found = [marks(ax) for ax in panels]
-    for own, frame, (points, _, _) in zip((slice(0, 3), slice(3, 6)), (np.eye(3), TURN), found, strict=True):
-        assert np.allclose(points.get_offsets(), several.points[own] @ frame[:2].T, atol=1e-14) and points.get_clim() == (0, 1)
-    assert np.allclose(np.concatenate([np.column_stack([arrows.U, arrows.V]) for *_, arrows in found]), limit.slip)
+    for own, frame, (points, _, _) in zip(
+        (slice(0, 3), slice(3, 6)), (np.eye(3), TURN), found, strict=True
+    ):
+        assert np.allclose(
+            points.get_offsets(), several.points[own] @ frame[:2].T, atol=1e-14
+        ) and points.get_clim() == (0, 1)
+    assert np.allclose(
+        np.concatenate([np.column_stack([arrows.U, arrows.V]) for *_, arrows in found]), limit.slip
+    )
     lap, head = (arrows.scale for *_, arrows in found)
     sizes = [np.ptp(points.get_offsets(), axis=0).max() for points, *_ in found]
     assert lap / head == pytest.approx(sizes[1] / sizes[0])  # as long on paper
     (legend,) = panels[0].figure.legends
     longest = f"residual slip, longest {np.linalg.norm(limit.slip, axis=1).max():.3g} (length)"
-    assert sorted(text.get_text() for text in legend.get_texts()) == ["limiting node; area: share", longest]
+    assert sorted(text.get_text() for text in legend.get_texts()) == [
+        "limiting node; area: share",
+        longest,
+    ]
     given = plt.subplots(1, 2)[1]
     assert list(limit.plot(given)) == list(given)
     with pytest.raises(fo.ModelError, match="give 2 matplotlib axes"):
@@ -211,7 +331,10 @@ def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_
     pulled = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     ends = replace(fo.dissipation_range(rod, pulled, F, 1.0), least_state=steady, most_state=steady)
     upper, lower = np.split(ends.plot(), 2)
-    assert [ax.get_title() for ax in upper] == [ax.get_title() for ax in lower] == ["lap", "head"] and "most work" in lower[0].get_title("left")
+    assert [ax.get_title() for ax in upper] == [ax.get_title() for ax in lower] == [
+        "lap",
+        "head",
+    ] and "most work" in lower[0].get_title("left")
     assert upper[0].get_position().y0 > lower[0].get_position().y1
     plt.close("all")
 
@@ -231,10 +354,18 @@ def test_contacts_that_are_not_flat_or_above_each_other_are_refused_and_their_tr
 
 @pytest.mark.parametrize("side", [1.0, -1.0])  # body 1 around the face, and within
 def test_a_round_face_is_unrolled_and_the_slip_of_a_screw_is_the_same_everywhere(side):
-    angle, height, (first, second, axis) = np.arange(6.0), np.array([0.0, 1.0, 0.5, 2.0, 1.5, 3.0]), TURN
+    angle, height, (first, second, axis) = (
+        np.arange(6.0),
+        np.array([0.0, 1.0, 0.5, 2.0, 1.5, 3.0]),
+        TURN,
+    )
     radial = np.outer(np.cos(angle), first) + np.outer(np.sin(angle), second)
-    contact = fo.ContactSystem(FLAT.S, 2 * radial + np.outer(height, axis), FLAT.bonded, frames=frames_of(side * radial))
-    screw = np.einsum("nki,ni->nk", contact.frames[:, :2], 0.3 * np.cross(axis, 2 * radial) + 0.1 * axis)
+    contact = fo.ContactSystem(
+        FLAT.S, 2 * radial + np.outer(height, axis), FLAT.bonded, frames=frames_of(side * radial)
+    )
+    screw = np.einsum(
+        "nki,ni->nk", contact.frames[:, :2], 0.3 * np.cross(axis, 2 * radial) + 0.1 * axis
+    )
     points, _, arrows = marks(replace(fo.shakedown_limit(contact, cycle(), F), slip=screw).plot())
     places = np.asarray(points.get_offsets())
     assert np.allclose(places - places[0], np.column_stack([2 * side * angle, height]), atol=1e-12)
@@ -242,19 +373,31 @@ def test_a_round_face_is_unrolled_and_the_slip_of_a_screw_is_the_same_everywhere
 
 
 def test_a_cone_is_cut_between_its_nodes_and_the_longest_slip_is_not_foreshortened():
-    """Three nodes around at the radii 1.8 and 2.2, those opposite to the first tangent of the axis a little aside."""
+    """Three nodes around at the radii 1.8 and 2.2, those opposite to the first tangent of the axis
+    a little aside."""
     lean, apart, side = np.arctan(0.4), 1e-4, np.array([-0.5, 0.5])
     angle = np.add.outer([np.pi, np.pi / 3, -np.pi / 3], apart * side).ravel()
     axis = np.array([0.0, 0.6, 0.8])
-    radial = np.outer(np.cos(angle), [1.0, 0.0, 0.0]) + np.outer(np.sin(angle), np.cross(axis, [1.0, 0.0, 0.0]))
+    radial = np.outer(np.cos(angle), [1.0, 0.0, 0.0]) + np.outer(
+        np.sin(angle), np.cross(axis, [1.0, 0.0, 0.0])
+    )
     height = np.tile(side, 3)
     normals = np.cos(lean) * radial - np.sin(lean) * axis
-    contact = fo.ContactSystem(FLAT.S, (2 + 0.4 * height)[:, None] * radial + np.outer(height, axis), FLAT.bonded, frames=frames_of(normals))
-    slip = np.einsum("nki,ni->nk", contact.frames[:, :2], 0.3 * (np.sin(lean) * radial + np.cos(lean) * axis))
+    contact = fo.ContactSystem(
+        FLAT.S,
+        (2 + 0.4 * height)[:, None] * radial + np.outer(height, axis),
+        FLAT.bonded,
+        frames=frames_of(normals),
+    )
+    slip = np.einsum(
+        "nki,ni->nk", contact.frames[:, :2], 0.3 * (np.sin(lean) * radial + np.cos(lean) * axis)
+    )
     ax = replace(fo.shakedown_limit(contact, cycle(), F), slip=slip).plot()
     points, _, arrows = marks(ax)
     places = np.asarray(points.get_offsets()).reshape(3, 2, 2)
-    assert np.allclose(places[..., 1], side) and np.allclose(np.diff(places[..., 0], axis=1), 2 * apart, rtol=1e-3)
+    assert np.allclose(places[..., 1], side) and np.allclose(
+        np.diff(places[..., 0], axis=1), 2 * apart, rtol=1e-3
+    )
     assert np.allclose(np.diff(np.sort(places[:, 0, 0])), 2 * 2 * np.pi / 3, rtol=1e-3)
     assert np.allclose(np.column_stack([arrows.U, arrows.V]), [0.0, 0.3 * np.cos(lean)])
     assert "longest 0.3 " in ax.get_legend().get_texts()[0].get_text()
@@ -268,21 +411,32 @@ def test_a_sphere_has_no_map():
 
 
 def test_a_face_that_is_not_quite_flat_is_seen_along_its_mean_normal():
-    normals = np.c_[[[0.3, 0.0], [-0.3, 0.0], [0.0, 0.2], [0.0, -0.2], [0.1, 0.1], [-0.1, -0.1]], np.ones(6)]
+    normals = np.c_[
+        [[0.3, 0.0], [-0.3, 0.0], [0.0, 0.2], [0.0, -0.2], [0.1, 0.1], [-0.1, -0.1]], np.ones(6)
+    ]
     contact = fo.ContactSystem(FLAT.S, FLAT.points, FLAT.bonded, frames=frames_of(normals))
     slip = np.einsum("nki,i->nk", contact.frames[:, :2], [1.0, 2.0, 0.0])
     points, _, arrows = marks(replace(fo.shakedown_limit(contact, cycle(), F), slip=slip).plot())
     seen = np.einsum("nki,nk->ni", contact.frames[:, :2], slip)[:, :2]
-    assert np.allclose(points.get_offsets(), FLAT.points[:, :2]) and np.allclose(np.column_stack([arrows.U, arrows.V]), seen)
+    assert np.allclose(points.get_offsets(), FLAT.points[:, :2]) and np.allclose(
+        np.column_stack([arrows.U, arrows.V]), seen
+    )
 
 
 def test_a_guaranteed_limit_names_its_node_and_the_loads_at_which_it_is_on_its_bound():
     limit = fo.guaranteed_limit(FLAT, cycle(), F)
     ax, node = limit.plot(), limit.node
     at = [reaction(FLAT, cycle(), limit.load_factor, corner, limit.slip) for corner in range(3)]
-    on = [name for name, (q, p) in zip(cycle().corner_names, at, strict=True) if abs(q[node] - F * p[node]) < 1e-7 * p.mean()]
+    on = [
+        name
+        for name, (q, p) in zip(cycle().corner_names, at, strict=True)
+        if abs(q[node] - F * p[node]) < 1e-7 * p.mean()
+    ]
     place = ", ".join(f"{part:.3g}" for part in FLAT.points[node])
-    assert len(on) > 1 and ax.get_title().splitlines()[1:] == [f"node {node} at ({place}): on its bound at", "; ".join(on)]
+    assert len(on) > 1 and ax.get_title().splitlines()[1:] == [
+        f"node {node} at ({place}): on its bound at",
+        "; ".join(on),
+    ]
     assert node > 0 and np.allclose(marks(ax)[1].get_offsets(), FLAT.points[[node], :2], atol=1e-14)
 
 

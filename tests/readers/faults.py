@@ -27,8 +27,12 @@ FAULTS = (
     Fault(
         "readers/job.py",
         "loads do not follow to the corners",
-        old=("deck.constraints.following(np.column_stack([6 * node + axis, 6 * corner + other]), weight)"),
-        new=("deck.constraints.following(np.column_stack([6 * node + axis, 6 * corner + other]), 0.0 * weight)"),
+        old=(
+            "deck.constraints.following(np.column_stack([6 * node + axis, 6 * corner + other]), weight)"
+        ),
+        new=(
+            "deck.constraints.following(np.column_stack([6 * node + axis, 6 * corner + other]), 0.0 * weight)"
+        ),
         tests="calculix_quadratic",
     ),
     Fault(

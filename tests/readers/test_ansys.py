@@ -1,4 +1,5 @@
-"""The stiffness of Ansys: the files that its reader brings, a clamped bar of 1 x 1 x 5 of which Ansys wrote matrix and mesh."""
+"""The stiffness of Ansys: the files that its reader brings, a clamped bar of 1 x 1 x 5 of which
+Ansys wrote matrix and mesh."""
 
 import sys
 from pathlib import Path
@@ -29,15 +30,24 @@ def test_the_bar_is_held_at_its_foot_and_one_body(bar):
     foot = bar.points[:, 2] == 0
     assert bar.points.shape == (321, 3) and np.array_equal((bar.unknowns == -1).all(axis=1), foot)
     assert np.array_equal(bar.bodies, np.where(foot, -1, 0))
-    assert bar.nodes("ncomp2").size > 90 and bar.deck.elements[0][0] == "C3D20" and bar.deck.elements[0][2].shape == (40, 20)
+    assert (
+        bar.nodes("ncomp2").size > 90
+        and bar.deck.elements[0][0] == "C3D20"
+        and bar.deck.elements[0][2].shape == (40, 20)
+    )
     assert fo.read_ansys(FULL).deck is None
 
 
 def test_rigid_motions_and_uniform_tension_need_no_forces_inside(bar):
-    """As elements pass the patch test: with E = 16.9e6 and nu = 0.31 nothing but the end carries a force, E times strain."""
+    """As elements pass the patch test: with E = 16.9e6 and nu = 0.31 nothing but the end carries a
+    force, E times strain."""
     x, y, z = bar.points.T
     off, end, size = z > 0.51, z == 5, abs(bar.K).max()  # a row of elements away from the clamp
-    for u in (np.eye(3)[[0] * 321], np.column_stack([y, -x, 0 * z]), np.column_stack([0 * x, z, -y])):
+    for u in (
+        np.eye(3)[[0] * 321],
+        np.column_stack([y, -x, 0 * z]),
+        np.column_stack([0 * x, z, -y]),
+    ):
         assert np.abs(forces(bar, u)[off]).max() < 1e-12 * size
     pulled = forces(bar, np.column_stack([-0.31 * x, -0.31 * y, z]))
     assert np.abs(pulled[off & ~end]).max() < 1e-12 * size
@@ -46,20 +56,38 @@ def test_rigid_motions_and_uniform_tension_need_no_forces_inside(bar):
 
 def test_the_bar_on_rigid_ground_against_dense_algebra(bar):
     """Corners of the elements at the free end stand on the ground."""
-    face = np.flatnonzero((bar.points[:, 2] == 5) & np.isin(bar.points[:, :2], [0, 0.5, 1]).all(axis=1))[::-1]
+    face = np.flatnonzero(
+        (bar.points[:, 2] == 5) & np.isin(bar.points[:, :2], [0, 0.5, 1]).all(axis=1)
+    )[::-1]
     pairs = np.column_stack([face, len(bar.points) + np.arange(len(face))])
-    points, unknowns = np.vstack([bar.points, bar.points[face]]), np.vstack([bar.unknowns, np.full((len(face), 3), -1)])
+    points, unknowns = (
+        np.vstack([bar.points, bar.points[face]]),
+        np.vstack([bar.unknowns, np.full((len(face), 3), -1)]),
+    )
     load = np.random.default_rng(0).normal(size=len(bar.labels))
     system = fo.condense(bar.K, {"a": load}, pairs, [0, 0, -1], unknowns, points)
-    K, kept = bar.K.toarray(), np.concatenate([bar.unknowns[face, 0], bar.unknowns[face, 1], bar.unknowns[face, 2]])
+    K, kept = (
+        bar.K.toarray(),
+        np.concatenate([bar.unknowns[face, 0], bar.unknowns[face, 1], bar.unknowns[face, 2]]),
+    )
     rest = np.setdiff1d(np.arange(len(K)), kept)
-    turn = np.kron(np.diag([1.0, -1.0, -1.0]), np.eye(len(face)))  # normal -z: the tangents are x and -y
-    S = turn @ (K[np.ix_(kept, kept)] - K[np.ix_(kept, rest)] @ np.linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, kept)])) @ turn
+    turn = np.kron(
+        np.diag([1.0, -1.0, -1.0]), np.eye(len(face))
+    )  # normal -z: the tangents are x and -y
+    S = (
+        turn
+        @ (
+            K[np.ix_(kept, kept)]
+            - K[np.ix_(kept, rest)] @ np.linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, kept)])
+        )
+        @ turn
+    )
     assert np.abs(system.S - S).max() < 1e-11 * np.abs(S).max()
 
 
 def edited(path, place, value):
-    """The matrix file with another number at a place of its header, which begins at the 105th integer."""
+    """The matrix file with another number at a place of its header, which begins at the 105th
+    integer."""
     content = np.fromfile(FULL, dtype=np.int32)
     content[105 + place] = value
     content.tofile(path)
@@ -74,12 +102,22 @@ def test_other_files_are_refused(tmp_path, bar):
     text = Path(DECK).read_text()
     line = "        2        0        0 1.0000000000000E+000\n"
     assert line in text
-    (tmp_path / "turned.cdb").write_text(text.replace(line, line[:-1] + "".join(f"{angle:21.13E}" for angle in (0, 0, 0, 0, 30)) + "\n"))
+    (tmp_path / "turned.cdb").write_text(
+        text.replace(
+            line, line[:-1] + "".join(f"{angle:21.13E}" for angle in (0, 0, 0, 0, 30)) + "\n"
+        )
+    )
     bad = [
         ((tmp_path / "gone.full",), r"stiffness: there is no file '.*gone\.full'"),
         ((tmp_path / "bad.full",), r"stiffness: ansys-mapdl-reader cannot read '.*bad\.full'"),
-        ((tmp_path / "skew.full",), r"stiffness: ansys-mapdl-reader cannot read '.*skew\.full'.*unsymmetric"),
-        ((tmp_path / "tied.full",), r"tied\.full has 5 constraint equations; give a model .* without CE and CP"),
+        (
+            (tmp_path / "skew.full",),
+            r"stiffness: ansys-mapdl-reader cannot read '.*skew\.full'.*unsymmetric",
+        ),
+        (
+            (tmp_path / "tied.full",),
+            r"tied\.full has 5 constraint equations; give a model .* without CE and CP",
+        ),
         ((tmp_path / "warm.full",), r"warm\.full has 4 unknowns at a node"),
         ((examples.rstfile,), r"file\.rst is no \.full file but a"),
         ((DECK,), r"cannot read .*HexBeam\.cdb"),
@@ -94,5 +132,8 @@ def test_other_files_are_refused(tmp_path, bar):
 
 def test_without_the_reader_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "ansys.mapdl.reader", None)
-    with pytest.raises(fo.ModelError, match=r"ansys-mapdl-reader: not installed; python -m pip install 'frictopt\[ansys\]'"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"ansys-mapdl-reader: not installed; python -m pip install 'frictopt\[ansys\]'",
+    ):
         fo.read_ansys(FULL)

@@ -1,4 +1,5 @@
-"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem, other decks, and its own displacements and modes."""
+"""Decks of CalculiX, run by `ccx`: its matrices with our forces against assembly by scikit-fem,
+other decks, and its own displacements and modes."""
 
 import numpy as np
 import pytest
@@ -7,7 +8,17 @@ from scipy.sparse.linalg import spsolve
 
 import frictopt as fo
 from frictopt.contact import joined
-from helpers.calculix import Block, chained, displacements, equation, glued, lines, needs_ccx, node_set, run
+from helpers.calculix import (
+    Block,
+    chained,
+    displacements,
+    equation,
+    glued,
+    lines,
+    needs_ccx,
+    node_set,
+    run,
+)
 from helpers.cases import few
 
 pytestmark = needs_ccx
@@ -37,8 +48,19 @@ def contact(upper, lower, axis):
     one = upper.on(axis, 0)
     under = {tuple(point): int(n) for point, n in zip(lower.points, lower.numbers, strict=True)}
     two = [under[tuple(upper.points[n - upper.first])] for n in one]
-    sets = {"CU": one, "CL": two, "TOP": upper.on(axis, 2), "BOT": lower.on(axis, -2), "SIDE": upper.on(0, 0)}
-    deck = upper.deck() + lower.deck() + "".join(node_set(*pair) for pair in sets.items()) + f"*BOUNDARY\nBOT, 1, {axis + 1}\n"
+    sets = {
+        "CU": one,
+        "CL": two,
+        "TOP": upper.on(axis, 2),
+        "BOT": lower.on(axis, -2),
+        "SIDE": upper.on(0, 0),
+    }
+    deck = (
+        upper.deck()
+        + lower.deck()
+        + "".join(node_set(*pair) for pair in sets.items())
+        + f"*BOUNDARY\nBOT, 1, {axis + 1}\n"
+    )
     return (upper, lower), list(zip(one.tolist(), two, strict=True)), deck
 
 
@@ -46,9 +68,14 @@ def condensed(job, **loads):
     """The job condensed under forces, its pairs in the order in which they are returned too."""
     pairs = job.pairs("CU", "CL")
     d = job.points.shape[1]
-    loads = {"P": {"where": "TOP", "traction": -np.eye(d)[-1]}, "Q": {"where": "TOP", "traction": np.eye(d)[0]}} | loads
+    loads = {
+        "P": {"where": "TOP", "traction": -np.eye(d)[-1]},
+        "Q": {"where": "TOP", "traction": np.eye(d)[0]},
+    } | loads
     forces = {name: job.force(**load) for name, load in loads.items()}
-    system = fo.condense(job.K, forces, pairs, np.eye(d)[-1], job.unknowns, job.points, generalised=job.generalised)
+    system = fo.condense(
+        job.K, forces, pairs, np.eye(d)[-1], job.unknowns, job.points, generalised=job.generalised
+    )
     return system, [tuple(map(int, pair)) for pair in job.deck.numbers[pairs]]
 
 
@@ -57,13 +84,19 @@ def on_top(blocks, axis, traction):
     upper = blocks[0]
     widths = [np.convolve(np.diff(line), [0.5, 0.5]) for line in upper.lines[:axis]]
     shares = widths[0] if axis == 1 else np.outer(widths[1], widths[0]).ravel()
-    return [(int(n), k + 1, t * share) for n, share in zip(upper.on(axis, 2), shares, strict=True) for k, t in enumerate(traction)]
+    return [
+        (int(n), k + 1, t * share)
+        for n, share in zip(upper.on(axis, 2), shares, strict=True)
+        for k, t in enumerate(traction)
+    ]
 
 
 def agree(job, blocks, equations, axis):
     """Check stiffness and reactions of a job against multipliers."""
     system, pairs = condensed(job)
-    loads = [on_top(blocks, axis, traction) for traction in (-np.eye(axis + 1)[-1], np.eye(axis + 1)[0])]
+    loads = [
+        on_top(blocks, axis, traction) for traction in (-np.eye(axis + 1)[-1], np.eye(axis + 1)[0])
+    ]
     S, R = glued(blocks, job.deck.numbers[job.nodes("BOT")], pairs, equations, loads)
     assert np.abs(system.S - S).max() < 1e-9 * np.abs(S).max()
     for name, r in zip("PQ", R.T, strict=True):
@@ -78,10 +111,16 @@ def moves_as_one(top, direction):
 def leaning(top, direction):
     """Weighted sums, one of them with a term that is held."""
     a, b, c, *_ = map(int, top)
-    return [[(a, direction, 2.0), (b, direction, -1.0), (c, direction, -0.5), (101, direction, 3.0)], [(c, direction, 1.0), (b, direction, -0.25)]]
+    return [
+        [(a, direction, 2.0), (b, direction, -1.0), (c, direction, -0.5), (101, direction, 3.0)],
+        [(c, direction, 1.0), (b, direction, -0.25)],
+    ]
 
 
-@pytest.mark.parametrize(("scene", "axis", "rule"), [(plane, 1, moves_as_one), (plane, 1, chained), (plane, 1, leaning), (space, 2, chained)])
+@pytest.mark.parametrize(
+    ("scene", "axis", "rule"),
+    [(plane, 1, moves_as_one), (plane, 1, chained), (plane, 1, leaning), (space, 2, chained)],
+)
 def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, scene, axis, rule):
     blocks, _, deck = scene()
     rules = rule(blocks[0].on(axis, 2), axis + 1)
@@ -89,11 +128,14 @@ def test_loads_on_displacements_that_follow_others_go_to_these(tmp_path, scene, 
     system = agree(fo.read_calculix(job), blocks, rules, axis)
     assert rule is leaning or system.bonded["P"][1].sum() == pytest.approx(3.0 * axis)
     if rule is moves_as_one:
-        assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(0.478189583956, rel=1e-9)  # with T^T f by hand
+        assert fo.shakedown_limit(system, CYCLE, 0.5).load_factor == pytest.approx(
+            0.478189583956, rel=1e-9
+        )  # with T^T f by hand
 
 
 def test_nodes_that_follow_others_hold_no_body(tmp_path):
-    """The block may rise: it is held along x alone, and the top of the punch moves as one along y."""
+    """The block may rise: it is held along x alone, and the top of the punch moves as one along
+    y."""
     blocks, _, deck = plane()
     rules = "".join(equation(*terms) for terms in moves_as_one(blocks[0].on(1, 2), 2))
     job = fo.read_calculix(run(tmp_path, deck.replace("BOT, 1, 2", "BOT, 1, 1") + rules)[0])
@@ -105,11 +147,19 @@ def test_loads_that_the_deck_cannot_place_are_refused_by_name(tmp_path):
     blocks, _, deck = space()
     top = blocks[0].on(2, 2)
     (tmp_path / "plain.inp").write_text(deck)
-    job = fo.read_calculix(run(tmp_path, deck + equation((top[0], 3, 1.0), (top[1], 3, -1.0)))[0], deck=tmp_path / "plain.inp")
-    with pytest.raises(fo.ModelError, match=rf"force: it acts on node {top[0]}, direction 3, .* no \*EQUATION .*give the deck of the same job"):
+    job = fo.read_calculix(
+        run(tmp_path, deck + equation((top[0], 3, 1.0), (top[1], 3, -1.0)))[0],
+        deck=tmp_path / "plain.inp",
+    )
+    with pytest.raises(
+        fo.ModelError,
+        match=rf"force: it acts on node {top[0]}, direction 3, .* no \*EQUATION .*give the deck of the same job",
+    ):
         job.force("TOP", pressure=1.0)
     job, _ = run(tmp_path, deck + f"*MPC\nPLANE, {top[0]}, {top[3]}, {top[8]}, {top[5]}\n")
-    with pytest.raises(fo.ModelError, match=r"the code itself wrote nan, as CalculiX does for \*MPC"):
+    with pytest.raises(
+        fo.ModelError, match=r"the code itself wrote nan, as CalculiX does for \*MPC"
+    ):
         fo.read_calculix(job)
 
 
@@ -121,24 +171,40 @@ def test_a_plane_job_is_per_unit_depth_whatever_its_thickness(tmp_path):
         gapped = system.with_gap([0.0, 1e-3, 1e-3, 0.0])
         limit = fo.shakedown_limit(system, CYCLE, 0.5)
         bounded = fo.shakedown_limit(system, CYCLE, 0.5, slip_bound=1e-3)
-        answers.append([limit.load_factor, limit.largest_slip, fo.shakedown_limit(gapped, CYCLE, 0.5).load_factor, bounded.load_factor])
+        answers.append(
+            [
+                limit.load_factor,
+                limit.largest_slip,
+                fo.shakedown_limit(gapped, CYCLE, 0.5).load_factor,
+                bounded.load_factor,
+            ]
+        )
     assert np.allclose(answers, answers[0], rtol=1e-7)
 
 
 def test_plane_stress_is_refused_with_the_constants_that_give_it_in_plane_strain(tmp_path):
     job, _ = run(tmp_path, plane(kind="CPS4", thickness="1.")[2])
-    with pytest.raises(fo.ModelError, match=r"elements CPS4 have displacements along z.*E \(1 \+ 2 nu\) / \(1 \+ nu\)\^2 .* nu / \(1 \+ nu\)"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"elements CPS4 have displacements along z.*E \(1 \+ 2 nu\) / \(1 \+ nu\)\^2 .* nu / \(1 \+ nu\)",
+    ):
         fo.read_calculix(job)
     E, nu = 1000.0, 0.3
-    block = Block(1, lines((0, 3, 3), (0, 2, 2)), E * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu), "B")
+    block = Block(
+        1, lines((0, 3, 3), (0, 2, 2)), E * (1 + 2 * nu) / (1 + nu) ** 2, nu / (1 + nu), "B"
+    )
     found = fo.read_calculix(run(tmp_path, block.deck(), name="strain")[0])
-    u = np.array([[0.3, 0.1], [0.2, -0.4]]) @ found.points.T  # uniform stress: forces of plane stress, by hand
+    u = (
+        np.array([[0.3, 0.1], [0.2, -0.4]]) @ found.points.T
+    )  # uniform stress: forces of plane stress, by hand
     e = np.array([0.3, -0.4, 0.15])
     xx, yy, xy = E / (1 - nu**2) * np.array([e[0] + nu * e[1], e[1] + nu * e[0], (1 - nu) * e[2]])
     force = (found.K @ u.T.ravel()[np.argsort(found.unknowns.ravel())]).reshape(-1)
     right = found.points[:, 0] == 3
     assert force[found.unknowns[right]].sum(axis=0) == pytest.approx([2 * xx, 2 * xy])
-    assert force[found.unknowns[found.points[:, 1] == 2]].sum(axis=0) == pytest.approx([3 * xy, 3 * yy])
+    assert force[found.unknowns[found.points[:, 1] == 2]].sum(axis=0) == pytest.approx(
+        [3 * xy, 3 * yy]
+    )
 
 
 @pytest.mark.parametrize("scene", [plane, space])
@@ -159,20 +225,27 @@ def test_without_a_density_there_is_no_matrix(tmp_path):
 
 @pytest.mark.parametrize("rigid", ["", "2000, 1.5, 1.0, 3.0\n2001, 0.0, 0.0, 0.0\n"])
 def test_bricks_with_incompatible_modes_are_stiff_as_in_a_static_step(tmp_path, rigid):
-    """CalculiX gives each brick three nodes that are not in the deck: the displacement of glued bodies under our forces is its own under its own."""
+    """CalculiX gives each brick three nodes that are not in the deck: the displacement of glued
+    bodies under our forces is its own under its own."""
     blocks, pairs, deck = space()
     deck = deck.replace("C3D8", "C3D8I").replace("*ELEMENT", f"{rigid}*ELEMENT", 1)
     deck += "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n" if rigid else ""
     job = fo.read_calculix(run(tmp_path, deck)[0])
-    assert len(job.generalised) == 9 * sum(len(block.elements) for block in blocks) + 3 * bool(rigid)
+    assert len(job.generalised) == 9 * sum(len(block.elements) for block in blocks) + 3 * bool(
+        rigid
+    )
     system, _ = condensed(job)
     ties = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2, 3))
     for name, traction in (("P", [0.0, 0.0, -1.0]), ("Q", [1.0, 0.0, 0.0])):
         forces = [(n, k, float(f)) for n, k, f in on_top(blocks, 2, traction) if f]
-        moved = displacements(tmp_path, deck + ties, "*CLOAD\n" + "".join(f"{n}, {k}, {f!r}\n" for n, k, f in forces))
+        moved = displacements(
+            tmp_path, deck + ties, "*CLOAD\n" + "".join(f"{n}, {k}, {f!r}\n" for n, k, f in forces)
+        )
         work = sum(f * moved[n][k - 1] for n, k, f in forces)
         case = list(system.bonded).index(name)
-        assert system.compliance[case, case] == pytest.approx(work, rel=1e-5)  # CalculiX prints seven digits
+        assert system.compliance[case, case] == pytest.approx(
+            work, rel=1e-5
+        )  # CalculiX prints seven digits
 
 
 def test_a_shell_beside_solids_is_refused_by_name(tmp_path):
@@ -187,12 +260,28 @@ REFERENCE, ROTATION = "2000, 1.5, 1., 3.\n", "2001, 0., 0., 0.\n"
 TOP_OF_NODES = "*SURFACE, NAME=ON_TOP, TYPE=NODE\nTOP\n"
 RIGID = {
     "free": ("*RIGID BODY, NSET=TOP, REF NODE=2000\n", REFERENCE),
-    "with a node for the rotation": ("*Rigid body, Nset=Top, Ref node=2000, Rot node=2001\n", REFERENCE + ROTATION),
-    "that does not turn": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 1, 3\n", REFERENCE + ROTATION),
-    "that turns about one axis": ("*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 2, 3\n2000, 1\n", REFERENCE + ROTATION),
+    "with a node for the rotation": (
+        "*Rigid body, Nset=Top, Ref node=2000, Rot node=2001\n",
+        REFERENCE + ROTATION,
+    ),
+    "that does not turn": (
+        "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 1, 3\n",
+        REFERENCE + ROTATION,
+    ),
+    "that turns about one axis": (
+        "*RIGID BODY, NSET=TOP, REF NODE=2000, ROT NODE=2001\n*BOUNDARY\n2001, 2, 3\n2000, 1\n",
+        REFERENCE + ROTATION,
+    ),
     "led by a node of the mesh": ("*RIGID BODY, NSET=TOP, REF NODE=503\n", ""),
-    "by a coupling": (TOP_OF_NODES + "*COUPLING, REF NODE=2000, SURFACE=ON_TOP, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n", REFERENCE),
-    "of which a node follows another": (equation((530, 1, 1.0), (514, 1, -1.0)) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n", REFERENCE),
+    "by a coupling": (
+        TOP_OF_NODES
+        + "*COUPLING, REF NODE=2000, SURFACE=ON_TOP, CONSTRAINT NAME=C\n*KINEMATIC\n1, 3\n",
+        REFERENCE,
+    ),
+    "of which a node follows another": (
+        equation((530, 1, 1.0), (514, 1, -1.0)) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n",
+        REFERENCE,
+    ),
     "none": ("", ""),
     "by equations": ("".join(equation(*terms) for terms in chained(range(525, 537), 3)), ""),
 }
@@ -200,26 +289,44 @@ RIGID = {
 
 @pytest.mark.parametrize("kind", RIGID)
 def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
-    """Forces on nodes that follow a rigid part, on the part itself and on others; a pressure on its face."""
+    """Forces on nodes that follow a rigid part, on the part itself and on others; a pressure on its
+    face."""
     rule, nodes = RIGID[kind]
     block = Block(501, lines((0, 3, 3), (0, 2, 2), (0, 2, 2)), 500.0, 0.2, "B")
     top, bottom = block.on(2, 2), block.on(2, 0)
-    deck = block.deck().replace("*ELEMENT", nodes + "*ELEMENT", 1) + node_set("TOP", top) + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
+    deck = (
+        block.deck().replace("*ELEMENT", nodes + "*ELEMENT", 1)
+        + node_set("TOP", top)
+        + f"{node_set('BOT', bottom)}*BOUNDARY\nBOT, 1, 3\n{rule}"
+    )
     loaded = [int(top[-1]), 530, 520, 2000 if REFERENCE in nodes else 521]
     job = fo.read_calculix(run(tmp_path, deck)[0])
     row = {int(n): i for i, n in enumerate(job.deck.numbers)}
-    force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force("TOP", pressure=0.7)
+    force = job.force([row[n] for n in loaded], nodal=[1.0, 0.5, -3.0]) + job.force(
+        "TOP", pressure=0.7
+    )
     found = spsolve(job.K.tocsc(), force)
-    elements = [block.first + i for i, nodes in enumerate(block.elements) if np.isin(block.numbers[nodes[4:]], top).all()]
-    loads = "*CLOAD\n" + "".join(f"{n}, {k}, {f}\n" for n in loaded for k, f in ((1, 1.0), (2, 0.5), (3, -3.0)))
-    known = displacements(tmp_path, deck, loads + "*DLOAD\n" + "".join(f"{i}, P2, 0.7\n" for i in elements))
+    elements = [
+        block.first + i
+        for i, nodes in enumerate(block.elements)
+        if np.isin(block.numbers[nodes[4:]], top).all()
+    ]
+    loads = "*CLOAD\n" + "".join(
+        f"{n}, {k}, {f}\n" for n in loaded for k, f in ((1, 1.0), (2, 0.5), (3, -3.0))
+    )
+    known = displacements(
+        tmp_path, deck, loads + "*DLOAD\n" + "".join(f"{i}, P2, 0.7\n" for i in elements)
+    )
     moves = np.isin(np.arange(len(found)), job.unknowns)
     known = np.array([known[node][direction - 1] for node, direction in job.labels[moves]])
-    assert np.abs(found[moves] - known).max() < 1e-6 * np.abs(known).max()  # CalculiX prints seven digits
+    assert (
+        np.abs(found[moves] - known).max() < 1e-6 * np.abs(known).max()
+    )  # CalculiX prints seven digits
 
 
 def glued_modes(job, pairs):
-    """Squares of the angular frequencies, and shapes of the modes of a job with its pairs glued, one a column, from K and M."""
+    """Squares of the angular frequencies, and shapes of the modes of a job with its pairs glued,
+    one a column, from K and M."""
     rows = np.arange(len(job.labels))
     one, two = job.unknowns[pairs].transpose(1, 0, 2)
     rows[one] = rows[two]
@@ -234,7 +341,8 @@ PRINT = "*FREQUENCY\n3\n*NODE PRINT, NSET=ALL\nU\n"
 
 @pytest.mark.parametrize("thickness", few(["4.", "1."], 1))
 def test_from_the_deck_to_the_backbone(tmp_path, thickness):
-    """Matrices of the separate bodies, modes of the deck with equations; in between nothing but the files."""
+    """Matrices of the separate bodies, modes of the deck with equations; in between nothing but the
+    files."""
     _, pairs, deck = plane(thickness=thickness)
     job = fo.read_calculix(run(tmp_path, deck)[0])
     equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
@@ -242,30 +350,56 @@ def test_from_the_deck_to_the_backbone(tmp_path, thickness):
     squares, modes = glued_modes(job, job.pairs("CU", "CL"))
     assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-6)
     sizes = np.sqrt(np.einsum("mi,mi->m", shapes @ job.M, shapes))
-    assert np.abs(np.einsum("mi,im->m", shapes @ job.M, modes[:, :3])) / sizes == pytest.approx([1.0] * 3, rel=1e-9)
+    assert np.abs(np.einsum("mi,im->m", shapes @ job.M, modes[:, :3])) / sizes == pytest.approx(
+        [1.0] * 3, rel=1e-9
+    )
     system, _ = condensed(job)
     load = fo.modal_load(job.M, shapes[0])
-    joint = fo.condense(job.K, {"P": job.force("TOP", pressure=1.0), "mode": load}, job.pairs("CU", "CL"), [0.0, 1.0], job.unknowns, job.points)
-    assert np.allclose(joint.S, system.S) and joint.compliance[1, 1] == pytest.approx((2 * np.pi * frequencies[0]) ** -2, rel=1e-6)
+    joint = fo.condense(
+        job.K,
+        {"P": job.force("TOP", pressure=1.0), "mode": load},
+        job.pairs("CU", "CL"),
+        [0.0, 1.0],
+        job.unknowns,
+        job.points,
+    )
+    assert np.allclose(joint.S, system.S) and joint.compliance[1, 1] == pytest.approx(
+        (2 * np.pi * frequencies[0]) ** -2, rel=1e-6
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"mode": 1.0}, {"mode": -1.0}])
     limit = fo.shakedown_limit(joint, cycle, 0.5).load_factor
-    curve = fo.backbone_curve(joint, cycle, 0.5, [0.5 * limit, 1.04 * limit], natural_frequency=frequencies[0], range=True)
-    assert curve.frequency[1] < curve.frequency[0] <= curve.natural_frequency == pytest.approx(frequencies[0], rel=1e-6)
+    curve = fo.backbone_curve(
+        joint, cycle, 0.5, [0.5 * limit, 1.04 * limit], natural_frequency=frequencies[0], range=True
+    )
+    assert (
+        curve.frequency[1]
+        < curve.frequency[0]
+        <= curve.natural_frequency
+        == pytest.approx(frequencies[0], rel=1e-6)
+    )
     assert curve.damping[1] > 0 and curve.least_damping[0] == 0
-    with pytest.raises(fo.ModelError, match=r"natural_frequency: .* and the compliance of the load says"):
+    with pytest.raises(
+        fo.ModelError, match=r"natural_frequency: .* and the compliance of the load says"
+    ):
         fo.backbone_curve(joint, cycle, 0.5, [limit], natural_frequency=frequencies[1])
 
 
 def test_a_rigid_tool_has_its_mass(tmp_path):
-    """The rotation of a rigid part has its mass, and its part in the modes that CalculiX prints, by the displacements of its nodes."""
+    """The rotation of a rigid part has its mass, and its part in the modes that CalculiX prints, by
+    the displacements of its nodes."""
     _, pairs, deck = plane()
-    deck = deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1) + "*RIGID BODY, NSET=TOP, REF NODE=2000\n"
+    deck = (
+        deck.replace("*ELEMENT", "2000, 1.5, 2.5, 0.0\n*ELEMENT", 1)
+        + "*RIGID BODY, NSET=TOP, REF NODE=2000\n"
+    )
     job = fo.read_calculix(run(tmp_path, deck)[0])
     equations = "".join(equation((a, k, 1.0), (b, k, -1.0)) for a, b in pairs for k in (1, 2))
     frequencies, shapes = job.modes(f"{run(tmp_path, deck + equations, PRINT, 'glued')[0]}.dat")
     squares, modes = glued_modes(job, job.pairs("CU", "CL"))
     assert frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi), rel=1e-6)
-    assert shapes[0] * np.sign(shapes[0] @ job.M @ modes[:, 0]) == pytest.approx(modes[:, 0], abs=1e-6 * np.abs(modes[:, 0]).max())
+    assert shapes[0] * np.sign(shapes[0] @ job.M @ modes[:, 0]) == pytest.approx(
+        modes[:, 0], abs=1e-6 * np.abs(modes[:, 0]).max()
+    )
 
 
 def test_a_mass_of_another_size_is_refused():

@@ -15,17 +15,26 @@ BASE = LOW.deck() + HIGH.deck() + FOOT
 @needs_ccx
 def test_sets_over_gaps_of_the_numbering_have_the_nodes_that_there_are(tmp_path):
     """The nodes of the upper block are 21 to 28; a set from 5 to 25 has those of 5 to 8 too."""
-    job = fo.read_calculix(run(tmp_path, BASE + "*NSET, NSET=SOME, GENERATE\n5, 25\n*ELSET, ELSET=ALL, GENERATE\n1, 99\n")[0])
+    job = fo.read_calculix(
+        run(
+            tmp_path,
+            BASE + "*NSET, NSET=SOME, GENERATE\n5, 25\n*ELSET, ELSET=ALL, GENERATE\n1, 99\n",
+        )[0]
+    )
     assert sorted(job.deck.numbers[job.nodes("SOME")]) == [5, 6, 7, 8, 21, 22, 23, 24, 25]
     assert sorted(job.deck.element_sets["ALL"]) == [1, 21]
 
 
 @needs_ccx
 def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
-    """One that names its nodes and the node of its rotation: the same stiffness, and the same forces go where the body goes."""
+    """One that names its nodes and the node of its rotation: the same stiffness, and the same
+    forces go where the body goes."""
     tool = "*NODE\n100, 0.5, 0.5, 3.\n101, 0.5, 0.5, 3.\n"
     found = []
-    for name, rigid in (("whole", "ELSET=HIGH, REF NODE=100"), ("named", "NSET=TOOL, REF NODE=100, ROT NODE=101")):
+    for name, rigid in (
+        ("whole", "ELSET=HIGH, REF NODE=100"),
+        ("named", "NSET=TOOL, REF NODE=100, ROT NODE=101"),
+    ):
         deck = BASE + tool + node_set("TOOL", HIGH.numbers) + f"*RIGID BODY, {rigid}\n"
         job = fo.read_calculix(run(tmp_path, deck, name=name)[0])
         order = np.lexsort(job.labels.T[::-1])
@@ -33,22 +42,38 @@ def test_a_rigid_body_of_elements_is_that_of_their_nodes(tmp_path):
         found.append((job.labels[order].tolist(), job.K[order][:, order].toarray(), load[order]))
     (labels, K, load), (other_labels, other_K, other_load) = found
     assert labels == other_labels and np.allclose(K, other_K, rtol=1e-9, atol=1e-9 * abs(K).max())
-    assert np.allclose(load, other_load) and load[[labels.index([100, k]) for k in (1, 2, 3)]] == pytest.approx([8.0, 16.0, 24.0])
+    assert np.allclose(load, other_load) and load[
+        [labels.index([100, k]) for k in (1, 2, 3)]
+    ] == pytest.approx([8.0, 16.0, 24.0])
 
 
 @needs_ccx
 @pytest.mark.parametrize("form", ["%.12e", "%.18e"])
 def test_numbers_that_calculix_does_not_read_whole_are_refused(tmp_path, form):
-    """A bar of 8 mm, in metres, is pulled by s: its end moves by s L / E. CalculiX takes it for one of 8 m if its numbers are too long."""
+    """A bar of 8 mm, in metres, is pulled by s: its end moves by s L / E. CalculiX takes it for one
+    of 8 m if its numbers are too long."""
     bar = Block(1, lines((0, 0.008, 2), (0, 0.002, 1), (0, 0.002, 1)), 210e9, 0.0, "BAR")
-    nodes = "".join(f"{n}, {', '.join(form % x for x in point)}\n" for n, point in zip(bar.numbers, bar.points, strict=True))
+    nodes = "".join(
+        f"{n}, {', '.join(form % x for x in point)}\n"
+        for n, point in zip(bar.numbers, bar.points, strict=True)
+    )
     plain = bar.deck()
-    deck = f"*NODE, NSET=ALL\n{nodes}" + plain[plain.index("*ELEMENT") :] + node_set("FOOT", bar.on(0, 0)) + "*BOUNDARY\nFOOT, 1, 3\n"
+    deck = (
+        f"*NODE, NSET=ALL\n{nodes}"
+        + plain[plain.index("*ELEMENT") :]
+        + node_set("FOOT", bar.on(0, 0))
+        + "*BOUNDARY\nFOOT, 1, 3\n"
+    )
     path, _ = run(tmp_path, deck + node_set("END", bar.on(0, 0.008)))
     if form == "%.18e":
-        with pytest.raises(fo.ModelError, match=r"\*NODE has 4\.000000000000000083e-03, of which CalculiX reads 20 characters, .*such as %.12e"):
+        with pytest.raises(
+            fo.ModelError,
+            match=r"\*NODE has 4\.000000000000000083e-03, of which CalculiX reads 20 characters, .*such as %.12e",
+        ):
             fo.read_calculix(path)
         return
     job = fo.read_calculix(path)
     u = np.linalg.solve(job.K.toarray(), job.force("END", traction=[1e6, 0.0, 0.0]))
-    assert u[job.unknowns[job.nodes("END"), 0]] == pytest.approx(np.full(4, 1e6 * 0.008 / 210e9), rel=1e-9)
+    assert u[job.unknowns[job.nodes("END"), 0]] == pytest.approx(
+        np.full(4, 1e6 * 0.008 / 210e9), rel=1e-9
+    )

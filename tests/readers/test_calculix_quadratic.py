@@ -1,4 +1,5 @@
-"""Quadratic elements in decks of CalculiX: against uniform stress, own meshes of the same elements, static steps, and rigid motions."""
+"""Quadratic elements in decks of CalculiX: against uniform stress, own meshes of the same elements,
+static steps, and rigid motions."""
 
 import re
 
@@ -29,36 +30,58 @@ def test_a_uniform_pressure_gives_each_corner_its_share(tmp_path, kind):
     job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0])
     tied = job.with_linear_faces("CU", "CL")
     system = condensed(tied, lambda job: job.force("TOP", pressure=1.0), np.eye(d)[-1])
-    own = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}).condense()
+    own = fo.ContactModel(
+        bodies, [fo.Support("lower", "far")], {"P": [fo.Pressure("upper", "far")]}
+    ).condense()
     place = [np.linalg.norm(own.points - point, axis=1).argmin() for point in system.points]
     q, p = system.bonded["P"]
     assert np.allclose(p, own.width[place], rtol=0, atol=1e-10) and np.abs(q).max() < 1e-10
-    assert tied.force("TOP", pressure=1.0).sum() == pytest.approx(-1.0) and len(system.points) == 3 ** (d - 1)
-    assert tied.force("CU", pressure=1.0).sum() == pytest.approx(1.0)  # on the corners, which the nodes amid edges follow
-    assert np.allclose(tied.normals(tied.pairs("CU", "CL")[:, 1]), np.eye(d)[-1]) and len(tied.normals("CU")) == 3 ** (d - 1)
+    assert tied.force("TOP", pressure=1.0).sum() == pytest.approx(-1.0) and len(
+        system.points
+    ) == 3 ** (d - 1)
+    assert tied.force("CU", pressure=1.0).sum() == pytest.approx(
+        1.0
+    )  # on the corners, which the nodes amid edges follow
+    assert np.allclose(tied.normals(tied.pairs("CU", "CL")[:, 1]), np.eye(d)[-1]) and len(
+        tied.normals("CU")
+    ) == 3 ** (d - 1)
     assert np.array_equal(job.with_linear_faces().labels, tied.labels)
-    rise = [along[:, 1] == d for along in (job.labels, tied.labels)]  # of both bodies but for the ends that are held
+    rise = [
+        along[:, 1] == d for along in (job.labels, tied.labels)
+    ]  # of both bodies but for the ends that are held
     assert rise[1] @ tied.M @ rise[1] == pytest.approx(rise[0] @ job.M @ rise[0], rel=1e-9)
     assert [len(face) for face in tied.matching_faces()] == [3 ** (d - 1)]
 
 
 @pytest.mark.parametrize("kind", ["CPE6", "C3D10"])
 def test_the_contact_is_that_of_own_meshes_of_the_same_elements(tmp_path, kind):
-    """Straight triangles and tetrahedra have the same matrices in any code; shear on the top, which goes to the corners from their edges too."""
+    """Straight triangles and tetrahedra have the same matrices in any code; shear on the top, which
+    goes to the corners from their edges too."""
     d, bodies = dimensions(KINDS[kind]), two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
     job = fo.read_calculix(run(tmp_path, deck(bodies, kind))[0]).with_linear_faces()
     load = dict(zip("xyz", [1.0, *[-0.5] * (d - 1)], strict=False))
-    system = condensed(job, lambda job: job.force("TOP", traction=list(load.values())), np.eye(d)[-1])
-    own = fo.ContactModel(bodies, [fo.Support("lower", "far")], {"P": [fo.Traction("upper", "far", **load)]}).condense()
-    place = np.array([np.linalg.norm(own.points - point, axis=1).argmin() for point in system.points])
+    system = condensed(
+        job, lambda job: job.force("TOP", traction=list(load.values())), np.eye(d)[-1]
+    )
+    own = fo.ContactModel(
+        bodies, [fo.Support("lower", "far")], {"P": [fo.Traction("upper", "far", **load)]}
+    ).condense()
+    place = np.array(
+        [np.linalg.norm(own.points - point, axis=1).argmin() for point in system.points]
+    )
     order = np.concatenate([place + axis * own.nodes for axis in range(d)])
-    assert np.allclose(system.S, own.S[np.ix_(order, order)], rtol=0, atol=1e-9 * np.abs(own.S).max())
-    assert np.allclose(joined(*system.bonded["P"]), joined(*own.bonded["P"])[order], rtol=0, atol=1e-9)
+    assert np.allclose(
+        system.S, own.S[np.ix_(order, order)], rtol=0, atol=1e-9 * np.abs(own.S).max()
+    )
+    assert np.allclose(
+        joined(*system.bonded["P"]), joined(*own.bonded["P"])[order], rtol=0, atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("kind", ["CPE8", "C3D20", "C3D10"])
 def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kind):
-    """A traction on a face: nodal forces of the code's own elements, by its own step; the pressure of P on element faces."""
+    """A traction on a face: nodal forces of the code's own elements, by its own step; the pressure
+    of P on element faces."""
     d, bodies = dimensions(KINDS[kind]), two_boxes(KINDS[kind], fo.Material(2.0, 0.3), bulge=None)
     text = deck(bodies, kind) + "*BOUNDARY\nCU, 1, 3\nCL, 1, 3\n"
     job = fo.read_calculix(base := run(tmp_path, text)[0])
@@ -67,15 +90,31 @@ def test_displacements_under_our_forces_are_those_of_a_static_step(tmp_path, kin
     faces = {  # P-number -> corners, as the manual of CalculiX counts them
         8: {1: (0, 1), 2: (1, 2), 3: (2, 3), 4: (3, 0)},
         10: {1: (0, 1, 2), 2: (0, 3, 1), 3: (1, 3, 2), 4: (2, 3, 0)},
-        20: {1: (0, 1, 2, 3), 2: (4, 7, 6, 5), 3: (0, 4, 5, 1), 4: (1, 5, 6, 2), 5: (2, 6, 7, 3), 6: (3, 7, 4, 0)},
+        20: {
+            1: (0, 1, 2, 3),
+            2: (4, 7, 6, 5),
+            3: (0, 4, 5, 1),
+            4: (1, 5, 6, 2),
+            5: (2, 6, 7, 3),
+            6: (3, 7, 4, 0),
+        },
     }[NODES[kind]]
     rows = enumerate((elements(bodies["upper"].mesh, kind) + 1).tolist(), 1)
-    loads = [(i, face) for i, row in rows for face, corners in faces.items() if {row[c] for c in corners} <= top]
-    (tmp_path / "faces.inp").write_text(text + "*SURFACE, NAME=Faces\n" + "".join(f"{i}, S{face}\n" for i, face in loads))
+    loads = [
+        (i, face)
+        for i, row in rows
+        for face, corners in faces.items()
+        if {row[c] for c in corners} <= top
+    ]
+    (tmp_path / "faces.inp").write_text(
+        text + "*SURFACE, NAME=Faces\n" + "".join(f"{i}, S{face}\n" for i, face in loads)
+    )
     by_faces = fo.read_calculix(base, deck=tmp_path / "faces.inp")
     assert np.array_equal(np.sort(by_faces.nodes("faces")), np.sort(job.nodes("TOP")))
     assert np.array_equal(by_faces.force("faces", pressure=0.7), job.force("TOP", pressure=0.7))
-    known = displacements(tmp_path, text, "*DLOAD\n" + "".join(f"{i}, P{face}, 0.7\n" for i, face in loads))
+    known = displacements(
+        tmp_path, text, "*DLOAD\n" + "".join(f"{i}, P{face}, 0.7\n" for i, face in loads)
+    )
     known = np.array([known[node][direction - 1] for node, direction in job.labels])
     assert len(loads) == (2 if d == 2 else 8 if kind == "C3D10" else 4)
     assert np.abs(found - known).max() < 1e-6 * np.abs(known).max()
@@ -87,32 +126,70 @@ def test_a_curved_contact_lets_the_free_body_turn(tmp_path, kind):
     file, made = run(tmp_path, deck(bodies, kind))[0], str(tmp_path / "made.npz")
     job = fo.read_calculix(file).with_linear_faces("CU", "CL")
     pairs = job.pairs("CU", "CL")
-    system = fo.condense(job.K, {"P": job.force("TOP", pressure=1.0)}, pairs, job.normals(pairs[:, 1]), job.unknowns, job.points)
-    assert main(["look", f"{file}.inp"]) == main(["condense", f"{file}.inp", made, "--contact", "CU", "CL", "--load", "P=TOP:pressure=1"]) == 0
+    system = fo.condense(
+        job.K,
+        {"P": job.force("TOP", pressure=1.0)},
+        pairs,
+        job.normals(pairs[:, 1]),
+        job.unknowns,
+        job.points,
+    )
+    assert (
+        main(["look", f"{file}.inp"])
+        == main(
+            ["condense", f"{file}.inp", made, "--contact", "CU", "CL", "--load", "P=TOP:pressure=1"]
+        )
+        == 0
+    )
     assert np.array_equal(fo.ContactSystem.load(made).S, system.S)
     sizes = np.linalg.eigvalsh(system.S)
     free = d * (d + 1) // 2
-    assert np.abs(sizes[:free]).max() < 1e-10 * sizes[-1] < 1e-6 * sizes[free] and np.ptp(system.points[:, -1]) > 0.05
-    push = np.einsum("ni,nij->j", np.column_stack([np.reshape(system.bonded["P"][0], (-1, d - 1)), system.bonded["P"][1]]), system.frames)
+    assert (
+        np.abs(sizes[:free]).max() < 1e-10 * sizes[-1] < 1e-6 * sizes[free]
+        and np.ptp(system.points[:, -1]) > 0.05
+    )
+    push = np.einsum(
+        "ni,nij->j",
+        np.column_stack([np.reshape(system.bonded["P"][0], (-1, d - 1)), system.bonded["P"][1]]),
+        system.frames,
+    )
     assert np.allclose(push, np.eye(d)[-1], atol=1e-10)
 
 
 def test_faces_with_free_midside_nodes_make_no_pairs(tmp_path):
     bodies = two_boxes(MeshTri, fo.Material(), bulge=None)
     job = fo.read_calculix(run(tmp_path, deck(bodies, "CPE6"))[0])
-    message = r"node \d+, amid an edge of a contact face, moves on its own; use job.with_linear_faces\(\)"
-    for ask in (lambda: job.pairs("CU", "CL"), job.matching_faces, lambda: job.with_linear_faces("CU").pairs("CU", "CL")):
+    message = (
+        r"node \d+, amid an edge of a contact face, moves on its own; use job.with_linear_faces\(\)"
+    )
+    for ask in (
+        lambda: job.pairs("CU", "CL"),
+        job.matching_faces,
+        lambda: job.with_linear_faces("CU").pairs("CU", "CL"),
+    ):
         with pytest.raises(fo.ModelError, match=message):
             ask()
     numbers = job.deck.numbers[np.setdiff1d(job.nodes("CU"), job.deck.midsides)]
-    corners = np.isin(job.labels[:, 0], numbers) | ~np.isin(job.labels[:, 0], job.deck.numbers[job.nodes("CU")])
-    with pytest.raises(fo.ModelError, match=r"node \d+, amid an edge of a contact face, has no row in the matrix; retain such nodes"):
+    corners = np.isin(job.labels[:, 0], numbers) | ~np.isin(
+        job.labels[:, 0], job.deck.numbers[job.nodes("CU")]
+    )
+    with pytest.raises(
+        fo.ModelError,
+        match=r"node \d+, amid an edge of a contact face, has no row in the matrix; retain such nodes",
+    ):
         fo.MatrixJob(job.K[corners][:, corners], job.labels[corners], job.deck).pairs("CU", "CL")
-    with pytest.raises(fo.ModelError, match=re.escape("nodes: no facet of the outline lies between these 1 nodes; give the nodes of a face")):
+    with pytest.raises(
+        fo.ModelError,
+        match=re.escape(
+            "nodes: no facet of the outline lies between these 1 nodes; give the nodes of a face"
+        ),
+    ):
         job.with_linear_faces([0])
     corner = int(job.deck.numbers[job.nodes("CU")].min())
     rule = f"*EQUATION\n2\n{corner}, 1, 1., {job.deck.numbers[job.nodes('TOP')].max()}, 1, -1.\n"
     (tmp_path / "chained").mkdir()
     chained = fo.read_calculix(run(tmp_path / "chained", deck(bodies, "CPE6") + rule)[0])
-    with pytest.raises(fo.ModelError, match=rf"with_linear_faces: corner node {corner} follows others"):
+    with pytest.raises(
+        fo.ModelError, match=rf"with_linear_faces: corner node {corner} follows others"
+    ):
         chained.with_linear_faces("CU", "CL")

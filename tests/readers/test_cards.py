@@ -28,7 +28,10 @@ def card(*entries):
 
 
 def grids(points, cp="", cd=""):
-    return "".join(card("GRID", i, cp, *(f"{value:.3f}" for value in point), cd) for i, point in enumerate(points, 1))
+    return "".join(
+        card("GRID", i, cp, *(f"{value:.3f}" for value in point), cd)
+        for i, point in enumerate(points, 1)
+    )
 
 
 def brick(number, first):
@@ -40,7 +43,10 @@ def job(folder, bulk, nodes=16):
     lines = ["DMIG    KAAX           0       6       2       0"]
     for n in range(1, nodes + 1):
         for c in (1, 2, 3):
-            lines += [f"DMIG*   KAAX            {n:16d}{c:16d}                ", f"*       {n:16d}{c:16d}{1.0:16.9E}"]
+            lines += [
+                f"DMIG*   KAAX            {n:16d}{c:16d}                ",
+                f"*       {n:16d}{c:16d}{1.0:16.9E}",
+            ]
     (folder / "k.pch").write_text("\n".join(lines) + "\n")
     (folder / "k.bdf").write_text(f"SOL 101\nCEND\nBEGIN BULK\n{bulk}ENDDATA\n")
     return fo.read_nastran(folder / "k.pch", deck=folder / "k.bdf")
@@ -49,19 +55,29 @@ def job(folder, bulk, nodes=16):
 def test_the_page_lists_the_cards_of_the_reader():
     solids = {name for name, _ in NASTRAN_SOLIDS}
     assert CARDS.keys() == {f"`{name}`" for name in (*solids, "DMIG", "INCLUDE", "GRID", "GRDSET")}
-    types = {int(kind) for kind in re.findall(r"SOLID(\d+)", " ".join(name for name, effect in rows("Ansys") if effect == "kept"))}
+    types = {
+        int(kind)
+        for kind in re.findall(
+            r"SOLID(\d+)", " ".join(name for name, effect in rows("Ansys") if effect == "kept")
+        )
+    }
     assert types == {kind for kind, _ in ANSYS_SOLIDS}
 
 
 def test_cards_that_are_kept(tmp_path):
     plain = job(tmp_path, grids(GRIDS) + brick(1, 1) + brick(2, 9))
-    assert plain.points.tolist() == [list(map(float, point)) for point in GRIDS] and plain.deck.elements[0][0] == "C3D8"
+    assert (
+        plain.points.tolist() == [list(map(float, point)) for point in GRIDS]
+        and plain.deck.elements[0][0] == "C3D8"
+    )
     (tmp_path / "more.bdf").write_text(brick(2, 9))
     included = job(tmp_path, grids(GRIDS) + brick(1, 1) + "INCLUDE 'more.bdf'\n")
     assert included.deck.elements[0][2].tolist() == plain.deck.elements[0][2].tolist()
 
 
-WITHOUT = re.findall(r"`([A-Z0-9]+)`", re.search(r"Without effect are all other cards,.*", section("Nastran"))[0])
+WITHOUT = re.findall(
+    r"`([A-Z0-9]+)`", re.search(r"Without effect are all other cards,.*", section("Nastran"))[0]
+)
 
 
 @pytest.mark.parametrize("name", WITHOUT)
@@ -78,22 +94,42 @@ def test_systems_of_all_grid_points_are_refused_as_those_of_one(tmp_path, cp, cd
     system = card("CORD2R", 5, 0, 10.0, 0.0, 0.0, 10.0, 0.0, 1.0, 10.0, 1.0, 0.0)
     default = card("GRDSET", "", cp, "", "", "", cd, "", "")
     for bulk, said in ((grids(GRIDS, cp, cd), "GRID"), (default + grids(GRIDS), "GRDSET")):
-        with pytest.raises(fo.ModelError, match=f"grid point 1 has coordinates or displacements in system 5, by its {said}; write all in the basic"):
+        with pytest.raises(
+            fo.ModelError,
+            match=f"grid point 1 has coordinates or displacements in system 5, by its {said}; write all in the basic",
+        ):
             job(tmp_path, system + bulk + brick(1, 1))
-    for harmless in (default + grids(GRIDS, 0, 0), card("GRDSET", "", "", "", "", "", "", 456, "") + grids(GRIDS)):
-        assert job(tmp_path, system + harmless + brick(1, 1)).points.tolist() == [list(map(float, point)) for point in GRIDS]
+    for harmless in (
+        default + grids(GRIDS, 0, 0),
+        card("GRDSET", "", "", "", "", "", "", 456, "") + grids(GRIDS),
+    ):
+        assert job(tmp_path, system + harmless + brick(1, 1)).points.tolist() == [
+            list(map(float, point)) for point in GRIDS
+        ]
 
 
-@pytest.mark.parametrize(("name", "corners", "edges"), [("CPENTA", WEDGE, WEDGE_EDGES), ("CPYRAM", PYRAMID, PYRAMID_EDGES)], ids=["wedge", "pyramid"])
-def test_corners_of_wedges_and_pyramids_make_pairs_and_nodes_amid_their_edges_do_not(tmp_path, name, corners, edges):
+@pytest.mark.parametrize(
+    ("name", "corners", "edges"),
+    [("CPENTA", WEDGE, WEDGE_EDGES), ("CPYRAM", PYRAMID, PYRAMID_EDGES)],
+    ids=["wedge", "pyramid"],
+)
+def test_corners_of_wedges_and_pyramids_make_pairs_and_nodes_amid_their_edges_do_not(
+    tmp_path, name, corners, edges
+):
     for middles in ([], [np.mean([corners[a], corners[b]], axis=0) for a, b in edges]):
         points = [*corners, *middles]
         n = len(points)
-        bulk = grids([*points, *points]) + card(name, 1, 1, *range(1, n + 1)) + card(name, 2, 1, *range(n + 1, 2 * n + 1))
+        bulk = (
+            grids([*points, *points])
+            + card(name, 1, 1, *range(1, n + 1))
+            + card(name, 2, 1, *range(n + 1, 2 * n + 1))
+        )
         wedges = job(tmp_path, bulk, 2 * n)
         face = np.flatnonzero(wedges.points[:n, 2] == 0)
         if middles:
-            with pytest.raises(fo.ModelError, match=f"an element {name}{n}, and which of its nodes lie amid edges"):
+            with pytest.raises(
+                fo.ModelError, match=f"an element {name}{n}, and which of its nodes lie amid edges"
+            ):
                 wedges.pairs(face, face + n)
         else:
             assert sorted(wedges.pairs(face, face + n).tolist()) == [[i, i + n] for i in face]
@@ -102,8 +138,13 @@ def test_corners_of_wedges_and_pyramids_make_pairs_and_nodes_amid_their_edges_do
 
 
 def test_a_punch_file_without_matrices_says_how_they_are_written(tmp_path):
-    (tmp_path / "seven.pch").write_text("$ EXTERNAL SUPERELEMENT 7\nBEGIN SUPER        7\nGRID*                  1               0 0.0\n")
-    with pytest.raises(fo.ModelError, match=r"seven\.pch has no DMIG cards; write the matrix there with EXTSEOUT\(DMIGPCH\)"):
+    (tmp_path / "seven.pch").write_text(
+        "$ EXTERNAL SUPERELEMENT 7\nBEGIN SUPER        7\nGRID*                  1               0 0.0\n"
+    )
+    with pytest.raises(
+        fo.ModelError,
+        match=r"seven\.pch has no DMIG cards; write the matrix there with EXTSEOUT\(DMIGPCH\)",
+    ):
         fo.read_nastran(tmp_path / "seven.pch")
 
 
@@ -112,7 +153,9 @@ def test_older_names_of_elements_of_ansys_are_the_same_elements(tmp_path, one, o
     """Midside nodes of the contact face are refused under both names."""
     text = Path(examples.hexarchivefile).read_text()
     for number in (one, other):
-        (tmp_path / "b.cdb").write_text(re.sub(rf"(?m)^ET,(\s*\d+),\s*{one}", rf"ET,\1,{number}", text))
+        (tmp_path / "b.cdb").write_text(
+            re.sub(rf"(?m)^ET,(\s*\d+),\s*{one}", rf"ET,\1,{number}", text)
+        )
         bar = fo.read_ansys(examples.fullfile, deck=tmp_path / "b.cdb")
         assert {block[0] for block in bar.deck.elements} == {kind}
         levels = np.unique(bar.points[:, 2].round(9))
@@ -126,5 +169,8 @@ def test_elements_of_ansys_that_are_not_known_make_no_pairs(tmp_path):
     (tmp_path / "b.cdb").write_text(re.sub(r"(?m)^ET,(\s*\d+),\s*186", r"ET,\1,226", text))
     bar = fo.read_ansys(examples.fullfile, deck=tmp_path / "b.cdb")
     end, middle = (np.flatnonzero(np.isclose(bar.points[:, 2], z)) for z in (5.0, 4.0))
-    with pytest.raises(fo.ModelError, match="an element 226 of 20 nodes, and which of its nodes lie amid edges is not known; mesh"):
+    with pytest.raises(
+        fo.ModelError,
+        match="an element 226 of 20 nodes, and which of its nodes lie amid edges is not known; mesh",
+    ):
         bar.pairs(end, middle)

@@ -1,4 +1,5 @@
-"""Condensation of given matrices against the equations of the glued bodies with multipliers, by dense algebra, and bad input."""
+"""Condensation of given matrices against the equations of the glued bodies with multipliers, by
+dense algebra, and bad input."""
 
 import re
 
@@ -22,11 +23,20 @@ def lines(*cells):
 
 
 @settings(max_examples=few(20))
-@given(seed=st.integers(0, 10**6), kind=st.sampled_from([MeshTri, MeshHex]), held=st.booleans(), match=st.booleans())
+@given(
+    seed=st.integers(0, 10**6),
+    kind=st.sampled_from([MeshTri, MeshHex]),
+    held=st.booleans(),
+    match=st.booleans(),
+)
 def test_any_numbering_direction_and_projection_against_multipliers(seed, kind, held, match):
     rng, d = np.random.default_rng(seed), kind().dim()
     cells = [(3, 3), (4, 2)][: d - 1] if match else [(3, 4), (2, 3)][: d - 1]
-    upper, lower = (lines(*own) for own in zip(*cells, strict=True)) if not match else (lines(*(n for n, _ in cells)),) * 2
+    upper, lower = (
+        (lines(*own) for own in zip(*cells, strict=True))
+        if not match
+        else (lines(*(n for n, _ in cells)),) * 2
+    )
     turn = np.linalg.qr(rng.normal(size=(d, d)))[0]
     turn[:, 0] *= np.linalg.det(turn)
     given_ = problem(rng, upper, lower, kind, turn, held)
@@ -38,8 +48,14 @@ def test_any_numbering_direction_and_projection_against_multipliers(seed, kind, 
         weights = [(points[nodes] @ turn)[:, :-1] for nodes in (one, two)]
         for k, (ends, places) in enumerate(zip(lower, weights[0].T, strict=True)):
             hats = np.array([np.interp(places, ends, row) for row in np.eye(len(ends))])
-            P[:, two] = (P[:, two] if k else 1.0) * hats[np.abs(ends[:, None] - weights[1][:, k]).argmin(axis=0)].T
-    pairs = {"pairs": np.column_stack([one, two])} if match else {"pairs": one, "projection": csr_matrix(P)}
+            P[:, two] = (P[:, two] if k else 1.0) * hats[
+                np.abs(ends[:, None] - weights[1][:, k]).argmin(axis=0)
+            ].T
+    pairs = (
+        {"pairs": np.column_stack([one, two])}
+        if match
+        else {"pairs": one, "projection": csr_matrix(P)}
+    )
     system = fo.condense(**given_, **pairs, unknowns=unknowns, points=points)
     opening, n = -P, len(one)
     opening[np.arange(n), one] += 1.0
@@ -47,17 +63,25 @@ def test_any_numbering_direction_and_projection_against_multipliers(seed, kind, 
     for i, frame in enumerate(system.frames):
         for row, rows in zip(opening[i], unknowns, strict=True):
             G[i::n, rows] += row * frame
-    S, R = by_multipliers(given_["K"].toarray(), np.column_stack([*given_["loads"].values()]), G, given_["held"])
+    S, R = by_multipliers(
+        given_["K"].toarray(), np.column_stack([*given_["loads"].values()]), G, given_["held"]
+    )
     assert np.allclose(system.S, S, rtol=0, atol=1e-9 * np.abs(S).max())
     gap, fit = np.random.default_rng(seed).random(n), S[:, -n:]
     system = system.with_interference({"a": 0.5, "fit": gap})
     for name, r in {"a": R[:, 0] + fit @ np.full(n, 0.5), "b": R[:, 1], "fit": fit @ gap}.items():
-        assert np.allclose(joined(*system.bonded[name]), r, rtol=0, atol=1e-9 * max(1.0, np.abs(r).max()))
+        assert np.allclose(
+            joined(*system.bonded[name]), r, rtol=0, atol=1e-9 * max(1.0, np.abs(r).max())
+        )
     assert np.allclose(system.normals, turn[:, -1]) and np.array_equal(system.points, points[one])
-    assert rigid_motions(system.S, system.own_stiffness).shape[1] == (0 if held else d * (d + 1) // 2)
+    assert rigid_motions(system.S, system.own_stiffness).shape[1] == (
+        0 if held else d * (d + 1) // 2
+    )
     if d == 2:
         assert np.allclose(system.frames[:, 0], [turn[1, 1], -turn[0, 1]])
-        assert np.allclose(system.width, np.array([1, 2, 2, 1]) / 3) and np.allclose(system.x, np.linspace(-1, 1, 4))
+        assert np.allclose(system.width, np.array([1, 2, 2, 1]) / 3) and np.allclose(
+            system.x, np.linspace(-1, 1, 4)
+        )
 
 
 def matched(**changes):
@@ -68,10 +92,18 @@ def matched(**changes):
 
 def test_nodes_on_springs():
     """Bodies of a single node each, which cannot turn."""
-    springs = {"unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]], "points": [[0, 0], [1, 0], [0, 0], [1, 0]], "pairs": [[0, 2], [1, 3]]}
+    springs = {
+        "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]],
+        "points": [[0, 0], [1, 0], [0, 0], [1, 0]],
+        "pairs": [[0, 2], [1, 3]],
+    }
     for k in (3.0, 0.0):
-        system = fo.condense(np.diag([2.0, k, 4.0, 5.0]), {"P": [1, 2, 3, 4]}, normals=[0, 1], **springs)
-        assert np.allclose(system.S, np.diag([2, 4, k, 5])) and np.allclose(np.r_[system.bonded["P"]], [-1, -3, -2, -4])
+        system = fo.condense(
+            np.diag([2.0, k, 4.0, 5.0]), {"P": [1, 2, 3, 4]}, normals=[0, 1], **springs
+        )
+        assert np.allclose(system.S, np.diag([2, 4, k, 5])) and np.allclose(
+            np.r_[system.bonded["P"]], [-1, -3, -2, -4]
+        )
 
 
 def test_gaps_given_and_measured():
@@ -80,7 +112,9 @@ def test_gaps_given_and_measured():
     lifted["points"][lifted["pairs"][:, 1], 1] = 0.0
     assert np.allclose(fo.condense(**lifted, gap="measured").gap, 0.1)
     assert np.allclose(fo.condense(**lifted, gap=[0, 1, 2, 3]).gap, [0, 1, 2, 3])
-    with pytest.raises(fo.ModelError, match=r"nodes of pair 0, at \(-1, 0.1\) and \(-1, 0\), lie 0.1 apart"):
+    with pytest.raises(
+        fo.ModelError, match=r"nodes of pair 0, at \(-1, 0.1\) and \(-1, 0\), lie 0.1 apart"
+    ):
         fo.condense(**lifted)
     lifted["points"][lifted["pairs"][2, 0], 1] = -0.1
     with pytest.raises(fo.ModelError, match=r"the bodies overlap by 0\.1 at pair 2"):
@@ -88,39 +122,66 @@ def test_gaps_given_and_measured():
 
 
 def test_names_and_widths_are_kept():
-    system = fo.condense(**matched(), contact=["left", "left", "right", "right"], width=[1, 2, 3, 4])
-    assert system.contact.tolist() == ["left", "left", "right", "right"] and system.width.tolist() == [1, 2, 3, 4]
+    system = fo.condense(
+        **matched(), contact=["left", "left", "right", "right"], width=[1, 2, 3, 4]
+    )
+    assert system.contact.tolist() == [
+        "left",
+        "left",
+        "right",
+        "right",
+    ] and system.width.tolist() == [1, 2, 3, 4]
     halves = fo.condense(**matched(), contact=["left", "left", "right", "right"])
     assert np.allclose(halves.width, 1 / 3) and np.allclose(np.diff(halves.x), 2 / 3)
     assert fo.condense(**matched(), contact=["one", "two", "three", "four"]).width is None
 
 
 def test_rotations_of_a_cantilever_are_eliminated():
-    """Two beam elements; the tip rests on the ground, which feels 3 E I / l^3 across and E A / l along, and half of a moment over the length."""
+    """Two beam elements; the tip rests on the ground, which feels 3 E I / l^3 across and E A / l
+    along, and half of a moment over the length."""
     EI, EA, half = 2.0, 5.0, 1.5
     bend = (
-        EI / half**3 * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]) * np.outer([1, half, 1, half], [1, half, 1, half])
+        EI
+        / half**3
+        * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+        * np.outer([1, half, 1, half], [1, half, 1, half])
     )
     K = np.zeros((9, 9))  # u, w and the rotation of each node
     for first in (0, 3):
         rows = first + np.array([1, 2, 4, 5])
         K[np.ix_(rows, rows)] += bend
-        K[np.ix_([first, first + 3], [first, first + 3])] += EA / half * np.array([[1, -1], [-1, 1]])
-    beam = {"pairs": [[2, 3]], "normals": [0, 1], "points": [[0, 0], [1.5, 0], [3, 0], [3, 0]], "unknowns": [[0, 1], [3, 4], [6, 7], [-1, -1]]}
+        K[np.ix_([first, first + 3], [first, first + 3])] += (
+            EA / half * np.array([[1, -1], [-1, 1]])
+        )
+    beam = {
+        "pairs": [[2, 3]],
+        "normals": [0, 1],
+        "points": [[0, 0], [1.5, 0], [3, 0], [3, 0]],
+        "unknowns": [[0, 1], [3, 4], [6, 7], [-1, -1]],
+    }
     system = fo.condense(K, {"M": np.eye(9)[8]}, **beam, held=[0, 1, 2], generalised=[5, 8])
-    assert np.allclose(system.S, np.diag([EA / 3, 3 * EI / 27])) and np.allclose(np.r_[system.bonded["M"]], [0, -1.5 / 3])
+    assert np.allclose(system.S, np.diag([EA / 3, 3 * EI / 27])) and np.allclose(
+        np.r_[system.bonded["M"]], [0, -1.5 / 3]
+    )
     with pytest.raises(fo.ModelError, match=r"supports: the body at .* can still turn"):
         fo.condense(K, {"M": np.eye(9)[8]}, **beam, held=[0], generalised=[2, 5, 8])
-    with pytest.raises(fo.ModelError, match=r"generalised: row 9 of K has 0 on the diagonal, as the multiplier"):
+    with pytest.raises(
+        fo.ModelError, match=r"generalised: row 9 of K has 0 on the diagonal, as the multiplier"
+    ):
         multiplier = np.block([[K, np.eye(9)[:, 2:3]], [np.eye(9)[2:3], np.zeros((1, 1))]])
         fo.condense(multiplier, {"M": np.eye(10)[8]}, **beam, held=[0, 1], generalised=[2, 5, 8, 9])
-    with pytest.raises(fo.ModelError, match=r"generalised: the stiffness of these 4 rows is singular"):
-        loose = np.block([[K, np.zeros((9, 2))], [np.zeros((2, 9)), np.array([[1.0, -1.0], [-1.0, 1.0]])]])
+    with pytest.raises(
+        fo.ModelError, match=r"generalised: the stiffness of these 4 rows is singular"
+    ):
+        loose = np.block(
+            [[K, np.zeros((9, 2))], [np.zeros((2, 9)), np.array([[1.0, -1.0], [-1.0, 1.0]])]]
+        )
         fo.condense(loose, {"M": np.eye(11)[8]}, **beam, held=[0, 1, 2], generalised=[5, 8, 9, 10])
 
 
 def test_rotations_and_modes_fill_the_factors_no_more_than_displacements(monkeypatch):
-    """A plate with as many rotations as displacements: twice the unknowns, four times the entries of the factors. Modes add a row each."""
+    """A plate with as many rotations as displacements: twice the unknowns, four times the entries
+    of the factors. Modes add a row each."""
     n, rng = 24, np.random.default_rng(2)
     line = diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
     grid, A = kron(line, identity(n)) + kron(identity(n), line), rng.normal(size=(6, 6))
@@ -128,7 +189,11 @@ def test_rotations_and_modes_fill_the_factors_no_more_than_displacements(monkeyp
     x = np.array([(i, j, 0.0) for i in range(n) for j in range(n)])
     pairs, sizes = np.column_stack([np.arange(n), n * n + np.arange(n)]), []
     potrf = schur.lapack.dpotrf
-    monkeypatch.setattr(schur.lapack, "dpotrf", lambda front, **options: sizes.append(len(front)) or potrf(front, **options))
+    monkeypatch.setattr(
+        schur.lapack,
+        "dpotrf",
+        lambda front, **options: sizes.append(len(front)) or potrf(front, **options),
+    )
     for d, modes in ((3, 0), (6, 0), (3, 5)):
         K, size = kron(grid, A[:d, :d]).tocsr(), d * n * n
         B = 1e-3 * rng.normal(size=(size, modes))
@@ -136,7 +201,15 @@ def test_rotations_and_modes_fill_the_factors_no_more_than_displacements(monkeyp
         rows = np.arange(size).reshape(-1, d)
         unknowns = np.vstack([rows[:, :3], np.full((n, 3), -1)])
         others = np.r_[rows[:, 3:].ravel(), size + np.arange(modes)]
-        fo.condense(K, {"a": np.ones(size + modes)}, pairs, [0, 0, 1], unknowns, np.vstack([x, x[:n]]), generalised=others)
+        fo.condense(
+            K,
+            {"a": np.ones(size + modes)},
+            pairs,
+            [0, 0, 1],
+            unknowns,
+            np.vstack([x, x[:n]]),
+            generalised=others,
+        )
     assert sizes[1] < 4.5 * sizes[0] and sizes[2] < sizes[0] + 6 * (3 * n * n)
 
 
@@ -150,7 +223,9 @@ LONE = ROWS.copy()
 LONE[0, 0] = -1
 UPRIGHT = np.tile([0.0, 1.0], (4, 1))
 MOVED = POINTS + 1e-3 * (np.arange(len(POINTS)) == PAIRS[1, 0])[:, None]
-APART = POINTS - np.outer((POINTS[:, 1] < 0) | np.isin(np.arange(len(POINTS)), PAIRS[:, 1]), [0.0, 1e-3])
+APART = POINTS - np.outer(
+    (POINTS[:, 1] < 0) | np.isin(np.arange(len(POINTS)), PAIRS[:, 1]), [0.0, 1e-3]
+)
 BOTTOM = GOOD["held"][np.isin(GOOD["held"], ROWS[POINTS[:, 1] == -1.0])]
 BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
@@ -162,35 +237,64 @@ BAD = {
     "at index (0, 0); give integers from -2 to 47": {"unknowns": ROWS + 0.5},
     "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},
     "held: 10000 at index 0": {"held": [10000]},
-    "loads['a']: acts on rows in `held` alone": {"loads": {"a": np.isin(np.arange(K.shape[0]), GOOD["held"]) * 1.0}},
+    "loads['a']: acts on rows in `held` alone": {
+        "loads": {"a": np.isin(np.arange(K.shape[0]), GOOD["held"]) * 1.0}
+    },
     "bonded: no load case": {"loads": {}},
     "pairs: none": {"pairs": np.zeros((0, 2))},
     f"pairs: the relative motion of pair 4, of node {PAIRS[2, 0]} of body 1, follows from those of other pairs or from supports; leave it": {
         "pairs": PAIRS[[0, 1, 2, 3, 2]],
         "contact": [*"aaaab"],
     },
-    "pairs: the nodes of pair 3, at (1, 0) and (-1, 0), lie 2 apart": {"pairs": np.r_[PAIRS[:3], [[PAIRS[3, 0], PAIRS[0, 0]]]]},
-    "normals: that of pair 3 at (1, 0) does not point from body 2 into body 1": {"pairs": np.r_[PAIRS[:3], PAIRS[3:, ::-1]]},
-    f"pairs: nodes {min(PAIRS[2])} and {max(PAIRS[2])} lie on each other at (0.333333, 0), next to the contact": {"pairs": PAIRS[[0, 1, 3]]},
-    f"pairs: nodes {min(PAIRS[0])} and {max(PAIRS[0])} lie on each other at (-1, 0), next to the contact": {"pairs": PAIRS[1:]},
+    "pairs: the nodes of pair 3, at (1, 0) and (-1, 0), lie 2 apart": {
+        "pairs": np.r_[PAIRS[:3], [[PAIRS[3, 0], PAIRS[0, 0]]]]
+    },
+    "normals: that of pair 3 at (1, 0) does not point from body 2 into body 1": {
+        "pairs": np.r_[PAIRS[:3], PAIRS[3:, ::-1]]
+    },
+    f"pairs: nodes {min(PAIRS[2])} and {max(PAIRS[2])} lie on each other at (0.333333, 0), next to the contact": {
+        "pairs": PAIRS[[0, 1, 3]]
+    },
+    f"pairs: nodes {min(PAIRS[0])} and {max(PAIRS[0])} lie on each other at (-1, 0), next to the contact": {
+        "pairs": PAIRS[1:]
+    },
     "pairs: from pair 0 at (1, 0) to pair 1 at (0.333333, 0) they go against the tangent, which is the normal turned by -90 degrees; reverse": {
         "pairs": PAIRS[::-1]
     },
-    "from pair 0 at (-1, 0) to pair 1 at (0.333333, 0)": {"pairs": PAIRS[[0, 2, 3]], "normals": [[0, 1], [0, -1], [0, 1]]},
-    "to pair 2 at (-0.333333, 0) they go against the tangent, which is the normal turned by -90 degrees; order": {"pairs": PAIRS[[0, 2, 1, 3]]},
-    "pairs: the nodes of pair 1, at (-0.332333, 0.001) and (-0.333333, 0), lie 0.00141421 apart": {"points": MOVED},
-    "normals: they turn by 90 degrees or more from pair 1 at (-0.333333, 0) to pair 2": {"normals": UPRIGHT * [[1], [1], [-1], [1]]},
+    "from pair 0 at (-1, 0) to pair 1 at (0.333333, 0)": {
+        "pairs": PAIRS[[0, 2, 3]],
+        "normals": [[0, 1], [0, -1], [0, 1]],
+    },
+    "to pair 2 at (-0.333333, 0) they go against the tangent, which is the normal turned by -90 degrees; order": {
+        "pairs": PAIRS[[0, 2, 1, 3]]
+    },
+    "pairs: the nodes of pair 1, at (-0.332333, 0.001) and (-0.333333, 0), lie 0.00141421 apart": {
+        "points": MOVED
+    },
+    "normals: they turn by 90 degrees or more from pair 1 at (-0.333333, 0) to pair 2": {
+        "normals": UPRIGHT * [[1], [1], [-1], [1]]
+    },
     "normals: shape (3,), expected (4, 2), or (2,) for one direction": {"normals": [0.0, 1.0, 0.0]},
     "normals: zero at pair 2": {"normals": UPRIGHT * [[1], [1], [0], [1]]},
-    "normals: that of pair 0 at (-1, 0) does not point from body 2 into body 1": {"pairs": PAIRS[:, ::-1]},
-    "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {"pairs": PAIRS[:, 0], "projection": np.ones((2, 24))},
+    "normals: that of pair 0 at (-1, 0) does not point from body 2 into body 1": {
+        "pairs": PAIRS[:, ::-1]
+    },
+    "projection: shape (2, 24), type float64; give a real matrix of shape (4, 24)": {
+        "pairs": PAIRS[:, 0],
+        "projection": np.ones((2, 24)),
+    },
     "projection: row 0 adds up to 24": {"pairs": PAIRS[:, 0], "projection": np.ones((4, 24))},
     f"of pair 0, of node {PAIRS[0, 0]} of body 1, follows from those of other pairs or from supports": {
         "held": np.r_[GOOD["held"], ROWS[PAIRS[0], 1]]
     },
     "can still move along x and y and turn; add a Support (or rows in `held`)": {"held": []},
     "can still turn; add a Support": {"held": ROWS[np.flatnonzero(POINTS[:, 1] == -1.0)[0]]},
-    "a body can turn about its contact": {"held": BOTTOM, "pairs": PAIRS[1:2], "points": APART, "gap": [0.0]},
+    "a body can turn about its contact": {
+        "held": BOTTOM,
+        "pairs": PAIRS[1:2],
+        "points": APART,
+        "gap": [0.0],
+    },
     "gap: -1 at node 0": {"gap": [-1, 0, 0, 0]},
     "contact: 'a' begins again at node 2": {"contact": ["a", "b", "a", "b"]},
     "width: 0 at node 0": {"width": [0, 1, 1, 1]},
@@ -207,15 +311,27 @@ TURN = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
 
 
 def free_block(cells=(3, 3), graded=1.0, turn=TURN):
-    """Arguments of `condense` for a free block on one that is held below, turned in space; body 2 goes on beside body 1."""
+    """Arguments of `condense` for a free block on one that is held below, turned in space; body 2
+    goes on beside body 1."""
     x, y = (np.linspace(0, 1, n + 1) ** graded for n in cells)
-    good = problem(np.random.default_rng(5), [x, y], [np.r_[-0.5, x, 1.5], y], MeshHex, turn, held=False)
+    good = problem(
+        np.random.default_rng(5), [x, y], [np.r_[-0.5, x, 1.5], y], MeshHex, turn, held=False
+    )
     one, two, points = good.pop("one"), good.pop("two"), good["points"]
-    pairs = [[node, two[np.linalg.norm(points[two] - points[node], axis=1).argmin()]] for node in one]
+    pairs = [
+        [node, two[np.linalg.norm(points[two] - points[node], axis=1).argmin()]] for node in one
+    ]
     return good | {"pairs": np.array(pairs), "normals": np.tile(turn[:, -1], (len(one), 1))}
 
 
-@pytest.mark.parametrize(("held", "free"), [(0, "move along x and y and z and turn about x and y and z"), (1, "turn about x and y and z"), (2, "")])
+@pytest.mark.parametrize(
+    ("held", "free"),
+    [
+        (0, "move along x and y and z and turn about x and y and z"),
+        (1, "turn about x and y and z"),
+        (2, ""),
+    ],
+)
 def test_rigid_motions_in_space(held, free):
     """Two nodes that are held leave the turn about the line through them."""
     good = free_block()
@@ -242,7 +358,10 @@ def test_a_pair_that_is_wrong_is_named_whichever_it_is(cells, graded):
         for change, message in (
             ({"normals": flip * normals}, f"normals: that of pair {i} at"),
             ({"pairs": turned}, f"normals: that of pair {i} at"),
-            ({"pairs": pairs[others], "normals": normals[others]}, f"pairs: nodes {one} and {two} lie on each other at"),
+            (
+                {"pairs": pairs[others], "normals": normals[others]},
+                f"pairs: nodes {one} and {two} lie on each other at",
+            ),
         ):
             with pytest.raises(fo.ModelError, match=message):
                 fo.condense(**good | change)
@@ -251,13 +370,19 @@ def test_a_pair_that_is_wrong_is_named_whichever_it_is(cells, graded):
 
 
 def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
-    """On a plane of symmetry both bodies are held across it: the pair cannot slip there, but carries pressure."""
+    """On a plane of symmetry both bodies are held across it: the pair cannot slip there, but
+    carries pressure."""
     good = free_block()
     side = np.flatnonzero(np.isclose(good["points"] @ TURN[:, 1], 0.0))
     pairs, held = good["pairs"], np.union1d(good["held"], good["unknowns"][side, 0])
     left = ~np.isin(pairs[:, 0], side)
     assert 0 < left.sum() < len(left)
-    assert fo.condense(**good | {"held": held, "pairs": pairs[left], "normals": good["normals"][left]}).nodes == left.sum()
+    assert (
+        fo.condense(
+            **good | {"held": held, "pairs": pairs[left], "normals": good["normals"][left]}
+        ).nodes
+        == left.sum()
+    )
     assert fo.condense(**good | {"held": held}).nodes == len(left)
     still = np.union1d(held, good["unknowns"][side])
     with pytest.raises(fo.ModelError, match="follows from those of other pairs or from supports"):
@@ -265,11 +390,19 @@ def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
     one_side = np.union1d(good["held"], good["unknowns"][pairs[~left, 1], 0])
     assert fo.condense(**good | {"held": one_side}).nodes == len(left)
     with pytest.raises(fo.ModelError, match="lie on each other at"):
-        fo.condense(**good | {"held": one_side, "pairs": pairs[left], "normals": good["normals"][left]})
+        fo.condense(
+            **good | {"held": one_side, "pairs": pairs[left], "normals": good["normals"][left]}
+        )
 
 
-@pytest.mark.parametrize(("normal", "first"), [(2, [1.0, 0.0, 0.0]), (0, [0.0, 1.0, 0.0]), (1, [1.0, 0.0, 0.0])])
+@pytest.mark.parametrize(
+    ("normal", "first"), [(2, [1.0, 0.0, 0.0]), (0, [0.0, 1.0, 0.0]), (1, [1.0, 0.0, 0.0])]
+)
 def test_the_first_tangent_is_along_x_unless_the_normal_is(normal, first):
     turn = np.roll(np.eye(3), 2 - normal, axis=1)
     frames = fo.condense(**free_block(turn=turn)).frames
-    assert np.allclose(frames[:, 0], first) and np.allclose(frames[:, 2], turn[:, -1]) and np.allclose(np.linalg.det(frames), 1.0)
+    assert (
+        np.allclose(frames[:, 0], first)
+        and np.allclose(frames[:, 2], turn[:, -1])
+        and np.allclose(np.linalg.det(frames), 1.0)
+    )

@@ -11,14 +11,23 @@ from frictopt.readers.keywords import _READERS, MAKING, TURNING
 from helpers.formats_page import rows, section
 
 PLACES = [(x, y, z) for z in (0, 1, 1, 2) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
-NODES = "*NODE, NSET=NALL\n" + "".join(f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(PLACES, 1))
+NODES = "*NODE, NSET=NALL\n" + "".join(
+    f"{i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(PLACES, 1)
+)
 BRICKS = "*ELEMENT, TYPE=C3D8, ELSET=LOW\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*ELEMENT, TYPE=C3D8, ELSET=HIGH\n2, 9, 10, 11, 12, 13, 14, 15, 16\n"
 QUADS = "*ELEMENT, TYPE=CPE4, ELSET=LOW\n1, 1, 2, 3, 4\n"
 FACE = "*SURFACE, NAME=S\nLOW, S1\n"
 
 
-DECK = {name.strip("`"): effect for name, effect in rows("Decks of Abaqus and CalculiX") if name.startswith("`*")}
-WITHOUT = re.findall(r"`(\*[A-Z -]+)`[,.]", section("Decks of Abaqus and CalculiX").split("Without effect are")[1].split("In a deck of")[0])
+DECK = {
+    name.strip("`"): effect
+    for name, effect in rows("Decks of Abaqus and CalculiX")
+    if name.startswith("`*")
+}
+WITHOUT = re.findall(
+    r"`(\*[A-Z -]+)`[,.]",
+    section("Decks of Abaqus and CalculiX").split("Without effect are")[1].split("In a deck of")[0],
+)
 
 
 def mesh_of(folder, text):
@@ -29,8 +38,14 @@ def mesh_of(folder, text):
 def job_of(folder, text, directions=3):
     """The job of a deck, with a matrix that joins all its unknowns."""
     (folder / "a.inp").write_text(text)
-    labels = [f"{node}.{direction}" for node in range(1, 17 if directions == 3 else 5) for direction in range(1, directions + 1)]
-    entries = [f"{i} {i} 2.0" for i in range(1, len(labels) + 1)] + [f"{i} {i + 1} -1.0" for i in range(1, len(labels))]
+    labels = [
+        f"{node}.{direction}"
+        for node in range(1, 17 if directions == 3 else 5)
+        for direction in range(1, directions + 1)
+    ]
+    entries = [f"{i} {i} 2.0" for i in range(1, len(labels) + 1)] + [
+        f"{i} {i + 1} -1.0" for i in range(1, len(labels))
+    ]
     (folder / "a.dof").write_text("\n".join(labels) + "\n")
     (folder / "a.sti").write_text("\n".join(entries) + "\n")
     return fo.read_calculix(folder / "a")
@@ -48,52 +63,113 @@ def links(job):
 
 def named(keyword):
     """A constraint of the rules of the code: its name is known."""
-    return f"*{keyword}\n1, 2\n", lambda _, job: f"*{keyword.replace(' ', '')}" in job.deck.constraints.others
+    return (
+        f"*{keyword}\n1, 2\n",
+        lambda _, job: f"*{keyword.replace(' ', '')}" in job.deck.constraints.others,
+    )
 
 
 KEPT = {  # more of the deck, and what is then true of its mesh and job
     "*INCLUDE": ("*INCLUDE, INPUT=more.inp\n", lambda mesh, _: sides(mesh, "MORE") == 1),
     "*NODE": ("", lambda _, job: job.deck.sets["NALL"].tolist() == list(range(16))),
     "*ELEMENT": ("", lambda mesh, _: mesh.subdomains["HIGH"].tolist() == [1]),
-    "*NSET": ("*NSET, NSET=FOOT, GENERATE\n-3, 4\n", lambda mesh, job: sides(mesh, "FOOT") == 1 and len(job.nodes("FOOT")) == 4),
-    "*ELSET": ("*ELSET, ELSET=BOTH, GENERATE\n1, 9\n", lambda mesh, _: mesh.subdomains["BOTH"].tolist() == [0, 1]),
+    "*NSET": (
+        "*NSET, NSET=FOOT, GENERATE\n-3, 4\n",
+        lambda mesh, job: sides(mesh, "FOOT") == 1 and len(job.nodes("FOOT")) == 4,
+    ),
+    "*ELSET": (
+        "*ELSET, ELSET=BOTH, GENERATE\n1, 9\n",
+        lambda mesh, _: mesh.subdomains["BOTH"].tolist() == [0, 1],
+    ),
     "*SURFACE": ("*SURFACE, NAME=SKIN\nLOW, S1\nHIGH,\n", lambda mesh, _: sides(mesh, "SKIN") == 7),
     "*SURFACE, COMBINE=UNION": (
         f"{FACE}*SURFACE, NAME=T\nHIGH, S2\n*SURFACE, NAME=ENDS, COMBINE=UNION\nS, T\n",
         lambda mesh, _: sides(mesh, "ENDS") == 2,
     ),
-    "*SOLID SECTION": ("*SOLID SECTION, ELSET=LOW, MATERIAL=M\n3.\n", lambda _, job: job.deck.thickness == 1.0),
-    "*BOUNDARY": ("*BOUNDARY\n1, 2, 3\n", lambda _, job: job.deck.constraints.held[0].tolist() == [0, 1, 1, 0, 0, 0]),
-    "*EQUATION": ("*EQUATION\n2\n9, 1, 1., 5, 1, -1.\n", lambda _, job: links(job) == [[(9, 1), (5, 1)]]),
-    "*RIGID BODY": ("*RIGID BODY, ELSET=HIGH, REF NODE=1\n", lambda _, job: {follows for (follows, _), _ in links(job)} == set(range(9, 17))),
+    "*SOLID SECTION": (
+        "*SOLID SECTION, ELSET=LOW, MATERIAL=M\n3.\n",
+        lambda _, job: job.deck.thickness == 1.0,
+    ),
+    "*BOUNDARY": (
+        "*BOUNDARY\n1, 2, 3\n",
+        lambda _, job: job.deck.constraints.held[0].tolist() == [0, 1, 1, 0, 0, 0],
+    ),
+    "*EQUATION": (
+        "*EQUATION\n2\n9, 1, 1., 5, 1, -1.\n",
+        lambda _, job: links(job) == [[(9, 1), (5, 1)]],
+    ),
+    "*RIGID BODY": (
+        "*RIGID BODY, ELSET=HIGH, REF NODE=1\n",
+        lambda _, job: {follows for (follows, _), _ in links(job)} == set(range(9, 17)),
+    ),
     "*COUPLING": (
         "*SURFACE, NAME=N, TYPE=NODE\n5, 1.\n*COUPLING, REF NODE=1, SURFACE=N, CONSTRAINT NAME=C\n*KINEMATIC\n1, 2\n",
         lambda _, job: [(5, 1), (1, 1)] in links(job) and [(5, 3), (1, 3)] not in links(job),
     ),
-    **{f"*{name}": named(name) for name in ("TIE", "MPC", "DISTRIBUTING", "DISTRIBUTING COUPLING", "KINEMATIC COUPLING", "CYCLIC SYMMETRY MODEL")},
+    **{
+        f"*{name}": named(name)
+        for name in (
+            "TIE",
+            "MPC",
+            "DISTRIBUTING",
+            "DISTRIBUTING COUPLING",
+            "KINEMATIC COUPLING",
+            "CYCLIC SYMMETRY MODEL",
+        )
+    },
     **{f"*{name}": named(name) for name in ("PRE-TENSION SECTION", "EMBEDDED ELEMENT")},
 }
 KEPT["*KINEMATIC"] = KEPT["*COUPLING"]
 # Refused, and the deck that does what the error says.
 REFUSED = {
     **{
-        f"*SURFACE, {parameter}": (f"{FACE}*SURFACE, NAME=BAD, {parameter}\nLOW, S1\n", f"{FACE}*SURFACE, NAME=BAD\nLOW, S1\n")
-        for parameter in ("COMBINE=DIFFERENCE", "COMBINE=INTERSECTION", "TRIM=YES", "CROP", "TYPE=CUTTING SURFACE", "TYPE=CYLINDER")
+        f"*SURFACE, {parameter}": (
+            f"{FACE}*SURFACE, NAME=BAD, {parameter}\nLOW, S1\n",
+            f"{FACE}*SURFACE, NAME=BAD\nLOW, S1\n",
+        )
+        for parameter in (
+            "COMBINE=DIFFERENCE",
+            "COMBINE=INTERSECTION",
+            "TRIM=YES",
+            "CROP",
+            "TYPE=CUTTING SURFACE",
+            "TYPE=CYLINDER",
+        )
     },
     "*SYSTEM": ("*SYSTEM\n1., 0., 0., 1., 1., 0.\n", "*SYSTEM\n"),
     "*NODE, SYSTEM=C": ("*NODE, SYSTEM=C\n99, 1., 90., 0.\n", "*NODE\n99, 0., 1., 0.\n"),
     "*NODE, INPUT=FILE": ("*NODE, INPUT=more.inp\n", "*INCLUDE, INPUT=more.inp\n"),
     "*ELEMENT, INPUT=FILE": ("*ELEMENT, TYPE=C3D8, INPUT=more.inp\n", "*INCLUDE, INPUT=more.inp\n"),
-    "*ELEMENT, OFFSET=100": ("*ELEMENT, TYPE=MASS, OFFSET=100\n1, 1\n", "*ELEMENT, TYPE=MASS\n101, 1\n"),
+    "*ELEMENT, OFFSET=100": (
+        "*ELEMENT, TYPE=MASS, OFFSET=100\n1, 1\n",
+        "*ELEMENT, TYPE=MASS\n101, 1\n",
+    ),
     "*INSTANCE": ("*INSTANCE, NAME=I, PART=P\n1., 0., 0.\n", "*INSTANCE, NAME=I, PART=P\n"),
-    "*MODEL CHANGE, TYPE=ELEMENT": ("*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nHIGH\n", "*MODEL CHANGE, TYPE=CONTACT PAIR\nA, B\n"),
-    **{f"*{name}": (f"*{name}\n1, 2\n", "") for name in ("NGEN", "NFILL", "NCOPY", "NMAP", "IMPERFECTION", "ELGEN", "ELCOPY", "IMPORT")},
-    **{f"*{name}": (f"*{name}\n1, 2\n", "") for name in ("SYMMETRIC MODEL GENERATION", "REFINE MESH")},
+    "*MODEL CHANGE, TYPE=ELEMENT": (
+        "*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nHIGH\n",
+        "*MODEL CHANGE, TYPE=CONTACT PAIR\nA, B\n",
+    ),
+    **{
+        f"*{name}": (f"*{name}\n1, 2\n", "")
+        for name in ("NGEN", "NFILL", "NCOPY", "NMAP", "IMPERFECTION", "ELGEN", "ELCOPY", "IMPORT")
+    },
+    **{
+        f"*{name}": (f"*{name}\n1, 2\n", "")
+        for name in ("SYMMETRIC MODEL GENERATION", "REFINE MESH")
+    },
 }
 OF_JOBS = {  # refused by readers of matrices alone: elements of the deck, and more
-    "*NODAL THICKNESS": (QUADS, "*NODAL THICKNESS\nNALL, 2.\n", "*SOLID SECTION, ELSET=LOW, MATERIAL=M\n2.\n"),
+    "*NODAL THICKNESS": (
+        QUADS,
+        "*NODAL THICKNESS\nNALL, 2.\n",
+        "*SOLID SECTION, ELSET=LOW, MATERIAL=M\n2.\n",
+    ),
     "*TRANSFORM": (BRICKS, "*TRANSFORM, NSET=NALL, TYPE=C\n0., 0., 0., 0., 0., 1.\n", ""),
-    "*CONTACT PAIR": (BRICKS, "*CONTACT PAIR, INTERACTION=I\nA, B\n*STEP, PERTURBATION\n", "*CONTACT PAIR, INTERACTION=I\nA, B\n*STEP\n"),
+    "*CONTACT PAIR": (
+        BRICKS,
+        "*CONTACT PAIR, INTERACTION=I\nA, B\n*STEP, PERTURBATION\n",
+        "*CONTACT PAIR, INTERACTION=I\nA, B\n*STEP\n",
+    ),
 }
 
 
@@ -105,10 +181,23 @@ def folder(tmp_path):
 
 def test_the_page_lists_what_the_reader_knows():
     assert {name for name, effect in DECK.items() if effect == "kept"} == KEPT.keys()
-    assert {name for name, effect in DECK.items() if effect == "refused"} == REFUSED.keys() | OF_JOBS.keys()
+    assert {
+        name for name, effect in DECK.items() if effect == "refused"
+    } == REFUSED.keys() | OF_JOBS.keys()
     listed = {name.split(",")[0].strip("*").replace(" ", "") for name in DECK}
-    assert listed == {*_READERS, *CONSTRAINING, *MAKING, *TURNING, "INCLUDE", "INSTANCE", "MODELCHANGE", "CONTACTPAIR"}
-    assert len(WITHOUT) > 100 and not listed & {name.strip("*").replace(" ", "") for name in WITHOUT}
+    assert listed == {
+        *_READERS,
+        *CONSTRAINING,
+        *MAKING,
+        *TURNING,
+        "INCLUDE",
+        "INSTANCE",
+        "MODELCHANGE",
+        "CONTACTPAIR",
+    }
+    assert len(WITHOUT) > 100 and not listed & {
+        name.strip("*").replace(" ", "") for name in WITHOUT
+    }
 
 
 @pytest.mark.parametrize("name", KEPT)
@@ -122,7 +211,11 @@ def test_what_is_kept_is_there(folder, name):
 def test_what_is_refused_is_named_and_the_remedy_helps(folder, name):
     bad, good = REFUSED[name]
     keyword = name.split(",")[0].strip("*").replace(" ", "")
-    said = rf"surface BAD: {name.split(', ')[1].removesuffix('=YES')}" if keyword == "SURFACE" else rf"block \*{keyword}\b"
+    said = (
+        rf"surface BAD: {name.split(', ')[1].removesuffix('=YES')}"
+        if keyword == "SURFACE"
+        else rf"block \*{keyword}\b"
+    )
     for read in (mesh_of, job_of):
         with pytest.raises(fo.ModelError, match=said):
             read(folder, NODES + BRICKS + bad)
@@ -132,8 +225,12 @@ def test_what_is_refused_is_named_and_the_remedy_helps(folder, name):
 @pytest.mark.parametrize("name", OF_JOBS)
 def test_what_changes_a_matrix_is_refused_by_its_readers_alone(folder, name):
     elements, bad, good = OF_JOBS[name]
-    nodes, directions = (NODES, 3) if elements is BRICKS else ("".join(NODES.splitlines(keepends=True)[:5]), 2)
-    with pytest.raises(fo.ModelError, match=r"thickness" if name == "*NODAL THICKNESS" else rf"\{name}"):
+    nodes, directions = (
+        (NODES, 3) if elements is BRICKS else ("".join(NODES.splitlines(keepends=True)[:5]), 2)
+    )
+    with pytest.raises(
+        fo.ModelError, match=r"thickness" if name == "*NODAL THICKNESS" else rf"\{name}"
+    ):
         job_of(folder, nodes + elements + bad, directions)
     job_of(folder, nodes + elements + good, directions)
     assert mesh_of(folder, nodes + elements + bad).nelements == len(elements.splitlines()) // 2
@@ -141,14 +238,32 @@ def test_what_changes_a_matrix_is_refused_by_its_readers_alone(folder, name):
 
 @pytest.mark.parametrize("name", [*WITHOUT, "*NO SUCH KEYWORD"])
 def test_what_has_no_effect_has_none(folder, name):
-    plain, deck = NODES + BRICKS + FACE, f"{name}\n1, 2.\n{NODES}{name}, NAME=LOW, ELSET=HIGH\n{BRICKS}{FACE}{name}\n"
+    plain, deck = (
+        NODES + BRICKS + FACE,
+        f"{name}\n1, 2.\n{NODES}{name}, NAME=LOW, ELSET=HIGH\n{BRICKS}{FACE}{name}\n",
+    )
     one, other = job_of(folder, plain).deck, job_of(folder, deck).deck
-    assert np.array_equal(one.points, other.points) and one.sets.keys() == other.sets.keys() and one.surfaces.keys() == other.surfaces.keys()
-    assert [[*map(np.ndarray.tolist, block[1:])] for block in one.elements] == [[*map(np.ndarray.tolist, block[1:])] for block in other.elements]
-    assert one.constraints.others == other.constraints.others == () and not other.constraints.held.any()
+    assert (
+        np.array_equal(one.points, other.points)
+        and one.sets.keys() == other.sets.keys()
+        and one.surfaces.keys() == other.surfaces.keys()
+    )
+    assert [[*map(np.ndarray.tolist, block[1:])] for block in one.elements] == [
+        [*map(np.ndarray.tolist, block[1:])] for block in other.elements
+    ]
+    assert (
+        one.constraints.others == other.constraints.others == ()
+        and not other.constraints.held.any()
+    )
 
 
-TYPES = dict(re.findall(r"^\| (`[A-Z].*`) \| (kept|refused|without effect) \|", section("Decks of Abaqus and CalculiX"), re.MULTILINE))
+TYPES = dict(
+    re.findall(
+        r"^\| (`[A-Z].*`) \| (kept|refused|without effect) \|",
+        section("Decks of Abaqus and CalculiX"),
+        re.MULTILINE,
+    )
+)
 MORE = {  # types of elements beside the bricks: their number of nodes
     "C3D6": 6, "C3D5": 5, "C3D15": 15, "C3D13": 13, "S4": 4, "M3D4": 4, "SPRINGA": 2, "MASS": 1, "DASHPOTA": 2, "T3D2": 2,
 }  # fmt: skip
@@ -166,7 +281,10 @@ def test_types_of_elements(folder, names, effect):
         deck = f"{nodes}{BRICKS}*ELEMENT, TYPE={kind}, ELSET=MORE\n9, {', '.join(map(str, range(5, 5 + own)))}\n"
         job, low, high = job_of(folder, deck), [4, 5, 6, 7], [8, 9, 10, 11]
         if kind in ("C3D15", "C3D13"):
-            with pytest.raises(fo.ModelError, match=rf"an element {kind}.* mesh this body with C3D4, C3D8, C3D10, C3D20"):
+            with pytest.raises(
+                fo.ModelError,
+                match=rf"an element {kind}.* mesh this body with C3D4, C3D8, C3D10, C3D20",
+            ):
                 job.pairs(low, high)
         else:
             assert len(job.pairs(low, high)) == 4

@@ -1,4 +1,5 @@
-"""Groups of mesh files: none is lost, whichever way round its entities go and however many groups they are in."""
+"""Groups of mesh files: none is lost, whichever way round its entities go and however many groups
+they are in."""
 
 import re
 import sys
@@ -22,7 +23,9 @@ Curve Loop(1) = {1, 2, 3, -4, 5}; Plane Surface(1) = {1};
 def plate(folder, groups, version=4.1, binary=0, save_all=0):
     """A plate of 4 x 1 by gmsh, with these physical groups."""
     (folder / "plate.geo").write_text(f"{PLATE}{groups}\n")
-    with gmsh_with(**{"Mesh.MshFileVersion": version, "Mesh.Binary": binary, "Mesh.SaveAll": save_all}) as gmsh:
+    with gmsh_with(
+        **{"Mesh.MshFileVersion": version, "Mesh.Binary": binary, "Mesh.SaveAll": save_all}
+    ) as gmsh:
         gmsh.open(str(folder / "plate.geo"))
         gmsh.model.mesh.generate(2)
         gmsh.write(str(folder / "plate.msh"))
@@ -32,7 +35,10 @@ def plate(folder, groups, version=4.1, binary=0, save_all=0):
 def lengths(mesh):
     """Length of each boundary."""
     ends = {name: mesh.p[:, mesh.facets[:, facets]] for name, facets in mesh.boundaries.items()}
-    return {name: pytest.approx(float(np.linalg.norm(x[:, 1] - x[:, 0], axis=0).sum())) for name, x in ends.items()}
+    return {
+        name: pytest.approx(float(np.linalg.norm(x[:, 1] - x[:, 0], axis=0).sum()))
+        for name, x in ends.items()
+    }
 
 
 def area(mesh):
@@ -47,55 +53,94 @@ def test_reversed_curves_and_entities_of_two_groups_are_kept(tmp_path, version, 
     groups += 'Physical Curve("top") = {3, -4}; Physical Curve("turned") = {-4, -5}; Physical Curve(9) = {3}; Physical Point("corner") = {1};'
     mesh = plate(tmp_path, groups, version, binary)
     assert lengths(mesh) == {"top": 4.0, "bottom": 4.0, "turned": 3.0, "9": 2.0}
-    assert area(mesh) == pytest.approx(4.0) and {name: len(own) for name, own in mesh.subdomains.items()} == dict.fromkeys(
-        ["plate", "steel"], mesh.nelements
-    )
+    assert area(mesh) == pytest.approx(4.0) and {
+        name: len(own) for name, own in mesh.subdomains.items()
+    } == dict.fromkeys(["plate", "steel"], mesh.nelements)
     fo.Body(mesh)
 
 
 @pytest.mark.parametrize(("version", "binary"), FORMATS)
 def test_one_name_in_two_dimensions_is_a_body_and_a_boundary(tmp_path, version, binary):
-    mesh = plate(tmp_path, 'Physical Surface("pad", 7) = {1}; Physical Curve("pad", 3) = {2}; Physical Curve("low", 7) = {1};', version, binary)
+    mesh = plate(
+        tmp_path,
+        'Physical Surface("pad", 7) = {1}; Physical Curve("pad", 3) = {2}; Physical Curve("low", 7) = {1};',
+        version,
+        binary,
+    )
     assert lengths(mesh) == {"pad": 1.0, "low": 4.0} and list(mesh.subdomains) == ["pad"]
 
 
 @pytest.mark.parametrize(("version", "binary"), FORMATS)
 def test_a_body_whose_name_is_the_number_of_a_curve(tmp_path, version, binary):
-    mesh = plate(tmp_path, 'Physical Surface("3", 1) = {1}; Physical Curve(3) = {1};', version, binary)
+    mesh = plate(
+        tmp_path, 'Physical Surface("3", 1) = {1}; Physical Curve(3) = {1};', version, binary
+    )
     assert lengths(mesh) == {"3": 4.0} and list(mesh.subdomains) == ["3"]
 
 
 def test_what_is_in_no_group_needs_another_option_of_gmsh(tmp_path):
     groups = 'Physical Surface("plate") = {1}; Physical Curve("top") = {3, 4};'
-    with pytest.raises(fo.ModelError, match=r"meshio cannot read .*; in gmsh set Mesh.SaveAll = 0, and put each body"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"meshio cannot read .*; in gmsh set Mesh.SaveAll = 0, and put each body",
+    ):
         plate(tmp_path, groups, save_all=1)
-    with pytest.raises(fo.ModelError, match=r"'top': it names no faces; put the body beside it into a group too, and set Mesh.SaveAll = 0"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"'top': it names no faces; put the body beside it into a group too, and set Mesh.SaveAll = 0",
+    ):
         plate(tmp_path, groups, version=2.2, save_all=1)
     assert lengths(plate(tmp_path, groups)) == {"top": 4.0}
 
 
 def test_groups_of_curves_in_space_are_without_effect(tmp_path):
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
-    cells = [("tetra", np.array([[0, 1, 2, 3]])), ("triangle", np.array([[0, 1, 3]])), ("line", np.array([[0, 1]]))]
+    cells = [
+        ("tetra", np.array([[0, 1, 2, 3]])),
+        ("triangle", np.array([[0, 1, 3]])),
+        ("line", np.array([[0, 1]])),
+    ]
     tags = [np.array([4]), np.array([5]), np.array([6])]
-    data, names = {"gmsh:physical": tags, "gmsh:geometrical": tags}, {"body": [4, 3], "side": [5, 2], "rim": [6, 1]}
-    meshio.Mesh(points, cells, cell_data=data, field_data=names).write(tmp_path / "a.msh", file_format="gmsh22", binary=False)
+    data, names = (
+        {"gmsh:physical": tags, "gmsh:geometrical": tags},
+        {"body": [4, 3], "side": [5, 2], "rim": [6, 1]},
+    )
+    meshio.Mesh(points, cells, cell_data=data, field_data=names).write(
+        tmp_path / "a.msh", file_format="gmsh22", binary=False
+    )
     mesh = fo.read_mesh(tmp_path / "a.msh")
     assert list(mesh.boundaries) == ["side"] and list(mesh.subdomains) == ["body"]
 
 
 def test_other_versions_are_refused_by_number(tmp_path):
     groups = 'Physical Surface("plate") = {1};'
-    with pytest.raises(fo.ModelError, match=r"plate\.msh: it has version 4 of gmsh's format; save it in version 4.1 or 2.2"):
+    with pytest.raises(
+        fo.ModelError,
+        match=r"plate\.msh: it has version 4 of gmsh's format; save it in version 4.1 or 2.2",
+    ):
         plate(tmp_path, groups, version=4.0)
     assert list(plate(tmp_path, groups).subdomains) == ["plate"]
 
 
 def test_numbers_of_groups_with_a_minus_are_those_of_the_groups(tmp_path):
-    """Version 2.2, as other codes write it: sides 1 and 2 of a square are in group 7, one of them with a minus."""
+    """Version 2.2, as other codes write it: sides 1 and 2 of a square are in group 7, one of them
+    with a minus."""
     rows = ["1 1 2 7 1 1 2", "2 1 2 -7 2 2 3", "3 3 2 1 1 1 2 3 4"]
-    text = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", "4", "1 0 0 0", "2 1 0 0", "3 1 1 0", "4 0 1 0", "$EndNodes"]
-    (tmp_path / "a.msh").write_text("\n".join([*text, "$Elements", "3", *rows, "$EndElements"]) + "\n")
+    text = [
+        "$MeshFormat",
+        "2.2 0 8",
+        "$EndMeshFormat",
+        "$Nodes",
+        "4",
+        "1 0 0 0",
+        "2 1 0 0",
+        "3 1 1 0",
+        "4 0 1 0",
+        "$EndNodes",
+    ]
+    (tmp_path / "a.msh").write_text(
+        "\n".join([*text, "$Elements", "3", *rows, "$EndElements"]) + "\n"
+    )
     assert lengths(fo.read_mesh(tmp_path / "a.msh")) == {"7": 2.0}
 
 
@@ -104,24 +149,45 @@ def test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh(tmp_path):
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
     cells = [("tetra", np.array([[0, 1, 2, 3], [0, 2, 1, 4]])), ("triangle", np.array([[0, 1, 3]]))]
     mesh = meshio.Mesh(
-        points, cells, cell_data={"cell_tags": [np.array([-1, -2]), np.array([-3])]}, point_data={"point_tags": np.array([1, 0, 1, 1, 0])}
+        points,
+        cells,
+        cell_data={"cell_tags": [np.array([-1, -2]), np.array([-3])]},
+        point_data={"point_tags": np.array([1, 0, 1, 1, 0])},
     )
-    mesh.cell_tags, mesh.point_tags = {-1: ["high", "all"], -2: ["low", "all"], -3: ["side"]}, {1: ["wall"]}
+    mesh.cell_tags, mesh.point_tags = (
+        {-1: ["high", "all"], -2: ["low", "all"], -3: ["side"]},
+        {1: ["wall"]},
+    )
     meshio.write(tmp_path / "two.med", mesh)
     found = fo.read_mesh(tmp_path / "two.med")
-    assert {name: own.tolist() for name, own in found.subdomains.items()} == {"high": [0], "low": [1], "all": [0, 1]}
-    middles = {name: found.p[:, found.facets[:, own]].mean(axis=1).T.tolist() for name, own in found.boundaries.items()}
-    assert middles == {"side": [pytest.approx([1 / 3, 0, 1 / 3])], "wall": [pytest.approx([0, 1 / 3, 1 / 3])]}
+    assert {name: own.tolist() for name, own in found.subdomains.items()} == {
+        "high": [0],
+        "low": [1],
+        "all": [0, 1],
+    }
+    middles = {
+        name: found.p[:, found.facets[:, own]].mean(axis=1).T.tolist()
+        for name, own in found.boundaries.items()
+    }
+    assert middles == {
+        "side": [pytest.approx([1 / 3, 0, 1 / 3])],
+        "wall": [pytest.approx([0, 1 / 3, 1 / 3])],
+    }
 
 
 def test_a_library_that_a_format_needs_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.med").write_bytes(b"")
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(fo.ModelError, match=r"meshio needs h5py for .*a\.med'; python -m pip install h5py"):
+    with pytest.raises(
+        fo.ModelError, match=r"meshio needs h5py for .*a\.med'; python -m pip install h5py"
+    ):
         fo.read_mesh(tmp_path / "a.med")
 
 
-@pytest.mark.parametrize(("ending", "title"), [("mesh", "medit:ref"), ("avs", "avsucd:material"), ("vtu", "gmsh:physical")])
+@pytest.mark.parametrize(
+    ("ending", "title"),
+    [("mesh", "medit:ref"), ("avs", "avsucd:material"), ("vtu", "gmsh:physical")],
+)
 def test_numbers_of_groups_of_other_formats_are_names(tmp_path, ending, title):
     points = np.array([(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1)], dtype=float)
     cells = [("quad", np.array([[0, 1, 4, 5], [1, 2, 3, 4]])), ("line", np.array([[0, 1], [2, 3]]))]
@@ -148,4 +214,6 @@ TRIED = {  # rows of the page of formats, and the tests that try them
 
 
 def test_each_row_of_the_page_is_tried():
-    assert re.findall(r"^\| (.*?) \| (?:kept|refused|without effect) \|", section("Mesh files"), re.MULTILINE) == list(TRIED)
+    assert re.findall(
+        r"^\| (.*?) \| (?:kept|refused|without effect) \|", section("Mesh files"), re.MULTILINE
+    ) == list(TRIED)

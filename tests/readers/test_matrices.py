@@ -1,4 +1,5 @@
-"""Matrices of CalculiX and Abaqus: against scikit-fem's own elements, and every way in which the files can be wrong."""
+"""Matrices of CalculiX and Abaqus: against scikit-fem's own elements, and every way in which the
+files can be wrong."""
 
 import gzip
 import shutil
@@ -18,28 +19,43 @@ DATA = Path(__file__).parents[1] / "data"
 def test_the_matrix_is_that_of_the_same_mesh_assembled_here(request, name, E):
     job = request.getfixturevalue(name)
     basis = Basis(job.mesh, ElementVector(job.mesh.elem()))
-    K, row, free = linear_elasticity(*lame_parameters(E, 0.3)).assemble(basis), np.empty(len(job.labels), dtype=int), job.unknowns >= 0
+    K, row, free = (
+        linear_elasticity(*lame_parameters(E, 0.3)).assemble(basis),
+        np.empty(len(job.labels), dtype=int),
+        job.unknowns >= 0,
+    )
     row[job.unknowns[free]] = basis.nodal_dofs.T[free]
-    assert job.labels.shape == (len(row), 2) and job.unknowns.shape == job.points.shape and abs(job.K - K[row][:, row]).max() < 1e-11 * abs(K).max()
+    assert (
+        job.labels.shape == (len(row), 2)
+        and job.unknowns.shape == job.points.shape
+        and abs(job.K - K[row][:, row]).max() < 1e-11 * abs(K).max()
+    )
 
 
 def test_held_displacements_are_the_ones_of_the_deck(flat, cube):
     held = flat.unknowns < 0
-    assert held.all(axis=1).nonzero()[0].tolist() == sorted(flat.nodes("N_BOTTOM")) and held.sum() == 2 * len(flat.nodes("N_BOTTOM"))
+    assert held.all(axis=1).nonzero()[0].tolist() == sorted(
+        flat.nodes("N_BOTTOM")
+    ) and held.sum() == 2 * len(flat.nodes("N_BOTTOM"))
     assert np.array_equal((cube.unknowns < 0).any(axis=1), cube.points[:, 2] == -3)
 
 
 def test_pairs_coincide_and_follow_the_face(flat):
     pairs = flat.pairs("N_CONTACT_PUNCH", "n_contact_block")  # decks do not tell cases apart
     assert np.allclose(flat.points[pairs[:, 0]], flat.points[pairs[:, 1]], rtol=0, atol=1e-10)
-    assert set(pairs[:, 0]) == set(flat.nodes("N_CONTACT_PUNCH")) and set(pairs[:, 1]) == set(flat.nodes("N_CONTACT_BLOCK"))
+    assert set(pairs[:, 0]) == set(flat.nodes("N_CONTACT_PUNCH")) and set(pairs[:, 1]) == set(
+        flat.nodes("N_CONTACT_BLOCK")
+    )
     assert (np.diff(flat.points[pairs[:, 1], 0]) > 0).all()
     assert np.array_equal(flat.normals(pairs[:, 1]), np.tile([0.0, 1.0], (26, 1)))
 
 
 def test_forces_are_those_of_the_traction(flat):
     top = flat.nodes("N_TOP")
-    down, pressure, shear = (flat.force("N_TOP", **load) for load in ({"traction": [0.0, -1.0]}, {"pressure": 1.0}, {"traction": [1.0, 0.0]}))
+    down, pressure, shear = (
+        flat.force("N_TOP", **load)
+        for load in ({"traction": [0.0, -1.0]}, {"pressure": 1.0}, {"traction": [1.0, 0.0]})
+    )
     assert np.allclose(down, pressure, atol=1e-14)
     assert shear.sum() == pytest.approx(10.0) and down.sum() == pytest.approx(-10.0)
     x = np.sort(flat.points[top, 0])
@@ -59,27 +75,46 @@ def test_forces_on_faces_of_bricks(cube):
     pull = [cube.force(np.flatnonzero(side), pressure=-1.0) for side in sides]
     held = cube.points[:, 2] == -3
     share = np.array([[-f[cube.unknowns[~held & side, 0]].sum() for f in pull] for side in sides])
-    assert share[0, 0] == pytest.approx(-share[1, 1]) and share[0, 0] > 0 and share[0, 1] == share[1, 0] == 0
+    assert (
+        share[0, 0] == pytest.approx(-share[1, 1])
+        and share[0, 0] > 0
+        and share[0, 1] == share[1, 0] == 0
+    )
 
 
 def test_normals_of_a_round_face_point_outwards(tmp_path):
     """A ring of quadrilaterals: by symmetry each node's normal is radial."""
     n = 12
     angle = 2 * np.pi * np.arange(n) / n
-    inner, outer = np.column_stack([np.cos(angle), np.sin(angle)]), 2 * np.column_stack([np.cos(angle), np.sin(angle)])
-    lines = ["*Node", *(f"{i + 1}, {x:.16f}, {y:.16f}" for i, (x, y) in enumerate([*inner, *outer])), "*Element, type=cpe4, elset=ring"]
-    lines += [f"{i + 1}, {i + 1}, {n + i + 1}, {n + (i + 1) % n + 1}, {(i + 1) % n + 1}" for i in range(n)]
+    inner, outer = (
+        np.column_stack([np.cos(angle), np.sin(angle)]),
+        2 * np.column_stack([np.cos(angle), np.sin(angle)]),
+    )
+    lines = [
+        "*Node",
+        *(f"{i + 1}, {x:.16f}, {y:.16f}" for i, (x, y) in enumerate([*inner, *outer])),
+        "*Element, type=cpe4, elset=ring",
+    ]
+    lines += [
+        f"{i + 1}, {i + 1}, {n + i + 1}, {n + (i + 1) % n + 1}, {(i + 1) % n + 1}" for i in range(n)
+    ]
     lines += ["*Nset, nset=hole, generate", f"1, {n}, 1"]
     stiffness(tmp_path, 2 * 2 * n, lines)
     job = fo.read_calculix(tmp_path / "job")
     assert np.allclose(job.normals("hole"), -inner, atol=1e-14)
-    assert np.allclose(job.force("hole", pressure=1.0)[job.unknowns[:n]], inner * 2 * np.sin(np.pi / n) * np.cos(np.pi / n), atol=1e-14)
+    assert np.allclose(
+        job.force("hole", pressure=1.0)[job.unknowns[:n]],
+        inner * 2 * np.sin(np.pi / n) * np.cos(np.pi / n),
+        atol=1e-14,
+    )
 
 
 def stiffness(folder, size, deck=(), labels=None):
     """A job of a diagonal matrix."""
     (folder / "job.sti").write_text("".join(f"{i} {i}  1.0\n" for i in range(1, size + 1)))
-    (folder / "job.dof").write_text("".join(f"{i // 2 + 1}.{i % 2 + 1}\n" for i in range(size)) if labels is None else labels)
+    (folder / "job.dof").write_text(
+        "".join(f"{i // 2 + 1}.{i % 2 + 1}\n" for i in range(size)) if labels is None else labels
+    )
     if deck:
         (folder / "job.inp").write_text("\n".join(deck) + "\n")
 
@@ -105,26 +140,49 @@ Left, 30
 *ELSET, ELSET=ALL
 first, SECOND
 """
-MORE = "*NODE\n30, 1., 0.\n40, 1., 1.\n50, 2.\n60, 2., 1.\n*NSET, NSET=RIGHT, GENERATE\n50, 60, 10\n"
+MORE = (
+    "*NODE\n30, 1., 0.\n40, 1., 1.\n50, 2.\n60, 2., 1.\n*NSET, NSET=RIGHT, GENERATE\n50, 60, 10\n"
+)
 
 
 @pytest.fixture
 def squares(tmp_path):
     (tmp_path / "job.inp").write_text(SQUARES)
     (tmp_path / "more.nod").write_text(MORE)
-    stiffness(tmp_path, 12, labels="".join(f"{node}.{direction}\n" for node in (10, 20, 30, 40, 50, 60) for direction in (1, 2)))
+    stiffness(
+        tmp_path,
+        12,
+        labels="".join(
+            f"{node}.{direction}\n" for node in (10, 20, 30, 40, 50, 60) for direction in (1, 2)
+        ),
+    )
     return tmp_path
 
 
 def test_decks_are_read_as_written(squares):
     deck = fo.read_calculix(squares / "job").deck
     assert deck.numbers.tolist() == [10, 20, 30, 40, 50, 60]
-    assert deck.points.tolist() == [[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0]]
+    assert deck.points.tolist() == [
+        [0, 0, 0],
+        [0, 1, 0],
+        [1, 0, 0],
+        [1, 1, 0],
+        [2, 0, 0],
+        [2, 1, 0],
+    ]
     sets = {name: deck.numbers[rows].tolist() for name, rows in deck.sets.items()}
     assert sets == {"LEFT": [10, 20, 30], "RIGHT": [50, 60], "BOTH": [10, 20, 30, 40]}
     shape, numbers, nodes = deck.shaped()
-    assert (shape, numbers.tolist(), deck.numbers[nodes].tolist()) == ("quad", [1, 7], [[10, 30, 40, 20], [30, 50, 60, 40]])
-    assert {name: found.tolist() for name, found in deck.element_sets.items()} == {"FIRST": [1], "SECOND": [7], "ALL": [1, 7]}
+    assert (shape, numbers.tolist(), deck.numbers[nodes].tolist()) == (
+        "quad",
+        [1, 7],
+        [[10, 30, 40, 20], [30, 50, 60, 40]],
+    )
+    assert {name: found.tolist() for name, found in deck.element_sets.items()} == {
+        "FIRST": [1],
+        "SECOND": [7],
+        "ALL": [1, 7],
+    }
 
 
 def test_surfaces_name_their_nodes(squares):
@@ -133,13 +191,17 @@ def test_surfaces_name_their_nodes(squares):
     named += "*SURFACE, NAME=Around\nALL, S3\n1, S4\n7, S1\n*ELEMENT, TYPE=MASS, ELSET=HEAVY\n99, 10\n*SURFACE, NAME=Lost\nHEAVY, S1"
     (squares / "job.inp").write_text(SQUARES + named)
     job = fo.read_calculix(squares / "job")
-    assert {name: job.deck.numbers[job.nodes(name)].tolist() for name in ("side", "NODES", "RIGHT")} == {
+    assert {
+        name: job.deck.numbers[job.nodes(name)].tolist() for name in ("side", "NODES", "RIGHT")
+    } == {
         "side": [10, 20],
         "NODES": [50, 60, 10],
         "RIGHT": [50, 60],
     }
     assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
-    with pytest.raises(fo.ModelError, match="'AROUND': other facets lie between its nodes too"):  # the end at x = 2
+    with pytest.raises(
+        fo.ModelError, match="'AROUND': other facets lie between its nodes too"
+    ):  # the end at x = 2
         job.nodes("around")
     with pytest.raises(fo.ModelError, match="'LOST': no solid of the deck has one of its faces"):
         job.nodes("lost")
@@ -166,16 +228,27 @@ def test_decks_that_say_the_same_are_the_same(squares, old, new):
     plain = fo.read_calculix(squares / "job").deck
     (squares / "job.inp").write_text(SQUARES.replace(old, new))
     deck = fo.read_calculix(squares / "job").deck
-    assert deck.numbers.tolist() == plain.numbers.tolist() and deck.points.tolist() == plain.points.tolist()
-    assert {name: sorted(rows) for name, rows in deck.sets.items()} == {name: sorted(rows) for name, rows in plain.sets.items()}
+    assert (
+        deck.numbers.tolist() == plain.numbers.tolist()
+        and deck.points.tolist() == plain.points.tolist()
+    )
+    assert {name: sorted(rows) for name, rows in deck.sets.items()} == {
+        name: sorted(rows) for name, rows in plain.sets.items()
+    }
 
 
 UNUSED = [
     ("*node", "*part, name=a\n*node"),
-    ("*NSET, NSET=Both", "*contact pair, interaction=i\ns_up, s_low\n*step, nlgeom\n*NSET, NSET=Both"),
+    (
+        "*NSET, NSET=Both",
+        "*contact pair, interaction=i\ns_up, s_low\n*step, nlgeom\n*NSET, NSET=Both",
+    ),
     ("*node, nset=Left", "*system\n*node, nset=Left, system=r"),
     ("*NSET, NSET=Both", "*instance, name=a-1, part=a\n 0., 0., 0.\n*NSET, NSET=Both"),
-    ("*NSET, NSET=Both", "*ELEMENT, TYPE=MASS\n1, 10\n*ELEMENT, TYPE=U1\n9, 10, 20, 30,\n40, 50\n*NSET, NSET=Both"),  # two lines of nodes
+    (
+        "*NSET, NSET=Both",
+        "*ELEMENT, TYPE=MASS\n1, 10\n*ELEMENT, TYPE=U1\n9, 10, 20, 30,\n40, 50\n*NSET, NSET=Both",
+    ),  # two lines of nodes
 ]
 
 
@@ -190,30 +263,85 @@ def test_forces_and_areas_of_axisymmetric_elements_are_refused(squares):
     job = fo.read_calculix(squares / "job")
     with pytest.raises(fo.ModelError, match="force: elements CAX4 are axisymmetric"):
         job.force("LEFT", pressure=1.0)
-    with pytest.raises(fo.ModelError, match="areas: elements CAX4 are axisymmetric; give condense the areas of whole circumferences"):
+    with pytest.raises(
+        fo.ModelError,
+        match="areas: elements CAX4 are axisymmetric; give condense the areas of whole circumferences",
+    ):
         job.areas("LEFT")
 
 
-DAMAGED = [  # file, text, what stands in its place (None: of the whole file; no text: at its end; nothing: it is missing), message
-    ("job.inp", "20, 0., 1.D0", "10, 0., 1.", r"node 10 is defined twice.*flat deck.* \(Abaqus/CAE: "),
+# file, text, what stands in its place (None: of the whole file; no text: at its end; nothing: it is
+# missing), message
+DAMAGED = [
+    (
+        "job.inp",
+        "20, 0., 1.D0",
+        "10, 0., 1.",
+        r"node 10 is defined twice.*flat deck.* \(Abaqus/CAE: ",
+    ),
     ("job.inp", "20, 0., 1.D0", "20, 0., one", "cannot be read"),
     ("job.inp", "40, 20\n", "40, 21\n", "elements CPS4R names node 21"),
     ("job.inp", "Left, 30", "Both, 30", "'BOTH' names 'BOTH'"),
-    ("job.inp", "*HEADING", "*SYSTEM\n1., 0., 0., 1., 1., 0.\n*HEADING", "block \\*SYSTEM .*in the global directions"),
-    ("job.inp", "*HEADING", "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n*HEADING", "block \\*TRANSFORM NSET=LEFT .*in the global directions"),
-    ("job.inp", "7, 30, 50, 60, 40", "1, 30, 50, 60, 40", r"element 1 is defined twice.*flat deck.* \(Abaqus/CAE: "),
-    ("job.inp", "*NSET, NSET=Both\nLeft, 30\n40,", "*NSET, NSET=Both, GENERATE\n10, 20\n40, 30, 10", r"it goes from 40 to 30 by 10, which is not up"),
-    ("job.inp", "*NSET, NSET=Both\nLeft, 30\n40,", "*NSET, NSET=Both, GENERATE\n40, 10, -10", r"it goes from 40 to 10 by -10, which is not up"),
-    ("job.inp", "*NSET, NSET=LEFT", "*NSET, NSET=LEFT, ELSET=NONE", "set 'LEFT of nodes' names 'NONE', which is no other set"),
-    ("job.inp", "*NSET, NSET=Both", "*ELGEN, ELSET=first\n1, 2, 20\n*NSET, NSET=Both", r"\*ELGEN ELSET=FIRST makes or moves .* not listed"),
-    ("job.inp", "*NSET, NSET=Both", "*NODE, INPUT=more.nod\n*NSET, NSET=Both", r"\*NODE INPUT=MORE.NOD makes or moves .* not listed"),
+    (
+        "job.inp",
+        "*HEADING",
+        "*SYSTEM\n1., 0., 0., 1., 1., 0.\n*HEADING",
+        "block \\*SYSTEM .*in the global directions",
+    ),
+    (
+        "job.inp",
+        "*HEADING",
+        "*TRANSFORM, NSET=LEFT\n0., 1., 0., -1., 0., 0.\n*HEADING",
+        "block \\*TRANSFORM NSET=LEFT .*in the global directions",
+    ),
+    (
+        "job.inp",
+        "7, 30, 50, 60, 40",
+        "1, 30, 50, 60, 40",
+        r"element 1 is defined twice.*flat deck.* \(Abaqus/CAE: ",
+    ),
+    (
+        "job.inp",
+        "*NSET, NSET=Both\nLeft, 30\n40,",
+        "*NSET, NSET=Both, GENERATE\n10, 20\n40, 30, 10",
+        r"it goes from 40 to 30 by 10, which is not up",
+    ),
+    (
+        "job.inp",
+        "*NSET, NSET=Both\nLeft, 30\n40,",
+        "*NSET, NSET=Both, GENERATE\n40, 10, -10",
+        r"it goes from 40 to 10 by -10, which is not up",
+    ),
+    (
+        "job.inp",
+        "*NSET, NSET=LEFT",
+        "*NSET, NSET=LEFT, ELSET=NONE",
+        "set 'LEFT of nodes' names 'NONE', which is no other set",
+    ),
+    (
+        "job.inp",
+        "*NSET, NSET=Both",
+        "*ELGEN, ELSET=first\n1, 2, 20\n*NSET, NSET=Both",
+        r"\*ELGEN ELSET=FIRST makes or moves .* not listed",
+    ),
+    (
+        "job.inp",
+        "*NSET, NSET=Both",
+        "*NODE, INPUT=more.nod\n*NSET, NSET=Both",
+        r"\*NODE INPUT=MORE.NOD makes or moves .* not listed",
+    ),
     (
         "job.inp",
         "*NSET, NSET=Both",
         "*INSTANCE, NAME=i, PART=p\n1., 0.\n*NSET, NSET=Both",
         r"\*INSTANCE NAME=I, PART=P makes or moves .*flat deck.* \(Abaqus/CAE: ",
     ),
-    ("job.inp", "TYPE=CPS4R, ELSET=second", "ELSET=second", "block \\*ELEMENT ELSET=SECOND cannot be read"),
+    (
+        "job.inp",
+        "TYPE=CPS4R, ELSET=second",
+        "ELSET=second",
+        "block \\*ELEMENT ELSET=SECOND cannot be read",
+    ),
     ("job.inp", None, "*HEADING\n", "no nodes"),
     ("more.nod", None, "*INCLUDE, INPUT=more.nod\n", "includes itself"),
     ("job.sti", None, None, "job.sti"),
@@ -223,7 +351,12 @@ DAMAGED = [  # file, text, what stands in its place (None: of the whole file; no
     ("job.sti", None, "1 1 1.0\n1 2 one\n", "entries that are no numbers"),
     ("job.sti", "", "12 12 2.0\n", "entries are given twice"),
     ("job.sti", "", "1 2 inf\n", "entry 13 is not finite"),
-    ("job.inp", "", "*CONTACT PAIR, INTERACTION=I\nS_UP, S_LOW\n*step, nlgeom, perturbation\n", r"springs of each \*CONTACT PAIR"),
+    (
+        "job.inp",
+        "",
+        "*CONTACT PAIR, INTERACTION=I\nS_UP, S_LOW\n*step, nlgeom, perturbation\n",
+        r"springs of each \*CONTACT PAIR",
+    ),
     ("job.sti", "", "1 2 0.5\n2 1 0.4\n", r"not symmetric, K\[\d, \d\] = 0.\d but"),
 ]
 
@@ -234,20 +367,26 @@ def test_damaged_files_are_refused(squares, name, old, new, said):
     (squares / name).unlink()
     assert old is None or old in text
     if new:
-        (squares / name).write_text(new if old is None else text.replace(old, new) if old else text + new)
+        (squares / name).write_text(
+            new if old is None else text.replace(old, new) if old else text + new
+        )
     with pytest.raises(fo.ModelError, match=said):
         fo.read_calculix(squares / "job")
 
 
 LACKS = {
-    "node set 'N_CONTACT': unknown, or it has no nodes; this deck names": lambda job: job.force("N_CONTACT", pressure=1.0),
+    "node set 'N_CONTACT': unknown, or it has no nodes; this deck names": lambda job: job.force(
+        "N_CONTACT", pressure=1.0
+    ),
     "3 and 2 nodes": lambda job: job.pairs("LEFT", "RIGHT"),
     "nodes in common": lambda job: job.pairs("LEFT", "LEFT"),
     "node 10 is the nearest one to several": lambda job: job.pairs([0, 1], [2, 4]),
     "no facet of the outline": lambda job: job.force([0, 5], pressure=1.0),
     "node 60 lies on no facet": lambda job: job.normals([0, 1, 5]),
     "this job has none": lambda job: fo.MatrixJob(job.K, job.labels).points,
-    r"node 70 .*is not in it": lambda job: fo.MatrixJob(job.K, job.labels + [[10, 0]], job.deck).unknowns,
+    r"node 70 .*is not in it": lambda job: (
+        fo.MatrixJob(job.K, job.labels + [[10, 0]], job.deck).unknowns
+    ),
 }
 
 
@@ -276,20 +415,29 @@ def test_compressed_or_binary_files_are_refused(tmp_path):
 
 
 def test_the_limit_is_that_of_the_same_mesh_assembled_here(flat):
-    """The number in the README of the data: mean pressure 100 on the punch, shear to and fro, f = 0.5."""
+    """The number in the README of the data: mean pressure 100 on the punch, shear to and fro, f =
+    0.5."""
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     read = fo.condense(flat.K, loads, pairs, flat.normals(pairs[:, 1]), flat.unknowns, flat.points)
     mesh = fo.read_mesh(DATA / "flat.inp")
     material, upper = fo.Material(E=210_000.0, nu=0.3), mesh.p[1, mesh.t].mean(axis=0) > 0
-    bodies = {name: fo.Body(mesh.restrict(np.flatnonzero(part)), material) for name, part in (("punch", upper), ("block", ~upper))}
+    bodies = {
+        name: fo.Body(mesh.restrict(np.flatnonzero(part)), material)
+        for name, part in (("punch", upper), ("block", ~upper))
+    }
     here = fo.ContactModel(
         bodies=bodies,
         contacts=[fo.Contact("punch", "block", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK")],
         supports=[fo.Support("block", "N_BOTTOM")],
-        loads={"P": [fo.Traction("punch", "N_TOP", y=-1.0)], "Q": [fo.Traction("punch", "N_TOP", x=1.0)]},
+        loads={
+            "P": [fo.Traction("punch", "N_TOP", y=-1.0)],
+            "Q": [fo.Traction("punch", "N_TOP", x=1.0)],
+        },
     ).condense()
     assert np.abs(read.S - here.S).max() < 1e-10 * np.abs(here.S).max()
     cycle = fo.LoadCycle({"P": 100.0}, [{"Q": 1.0}, {"Q": -1.0}])
     limits = [fo.shakedown_limit(system, cycle, 0.5).load_factor for system in (read, here)]
-    assert limits[0] == pytest.approx(limits[1], rel=1e-10) and limits[0] == pytest.approx(20.0483360471, abs=1e-9)
+    assert limits[0] == pytest.approx(limits[1], rel=1e-10) and limits[0] == pytest.approx(
+        20.0483360471, abs=1e-9
+    )

@@ -33,13 +33,19 @@ MODE = """
 
 def test_modes_stand_in_the_order_of_the_rows(tmp_path):
     (tmp_path / "job.dat").write_text(MODE)
-    job = fo.MatrixJob(csr_matrix(np.eye(4)), [[9, 2], [7, 1], [9, 1], [7, 2]], {7: (0.0, 0.0), 9: (1.0, 0.0)})
+    job = fo.MatrixJob(
+        csr_matrix(np.eye(4)), [[9, 2], [7, 1], [9, 1], [7, 2]], {7: (0.0, 0.0), 9: (1.0, 0.0)}
+    )
     frequencies, shapes = job.modes(tmp_path / "job.dat")
     assert frequencies.tolist() == [0.3183099] and shapes.tolist() == [[-0.3, 1.5, 2.5e-103, -0.2]]
 
 
 @refused(
-    ("", [[7, 1]], r"modes: .*job\.dat' has 0 frequencies and 0 modes; give the .dat of a step of \*FREQUENCY with \*NODE PRINT"),
+    (
+        "",
+        [[7, 1]],
+        r"modes: .*job\.dat' has 0 frequencies and 0 modes; give the .dat of a step of \*FREQUENCY with \*NODE PRINT",
+    ),
     (MODE.replace("N U M B E R", "-"), [[7, 1]], "has 1 frequencies and 0 modes"),
     (MODE, [[7, 1], [8, 1]], "has no displacement of node 8 of the matrix; print U of all nodes"),
     (MODE.replace("displacements", "forces"), [[7, 1]], "has no displacement of node 7"),
@@ -49,4 +55,6 @@ def test_modes_stand_in_the_order_of_the_rows(tmp_path):
 def test_files_without_modes_are_refused(text, labels, tmp_path):
     if text is not None:
         (tmp_path / "job.dat").write_text(text)
-    fo.MatrixJob(csr_matrix(np.eye(len(labels))), labels, {7: (0.0, 0.0), 8: (1.0, 0.0)}).modes(tmp_path / "job.dat")
+    fo.MatrixJob(csr_matrix(np.eye(len(labels))), labels, {7: (0.0, 0.0), 8: (1.0, 0.0)}).modes(
+        tmp_path / "job.dat"
+    )

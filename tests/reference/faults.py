@@ -48,8 +48,12 @@ FAULTS = (
     Fault(
         "reference/half_spaces.py",
         "a force drags its neighbours aside the wrong way",
-        old=("[[(1 - nu) * normal + nu * along, nu * mixed], [nu * mixed, (1 - nu) * normal + nu * across]]"),
-        new=("[[(1 - nu) * normal + nu * along, -nu * mixed], [-nu * mixed, (1 - nu) * normal + nu * across]]"),
+        old=(
+            "[[(1 - nu) * normal + nu * along, nu * mixed], [nu * mixed, (1 - nu) * normal + nu * across]]"
+        ),
+        new=(
+            "[[(1 - nu) * normal + nu * along, -nu * mixed], [-nu * mixed, (1 - nu) * normal + nu * across]]"
+        ),
         tests="reference_line_contact::test_influence_in_space_is_far_away_that_of_point_forces",
     ),
 )

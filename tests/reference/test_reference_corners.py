@@ -1,4 +1,5 @@
-"""Corner modes against finite differences of their Airy function and against complex potentials, which share no formula with them."""
+"""Corner modes against finite differences of their Airy function and against complex potentials,
+which share no formula with them."""
 
 from functools import partial
 
@@ -12,11 +13,15 @@ MODES = pytest.mark.parametrize("mode", bonded_corner(), ids=("symmetric", "anti
 
 
 def potentials(exponent, theta, kolosov=1.8):
-    """Columns: (s_tt, s_rt, u_r, u_t) at r = 1 of Kolosov-Muskhelishvili potentials `a z^l`, `b z^l` for a = 1, i and b = 1, i; 2 mu = 1."""
+    """Columns: (s_tt, s_rt, u_r, u_t) at r = 1 of Kolosov-Muskhelishvili potentials `a z^l`, `b
+    z^l` for a = 1, i and b = 1, i; 2 mu = 1."""
     z = np.exp(1j * theta)
     columns = []
     for a, b in [(1, 0), (1j, 0), (0, 1), (0, 1j)]:
-        first, first_d, first_dd = (a * c * z ** (exponent - k) for k, c in enumerate((1, exponent, exponent * (exponent - 1))))
+        first, first_d, first_dd = (
+            a * c * z ** (exponent - k)
+            for k, c in enumerate((1, exponent, exponent * (exponent - 1)))
+        )
         second, second_d = b * z**exponent, b * exponent * z ** (exponent - 1)
         traction = first_d + np.conj(first_d) + z**2 * (np.conj(z) * first_dd + second_d)
         displacement = (kolosov * first - z * np.conj(first_d) - np.conj(second)) / z
@@ -25,7 +30,8 @@ def potentials(exponent, theta, kolosov=1.8):
 
 
 def least_singular_value(matrix):
-    """Least singular value after scaling rows and columns, so that it is small only where the determinant vanishes."""
+    """Least singular value after scaling rows and columns, so that it is small only where the
+    determinant vanishes."""
     matrix = matrix / np.linalg.norm(matrix, axis=1)[:, None]
     return np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0), compute_uv=False)[-1]
 
@@ -36,8 +42,11 @@ def bonded_matrix(exponent):
 
 
 def sliding_matrix(exponent, ratio, kolosov=1.8):
-    """Eight conditions of punch (quarter-plane above) and block (half-plane below), interface theta = 0, `s_rt = ratio * s_tt`."""
-    interface, punch, block = (potentials(exponent, theta, kolosov) for theta in (0, np.pi / 2, -np.pi))
+    """Eight conditions of punch (quarter-plane above) and block (half-plane below), interface theta
+    = 0, `s_rt = ratio * s_tt`."""
+    interface, punch, block = (
+        potentials(exponent, theta, kolosov) for theta in (0, np.pi / 2, -np.pi)
+    )
     none = np.zeros((2, 4))
     free = np.vstack([np.hstack([punch[:2], none]), np.hstack([none, block[:2]])])
     continuous = np.hstack([interface[[0, 1, 3]], -interface[[0, 1, 3]]])
@@ -58,14 +67,20 @@ def airy(mode, r, theta):
 def test_bonded_stresses_are_derivatives_of_the_airy_function(mode):
     h = 1e-3
     for x, y in [(1.0, 0.3), (-0.4, 0.9), (0.2, -1.1)]:
-        phi = {(i, j): cartesian(partial(airy, mode), x + i * h, y + j * h) for i in (-1, 0, 1) for j in (-1, 0, 1)}
+        phi = {
+            (i, j): cartesian(partial(airy, mode), x + i * h, y + j * h)
+            for i in (-1, 0, 1)
+            for j in (-1, 0, 1)
+        }
         s_yy = (phi[1, 0] - 2 * phi[0, 0] + phi[-1, 0]) / h**2
         s_xx = (phi[0, 1] - 2 * phi[0, 0] + phi[0, -1]) / h**2
         s_xy = -(phi[1, 1] - phi[1, -1] - phi[-1, 1] + phi[-1, -1]) / (4 * h**2)
         theta = np.arctan2(y, x)
         turn = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
         polar = turn @ np.array([[s_xx, s_xy], [s_xy, s_yy]]) @ turn.T
-        assert cartesian(mode.stress, x, y) == pytest.approx((polar[0, 0], polar[1, 1], polar[0, 1]), abs=1e-5)
+        assert cartesian(mode.stress, x, y) == pytest.approx(
+            (polar[0, 0], polar[1, 1], polar[0, 1]), abs=1e-5
+        )
 
 
 @MODES
@@ -73,7 +88,9 @@ def test_bonded_faces_are_free_and_the_mode_is_not_zero(mode):
     for side in (1, -1):
         _, s_tt, s_rt = mode.stress([0.1, 1.0, 7.0], side * HALF_ANGLE)
         assert np.abs([s_tt, s_rt]).max() < 1e-12
-        slope = (airy(mode, 1.0, side * HALF_ANGLE + 1e-5) - airy(mode, 1.0, side * HALF_ANGLE - 1e-5)) / 2e-5
+        slope = (
+            airy(mode, 1.0, side * HALF_ANGLE + 1e-5) - airy(mode, 1.0, side * HALF_ANGLE - 1e-5)
+        ) / 2e-5
         assert abs(slope) < 1e-9
     assert abs(mode.stress(1.0, INTERFACE)[1]) > 0.1
 
@@ -81,7 +98,9 @@ def test_bonded_faces_are_free_and_the_mode_is_not_zero(mode):
 def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
     exponents = np.linspace(0.02, 0.98, 2001)
     values = np.array([least_singular_value(bonded_matrix(trial)) for trial in exponents])
-    dips = exponents[1:-1][(values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]) & (values[1:-1] < 1e-2)]
+    dips = exponents[1:-1][
+        (values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]) & (values[1:-1] < 1e-2)
+    ]
     assert dips == pytest.approx([mode.exponent for mode in bonded_corner()], abs=5e-4)
     for mode in bonded_corner():
         matrix = bonded_matrix(mode.exponent)
@@ -91,7 +110,16 @@ def test_bonded_exponents_and_ratios_agree_with_complex_potentials():
 
 
 @pytest.mark.parametrize(
-    ("f", "slip"), [(0, "outward"), (0.2, "outward"), (0.7, "outward"), (1.9, "outward"), (0, "inward"), (0.1, "inward"), (0.3, "inward")]
+    ("f", "slip"),
+    [
+        (0, "outward"),
+        (0.2, "outward"),
+        (0.7, "outward"),
+        (1.9, "outward"),
+        (0, "inward"),
+        (0.1, "inward"),
+        (0.3, "inward"),
+    ],
 )
 def test_sliding_exponent_is_the_leading_root_of_the_eight_conditions(f, slip):
     ratio = f if slip == "outward" else -f

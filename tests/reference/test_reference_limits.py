@@ -1,4 +1,5 @@
-"""Closed-form limits against published instances and against linear programs written from Coulomb's law, every corner in full."""
+"""Closed-form limits against published instances and against linear programs written from Coulomb's
+law, every corner in full."""
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ EXACT = {"rel": 1e-9, "abs": 1e-12}
 
 
 def programs(A, B, f, **load):
-    """Shakedown limit, and least load at which some node is on both its bounds at a safe slip, by linear programs with every corner."""
+    """Shakedown limit, and least load at which some node is on both its bounds at a safe slip, by
+    linear programs with every corner."""
     contact = system(A, B, **load)
     most, either = linprog_limit(contact, CYCLE, f)[1], on_both_bounds(contact, CYCLE, f)
     return most, np.fmin(most, np.nanmin(np.append(either[:, 0], most))) if most == most else np.nan
@@ -39,7 +41,9 @@ def random_pairs(rng, count):
     pairs = []
     while len(pairs) < count:
         pair = {"A": stiff(rng, 2), "B": rng.normal(size=(2, 2)), **random_load(rng, 2)}
-        mixed = [pair["A"] + np.diag([s, t]) * pair["f"] @ pair["B"] for s in (1, -1) for t in (1, -1)]
+        mixed = [
+            pair["A"] + np.diag([s, t]) * pair["f"] @ pair["B"] for s in (1, -1) for t in (1, -1)
+        ]
         if all(np.linalg.det(m) > 0 and np.diag(m).min() > 0 for m in mixed):
             pairs.append(pair)
     return pairs
@@ -63,7 +67,15 @@ def test_two_nodes_equal_the_linear_programs():
         lower, upper = two_node_limits(**pair)
         assert (upper, lower) == pytest.approx(programs(**pair), **EXACT, nan_ok=True)
         share = lower / upper
-        regimes.add("nothing safe" if np.isnan(share) else "zero" if share == 0 else "apart" if share < 0.999 else "equal")
+        regimes.add(
+            "nothing safe"
+            if np.isnan(share)
+            else "zero"
+            if share == 0
+            else "apart"
+            if share < 0.999
+            else "equal"
+        )
     assert regimes == {"nothing safe", "zero", "apart", "equal"}
 
 
@@ -75,14 +87,20 @@ def test_proportional_coupling_equals_the_linear_program(nodes, coupled):
         load, A = random_load(rng, nodes), stiff(rng, nodes)
         d = coupled * 0.95 * rng.uniform(-1, 1, nodes) / load["f"]
         limit = uncoupled_limit(**load, d=d)
-        assert (limit, limit) == pytest.approx(programs(A, d[:, None] * A, **load), **EXACT, nan_ok=True)
+        assert (limit, limit) == pytest.approx(
+            programs(A, d[:, None] * A, **load), **EXACT, nan_ok=True
+        )
 
 
 def test_limits_are_infinite_without_cyclic_load():
-    assert uncoupled_limit(0, 1, 0, 0, 0.5) == single_node_limit(1, 0.3, 0.1, 1, 0, 0, 0.5) == np.inf
+    assert (
+        uncoupled_limit(0, 1, 0, 0, 0.5) == single_node_limit(1, 0.3, 0.1, 1, 0, 0, 0.5) == np.inf
+    )
     assert two_node_limits(*FIRST_PAIR[:4], 0, 0, 0.6) == (np.inf, np.inf)
 
 
 def test_a_mean_load_on_the_bound_leaves_a_limit_of_zero_not_none():
-    assert not any(fo.onset(system(1, 0, q0, 1, 1, 0), CYCLE, 0.3).slip.load_factor for q0 in (0.3, 0.1 + 0.2))
+    assert not any(
+        fo.onset(system(1, 0, q0, 1, 1, 0), CYCLE, 0.3).slip.load_factor for q0 in (0.3, 0.1 + 0.2)
+    )
     assert single_node_limit(A=1, B=1, q0=0.1 + 0.2, p0=0.3, q1=1, p1=0, f=0.5) == 0

@@ -1,6 +1,8 @@
-"""The closed forms of Hertz, Cattaneo and Mindlin against their own integrals, and the half-plane's influence matrix against its own.
+"""The closed forms of Hertz, Cattaneo and Mindlin against their own integrals, and the half-plane's
+influence matrix against its own.
 
-`test_path_line_contact` has each against the other: closed forms know no matrix, the matrix knows no closed form.
+`test_path_line_contact` has each against the other: closed forms know no matrix, the matrix knows
+no closed form.
 """
 
 from itertools import pairwise
@@ -10,7 +12,13 @@ import pytest
 from scipy.integrate import quad
 
 from frictopt.contact import ContactSystem
-from frictopt.reference import LineContact, contact_modulus, half_plane_contact, half_plane_influence, half_space_contact
+from frictopt.reference import (
+    LineContact,
+    contact_modulus,
+    half_plane_contact,
+    half_plane_influence,
+    half_space_contact,
+)
 
 CONTACT = LineContact(P=1.3, R=8.0, E_star=2.6 * 4 / np.pi, f=0.3)  # half-width 2
 SHARES = (0.4375, 0.75, 0.9375)  # of gross sliding
@@ -24,7 +32,10 @@ def test_contact_modulus():
 
 def integral(function, *kinks):
     pieces = sorted({-CONTACT.half_width, *kinks, *(-kink for kink in kinks), CONTACT.half_width})
-    return sum(quad(function, left, right, epsabs=1e-11, epsrel=1e-11)[0] for left, right in pairwise(pieces))
+    return sum(
+        quad(function, left, right, epsabs=1e-11, epsrel=1e-11)[0]
+        for left, right in pairwise(pieces)
+    )
 
 
 def test_tractions_carry_the_load_and_respect_friction():
@@ -32,27 +43,44 @@ def test_tractions_carry_the_load_and_respect_friction():
     assert integral(CONTACT.pressure) == pytest.approx(CONTACT.P, rel=1e-8)
     for share in SHARES:
         Q0 = share * gross
-        assert integral(lambda s, Q0=Q0: CONTACT.shear(s, -Q0), CONTACT.stick_half_width(Q0)) == pytest.approx(-Q0, rel=1e-8)
+        assert integral(
+            lambda s, Q0=Q0: CONTACT.shear(s, -Q0), CONTACT.stick_half_width(Q0)
+        ) == pytest.approx(-Q0, rel=1e-8)
         q, bound = CONTACT.shear(x, Q0), CONTACT.f * CONTACT.pressure(x)
-        assert (np.abs(q) <= bound * (1 + 1e-12)).all() and np.array_equal(np.isclose(q, bound), np.abs(x) >= CONTACT.stick_half_width(Q0))
+        assert (np.abs(q) <= bound * (1 + 1e-12)).all() and np.array_equal(
+            np.isclose(q, bound), np.abs(x) >= CONTACT.stick_half_width(Q0)
+        )
 
 
 def test_dissipation_is_friction_times_slip_integrated():
     for share in (1e-3, 0.0999, 0.1001, 0.5, 0.99):
         Q0 = share * CONTACT.f * CONTACT.P
         c = CONTACT.stick_half_width(Q0)
-        density = integral(lambda s, Q0=Q0: CONTACT.f * CONTACT.pressure(s) * abs(CONTACT.slip(s, Q0)) / CONTACT.dissipation(Q0), c)
-        assert 4 * density == pytest.approx(1, rel=1e-6)  # there and back, over twice the slip of the first loading
+        density = integral(
+            lambda s, Q0=Q0: (
+                CONTACT.f * CONTACT.pressure(s) * abs(CONTACT.slip(s, Q0)) / CONTACT.dissipation(Q0)
+            ),
+            c,
+        )
+        assert 4 * density == pytest.approx(
+            1, rel=1e-6
+        )  # there and back, over twice the slip of the first loading
     assert CONTACT.dissipation(0) == 0
     small = 1e-6  # where the terms of the closed form cancel to the first ones of its series
-    series = 4 * (CONTACT.f * CONTACT.P) ** 2 / (np.pi * CONTACT.E_star) * (small**3 / 6 + small**4 / 12)
-    assert CONTACT.dissipation(small * CONTACT.f * CONTACT.P) / series == pytest.approx(1, rel=1e-10)
+    series = (
+        4 * (CONTACT.f * CONTACT.P) ** 2 / (np.pi * CONTACT.E_star) * (small**3 / 6 + small**4 / 12)
+    )
+    assert CONTACT.dissipation(small * CONTACT.f * CONTACT.P) / series == pytest.approx(
+        1, rel=1e-10
+    )
 
 
 def test_tractions_are_zero_and_slip_is_unknown_outside_the_contact():
     outside = [-2.01, 3.0]
     assert (CONTACT.pressure(outside) == 0).all() and (CONTACT.shear(outside, 0.1) == 0).all()
-    assert np.isnan(CONTACT.slip(outside, 0.1)).all() and np.isfinite(CONTACT.slip(CONTACT.half_width, 0.1))
+    assert np.isnan(CONTACT.slip(outside, 0.1)).all() and np.isfinite(
+        CONTACT.slip(CONTACT.half_width, 0.1)
+    )
 
 
 def test_influence_is_the_mean_of_the_logarithm_over_both_cells():
@@ -72,7 +100,9 @@ def test_influence_is_the_mean_of_the_logarithm_over_both_cells():
 def test_influence_of_distant_cells_has_no_cancellation():
     G = half_plane_influence(4000, np.pi)
     d = np.array([500.0, 3999.0])
-    series = np.log(d / 4000) - 1 / (12 * d**2) - 1 / (60 * d**4)  # the mean of the logarithm, expanded about the distance of the middles
+    series = (
+        np.log(d / 4000) - 1 / (12 * d**2) - 1 / (60 * d**4)
+    )  # the mean of the logarithm, expanded about the distance of the middles
     assert G[0, d.astype(int)] == pytest.approx(-2 / np.pi * series / np.pi, abs=1e-13)
 
 
@@ -81,7 +111,10 @@ def test_stiffness_inverts_the_influence_up_to_translation(nodes):
     arrays, G = half_plane_contact(nodes, 1.0, 2.0), half_plane_influence(nodes, 2.0)
     A, share = arrays["A"], arrays["bonded"]["P"][1]
     assert np.linalg.eigvalsh(G)[0] > 0
-    assert arrays["x"] == pytest.approx((2 * np.arange(nodes) + 1) / nodes - 1) and not arrays["gap"].any()  # middles of the cells
+    assert (
+        arrays["x"] == pytest.approx((2 * np.arange(nodes) + 1) / nodes - 1)
+        and not arrays["gap"].any()
+    )  # middles of the cells
     assert np.abs(A.sum(axis=1)).max() < 1e-13 * np.abs(A).max()
     assert np.linalg.eigvalsh(A)[1] > 1e-3
     r = np.random.default_rng(1).normal(size=nodes)
@@ -92,17 +125,28 @@ def test_stiffness_inverts_the_influence_up_to_translation(nodes):
     shifted = G + 5.0  # another zero of the displacement
     inverse = np.linalg.inv(shifted)
     assert inverse.sum(axis=1) / inverse.sum() == pytest.approx(share, rel=1e-9)
-    assert inverse - np.outer(inverse.sum(axis=1), inverse.sum(axis=0)) / inverse.sum() == pytest.approx(A, abs=1e-10)
+    assert inverse - np.outer(
+        inverse.sum(axis=1), inverse.sum(axis=0)
+    ) / inverse.sum() == pytest.approx(A, abs=1e-10)
 
 
 def test_influence_in_space_is_far_away_that_of_point_forces():
-    """Cerruti: of two bodies, `(1 + nu) 2 / (pi E r)` along the force and in its direction, `1 - nu` times as much beside it."""
+    """Cerruti: of two bodies, `(1 + nu) 2 / (pi E r)` along the force and in its direction, `1 -
+    nu` times as much beside it."""
     E, nu, cells = 2.0, 0.4, 21
     system = ContactSystem(**half_space_contact(cells, half_length=0.5 * cells, R=1e3, E=E, nu=nu))
-    n, at = system.nodes, {tuple(place): node for node, place in enumerate(system.points[:, :2].round(9).tolist())}
+    n, at = (
+        system.nodes,
+        {tuple(place): node for node, place in enumerate(system.points[:, :2].round(9).tolist())},
+    )
     moved, middle = np.linalg.inv(system.S[: 2 * n, : 2 * n]), at[0.0, 0.0]
     unit = 2 * (1 + nu) / (np.pi * E)
-    for (x, y), force, share in (((9, 0), (1, 0), 1.0), ((0, 9), (1, 0), 1 - nu), ((7, 7), (1, 1), 1.0), ((7, 7), (1, -1), 1 - nu)):
+    for (x, y), force, share in (
+        ((9, 0), (1, 0), 1.0),
+        ((0, 9), (1, 0), 1 - nu),
+        ((7, 7), (1, 1), 1.0),
+        ((7, 7), (1, -1), 1 - nu),
+    ):
         node, way = at[float(x), float(y)], np.array(force) / np.hypot(*force)
         found = way @ moved[np.ix_([node, n + node], [middle, n + middle])] @ way
         assert found == pytest.approx(share * unit / np.hypot(x, y), rel=5e-3)

@@ -1,4 +1,5 @@
-"""What is called proven, or said of every slip or every start, attacked by starts and loads that break its condition; and the page that lists it."""
+"""What is called proven, or said of every slip or every start, attacked by starts and loads that
+break its condition; and the page that lists it."""
 
 import ast
 import inspect
@@ -20,8 +21,15 @@ CLAIM = re.compile(
     r"safe (above|at|below|with)\b|are safe|has a safe|B = 0|lambda_1 is|critical below|for ever|no friction"
     r"|finds no|with others|no limit:|is infinite"
 )
-STRONG = re.compile(r"theorem|from both sides|whatever (its|the) start|from every start|shakedown is certain")
-PLACES = [ROOT / "README.md", *sorted(path for path in (ROOT / "docs").rglob("*.md") if not {"_build", "tables"} & set(path.parts))]
+STRONG = re.compile(
+    r"theorem|from both sides|whatever (its|the) start|from every start|shakedown is certain"
+)
+PLACES = [
+    ROOT / "README.md",
+    *sorted(
+        path for path in (ROOT / "docs").rglob("*.md") if not {"_build", "tables"} & set(path.parts)
+    ),
+]
 
 
 def contact_of(S, loads, points, gap=None):
@@ -33,11 +41,17 @@ def uncoupled(rng):
     contact = pulled_system(rng, int(rng.integers(2, 5)))
     S, n = contact.S.copy(), contact.nodes
     S[n:, :n] = S[:n, n:] = 0.0
-    return contact_of(S, {name: np.concatenate(r) for name, r in contact.bonded.items()}, contact.points, contact.gap), rng.uniform(0.2, 1.0, n)
+    return contact_of(
+        S,
+        {name: np.concatenate(r) for name, r in contact.bonded.items()},
+        contact.points,
+        contact.gap,
+    ), rng.uniform(0.2, 1.0, n)
 
 
 def closed_nodes_uncoupled(rng):
-    """A random coupled contact whose closed nodes, left alone by those that the mean load opens, are uncoupled; None without open nodes."""
+    """A random coupled contact whose closed nodes, left alone by those that the mean load opens,
+    are uncoupled; None without open nodes."""
     contact = pulled_system(rng, n := int(rng.integers(2, 5)))
     friction, S = rng.uniform(0.2, 1.0, n), contact.S.copy()
     opened = fo.shakedown_limit(contact, CYCLE, friction).open
@@ -48,11 +62,17 @@ def closed_nodes_uncoupled(rng):
     left = S[np.ix_(~out, ~out)] - through
     left[m:, :m] = left[:m, m:] = 0.0
     S[np.ix_(~out, ~out)] = left + through
-    return contact_of(S, {name: np.concatenate(r) for name, r in contact.bonded.items()}, contact.points, contact.gap), friction
+    return contact_of(
+        S,
+        {name: np.concatenate(r) for name, r in contact.bonded.items()},
+        contact.points,
+        contact.gap,
+    ), friction
 
 
 def slips_for_ever(contact, friction, limit, rng, starts=8):
-    """Whether some of random starts, which open and close nodes, slips for ever below a guaranteed limit."""
+    """Whether some of random starts, which open and close nodes, slips for ever below a guaranteed
+    limit."""
     for k in range(starts):
         load_factor = limit.least + (0.9, 0.5)[k % 2] * (limit.load_factor - limit.least)
         start = rng.normal(size=contact.nodes) * 10 ** rng.uniform(-1, 1.5)
@@ -66,7 +86,8 @@ def slips_for_ever(contact, friction, limit, rng, starts=8):
 
 
 def attacked(make, seeds):
-    """Of random contacts with a guaranteed limit to attack: how many say `proven`, and how many slip for ever and say it or not."""
+    """Of random contacts with a guaranteed limit to attack: how many say `proven`, and how many
+    slip for ever and say it or not."""
     count = {"asked": 0, "proven": 0, "proven, slips": 0, "not proven, slips": 0}
     for seed in seeds:
         rng = np.random.default_rng(seed)
@@ -80,7 +101,10 @@ def attacked(make, seeds):
         assert ("B = 0" in limit.reason) == limit.proven
         if slips_for_ever(*made, limit, rng):
             count["proven, slips" if limit.proven else "not proven, slips"] += 1
-            assert "starts from which nodes open and close in every cycle may slip for ever below it" in limit.reason
+            assert (
+                "starts from which nodes open and close in every cycle may slip for ever below it"
+                in limit.reason
+            )
     return count
 
 
@@ -97,45 +121,78 @@ def test_a_guaranteed_limit_is_not_proven_where_the_closed_nodes_alone_are_uncou
 
 def test_nodes_that_the_mean_load_opens_couple_once_a_start_closes_them():
     """Node 1 is closed and by symmetry alone uncoupled; the nodes beside it touch after a start."""
-    S = [[0.85, 0.08, -0.42, -0.32, -0.96, -0.1], [0.08, 1.37, 0.08, 0.24, 0.0, -0.24], [-0.42, 0.08, 0.85, 0.1, 0.96, 0.32]]
-    S += [[-0.32, 0.24, 0.1, 2.62, -0.69, 0.57], [-0.96, 0.0, 0.96, -0.69, 2.87, -0.69], [-0.1, -0.24, 0.32, 0.57, -0.69, 2.62]]
-    loads = {"m": [0, 0, 0, 0.01, 1, 0.01], "a": [1.8, 1, 1.8, -0.06, 0, 0.06], "c": [0, 0, 0, 0.3, 0.5, 0.3]}
+    S = [
+        [0.85, 0.08, -0.42, -0.32, -0.96, -0.1],
+        [0.08, 1.37, 0.08, 0.24, 0.0, -0.24],
+        [-0.42, 0.08, 0.85, 0.1, 0.96, 0.32],
+    ]
+    S += [
+        [-0.32, 0.24, 0.1, 2.62, -0.69, 0.57],
+        [-0.96, 0.0, 0.96, -0.69, 2.87, -0.69],
+        [-0.1, -0.24, 0.32, 0.57, -0.69, 2.62],
+    ]
+    loads = {
+        "m": [0, 0, 0, 0.01, 1, 0.01],
+        "a": [1.8, 1, 1.8, -0.06, 0, 0.06],
+        "c": [0, 0, 0, 0.3, 0.5, 0.3],
+    }
     contact = contact_of(S, loads, [[-1, 0], [0, 0], [1, 0]], [0.21, 0, 0.21])
     cycle = fo.LoadCycle({"m": 1.0}, [{"a": 1.0, "c": 1.3}, {"a": -1.0}])
     limit = fo.guaranteed_limit(contact, cycle, 0.8)
-    steady = fo.steady_state(contact, cycle, 0.8, 0.5 * limit.load_factor, initial_slip=[0.5, 2.5, -1.0])
+    steady = fo.steady_state(
+        contact, cycle, 0.8, 0.5 * limit.load_factor, initial_slip=[0.5, 2.5, -1.0]
+    )
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP and limit.open.tolist() == [True, False, True]
-    assert not limit.proven and "B = 0" not in limit.reason and limit.load_factor == limit.shakedown.load_factor
+    assert (
+        not limit.proven
+        and "B = 0" not in limit.reason
+        and limit.load_factor == limit.shakedown.load_factor
+    )
 
 
 def test_a_node_without_friction_couples_the_others_once_a_start_opens_it():
     """f B is zero, B is not."""
     S = [[0.6, 0, -0.3, 0, 0, 0.2], [0, 0.9, 0.1, 0, 0, -0.3], [-0.3, 0.1, 2.4, 0, 0, -0.5]]
     S += [[0, 0, 0, 1.0, 0.2, -0.2], [0, 0, 0, 0.2, 1.0, -0.1], [0.2, -0.3, -0.5, -0.2, -0.1, 0.6]]
-    contact = contact_of(S, {"m": [0, 0, 0, 0.1, 1, 0.1], "a": [2.8, 1.3, 0, 0.7, 0.4, 0]}, [[0, 0], [1, 0], [2, 0]])
+    contact = contact_of(
+        S, {"m": [0, 0, 0, 0.1, 1, 0.1], "a": [2.8, 1.3, 0, 0.7, 0.4, 0]}, [[0, 0], [1, 0], [2, 0]]
+    )
     cycle, friction = fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}]), [0.5, 0.5, 0.0]
     limit = fo.guaranteed_limit(contact, cycle, friction)
-    steady = fo.steady_state(contact, cycle, friction, 0.9 * limit.load_factor, initial_slip=[-46.0, 49.0, 66.4])
-    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and not limit.proven and "B = 0" not in limit.reason
+    steady = fo.steady_state(
+        contact, cycle, friction, 0.9 * limit.load_factor, initial_slip=[-46.0, 49.0, 66.4]
+    )
+    assert (
+        steady.outcome is fo.Outcome.CYCLIC_SLIP
+        and not limit.proven
+        and "B = 0" not in limit.reason
+    )
     assert "may slip for ever below it" in limit.reason
 
 
 @pytest.mark.parametrize("coupling", [0.0, 1e-9, 0.5])
 def test_without_any_friction_a_contact_is_uncoupled_only_where_it_is(coupling):
-    contact = system(np.eye(2), coupling * np.array([[0.0, 1.0], [-1.0, 0.0]]), 0.0, 1.0, 0.0, [0.2, -0.2])
+    contact = system(
+        np.eye(2), coupling * np.array([[0.0, 1.0], [-1.0, 0.0]]), 0.0, 1.0, 0.0, [0.2, -0.2]
+    )
     limit = fo.guaranteed_limit(contact, CYCLE, 0.0)
-    assert limit.proven == (coupling == 0) == ("B = 0" in limit.reason) and limit.load_factor == pytest.approx(5.0)
+    assert limit.proven == (coupling == 0) == (
+        "B = 0" in limit.reason
+    ) and limit.load_factor == pytest.approx(5.0)
 
 
 def test_where_nothing_is_safe_nothing_is_proven_of_starts():
-    """One node of B = 0, pulled open by 0.5, pressed by 1 and sheared by less than friction at one corner: it opens and closes, and never slips."""
+    """One node of B = 0, pulled open by 0.5, pressed by 1 and sheared by less than friction at one
+    corner: it opens and closes, and never slips."""
     loads = {"P": ([0.0], [-0.5]), "N": ([0.4], [1.0]), "X": ([0.01], [0.0])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], fixed=[{"N": 1.0}, {}])
     limit, steady = fo.guaranteed_limit(node, cycle, 0.5), fo.steady_state(node, cycle, 0.5, 1.0)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
     assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and not limit.proven
-    assert limit.reason.startswith("no residual slip is safe at any load factor with all nodes closed")
+    assert limit.reason.startswith(
+        "no residual slip is safe at any load factor with all nodes closed"
+    )
 
 
 @pytest.mark.parametrize("seed", [2, 8, 9])
@@ -153,24 +210,40 @@ def test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close(s
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
-    """One corner: from no slip it comes to rest at 1.2 of the limit with all nodes closed, with some node open."""
+    """One corner: from no slip it comes to rest at 1.2 of the limit with all nodes closed, with
+    some node open."""
     rng = np.random.default_rng(seed)
     contact = random_system(rng, int(rng.integers(2, 5)))
     (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
-    contact, up = contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)}), fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+    contact, up = (
+        contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)}),
+        fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]),
+    )
     closed = fo.ShakedownModel(contact, up).of_set(pose(contact, up, 0.5))
     steady = fo.steady_state(contact, up, 0.5, 1.2 * closed.bound)
-    assert steady.outcome is fo.Outcome.SHAKEDOWN and closed.reason.startswith("no residual slip is safe above it with all nodes closed")
+    assert steady.outcome is fo.Outcome.SHAKEDOWN and closed.reason.startswith(
+        "no residual slip is safe above it with all nodes closed"
+    )
     found = fo.shakedown_limit(contact, up, 0.5)
-    assert found.load_factor == closed.load_factor and found.reason.endswith("rest above it, up to where a body slides off (bound_for_all)")
+    assert found.load_factor == closed.load_factor and found.reason.endswith(
+        "rest above it, up to where a body slides off (bound_for_all)"
+    )
     assert found.bound_for_all >= 1.2 * closed.bound
 
 
 def test_with_other_nodes_open_a_contact_rests_above_its_bound():
     contact, cycle, limit = open_in_space(1, nodes=9)
-    mean = fo.ShakedownModel(contact, cycle).of_set(with_open(pose(contact, cycle, 0.6), open_under_mean(pose(contact, cycle, 0.6))[0]))
-    assert limit.load_factor > 1.2 * mean.bound and "is safe above it with these nodes open" in mean.reason
-    assert "is safe above it with these nodes open and the others closed; with others open it may be higher" in limit.reason
+    mean = fo.ShakedownModel(contact, cycle).of_set(
+        with_open(pose(contact, cycle, 0.6), open_under_mean(pose(contact, cycle, 0.6))[0])
+    )
+    assert (
+        limit.load_factor > 1.2 * mean.bound
+        and "is safe above it with these nodes open" in mean.reason
+    )
+    assert (
+        "is safe above it with these nodes open and the others closed; with others open it may be higher"
+        in limit.reason
+    )
 
 
 def pieces(path):
@@ -178,22 +251,43 @@ def pieces(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))
     docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docstrings:
+        if (
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in docstrings
+        ):
             yield node.value.strip(" ;:,")
 
 
 def test_every_sentence_of_a_reason_that_claims_is_on_the_page():
-    claims = {piece for path in (ROOT / "frictopt" / "limits").glob("*.py") for piece in pieces(path) if CLAIM.search(piece)}
+    claims = {
+        piece
+        for path in (ROOT / "frictopt" / "limits").glob("*.py")
+        for piece in pieces(path)
+        if CLAIM.search(piece)
+    }
     assert len(claims) > 20 and not {claim for claim in claims if claim not in PAGE}
 
 
 def test_pages_and_docstrings_that_claim_are_named_on_the_page():
     for path in PLACES:
         if STRONG.search(path.read_text(encoding="utf-8")) and path.name != "claims.md":
-            name = path.relative_to(ROOT / "docs").as_posix() if path.name != "README.md" else "README"
+            name = (
+                path.relative_to(ROOT / "docs").as_posix() if path.name != "README.md" else "README"
+            )
             assert f"{name.removesuffix('.md')}" in PAGE, path
-    public = {name: getattr(module, name) for module in (fo, fo.results, fo.reference) for name in module.__all__}
-    members = {name: value for thing in public.values() if inspect.isclass(thing) for name, value in vars(thing).items() if name[0] != "_"}
+    public = {
+        name: getattr(module, name)
+        for module in (fo, fo.results, fo.reference)
+        for name in module.__all__
+    }
+    members = {
+        name: value
+        for thing in public.values()
+        if inspect.isclass(thing)
+        for name, value in vars(thing).items()
+        if name[0] != "_"
+    }
     for name, thing in (members | public).items():
         if inspect.isroutine(thing) or inspect.isclass(thing) or isinstance(thing, property):
             assert not STRONG.search(inspect.getdoc(thing) or "") or f"`{name}`" in PAGE, name
@@ -201,8 +295,14 @@ def test_pages_and_docstrings_that_claim_are_named_on_the_page():
 
 def test_every_test_that_the_page_names_exists():
     named = re.findall(r"`(test_\w+)::(test_\w+)`", PAGE)
-    rows = [line for line in PAGE.splitlines() if line.startswith("| ") and not line.startswith("| sentence")]
+    rows = [
+        line
+        for line in PAGE.splitlines()
+        if line.startswith("| ") and not line.startswith("| sentence")
+    ]
     assert len(rows) > 15 and all(re.search(r"`test_\w+::test_\w+` \|$", row) for row in rows)
     files = {path.stem: path for path in (ROOT / "tests").rglob("test_*.py")}
     for file, name in named:
-        assert re.search(rf"^def {name}\(", files[file].read_text(encoding="utf-8"), re.MULTILINE), (file, name)
+        assert re.search(
+            rf"^def {name}\(", files[file].read_text(encoding="utf-8"), re.MULTILINE
+        ), (file, name)

@@ -1,4 +1,5 @@
-"""The command line: from files to the answers of the functions, and errors with their exit codes."""
+"""The command line: from files to the answers of the functions, and errors with their exit
+codes."""
 
 import os
 import signal
@@ -20,7 +21,12 @@ from helpers.systems import CYCLE, random_system
 
 CONTACT = random_system(np.random.default_rng(3), 4)
 FLAT = Path(__file__).parents[1] / "data" / "flat.inp"
-CORNERS = ["--mean", "mean=1", "--corners", *(f"cyclic={corner['cyclic']}" for corner in CYCLE.corners)]
+CORNERS = [
+    "--mean",
+    "mean=1",
+    "--corners",
+    *(f"cyclic={corner['cyclic']}" for corner in CYCLE.corners),
+]
 LIMIT = ["limit", "system.npz", "--friction", "0.4"]
 STUDY = """
 system = "system.npz"
@@ -44,7 +50,10 @@ def folder(tmp_path, monkeypatch):
     CONTACT.save("system.npz")
     Path("idle.inp").touch()  # the deck of a job that was not run, with a folder of its name
     Path("idle").mkdir()
-    for name, text in {"semicolons": "time;cyclic\n0.0;1.5\n1.0;-1.5\n", "decimals": "cyclic\n0,5\n1,5\n-1,5\n"}.items():
+    for name, text in {
+        "semicolons": "time;cyclic\n0.0;1.5\n1.0;-1.5\n",
+        "decimals": "cyclic\n0,5\n1,5\n-1,5\n",
+    }.items():
         Path(f"{name}.csv").write_text(text)
     yield tmp_path
     plt.close("all")
@@ -59,14 +68,24 @@ def same(table, other):
     table = table.assign(cycle=table["cycle"].astype(object).fillna(""))
     other = other.astype({"start": str, "family": str, "outcome": str, "engine": str})
     pd.testing.assert_frame_equal(
-        table.drop(columns=["seconds", "error", "seed"]), other.drop(columns=["seconds", "error", "seed"]), check_dtype=False, rtol=1e-12
+        table.drop(columns=["seconds", "error", "seed"]),
+        other.drop(columns=["seconds", "error", "seed"]),
+        check_dtype=False,
+        rtol=1e-12,
     )
 
 
 @pytest.mark.parametrize("kind", ["shakedown", "guaranteed", "onset"])
 def test_a_limit_is_that_of_the_function_with_its_table_and_picture(kind, capsys):
-    assert main([*LIMIT, *CORNERS, "--kind", kind, "--table", "limit.csv", "--picture", "limit.png"]) == 0
-    question = {"shakedown": fo.shakedown_limit, "guaranteed": fo.guaranteed_limit, "onset": fo.onset}[kind]
+    assert (
+        main([*LIMIT, *CORNERS, "--kind", kind, "--table", "limit.csv", "--picture", "limit.png"])
+        == 0
+    )
+    question = {
+        "shakedown": fo.shakedown_limit,
+        "guaranteed": fo.guaranteed_limit,
+        "onset": fo.onset,
+    }[kind]
     found = question(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), 0.4)
     assert capsys.readouterr().out.startswith(str(found))
     expected = found.to_frame()
@@ -78,19 +97,30 @@ def test_values_that_are_seldom_meant_are_one_line_of_warning(capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("default")
         assert main(["limit", "system.npz", "--friction", "40", *CORNERS]) == 0
-    assert capsys.readouterr().err == "frictopt: warning: friction: 40, above 5; give the coefficient of friction, not per cent\n"
+    assert (
+        capsys.readouterr().err
+        == "frictopt: warning: friction: 40, above 5; give the coefficient of friction, not per cent\n"
+    )
 
 
 def test_a_history_in_a_file_is_a_load_cycle(capsys):
     time = np.linspace(0, 6, 301)
-    history = pd.DataFrame({"time": time, "mean": 1.0, "cyclic": np.sin(2 * np.pi * time / 3) + 0.01 * np.cos(300 * time)})
+    history = pd.DataFrame(
+        {
+            "time": time,
+            "mean": 1.0,
+            "cyclic": np.sin(2 * np.pi * time / 3) + 0.01 * np.cos(300 * time),
+        }
+    )
     history.to_csv("loads.csv", index=False)
     assert main([*LIMIT, "--history", "loads.csv", "--mean", "mean=1", "--tolerance", "0.05"]) == 0
     cycle = fo.LoadCycle.from_history(pd.read_csv("loads.csv"), mean={"mean": 1.0}, tolerance=0.05)
-    assert len(cycle.corners) == 6 and capsys.readouterr().out.startswith(str(fo.shakedown_limit(CONTACT, cycle, 0.4)))
-    history.assign(time=pd.Timestamp("2026-01-01") + pd.to_timedelta(time, unit="h")).rename(columns={"time": "when"}).to_csv(
-        "loads.csv", index=False
+    assert len(cycle.corners) == 6 and capsys.readouterr().out.startswith(
+        str(fo.shakedown_limit(CONTACT, cycle, 0.4))
     )
+    history.assign(time=pd.Timestamp("2026-01-01") + pd.to_timedelta(time, unit="h")).rename(
+        columns={"time": "when"}
+    ).to_csv("loads.csv", index=False)
     arguments = [*LIMIT, "--history", "loads.csv", "--mean", "mean=1", "--tolerance", "0.05"]
     assert main([*arguments, "--time", "when"]) == 0
     assert capsys.readouterr().out.startswith(str(fo.shakedown_limit(CONTACT, cycle, 0.4)))
@@ -100,13 +130,31 @@ def test_a_history_in_a_file_is_a_load_cycle(capsys):
 def test_a_job_of_calculix_becomes_a_system_and_is_looked_at(capsys, flat):
     load = ["--load", "P=N_TOP:pressure=1", "Q=N_TOP:traction=1,0"]
     for job in (FLAT, FLAT.with_suffix(""), FLAT.with_suffix(".sti")):
-        assert main(["look", str(job)]) == 0 and "faces that match: 26 pairs" in capsys.readouterr().out
-        assert main(["condense", str(job), "flat.npz", "--contact", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK", *load]) == 0
+        assert (
+            main(["look", str(job)]) == 0
+            and "faces that match: 26 pairs" in capsys.readouterr().out
+        )
+        assert (
+            main(
+                [
+                    "condense",
+                    str(job),
+                    "flat.npz",
+                    "--contact",
+                    "N_CONTACT_PUNCH",
+                    "N_CONTACT_BLOCK",
+                    *load,
+                ]
+            )
+            == 0
+        )
     loads = {"P": flat.force("N_TOP", pressure=1.0), "Q": flat.force("N_TOP", traction=[1.0, 0.0])}
     pairs = flat.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
     expected = fo.condense(flat.K, loads, pairs, [0.0, 1.0], flat.unknowns, flat.points)
     system = fo.ContactSystem.load("flat.npz")
-    assert np.allclose(system.S, expected.S, rtol=1e-9) and np.allclose(system.bonded["P"], expected.bonded["P"], atol=1e-9)
+    assert np.allclose(system.S, expected.S, rtol=1e-9) and np.allclose(
+        system.bonded["P"], expected.bonded["P"], atol=1e-9
+    )
     capsys.readouterr()
     assert main(["look", "flat.npz"]) == 0
     assert (
@@ -128,7 +176,14 @@ def test_a_study_in_a_file_is_that_of_the_function_and_its_parts_make_the_whole(
     seconds = fo.results.read_store("runs.sqlite").seconds.sum()
     assert main(["study", "study.toml"]) == 0
     starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
-    expected = fo.dissipation_study(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), [0.3, 0.4], [0.5, 2.0], starts, progress=False)
+    expected = fo.dissipation_study(
+        CONTACT,
+        fo.LoadCycle({"mean": 1.0}, CYCLE.corners),
+        [0.3, 0.4],
+        [0.5, 2.0],
+        starts,
+        progress=False,
+    )
     table = pd.read_csv("runs.csv")
     same(table, expected)
     assert table.seconds.sum() == pytest.approx(seconds) and plt.imread("runs.png").std() > 0
@@ -139,7 +194,12 @@ def test_a_study_in_a_file_takes_a_distribution():
     assert main(["study", "study.toml", "--table", "runs.csv"]) == 0
     starts = fo.starts.no_slip() + fo.starts.random_slips(CONTACT, [0.1], 2)
     cycle = fo.LoadCycle({"mean": 1.0}, CYCLE.corners)
-    same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False))
+    same(
+        pd.read_csv("runs.csv"),
+        fo.dissipation_study(
+            CONTACT, cycle, [stats.norm(0.4, 0.05)] * 2, [0.5, 2.0], starts, rng=7, progress=False
+        ),
+    )
 
 
 def test_a_study_in_a_file_takes_load_cycles_by_their_labels(capsys):
@@ -158,13 +218,25 @@ points = 6
 """
     Path("study.toml").write_text(plan)
     assert main(["study", "study.toml"]) == 0
-    turning = fo.LoadCycle.harmonic({"cyclic": 1.0, "mean": (0.3, 90)}, mean={"mean": 1.0}, points=6)
-    cycles = {"straight": fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}]), "90 deg": turning}
-    same(pd.read_csv("runs.csv"), fo.dissipation_study(CONTACT, cycles, 0.4, [0.5, 2.0], progress=False))
+    turning = fo.LoadCycle.harmonic(
+        {"cyclic": 1.0, "mean": (0.3, 90)}, mean={"mean": 1.0}, points=6
+    )
+    cycles = {
+        "straight": fo.LoadCycle({"mean": 1.0}, [{"cyclic": -1.0}, {"cyclic": 1.0}]),
+        "90 deg": turning,
+    }
+    same(
+        pd.read_csv("runs.csv"),
+        fo.dissipation_study(CONTACT, cycles, 0.4, [0.5, 2.0], progress=False),
+    )
     assert "straight" in capsys.readouterr().out
     for old, new, message in (
         ('[cycle."90 deg"]', '[cycle."90 deg"]\nsteps = 3', "cycle.90 deg: "),
-        ('[cycle."90 deg"]', '[cycle]\nodd = 3\n[cycle."90 deg"]', "cycle.odd: 3; give a table of TOML"),
+        (
+            '[cycle."90 deg"]',
+            '[cycle]\nodd = 3\n[cycle."90 deg"]',
+            "cycle.odd: 3; give a table of TOML",
+        ),
     ):
         Path("study.toml").write_text(plan.replace(old, new))
         assert main(["study", "study.toml"]) == 2 and message in capsys.readouterr().err
@@ -175,49 +247,130 @@ def test_the_forces_of_a_contact_whose_flanks_turn_are_those_of_its_loads(capsys
     scene = fo.scenes.Dovetail(elements=6, growth=1.5, neck_half_width=1.0)
     scene.condense().save("root.npz")
     assert main(["look", "root.npz"]) == 0
-    rows = {name: parts for name, *parts in map(str.split, capsys.readouterr().out.splitlines()) if name in ("pull", "sway")}
+    rows = {
+        name: parts
+        for name, *parts in map(str.split, capsys.readouterr().out.splitlines())
+        if name in ("pull", "sway")
+    }
     sums = {name: [float(part) for part in parts[:2]] for name, parts in rows.items()}
-    assert sums == {"pull": pytest.approx([0.0, -2.0], abs=1e-4), "sway": pytest.approx([-2.0, 0.0], abs=1e-4)}
+    assert sums == {
+        "pull": pytest.approx([0.0, -2.0], abs=1e-4),
+        "sway": pytest.approx([-2.0, 0.0], abs=1e-4),
+    }
 
 
 @pytest.mark.parametrize(
-    ("arguments", "unbuffered"), [(["look", "system.npz"], ""), (["limit", "--help"], ""), ([*LIMIT, *CORNERS, "--table", "limit.csv"], "1")]
+    ("arguments", "unbuffered"),
+    [
+        (["look", "system.npz"], ""),
+        (["limit", "--help"], ""),
+        ([*LIMIT, *CORNERS, "--table", "limit.csv"], "1"),
+    ],
 )
 def test_a_reader_that_stops_early_hears_no_complaint_and_has_its_files(arguments, unbuffered):
     read, write = os.pipe()
     os.close(read)
     command = [sys.executable, "-m", "frictopt", *arguments]
-    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False, env={**os.environ, "PYTHONUNBUFFERED": unbuffered})
+    done = subprocess.run(
+        command,
+        stdout=write,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+    )
     os.close(write)
-    assert (done.returncode, done.stderr) == (141, "") and all(Path(file).exists() for file in arguments[-1:] if file.endswith(".csv"))
+    assert (done.returncode, done.stderr) == (141, "") and all(
+        Path(file).exists() for file in arguments[-1:] if file.endswith(".csv")
+    )
 
 
 ON_TOP = ["--contact", "N_TOP", "N_TOP", "--load"]
 BAD = {
     "no file": (["look", "none.npz"], 4, "there is no file 'none.npz'; give its path"),
-    "no history": ([*LIMIT, "--history", "none.csv"], 4, "there is no file 'none.csv'; give its path"),
-    "no npz": (["look", str(FLAT.with_name("flat_glued.dat"))], 2, "(File is not a zip file); give one of `frictopt condense`"),
-    "picture of a job": (["look", str(FLAT), "--picture", "job.png"], 2, "--picture: 'job.png' of a job; condense it"),
-    "tolerance of corners": ([*LIMIT, *CORNERS, "--tolerance", "0"], 2, "--tolerance: 0; corners have no noise"),
+    "no history": (
+        [*LIMIT, "--history", "none.csv"],
+        4,
+        "there is no file 'none.csv'; give its path",
+    ),
+    "no npz": (
+        ["look", str(FLAT.with_name("flat_glued.dat"))],
+        2,
+        "(File is not a zip file); give one of `frictopt condense`",
+    ),
+    "picture of a job": (
+        ["look", str(FLAT), "--picture", "job.png"],
+        2,
+        "--picture: 'job.png' of a job; condense it",
+    ),
+    "tolerance of corners": (
+        [*LIMIT, *CORNERS, "--tolerance", "0"],
+        2,
+        "--tolerance: 0; corners have no noise",
+    ),
     "time of corners": ([*LIMIT, *CORNERS, "--time", "t"], 2, "--time: 't'; corners have no time"),
-    "numbers of a load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:traction=1"], 2, "--load P=N_TOP:traction=1: "),
-    "numbers of a pressure": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:pressure=1,2"], 2, "pressure: [1.0, 2.0] is not one real number"),
-    "semicolons": ([*LIMIT, "--history", "semicolons.csv"], 2, "has semicolons between its columns"),
-    "decimal commas": ([*LIMIT, "--mean", "mean=1", "--history", "decimals.csv"], 2, "or rows of more values than names"),
-    "system": (["condense", str(FLAT), "x.csv", *ON_TOP, "P=N_TOP:pressure=1"], 2, "'x.csv'; give a file that ends in .npz"),
+    "numbers of a load": (
+        ["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:traction=1"],
+        2,
+        "--load P=N_TOP:traction=1: ",
+    ),
+    "numbers of a pressure": (
+        ["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:pressure=1,2"],
+        2,
+        "pressure: [1.0, 2.0] is not one real number",
+    ),
+    "semicolons": (
+        [*LIMIT, "--history", "semicolons.csv"],
+        2,
+        "has semicolons between its columns",
+    ),
+    "decimal commas": (
+        [*LIMIT, "--mean", "mean=1", "--history", "decimals.csv"],
+        2,
+        "or rows of more values than names",
+    ),
+    "system": (
+        ["condense", str(FLAT), "x.csv", *ON_TOP, "P=N_TOP:pressure=1"],
+        2,
+        "'x.csv'; give a file that ends in .npz",
+    ),
     "no job": (["look", "none.inp"], 4, "there is no file 'none.inp'; give its path"),
-    "no job to condense": (["condense", "none.inp", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"], 4, "there is no file 'none.inp'"),
+    "no job to condense": (
+        ["condense", "none.inp", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"],
+        4,
+        "there is no file 'none.inp'",
+    ),
     "load case": ([*LIMIT, "--corners", "other=1"], 2, "load case 'other': unknown"),
     "history": ([*LIMIT, "--history", "system.npz"], 2, "give a file that ends in"),
     "load": (["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP"], 2, "--load: 'P=N_TOP'"),
     "no study": (["study", "none.toml"], 4, "there is no file 'none.toml'; give its path"),
-    "a job that was not run": (["condense", "idle", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"], 4, "there is no 'idle.sti'; CalculiX"),
+    "a job that was not run": (
+        ["condense", "idle", "x.npz", *ON_TOP, "P=N_TOP:pressure=1"],
+        4,
+        "there is no 'idle.sti'; CalculiX",
+    ),
     "a folder of the name of a job": (["look", "idle"], 4, "there is no 'idle.sti'; CalculiX"),
     "no TOML": (["study", "system.npz"], 2, "give a file in TOML"),
-    "table": ([*LIMIT, *CORNERS, "--table", "limit.doc"], 2, "'limit.doc'; give a file that ends in"),
-    "picture": ([*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"], 2, "'nowhere/limit.png' is in no folder"),
-    "no store": (["merge", "runs.sqlite", "system.npz"], 4, "cannot be used (file is not a database)"),
-    "no part": (["merge", "runs.sqlite", "none.sqlite"], 4, "cannot be used (there is no such file); give another name"),
+    "table": (
+        [*LIMIT, *CORNERS, "--table", "limit.doc"],
+        2,
+        "'limit.doc'; give a file that ends in",
+    ),
+    "picture": (
+        [*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"],
+        2,
+        "'nowhere/limit.png' is in no folder",
+    ),
+    "no store": (
+        ["merge", "runs.sqlite", "system.npz"],
+        4,
+        "cannot be used (file is not a database)",
+    ),
+    "no part": (
+        ["merge", "runs.sqlite", "none.sqlite"],
+        4,
+        "cannot be used (there is no such file); give another name",
+    ),
 }
 
 
@@ -248,7 +401,11 @@ def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
     [
         ("0.4", "color = 1", "color unknown; a study has"),
         ("0.4", "color = 1\n[cycel]", "color, cycel unknown; a study has"),
-        ("0.4", "[starts.overloads]\nload = 1", "unexpected keyword argument 'load'; its options are load_factors"),
+        (
+            "0.4",
+            "[starts.overloads]\nload = 1",
+            "unexpected keyword argument 'load'; its options are load_factors",
+        ),
         ("0.4", "store = 1", "store: 1"),
         ("0.4", 'picture = "nowhere/p.png"', "no folder that exists"),
         ('{ distribution = "nothing" }', "", "distribution 'nothing'"),
@@ -262,7 +419,11 @@ def test_bad_studies_are_refused_by_name(friction, files, message, capsys):
 
 def test_a_study_says_what_is_unknown_and_what_is_missing(capsys):
     Path("half.toml").write_text("frction = 0.4\nload_factors = [1.0]\n[cycle]\n")
-    assert main(["study", "half.toml"]) == 2 and "half.toml: frction unknown and system, friction missing; a study has" in capsys.readouterr().err
+    assert (
+        main(["study", "half.toml"]) == 2
+        and "half.toml: frction unknown and system, friction missing; a study has"
+        in capsys.readouterr().err
+    )
 
 
 def test_an_answer_is_printed_where_its_picture_cannot_be_written(capsys):
@@ -273,26 +434,46 @@ def test_an_answer_is_printed_where_its_picture_cannot_be_written(capsys):
 
 def test_names_of_a_history_may_have_semicolons(capsys):
     pd.DataFrame({"mean;kN": [1.0, 1.0], "cyclic": [0.5, -0.5]}).to_csv("loads.csv", index=False)
-    assert main([*LIMIT, "--history", "loads.csv"]) == 2 and "load case 'mean;kN': unknown" in capsys.readouterr().err
+    assert (
+        main([*LIMIT, "--history", "loads.csv"]) == 2
+        and "load case 'mean;kN': unknown" in capsys.readouterr().err
+    )
 
 
 def test_a_long_table_is_printed_in_part_and_says_so(capsys):
     random_system(np.random.default_rng(3), 12).save("system.npz")
-    assert main([*LIMIT, *CORNERS]) == 0 and capsys.readouterr().out.endswith("... 12 rows in all; --table FILE writes them\n")
-    assert main([*LIMIT, *CORNERS, "--table", "limit.csv"]) == 0 and "rows in all" not in capsys.readouterr().out
+    assert main([*LIMIT, *CORNERS]) == 0 and capsys.readouterr().out.endswith(
+        "... 12 rows in all; --table FILE writes them\n"
+    )
+    assert (
+        main([*LIMIT, *CORNERS, "--table", "limit.csv"]) == 0
+        and "rows in all" not in capsys.readouterr().out
+    )
 
 
-@pytest.mark.parametrize(("option", "message"), [("--shard=4/3", "shard k: 4"), ("--shard=4", "shard: (4,)"), ("--workers=0", "--workers: 0")])
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [("--shard=4/3", "shard k: 4"), ("--shard=4", "shard: (4,)"), ("--workers=0", "--workers: 0")],
+)
 def test_bad_numbers_of_a_study_are_refused(option, message, capsys):
     study_file("0.4")
-    assert main(["study", "study.toml", option]) == 2 and message in capsys.readouterr().err and not list(Path.cwd().glob("*.sqlite"))
+    assert (
+        main(["study", "study.toml", option]) == 2
+        and message in capsys.readouterr().err
+        and not list(Path.cwd().glob("*.sqlite"))
+    )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
     """So does a scheduler's signal, which left workers behind."""
-    monkeypatch.setattr("frictopt.limits.shakedown_limit", lambda *_args, **_options: signal.raise_signal(number))
-    before = signal.signal(signal.SIGTERM, signal.SIG_IGN), signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell's `&` ignores
+    monkeypatch.setattr(
+        "frictopt.limits.shakedown_limit", lambda *_args, **_options: signal.raise_signal(number)
+    )
+    before = (
+        signal.signal(signal.SIGTERM, signal.SIG_IGN),
+        signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # which a shell's `&` ignores
     try:
         assert main([*LIMIT, *CORNERS]) == 130 and "interrupted" in capsys.readouterr().err
         assert signal.getsignal(signal.SIGTERM) == signal.SIG_IGN  # as it was
@@ -303,10 +484,20 @@ def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
 
 def test_a_command_runs_in_any_thread(capsys):
     with ThreadPoolExecutor(1) as threads:
-        assert threads.submit(main, ["look", "system.npz"]).result() == 0 and "ContactSystem\n" in capsys.readouterr().out
+        assert (
+            threads.submit(main, ["look", "system.npz"]).result() == 0
+            and "ContactSystem\n" in capsys.readouterr().out
+        )
 
 
 def test_help_imports_no_solver():
     code = "import sys; from frictopt.__main__ import main\ntry: main(['--help'])\nfinally: print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0 and not {"cvxpy", "pandas", "scipy", "numba", "matplotlib", "skfem"} & set(done.stdout.split())
+    assert done.returncode == 0 and not {
+        "cvxpy",
+        "pandas",
+        "scipy",
+        "numba",
+        "matplotlib",
+        "skfem",
+    } & set(done.stdout.split())

@@ -1,4 +1,5 @@
-"""The commands of the documentation, as they are typed, in a fresh clone of the repository: each is run here, by a job, or is named with a reason."""
+"""The commands of the documentation, as they are typed, in a fresh clone of the repository: each is
+run here, by a job, or is named with a reason."""
 
 import os
 import re
@@ -13,9 +14,29 @@ import pytest
 import frictopt as fo
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "examples" / "README.rst", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "examples" / "README.rst",
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
 FILES = "docs/tutorial/growing.md"  # whose commands need the files that it describes
-PROGRAMS = ["python", "pip", "pytest", "ruff", "mypy", "pre-commit", "frictopt", "sphinx-build", "bash", "sh", "git", "make", "conda", "apt-get"]
+PROGRAMS = [
+    "python",
+    "pip",
+    "pytest",
+    "ruff",
+    "mypy",
+    "pre-commit",
+    "frictopt",
+    "sphinx-build",
+    "bash",
+    "sh",
+    "git",
+    "make",
+    "conda",
+    "apt-get",
+]
 
 NOT_RUN = {
     "python -m venv .venv": "the tests run in an environment",
@@ -71,42 +92,91 @@ for line in sys.stdin:
 
 
 def commands(text):
-    """The commands of a page, one by one: lines of blocks for a shell, and what stands in backquotes and begins with a program."""
+    """The commands of a page, one by one: lines of blocks for a shell, and what stands in
+    backquotes and begins with a program."""
     block = re.compile(r"^ *```([^`\n]*)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
-    lines = [line for kind, body in block.findall(text) if kind in ("", "sh", "bash", "console") for line in body.splitlines()]
+    lines = [
+        line
+        for kind, body in block.findall(text)
+        if kind in ("", "sh", "bash", "console")
+        for line in body.splitlines()
+    ]
     inline = re.findall(r"`([^`\n]+)`", block.sub("", text))
-    typed = [one.strip() for line in lines if not line.startswith("#") for one in line.removeprefix("$ ").split("&&") if one.strip()]
+    typed = [
+        one.strip()
+        for line in lines
+        if not line.startswith("#")
+        for one in line.removeprefix("$ ").split("&&")
+        if one.strip()
+    ]
     for span in inline:
         parts = [one.strip() for one in span.split("&&")]
-        typed += [one for one in parts if plain(one).split(" ")[0] in PROGRAMS and (" " in one or len(parts) > 1)]
+        typed += [
+            one
+            for one in parts
+            if plain(one).split(" ")[0] in PROGRAMS and (" " in one or len(parts) > 1)
+        ]
     return [plain(one) for one in typed]
 
 
 def plain(command):
     """A command without the folder of the environment and what may be left out."""
-    return re.sub(r"^python3\b", "python", re.sub(r"^(\.\./)*\.venv/bin/", "", re.sub(r" \[[A-Z]+\]", "", command)))
+    return re.sub(
+        r"^python3\b",
+        "python",
+        re.sub(r"^(\.\./)*\.venv/bin/", "", re.sub(r" \[[A-Z]+\]", "", command)),
+    )
 
 
-FOUND = {path.relative_to(ROOT).as_posix(): commands(path.read_text(encoding="utf-8")) for path in PAGES if "_build" not in path.parts}
-OTHERS = list(dict.fromkeys(command for page, found in FOUND.items() if page != FILES for command in found))
-JOBS = "".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / ".github" / "workflows").glob("*.yml")))
-WEEKLY = re.findall(r"^ +- ((?:python|pytest) .*)$", (ROOT / ".github" / "workflows" / "weekly.yml").read_text(encoding="utf-8"), re.MULTILINE)
+FOUND = {
+    path.relative_to(ROOT).as_posix(): commands(path.read_text(encoding="utf-8"))
+    for path in PAGES
+    if "_build" not in path.parts
+}
+OTHERS = list(
+    dict.fromkeys(command for page, found in FOUND.items() if page != FILES for command in found)
+)
+JOBS = "".join(
+    path.read_text(encoding="utf-8")
+    for path in sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+)
+WEEKLY = re.findall(
+    r"^ +- ((?:python|pytest) .*)$",
+    (ROOT / ".github" / "workflows" / "weekly.yml").read_text(encoding="utf-8"),
+    re.MULTILINE,
+)
 TYPED = [command for command in OTHERS if command not in NOT_RUN and command not in BY_JOBS]
 LONG = [command for command in TYPED if command in WEEKLY]
-READ = re.compile(r"python -m studies \w+")  # which `quick` of conftest.py runs for those that read its tables
-SOME = {"python -m paper_figures": " dissipation two_states"}  # of tables that are there by then; tests/studies/test_paper_figures.py draws them all
-STUDIED = [command for command in LONG if re.match(r"python -m (studies|paper_figures)", command) and not READ.fullmatch(command)]
-QUICK = [re.sub(r" --(only|cases|seed) \S+", "", command) + SOME.get(command, "") + " --quick" for command in STUDIED]
+READ = re.compile(
+    r"python -m studies \w+"
+)  # which `quick` of conftest.py runs for those that read its tables
+SOME = {
+    "python -m paper_figures": " dissipation two_states"
+}  # of tables that are there by then; tests/studies/test_paper_figures.py draws them all
+STUDIED = [
+    command
+    for command in LONG
+    if re.match(r"python -m (studies|paper_figures)", command) and not READ.fullmatch(command)
+]
+QUICK = [
+    re.sub(r" --(only|cases|seed) \S+", "", command) + SOME.get(command, "") + " --quick"
+    for command in STUDIED
+]
 QUICK.sort(key=lambda command: "figures" in command)  # which take the tables of the others
 HERE = [command for command in TYPED if command not in LONG] + list(dict.fromkeys(QUICK))
 
 
 @pytest.fixture(scope="module")
 def clone(tmp_path_factory):
-    """A fresh clone, with the machine code of those of its files that are the same as here: to compile them again takes a minute in all."""
+    """A fresh clone, with the machine code of those of its files that are the same as here: to
+    compile them again takes a minute in all."""
     folder = tmp_path_factory.mktemp("clone") / "frictopt"
-    subprocess.run(["git", "clone", "--quiet", str(ROOT), str(folder)], check=True, capture_output=True)
-    for source in (path for path in (folder / "frictopt").rglob("*.py") if path.stem in ("kernel", "sweeps")):
+    subprocess.run(
+        ["git", "clone", "--quiet", str(ROOT), str(folder)], check=True, capture_output=True
+    )
+    for source in (
+        path for path in (folder / "frictopt").rglob("*.py") if path.stem in ("kernel", "sweeps")
+    ):
         mine = ROOT / source.relative_to(folder)
         if mine.read_bytes() == source.read_bytes():
             shutil.copystat(mine, source)  # by which numba knows what it has compiled
@@ -118,18 +188,33 @@ def clone(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def run(clone, tmp_path_factory):
-    """Runs a command as it is typed, in a folder, with the package of the clone: in a process of its own that has the libraries already."""
+    """Runs a command as it is typed, in a folder, with the package of the clone: in a process of
+    its own that has the libraries already."""
     output = tmp_path_factory.mktemp("output") / "told"
     paths = {"PYTHONPATH": str(clone), "MPLBACKEND": "agg", "SLURM_ARRAY_TASK_ID": "1"}
-    options = {"cwd": clone, "env": {**os.environ, **paths}, "text": True, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    options = {
+        "cwd": clone,
+        "env": {**os.environ, **paths},
+        "text": True,
+        "stdin": subprocess.PIPE,
+        "stdout": subprocess.PIPE,
+    }
 
     with subprocess.Popen([sys.executable, "-c", DRIVER], **options) as driver:
 
         def told(command, folder):
             program, _, rest = command.partition(" ")
             typed = {"python": rest, "frictopt": f"-m frictopt {rest}"}[program]
-            print(f"{shlex.quote(str(folder))} {shlex.quote(str(output))} {typed}", file=driver.stdin, flush=True)
-            status, said, errors = driver.stdout.readline(), output.read_text(), output.with_name("told.err").read_text()
+            print(
+                f"{shlex.quote(str(folder))} {shlex.quote(str(output))} {typed}",
+                file=driver.stdin,
+                flush=True,
+            )
+            status, said, errors = (
+                driver.stdout.readline(),
+                output.read_text(),
+                output.with_name("told.err").read_text(),
+            )
             ended = "Traceback" not in errors if command in COUNTS else status == "0\n"
             assert ended and said, f"{command}\n{said[-1000:]}\n{errors[-3000:]}"
 
@@ -139,7 +224,9 @@ def run(clone, tmp_path_factory):
 def test_every_command_is_run_or_named_with_a_reason():
     assert len(OTHERS) > 40 and len(FOUND[FILES]) > 8
     for command in TYPED:
-        assert command in LONG or re.match(r"python -m (studies|paper_figures)|python benchmarks/\w+\.py", command), f"who runs {command!r}?"
+        assert command in LONG or re.match(
+            r"python -m (studies|paper_figures)|python benchmarks/\w+\.py", command
+        ), f"who runs {command!r}?"
     for command in (*NOT_RUN, *BY_JOBS, *WEEKLY):
         assert command in OTHERS, f"no page has {command!r} any more"
     for command, line in BY_JOBS.items():
@@ -154,15 +241,28 @@ def test_a_command_runs_as_it_is_typed(command, clone, run):
 
 @pytest.mark.slow
 def test_commands_on_files_run_as_they_are_typed(run, tmp_path):
-    """With the files that their page describes: a contact, a history, a job of CalculiX, and the study that it shows."""
+    """With the files that their page describes: a contact, a history, a job of CalculiX, and the
+    study that it shows."""
     page = (ROOT / FILES).read_text(encoding="utf-8")
     fo.scenes.PunchOnHalfPlane(elements=8).condense().save(tmp_path / "punch.npz")
     (tmp_path / "loads.csv").write_text("time,P,sigma\n0,1,-1\n1,1,1\n2,1,-1\n")
-    (tmp_path / "study.toml").write_text(re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8")
+    (tmp_path / "study.toml").write_text(
+        re.search(r"^```toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[1], encoding="utf-8"
+    )
     for file in (ROOT / "tests" / "data").glob("flat.*"):
         shutil.copy(file, tmp_path / f"job{file.suffix}")
     deck = tmp_path / "job.inp"
-    deck.write_text(re.sub("N_CONTACT_", "N_", re.sub(r"\bN_(BLOCK|PUNCH)\b", r"ALL_\1", deck.read_text())))
+    deck.write_text(
+        re.sub("N_CONTACT_", "N_", re.sub(r"\bN_(BLOCK|PUNCH)\b", r"ALL_\1", deck.read_text()))
+    )
     for command in FOUND[FILES]:
         run(command, tmp_path)
-    assert {"punch.png", "limit.csv", "limit.png", "job.npz", "runs.csv", "runs.png", "runs.sqlite"} <= {path.name for path in tmp_path.iterdir()}
+    assert {
+        "punch.png",
+        "limit.csv",
+        "limit.png",
+        "job.npz",
+        "runs.csv",
+        "runs.png",
+        "runs.sqlite",
+    } <= {path.name for path in tmp_path.iterdir()}

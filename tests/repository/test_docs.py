@@ -1,4 +1,5 @@
-"""The documentation: its code runs, its names, numbers, links and tables are those of the package."""
+"""The documentation: its code runs, its names, numbers, links and tables are those of the
+package."""
 
 import inspect
 import re
@@ -22,7 +23,12 @@ from studies.__main__ import STUDIES
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / f"{name}.md" for name in ("README", "CONTRIBUTING", "CHANGELOG")]
-PAGES += sorted(path for folder in (DOCS, ROOT / "paper") for path in folder.rglob("*.md") if "_build" not in path.parts)
+PAGES += sorted(
+    path
+    for folder in (DOCS, ROOT / "paper")
+    for path in folder.rglob("*.md")
+    if "_build" not in path.parts
+)
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 FAULTS = DOCS / "tables" / "mutants.md"
 TABLES = sorted({*(DOCS / "tables").glob("*.md")} - {FAULTS})
@@ -74,48 +80,89 @@ def quiet(monkeypatch, few_starts):
     """No figure is left open, no progress bar printed, and searches are short."""
     monkeypatch.setenv("TQDM_DISABLE", "1")
     monkeypatch.setattr(pyvista, "OFF_SCREEN", True)
-    monkeypatch.setattr(pyvista.Plotter, "show", lambda scene: scene.close())  # a machine that tests need not draw in space
+    monkeypatch.setattr(
+        pyvista.Plotter, "show", lambda scene: scene.close()
+    )  # a machine that tests need not draw in space
     with plt.rc_context({"backend": "agg"}):
         yield
     plt.close("all")
 
 
-@pytest.mark.parametrize("page", sorted({*(DOCS / "tutorial").glob("*.md")} - {DOCS / "tutorial" / "index.md"}), ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    sorted({*(DOCS / "tutorial").glob("*.md")} - {DOCS / "tutorial" / "index.md"}),
+    ids=lambda page: page.stem,
+)
 def test_the_site_runs_the_code_of_a_tutorial_page_and_shows_its_pictures(page):
     body = text(page)
-    assert body.startswith("---\nfile_format: mystnb\nkernelspec: {name: python3, display_name: Python 3}\n---\n\n# ") and "```python" not in body
+    assert (
+        body.startswith(
+            "---\nfile_format: mystnb\nkernelspec: {name: python3, display_name: Python 3}\n---\n\n# "
+        )
+        and "```python" not in body
+    )
     cells = re.findall(r"```\{code-cell\} python\n(?::tags: [^\n]*\n)?(.*?)```", body, re.DOTALL)
     for cell in cells:
         compile(cell, str(page), "exec")
     assert any(re.search(r"\bplot\w*\(", cell) for cell in cells)
-    assert body.splitlines()[-1].startswith(f"{{nb-download}}`This page as a notebook <{page.stem}.ipynb>`")
+    assert body.splitlines()[-1].startswith(
+        f"{{nb-download}}`This page as a notebook <{page.stem}.ipynb>`"
+    )
 
 
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")  # of OSQP, as the page says
 def test_the_page_that_opens_the_model_runs_as_typed_and_its_numbers_agree(quiet):
     page = dict[str, Any]()
-    for cell in re.findall(r"```\{code-cell\} python\n(.*?)```", text(DOCS / "tutorial" / "models.md"), re.DOTALL):
+    for cell in re.findall(
+        r"```\{code-cell\} python\n(.*?)```", text(DOCS / "tutorial" / "models.md"), re.DOTALL
+    ):
         exec(cell, page)
     again = fo.shakedown_limit(page["system"], page["both"], 0.7)
-    assert page["model"].solve(0.7, page["shared"]).load_factor == pytest.approx(again.load_factor, rel=1e-9)
-    assert page["half"].value == pytest.approx(fo.shakedown_limit(page["system"], page["cycle"], 0.35).load_factor, rel=1e-9)
+    assert page["model"].solve(0.7, page["shared"]).load_factor == pytest.approx(
+        again.load_factor, rel=1e-9
+    )
+    assert page["half"].value == pytest.approx(
+        fo.shakedown_limit(page["system"], page["cycle"], 0.35).load_factor, rel=1e-9
+    )
     assert page["kept"].problem.value == pytest.approx(page["limit"].load_factor, rel=1e-9)
     assert page["worst"].load_factor <= min(page["drawn"])
-    pairs = [dict(zip(page["bolts"], np.add(1.0, 2.0 * np.isin(range(5), pair)), strict=True)) for pair in combinations(range(5), 2)]
-    limits = [fo.shakedown_limit(page["lap"], fo.LoadCycle(pair, page["swing"]), 0.4).load_factor for pair in pairs]
-    assert page["which"].value == pytest.approx(max(limits), rel=1e-7) and page["chosen"] == pairs[int(np.argmax(limits))]
-    assert fo.shakedown_limit(page["small"], page["cycle"], page["five"]).load_factor == pytest.approx(page["most_coated"], rel=1e-7)
+    pairs = [
+        dict(zip(page["bolts"], np.add(1.0, 2.0 * np.isin(range(5), pair)), strict=True))
+        for pair in combinations(range(5), 2)
+    ]
+    limits = [
+        fo.shakedown_limit(page["lap"], fo.LoadCycle(pair, page["swing"]), 0.4).load_factor
+        for pair in pairs
+    ]
+    assert (
+        page["which"].value == pytest.approx(max(limits), rel=1e-7)
+        and page["chosen"] == pairs[int(np.argmax(limits))]
+    )
+    assert fo.shakedown_limit(
+        page["small"], page["cycle"], page["five"]
+    ).load_factor == pytest.approx(page["most_coated"], rel=1e-7)
     assert page["proven"] <= page["above"] * (1 + 1e-7) and page["above"] < 1.02 * page["proven"]
     few = fo.ShakedownModel(fo.scenes.PunchOnHalfPlane(elements=8).condense(), page["cycle"])
-    of_pairs = [few.solve(0.4 + 0.3 * np.isin(range(9), pair)).load_factor for pair in combinations(range(9), 2)]
+    of_pairs = [
+        few.solve(0.4 + 0.3 * np.isin(range(9), pair)).load_factor
+        for pair in combinations(range(9), 2)
+    ]
     best = page["coat"](few.solve(0.4), 2, lambda q: [cp.abs(q)])[1].solve(solver="HIGHS")
     assert best == pytest.approx(max(of_pairs), rel=1e-7)
 
 
-@pytest.mark.parametrize("page", sorted({*(DOCS / "api").glob("*.md")} - {DOCS / "api" / "index.md"}), ids=lambda page: page.stem)
-def test_a_page_of_the_reference_has_a_sentence_an_example_that_runs_and_a_link_to_theory(page, quiet):
+@pytest.mark.parametrize(
+    "page",
+    sorted({*(DOCS / "api").glob("*.md")} - {DOCS / "api" / "index.md"}),
+    ids=lambda page: page.stem,
+)
+def test_a_page_of_the_reference_has_a_sentence_an_example_that_runs_and_a_link_to_theory(
+    page, quiet
+):
     body = text(page)
-    assert re.match(r"# .+\n\n[A-Z]", body) and re.search(r"\]\(\.\./(theory|checked|validity)\.md", body)
+    assert re.match(r"# .+\n\n[A-Z]", body) and re.search(
+        r"\]\(\.\./(theory|checked|validity)\.md", body
+    )
     (code,) = re.findall(r"```python\n(.*?)```", body, re.DOTALL)
     exec(code, {})
 
@@ -142,7 +189,13 @@ def listed(page):
 
 def test_every_public_name_is_on_exactly_one_page_of_the_reference():
     pages = sorted((DOCS / "api").glob("*.md"))
-    modules = {"increments": fo.increments, "reference": fo.reference, "results": fo.results, "scenes": fo.scenes, "starts": fo.starts}
+    modules = {
+        "increments": fo.increments,
+        "reference": fo.reference,
+        "results": fo.results,
+        "scenes": fo.scenes,
+        "starts": fo.starts,
+    }
     names = [name for page in pages if page.stem not in modules for name in listed(page)]
     assert sorted(names) == sorted(set(fo.__all__) - set(modules))
     for stem, module in modules.items():
@@ -156,14 +209,30 @@ def test_docstrings_cite_the_equations_of_the_theory_page_by_their_numbers():
     labels = re.findall(r"^:label: (\w+)$", text(DOCS / "theory.md"), re.MULTILINE)
     assert len(set(labels)) == len(labels) == text(DOCS / "theory.md").count("```{math}")
     for name, label in CITED.items():
-        assert f"Theory, eq. ({labels.index(label) + 1})" in " ".join(inspect.getdoc(attrgetter(name)(fo)).split()), name
-    count = sum(" ".join(text(path).split()).count("Theory, eq. (") for path in (ROOT / "frictopt").rglob("*.py"))
+        assert f"Theory, eq. ({labels.index(label) + 1})" in " ".join(
+            inspect.getdoc(attrgetter(name)(fo)).split()
+        ), name
+    count = sum(
+        " ".join(text(path).split()).count("Theory, eq. (")
+        for path in (ROOT / "frictopt").rglob("*.py")
+    )
     assert count == len(CITED)
     assert set(re.findall(r"\{eq\}`(\w+)`", text(DOCS / "theory.md"))) <= set(labels)
 
 
 def test_sections_of_docstrings_have_their_names():
-    known = {"Attributes", "Examples", "Notes", "Parameters", "Raises", "References", "Returns", "See Also", "Warns", "Yields"}
+    known = {
+        "Attributes",
+        "Examples",
+        "Notes",
+        "Parameters",
+        "Raises",
+        "References",
+        "Returns",
+        "See Also",
+        "Warns",
+        "Yields",
+    }
     for path in (ROOT / "frictopt").rglob("*.py"):
         heads = re.findall(r"^ *(.*)\n *-{4,}$", text(path), re.MULTILINE)
         assert set(heads) <= known, path
@@ -171,14 +240,18 @@ def test_sections_of_docstrings_have_their_names():
 
 def anchors(page):
     """Anchors of the headings of a page, as GitHub and the site make them."""
-    heads = re.findall(r"^#+ (.+)$", re.sub(r"```.*?```", "", text(page), flags=re.DOTALL), re.MULTILINE)
+    heads = re.findall(
+        r"^#+ (.+)$", re.sub(r"```.*?```", "", text(page), flags=re.DOTALL), re.MULTILINE
+    )
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
     body = text(page)
-    targets = re.findall(r"\]\(([^)\s]+)\)", body) + re.findall(r"\{download\}`[^<]*<([^>]+)>`", body)
+    targets = re.findall(r"\]\(([^)\s]+)\)", body) + re.findall(
+        r"\{download\}`[^<]*<([^>]+)>`", body
+    )
     targets += re.findall(r"```\{(?:image|include)\} (\S+)", body)
     for target in targets:
         if re.match(r"https?://", target):
@@ -194,7 +267,9 @@ def test_links_lead_somewhere(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_what_a_page_names_exists(page):
     body = text(page)
-    for name in re.findall(r"`((?:paper_figures|studies|tests|examples|frictopt)/[\w/]+(?:\.py)?)`", body):
+    for name in re.findall(
+        r"`((?:paper_figures|studies|tests|examples|frictopt)/[\w/]+(?:\.py)?)`", body
+    ):
         assert (ROOT / name).exists() or name in ("studies/data", "paper_figures/output"), name
     for name in re.findall(r"python -m studies (?!NAME)(\w+)", body):
         assert name in STUDIES, name
@@ -214,7 +289,9 @@ def test_pages_in_a_table_of_contents_exist_and_are_complete():
 
 
 def test_the_page_of_figures_lists_all():
-    table = re.findall(r"^\| .* \| `paper_figures/(\w+)\.py` \| .*\|$", text(DOCS / "studies.md"), re.MULTILINE)
+    table = re.findall(
+        r"^\| .* \| `paper_figures/(\w+)\.py` \| .*\|$", text(DOCS / "studies.md"), re.MULTILINE
+    )
     assert sorted(table) == sorted(FIGURES)
 
 
@@ -224,20 +301,36 @@ def heads(page):
 
 
 def test_tables_come_from_the_studies():
-    pages = "".join(text(DOCS / f"{page}.md") for page in ("checked", "paper", "performance", "published", "size", "validity"))
+    pages = "".join(
+        text(DOCS / f"{page}.md")
+        for page in ("checked", "paper", "performance", "published", "size", "validity")
+    )
     shown = set(re.findall(r"```\{include\} tables/(\w+)\.md", pages))
-    assert shown == {path.stem for path in (*TABLES, FAULTS)} and {path.stem for path in TABLES} <= set(STUDIES)
+    assert shown == {path.stem for path in (*TABLES, FAULTS)} and {
+        path.stem for path in TABLES
+    } <= set(STUDIES)
     for path in (*TABLES, FAULTS):
         page = text(path)
-        assert ("`python benchmarks/mutants.py" if path == FAULTS else f"`python -m studies {path.stem}") in page and heads(page), path
+        assert (
+            "`python benchmarks/mutants.py" if path == FAULTS else f"`python -m studies {path.stem}"
+        ) in page and heads(page), path
         for part in re.findall(r"(?:^\|.*\|\n)+", page, re.MULTILINE):
-            assert len({line.count(" | ") for line in part.splitlines() if not line.startswith("|---")}) == 1, path
+            assert (
+                len(
+                    {line.count(" | ") for line in part.splitlines() if not line.startswith("|---")}
+                )
+                == 1
+            ), path
     assert " --quick" not in "".join(map(text, TABLES))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", [path for path in TABLES if path.stem != "fuzz"], ids=lambda path: path.stem)  # which test_fuzz prints anyway
+@pytest.mark.parametrize(
+    "path", [path for path in TABLES if path.stem != "fuzz"], ids=lambda path: path.stem
+)  # which test_fuzz prints anyway
 def test_tables_have_the_columns_of_the_studies(path, quick):
     study = STUDIES[path.stem]
     made, kept = heads(study.summary(quick((*study.needs, *study.tables)))), heads(text(path))
-    assert [re.sub(r"N = \d+", "N", head) for head in made] == [re.sub(r"N = \d+", "N", head) for head in kept]
+    assert [re.sub(r"N = \d+", "N", head) for head in made] == [
+        re.sub(r"N = \d+", "N", head) for head in kept
+    ]

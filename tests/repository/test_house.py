@@ -21,15 +21,21 @@ IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
 MOST_LINES = 450
 
 
-@pytest.mark.parametrize("name", [name for name in rooms.files() if rooms.room(name) in rooms.BELOW])
+@pytest.mark.parametrize(
+    "name", [name for name in rooms.files() if rooms.room(name) in rooms.BELOW]
+)
 def test_imports_point_one_way(name):
     """At the head of a file, inside functions, for hints of types, and by name."""
     here = rooms.room(name)
     allowed = {here, *rooms.BELOW[here]}
     assert {rooms.room(other) for other in rooms.arrows()[name]} <= allowed
-    libraries = rooms.LIBRARIES[here] | (rooms.DRAWING if name.split(".")[-1] in rooms.DRAWS else set())
+    libraries = rooms.LIBRARIES[here] | (
+        rooms.DRAWING if name.split(".")[-1] in rooms.DRAWS else set()
+    )
     for library in rooms.foreign(name):
-        assert any(f"{library}.".startswith(f"{known}.") for known in libraries), f"{name} imports {library}"
+        assert any(f"{library}.".startswith(f"{known}.") for known in libraries), (
+            f"{name} imports {library}"
+        )
 
 
 def test_every_room_has_its_place():
@@ -87,18 +93,29 @@ def test_files_are_small_or_say_why_not(path):
 
 def test_no_test_imports_another():
     for path in sorted(Path(__file__).parents[1].rglob("test_*.py")):
-        names = re.findall(r"^\s*(?:from|import) (test_\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
-        assert not set(names) - {path.stem}, f"{path.name} imports {names}"  # a process of its own may import the file itself
+        names = re.findall(
+            r"^\s*(?:from|import) (test_\w+)", path.read_text(encoding="utf-8"), re.MULTILINE
+        )
+        assert not set(names) - {path.stem}, (
+            f"{path.name} imports {names}"
+        )  # a process of its own may import the file itself
 
 
 def test_the_recipe_asks_for_the_versions_of_the_package():
-    asked = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"]["dependencies"]
+    asked = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"][
+        "dependencies"
+    ]
     recipe = (PACKAGE.parent / "conda" / "recipe.yaml").read_text().replace("cvxpy-base", "cvxpy")
     assert asked == [name for name in asked if f"    - {name.replace('>', ' >', 1)}\n" in recipe]
 
 
 @pytest.mark.parametrize(
-    ("file", "line"), [("CITATION.cff", r"version: (\S+)"), ("CHANGELOG.md", r"## (\S+) - "), ("conda/recipe.yaml", r'  version: "(.+)"')]
+    ("file", "line"),
+    [
+        ("CITATION.cff", r"version: (\S+)"),
+        ("CHANGELOG.md", r"## (\S+) - "),
+        ("conda/recipe.yaml", r'  version: "(.+)"'),
+    ],
 )
 def test_the_version_is_the_same_everywhere(file, line):
     found = re.search(f"^{line}", (PACKAGE.parent / file).read_text(encoding="utf-8"), re.MULTILINE)
@@ -107,17 +124,27 @@ def test_the_version_is_the_same_everywhere(file, line):
 
 def test_every_public_name_is_listed_and_described():
     assert sorted(frictopt.__all__) == frictopt.__all__ and len(frictopt.__all__) <= 66
-    modules = [getattr(module, name) for module in (frictopt.scenes, frictopt.results) for name in module.__all__]
+    modules = [
+        getattr(module, name)
+        for module in (frictopt.scenes, frictopt.results)
+        for name in module.__all__
+    ]
     for thing in [*(getattr(frictopt, name) for name in frictopt.__all__), *modules]:
         name = thing.__name__ if hasattr(thing, "__name__") else repr(thing)
         assert inspect.getdoc(thing), name
         for member, value in vars(thing).items() if inspect.isclass(thing) else ():
-            if not member.startswith("_") and (inspect.isfunction(value) or isinstance(value, property)):
+            if not member.startswith("_") and (
+                inspect.isfunction(value) or isinstance(value, property)
+            ):
                 assert inspect.getdoc(value), f"{name}.{member}"
 
 
 def test_dir_shows_what_is_public():
-    modules = [getattr(frictopt, name) for name in frictopt.__all__ if inspect.ismodule(getattr(frictopt, name))]
+    modules = [
+        getattr(frictopt, name)
+        for name in frictopt.__all__
+        if inspect.ismodule(getattr(frictopt, name))
+    ]
     assert len(modules) == 5
     for module in (frictopt, *modules):
         assert dir(module) == sorted(module.__all__), module.__name__
@@ -131,7 +158,12 @@ def test_all_errors_have_one_base():
 def loaded(code):
     """Libraries that a program has imported at its end."""
     return set(
-        subprocess.run([sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"], check=True, capture_output=True, text=True).stdout.split()
+        subprocess.run(
+            [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"],
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout.split()
     )
 
 
@@ -144,16 +176,30 @@ SYSTEM = (
 
 
 def test_a_room_is_imported_when_it_is_first_used():
-    heavy = {"numpy", "scipy", "cvxpy", "numba", "skfem", "pandas", "matplotlib", "distributed", "tqdm"}
+    heavy = {
+        "numpy",
+        "scipy",
+        "cvxpy",
+        "numba",
+        "skfem",
+        "pandas",
+        "matplotlib",
+        "distributed",
+        "tqdm",
+    }
     limit = "fo.shakedown_limit(s, fo.LoadCycle({'P': 1.0}, [{'Q': 1.0}, {'Q': -1.0}]), 0.5)"
     assert not heavy & loaded("import frictopt")
-    assert heavy & loaded(SYSTEM + "fo.onset(s, fo.LoadCycle({'P': 1.0}, [{'Q': 1.0}]), 0.5)") == {"numpy"}
+    assert heavy & loaded(SYSTEM + "fo.onset(s, fo.LoadCycle({'P': 1.0}, [{'Q': 1.0}]), 0.5)") == {
+        "numpy"
+    }
     assert heavy & loaded(SYSTEM + limit) == {"numpy", "scipy", "cvxpy", "pandas"}
 
 
 def test_a_path_in_the_plane_needs_no_library_of_limits():
     joined = SYSTEM.replace("np.eye(2)", "np.eye(2) + 0.1")
-    path = loaded(joined + "fo.steady_state(s, fo.LoadCycle({'P': 1.0}, [{'Q': 0.6}, {'Q': -0.6}]), 0.5, 1.0)")
+    path = loaded(
+        joined + "fo.steady_state(s, fo.LoadCycle({'P': 1.0}, [{'Q': 0.6}, {'Q': -0.6}]), 0.5, 1.0)"
+    )
     assert "numba" in path and not {"cvxpy", "pandas", "scipy.sparse", "scipy.optimize"} & path
 
 
@@ -161,7 +207,10 @@ def test_a_path_in_the_plane_needs_no_library_of_limits():
 def test_the_way_of_a_question_is_the_one_that_is_told(title):
     """Files are entered for the first time in the order of the page."""
     page = (PACKAGE.parent / "docs" / "architecture.md").read_text(encoding="utf-8")
-    told = re.findall(r"`([a-z_/]+\.py)`", re.search(rf"## From a question to a {title}\n(.*?)(\n## |\Z)", page, re.DOTALL)[1])
+    told = re.findall(
+        r"`([a-z_/]+\.py)`",
+        re.search(rf"## From a question to a {title}\n(.*?)(\n## |\Z)", page, re.DOTALL)[1],
+    )
     asked, entered = (random_system(np.random.default_rng(0), 2), CYCLE, 0.5), dict[str, None]()
 
     def see(frame, event, _argument):
@@ -169,14 +218,19 @@ def test_the_way_of_a_question_is_the_one_that_is_told(title):
         if event == "call" and path.is_relative_to(PACKAGE):
             entered.setdefault(str(path.relative_to(PACKAGE)))
 
-    ask = {"limit": lambda: frictopt.shakedown_limit(*asked), "steady state": lambda: frictopt.steady_state(*asked, 1.0)}[title]
+    ask = {
+        "limit": lambda: frictopt.shakedown_limit(*asked),
+        "steady state": lambda: frictopt.steady_state(*asked, 1.0),
+    }[title]
     ask()  # so that nothing is imported or compiled
     sys.setprofile(see)
     try:
         ask()
     finally:
         sys.setprofile(None)
-    assert {name for name in told if name not in entered} == ({"limits/lift_off.py"} if title == "limit" else {"transients/stepped.py"})
+    assert {name for name in told if name not in entered} == (
+        {"limits/lift_off.py"} if title == "limit" else {"transients/stepped.py"}
+    )
     order = [name for name in entered if name in told]
     assert order == [name for name in dict.fromkeys(told) if name in entered]
 
@@ -184,7 +238,24 @@ def test_the_way_of_a_question_is_the_one_that_is_told(title):
 def test_help_shows_short_types():
     """Not what they are made of, as the unions of numpy."""
     things = [(name, getattr(frictopt, name)) for name in frictopt.__all__]
-    things += [(f"{name}.{part}", getattr(room, part)) for name, room in things if inspect.ismodule(room) for part in room.__all__]
-    things += [(f"{name}.{part}", value) for name, thing in things if inspect.isclass(thing) for part, value in vars(thing).items() if part[0] != "_"]
-    asked = [(name, thing) for name, thing in things if inspect.isfunction(thing) or (inspect.isclass(thing) and "__init__" in vars(thing))]
-    assert len(asked) > 150 and not [name for name, thing in asked if "numpy." in str(inspect.signature(thing))]
+    things += [
+        (f"{name}.{part}", getattr(room, part))
+        for name, room in things
+        if inspect.ismodule(room)
+        for part in room.__all__
+    ]
+    things += [
+        (f"{name}.{part}", value)
+        for name, thing in things
+        if inspect.isclass(thing)
+        for part, value in vars(thing).items()
+        if part[0] != "_"
+    ]
+    asked = [
+        (name, thing)
+        for name, thing in things
+        if inspect.isfunction(thing) or (inspect.isclass(thing) and "__init__" in vars(thing))
+    ]
+    assert len(asked) > 150 and not [
+        name for name, thing in asked if "numpy." in str(inspect.signature(thing))
+    ]

@@ -1,4 +1,5 @@
-"""Notebooks: each cell shows its own picture, and so do the cells of the user after them; bars where there are no widgets."""
+"""Notebooks: each cell shows its own picture, and so do the cells of the user after them; bars
+where there are no widgets."""
 
 import subprocess
 import sys
@@ -22,9 +23,15 @@ def test_each_of_four_pictures_is_shown_below_its_own_cell():
     from nbformat.v4 import new_code_cell, new_notebook
 
     done = NotebookClient(
-        new_notebook(cells=[new_code_cell(cell) for cell in CELLS]), kernel_name="python3", timeout=300, startup_timeout=300
+        new_notebook(cells=[new_code_cell(cell) for cell in CELLS]),
+        kernel_name="python3",
+        timeout=300,
+        startup_timeout=300,
     ).execute()
-    images = [[output for output in cell.outputs if "image/png" in output.get("data", {})] for cell in done.cells]
+    images = [
+        [output for output in cell.outputs if "image/png" in output.get("data", {})]
+        for cell in done.cells
+    ]
     assert [len(shown) for shown in images] == [1, 1, 1, 1]
     assert len({shown[0].data["image/png"] for shown in images}) == 4
 
@@ -47,4 +54,6 @@ print(len(fo.dissipation_study(rod, cycle, 0.5, [0.3])))
 
 def test_a_notebook_without_widgets_gets_a_bar_of_text_and_no_warning():
     done = subprocess.run([sys.executable, "-c", WITHOUT_WIDGETS], capture_output=True, text=True)
-    assert done.stdout == "1\n" and "transients: 100%" in done.stderr and "Warning" not in done.stderr, done.stderr
+    assert (
+        done.stdout == "1\n" and "transients: 100%" in done.stderr and "Warning" not in done.stderr
+    ), done.stderr

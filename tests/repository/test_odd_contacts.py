@@ -1,7 +1,9 @@
-"""Every public question asked of odd contacts: an answer, or an error of the package, and nothing else.
+"""Every public question asked of odd contacts: an answer, or an error of the package, and nothing
+else.
 
-The contacts are random and odd on purpose: bodies that nothing holds, rigid bodies, no normal stiffness, no pressure, one node, two contact names.
-`python tests/repository/test_odd_contacts.py FIRST LAST` asks all questions of many seeds.
+The contacts are random and odd on purpose: bodies that nothing holds, rigid bodies, no normal
+stiffness, no pressure, one node, two contact names. `python tests/repository/test_odd_contacts.py
+FIRST LAST` asks all questions of many seeds.
 """
 
 import sys
@@ -18,7 +20,11 @@ from helpers.calls import CALLS, TooLong, alarm
 from helpers.cases import few
 from helpers.questions import ASKED
 
-SEEDS = [44, 125, *range(few(6))]  # the first two are a free body with two names, and one without normal stiffness but for rounding
+SEEDS = [
+    44,
+    125,
+    *range(few(6)),
+]  # the first two are a free body with two names, and one without normal stiffness but for rounding
 LOADS = ("mean", "cyclic", "other")
 QUESTIONS = [name for name, (_, good) in CALLS.items() if "system" in good]
 SHAPED_LIKE_SLIP = {"slip", "initial_slip", "start", "v", "q", "previous_slip"}
@@ -26,7 +32,8 @@ SHAPED_LIKE_GAP = {"w", "p"}
 
 
 def rigid_motions(points):
-    """(M, m) the motions of a rigid body: slips along the tangents, and the opening of each node."""
+    """(M, m) the motions of a rigid body: slips along the tangents, and the opening of each
+    node."""
     n, axes = points.shape
     shifts = np.kron(np.eye(axes), np.ones((n, 1)))
     if axes == 2:
@@ -43,7 +50,9 @@ def stiffness(rng, points):
     S = root @ root.T / size + 0.1 * np.eye(size)
     basis, sizes, _ = np.linalg.svd(rigid_motions(points), full_matrices=False)
     basis = basis[:, sizes > 1e-9]
-    kind = rng.choice(["held", "floating", "slides", "lifts", "rigid", "no normal stiffness", "none", "uncoupled"])
+    kind = rng.choice(
+        ["held", "floating", "slides", "lifts", "rigid", "no normal stiffness", "none", "uncoupled"]
+    )
     free = np.eye(size) - basis @ basis.T
     shift = np.r_[np.ones(n), np.zeros(size - n)]
     lift = np.r_[np.zeros(size - n), np.ones(n)]
@@ -85,31 +94,64 @@ def odd_contact(seed):
     names = [None, ["a"] * n, ["a", *["b"] * (n - 1)]][rng.integers(3)]
     width = np.ones(n) if rng.random() < 0.5 else None
     compliance = 2.0 * np.eye(len(LOADS)) if rng.random() < 0.5 else None
-    system = fo.ContactSystem(stiffness(rng, points), points, bonded, gap=gap, contact=names, width=width, compliance=compliance)
-    corners = [[{"cyclic": 1.0}, {"cyclic": -1.0}], [{"cyclic": 1.0}], [{"cyclic": 1.0, "mean": -0.5}, {"other": 1.0}, {}]][rng.integers(3)]
+    system = fo.ContactSystem(
+        stiffness(rng, points),
+        points,
+        bonded,
+        gap=gap,
+        contact=names,
+        width=width,
+        compliance=compliance,
+    )
+    corners = [
+        [{"cyclic": 1.0}, {"cyclic": -1.0}],
+        [{"cyclic": 1.0}],
+        [{"cyclic": 1.0, "mean": -0.5}, {"other": 1.0}, {}],
+    ][rng.integers(3)]
     fixed = [{"other": float(k)} for k in range(len(corners))] if rng.random() < 0.2 else None
     friction = [0.0, 0.5, 2.0, rng.choice([0.0, 0.6], n)][rng.integers(4)]
-    return system, fo.LoadCycle({"mean": 1.0}, corners, fixed=fixed), friction, float(rng.choice([0.0, 0.1, 1.0, 10.0]))
+    return (
+        system,
+        fo.LoadCycle({"mean": 1.0}, corners, fixed=fixed),
+        friction,
+        float(rng.choice([0.0, 0.1, 1.0, 10.0])),
+    )
 
 
 def arguments(name, system, cycle, friction, load_factor):
     """The good arguments of a question, with those of an odd contact in their place."""
     given = dict(CALLS[name][1])
     slip, gap = np.zeros(system.slip_shape), np.zeros(system.nodes)
-    odd = {"system": system, "cycle": cycle, "friction": friction, "load_factor": load_factor, "load_factors": [load_factor + 0.1]}
+    odd = {
+        "system": system,
+        "cycle": cycle,
+        "friction": friction,
+        "load_factor": load_factor,
+        "load_factors": [load_factor + 0.1],
+    }
     odd |= dict.fromkeys(SHAPED_LIKE_SLIP, slip) | dict.fromkeys(SHAPED_LIKE_GAP, gap)
-    odd |= {"starts": [slip], "directions": [slip + 1.0], "bonded": system.reaction({"mean": 1.0, "cyclic": load_factor})}
+    odd |= {
+        "starts": [slip],
+        "directions": [slip + 1.0],
+        "bonded": system.reaction({"mean": 1.0, "cyclic": load_factor}),
+    }
     given |= {argument: value for argument, value in odd.items() if argument in given}
-    if "steps" in given or (system.tangents == 2 and name in ("steady_state", "backbone_curve", "report", "wear", "dissipation_range")):
+    if "steps" in given or (
+        system.tangents == 2
+        and name in ("steady_state", "backbone_curve", "report", "wear", "dissipation_range")
+    ):
         given["steps"] = 2
     return given
 
 
 def asked(name, seed):
-    """The answer of a question, or of a method of an answer, to the odd contact of a seed, with its texts and tables."""
+    """The answer of a question, or of a method of an answer, to the odd contact of a seed, with its
+    texts and tables."""
     system, cycle, friction, load_factor = odd_contact(seed)
     if name not in QUESTIONS:
-        answer = ASKED[name](system, load_factor or 1.0, {"steps": 2} if system.tangents == 2 else {})
+        answer = ASKED[name](
+            system, load_factor or 1.0, {"steps": 2} if system.tangents == 2 else {}
+        )
     else:
         answer = CALLS[name][0](**arguments(name, system, cycle, friction, load_factor))
     for way in ("__repr__", "to_frame", "explain"):
@@ -130,9 +172,15 @@ def test_an_odd_contact_gives_an_answer_or_an_error_of_ours(name):
 
 def test_odd_contacts_are_of_all_kinds():
     contacts = [odd_contact(seed)[0] for seed in range(100)]
-    assert {contact.tangents for contact in contacts} == {1, 2} and {contact.nodes for contact in contacts} == {1, 2, 3, 4}
-    assert any(contact.contact is not None and len(set(contact.contact)) == 2 for contact in contacts)
-    assert any(not contact.C.any() for contact in contacts) and any(not contact.S.any() for contact in contacts)
+    assert {contact.tangents for contact in contacts} == {1, 2} and {
+        contact.nodes for contact in contacts
+    } == {1, 2, 3, 4}
+    assert any(
+        contact.contact is not None and len(set(contact.contact)) == 2 for contact in contacts
+    )
+    assert any(not contact.C.any() for contact in contacts) and any(
+        not contact.S.any() for contact in contacts
+    )
     assert any(not contact.bonded["mean"][1].any() for contact in contacts)
 
 

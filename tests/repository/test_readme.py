@@ -22,21 +22,38 @@ def test_examples_run_as_they_stand(capsys, monkeypatch):
             exec(block, names)
     plt.close("all")
     printed = capsys.readouterr().out
-    assert len(blocks) == 4 and names["foot"].nodes > 10 and names["flat"].nodes == 26 and set(names["dovetail"].contact) == {"right", "left"}
+    assert (
+        len(blocks) == 4
+        and names["foot"].nodes > 10
+        and names["flat"].nodes == 26
+        and set(names["dovetail"].contact) == {"right", "left"}
+    )
     first = {line.split()[0]: line.split()[-1] for line in printed.split("\n")[1:6]}
-    assert first["load_factor"].startswith("0.798") and (first["node"], first["sense"]) == ("0", "-1")
-    assert printed.count("1.8280") >= 2 and "SHAKEDOWN 0.0" in printed and "CYCLIC_SLIP 0." in printed and "gross-slip load: " in printed
+    assert first["load_factor"].startswith("0.798") and (first["node"], first["sense"]) == (
+        "0",
+        "-1",
+    )
+    assert (
+        printed.count("1.8280") >= 2
+        and "SHAKEDOWN 0.0" in printed
+        and "CYCLIC_SLIP 0." in printed
+        and "gross-slip load: " in printed
+    )
 
 
 def test_it_is_short():
-    assert README.count("\n") <= 120 and all(block.count("\n") <= 18 for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL))
+    assert README.count("\n") <= 120 and all(
+        block.count("\n") <= 18 for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    )
 
 
 def test_the_two_commands_are_where_scripts_look_for_them():
     for marker, module in (("set up and run", "studies"), ("set up and test", "pytest")):
         line = README.split(f"<!-- {marker} -->\n```\n")[1].splitlines()[0]
         words = shlex.split(line.removesuffix(" -n auto --dist worksteal"))
-        assert words[:4] == ["python3", "-m", "venv", ".venv"] and words[words.index("-m", 5) :][:3] == ["-m", "pip", "install"]
+        assert words[:4] == ["python3", "-m", "venv", ".venv"] and words[words.index("-m", 5) :][
+            :3
+        ] == ["-m", "pip", "install"]
         assert words[-1] in STUDIES if module == "studies" else words[-1] == "pytest"
 
 
@@ -48,7 +65,10 @@ def test_on_a_package_index_its_links_and_pictures_lead_somewhere():
     published = build.description(README, "https://host.example/owner/frictopt", "v0.1.0")
     for target in inner:
         assert (ROOT / target.partition("#")[0]).exists()
-        assert f"https://host.example/owner/frictopt/{'raw' if target.endswith(('.png', '.svg')) else 'blob'}/v0.1.0/{target})" in published
+        assert (
+            f"https://host.example/owner/frictopt/{'raw' if target.endswith(('.png', '.svg')) else 'blob'}/v0.1.0/{target})"
+            in published
+        )
     alone = build.description(README, "", "v0.1.0")
     for page in (published, alone):
         assert len(inner) > 10 and not re.findall(r"\]\((?!https://)", page)

@@ -22,7 +22,8 @@ def fitted(system, corners):
 @pytest.mark.parametrize("angle", [35, 45, 60])
 @pytest.mark.parametrize("case", ["pull", "sway"])
 def test_a_dovetail_locks_at_the_cotangent_of_its_angle(angle, case):
-    """With q = -cot(angle) p the reactions of each flank have no vertical part: the blade is held by any pressure that it is wedged in with."""
+    """With q = -cot(angle) p the reactions of each flank have no vertical part: the blade is held
+    by any pressure that it is wedged in with."""
     system = fo.scenes.Dovetail(angle=angle, elements=8, growth=1.8).condense()
     cot = 1 / np.tan(np.radians(angle))
     assert 0 < fo.shakedown_limit(system, pull(case), 0.99 * cot).load_factor < 1
@@ -37,11 +38,15 @@ def test_the_flanks_hold_the_pull():
         assert np.allclose(q @ tangents + p @ system.normals, expected, atol=1e-12)
     right = system.contact == "right"
     assert np.allclose(system.normals[right], [-np.sin(np.radians(50)), -np.cos(np.radians(50))])
-    assert np.allclose(system.width[right].sum(), 1.0) and np.allclose(system.width[~right].sum(), 1.0)
+    assert np.allclose(system.width[right].sum(), 1.0) and np.allclose(
+        system.width[~right].sum(), 1.0
+    )
 
 
 def test_rounded_ends_open_like_a_parabola():
-    scene = fo.scenes.Dovetail(elements=10, growth=1.8, grading=1.0, edge_radius=5.0, edge_length=0.25)
+    scene = fo.scenes.Dovetail(
+        elements=10, growth=1.8, grading=1.0, edge_radius=5.0, edge_length=0.25
+    )
     system = scene.condense()
     s = np.r_[np.linspace(0, 1, 11), np.linspace(0, 1, 11)]
     from_end = np.minimum(s, 1 - s)
@@ -50,31 +55,44 @@ def test_rounded_ends_open_like_a_parabola():
 
 
 def test_pressure_of_the_fit():
-    """Plane strain, one material: E' d / (2 a) in an infinite plate; a round plate of the radius of the inner circle is softer (Lame)."""
+    """Plane strain, one material: E' d / (2 a) in an infinite plate; a round plate of the radius of
+    the inner circle is softer (Lame)."""
     for half_width, tolerance in ((10.0, 0.01), (40.0, 0.002)):
         system = fo.scenes.PinInPlate(elements=80, plate_half_width=half_width).condense()
         q, p = system.bonded["fit"]
-        infinite, round_plate = 1 / (1 - 0.3**2) / 2, 1 / 1.3 / (0.4 + (0.4 + half_width**2) / (half_width**2 - 1))
+        infinite, round_plate = (
+            1 / (1 - 0.3**2) / 2,
+            1 / 1.3 / (0.4 + (0.4 + half_width**2) / (half_width**2 - 1)),
+        )
         pressure = p / system.width
-        assert round_plate < pressure.mean() < infinite * 1.003 and pressure.mean() == pytest.approx(infinite, rel=tolerance)
-        assert np.ptp(pressure) < 1e-3 * pressure.mean() and np.abs(q / system.width).max() < 3e-3 * pressure.mean()
+        assert (
+            round_plate < pressure.mean() < infinite * 1.003
+            and pressure.mean() == pytest.approx(infinite, rel=tolerance)
+        )
+        assert (
+            np.ptp(pressure) < 1e-3 * pressure.mean()
+            and np.abs(q / system.width).max() < 3e-3 * pressure.mean()
+        )
 
 
 def test_slip_of_a_pin_in_a_pulled_plate_begins_where_the_uniform_stress_says():
-    """One material, glued: the pull sigma is uniform, so p = p0 - sigma (1 + cos 2t) / 2, |q| = sigma |sin 2t| / 2, and the first node slips at
-    sigma / p0 = 2 f / (f + sqrt(1 + f^2)).
+    """One material, glued: the pull sigma is uniform, so p = p0 - sigma (1 + cos 2t) / 2, |q| =
+    sigma |sin 2t| / 2, and the first node slips at sigma / p0 = 2 f / (f + sqrt(1 + f^2)).
     """
     f, errors = 0.3, []
     expected = 2 * f / (f + np.hypot(1, f))
     for elements in (40, 80, 160):
         system = fo.scenes.PinInPlate(elements=elements, growth=1.3).condense()
-        errors.append(fo.onset(system, fitted(system, [{"sigma": 1.0}]), f).slip.load_factor / expected - 1)
+        errors.append(
+            fo.onset(system, fitted(system, [{"sigma": 1.0}]), f).slip.load_factor / expected - 1
+        )
     assert np.abs(errors[2]) < 3e-3 and errors[0] > 2.5 * errors[1] > 6 * errors[2] > 0
 
 
 def test_slip_of_a_loaded_pin_begins_where_kelvins_solution_says():
-    """A uniform body force on a disc of an infinite body: outside, the field is that of a point force (Kelvin) and a^2 / 8 times its Laplacian,
-    because the field is biharmonic. Tractions at the radius a: C cos t and T sin t.
+    """A uniform body force on a disc of an infinite body: outside, the field is that of a point
+    force (Kelvin) and a^2 / 8 times its Laplacian, because the field is biharmonic. Tractions at
+    the radius a: C cos t and T sin t.
     """
     f, nu = 0.3, 0.3
     C, T = ((5 - 4 * nu) / (8 * np.pi * (1 - nu)), (3 - 4 * nu) / (8 * np.pi * (1 - nu)))
@@ -85,25 +103,47 @@ def test_slip_of_a_loaded_pin_begins_where_kelvins_solution_says():
 
 
 def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
-    """A shear force in the plane of the contact: that on the top of the punch, and a couple there that takes its moment away."""
-    scene = fo.scenes.RoundedPunch(radius=50.0, punch=fo.scenes.PunchOnHalfPlane(elements=80, grading=1.0, growth=1.2))
+    """A shear force in the plane of the contact: that on the top of the punch, and a couple there
+    that takes its moment away."""
+    scene = fo.scenes.RoundedPunch(
+        radius=50.0, punch=fo.scenes.PunchOnHalfPlane(elements=80, grading=1.0, growth=1.2)
+    )
     model, height = scene.model(), scene.punch.punch_height
     punch = model.bodies["punch"]
-    mesh = punch.mesh.with_boundaries({"one": lambda x: (x[1] == height) & (x[0] < 0), "two": lambda x: (x[1] == height) & (x[0] > 0)})
-    shear = [fo.Traction("punch", "top", x=1.0), fo.Traction("punch", "two", y=2 * height), fo.Traction("punch", "one", y=-2 * height)]
-    model = replace(model, bodies={**model.bodies, "punch": replace(punch, mesh=mesh)}, loads={"P": model.loads["P"], "Q": shear})
+    mesh = punch.mesh.with_boundaries(
+        {
+            "one": lambda x: (x[1] == height) & (x[0] < 0),
+            "two": lambda x: (x[1] == height) & (x[0] > 0),
+        }
+    )
+    shear = [
+        fo.Traction("punch", "top", x=1.0),
+        fo.Traction("punch", "two", y=2 * height),
+        fo.Traction("punch", "one", y=-2 * height),
+    ]
+    model = replace(
+        model,
+        bodies={**model.bodies, "punch": replace(punch, mesh=mesh)},
+        loads={"P": model.loads["P"], "Q": shear},
+    )
     system = model.condense().with_gap(scene.gap)
-    assert abs(system.bonded["Q"][1] @ system.x) < 1e-10 and system.bonded["Q"][0].sum() == pytest.approx(-2.0)
+    assert abs(system.bonded["Q"][1] @ system.x) < 1e-10 and system.bonded["Q"][
+        0
+    ].sum() == pytest.approx(-2.0)
     a, f = 0.2, 0.5
     P = np.pi * system.E_star * a**2 / (4 * scene.radius)
     hertz = fo.reference.LineContact(P, scene.radius, system.E_star, f)
     cycle = fo.LoadCycle({"P": P / 2}, [{"Q": 1.0}, {"Q": -1.0}])
     steady = fo.steady_state(system, cycle, f, 0.3 * f * P)
-    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(hertz.dissipation(0.6 * f * P), rel=0.06)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
+        hertz.dissipation(0.6 * f * P), rel=0.06
+    )
     p = fo.march(system, cycle, f, 0.3 * f * P, cycles=1).p[-1]
     assert system.width[p > 0].sum() / 2 == pytest.approx(a, abs=0.02)
     inside = np.abs(system.x) < 0.8 * a
-    assert np.allclose(p[inside] / system.width[inside], hertz.pressure(system.x[inside]), rtol=0.03)
+    assert np.allclose(
+        p[inside] / system.width[inside], hertz.pressure(system.x[inside]), rtol=0.03
+    )
 
 
 @refused(
@@ -116,14 +156,30 @@ def test_a_cylinder_slips_as_cattaneo_and_mindlin_say():
     (fo.scenes.PinInPlate, {"plate_half_width": 1.4}, "plate_half_width: 1.4"),
     (fo.scenes.PinInPlate, {"growth": 1.00001, "elements": 8000}, "nodes"),
     (fo.scenes.RoundedPunch, {"flat_half_width": 1.0}, "flat_half_width: 1"),
-    (fo.scenes.PressFit, {"collar_radius": 0.5}, "collar_radius: 0.5; it must be more than shaft_radius = 1"),
+    (
+        fo.scenes.PressFit,
+        {"collar_radius": 0.5},
+        "collar_radius: 0.5; it must be more than shaft_radius = 1",
+    ),
     (fo.scenes.PunchOnHalfPlane, {"elements": 17}, "elements: 17; give a multiple of 2"),
-    (fo.scenes.PunchOnHalfPlane, {"block_half_width": 1.0}, "block_half_width: 1; it must be more than half_width = 1"),
+    (
+        fo.scenes.PunchOnHalfPlane,
+        {"block_half_width": 1.0},
+        "block_half_width: 1; it must be more than half_width = 1",
+    ),
     (fo.scenes.PunchOnHalfPlane, {"grading": 0.5}, "grading: 0.5"),
     (fo.scenes.PunchOnHalfPlane, {"growth": 1.0}, "growth: 1.0"),
     (fo.scenes.PunchOnHalfPlane, {"elements": 10**13}, "elements: 10000000000000"),
-    (fo.scenes.PunchOnHalfPlane, {"half_width": 1e-300}, "block_half_width: 12 beside half_width = 1e-300"),
-    (fo.scenes.PunchOnHalfPlane, {"half_width": 1e-4, "growth": 1.001}, "growth = 1.001: they make a mesh of"),
+    (
+        fo.scenes.PunchOnHalfPlane,
+        {"half_width": 1e-300},
+        "block_half_width: 12 beside half_width = 1e-300",
+    ),
+    (
+        fo.scenes.PunchOnHalfPlane,
+        {"half_width": 1e-4, "growth": 1.001},
+        "growth = 1.001: they make a mesh of",
+    ),
     (fo.scenes.PunchOnHalfPlane, {"grading": 9e14, "elements": 10_000}, "grading: 9e.14"),
     (fo.scenes.SquarePunch, {"elements": 1}, "elements"),
     (fo.scenes.SquarePunch, {"block_half_width": 1.0}, "block_half_width"),
@@ -135,14 +191,19 @@ def test_scenes_that_cannot_be_are_refused(kind, fields):
 
 
 def test_a_dovetail_that_is_reduced_to_its_contacts_and_its_top():
-    """Of the nodes that are left, those of the blade lie behind its flanks, and the disc has no others."""
+    """Of the nodes that are left, those of the blade lie behind its flanks, and the disc has no
+    others."""
     model = fo.scenes.Dovetail(elements=6, growth=1.6, neck_half_width=0.5, neck_height=4.0).model()
     given, whole = matrices_of(model), model.condense()
-    nodes = np.union1d(given["pairs"], model.bodies["blade"].boundary_nodes("top", "loads"))  # the blade comes first
+    nodes = np.union1d(
+        given["pairs"], model.bodies["blade"].boundary_nodes("top", "loads")
+    )  # the blade comes first
     kept, free = given["unknowns"][nodes], np.unique(given["unknowns"][given["unknowns"] >= 0])
     K, rest = given["K"].toarray(), np.setdiff1d(free, kept)
     rows = kept.ravel()
-    reduced = K[np.ix_(rows, rows)] - K[np.ix_(rows, rest)] @ np.linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, rows)])
+    reduced = K[np.ix_(rows, rows)] - K[np.ix_(rows, rest)] @ np.linalg.solve(
+        K[np.ix_(rest, rest)], K[np.ix_(rest, rows)]
+    )
     own = np.sqrt(np.diag(reduced))
     reduced[np.abs(reduced) < 1e-12 * np.outer(own, own)] = 0.0  # of bodies that nothing joins
     system = fo.condense(
@@ -175,5 +236,8 @@ def test_matrices_of_a_scene_make_its_contact_and_no_pair_may_be_exchanged(scene
     for i in range(len(given["pairs"])):
         exchanged = given["pairs"].copy()
         exchanged[i] = exchanged[i, ::-1]
-        with pytest.raises(fo.ModelError, match=f"normals: that of pair {i} at .* does not point from body 2 into body 1"):
+        with pytest.raises(
+            fo.ModelError,
+            match=f"normals: that of pair {i} at .* does not point from body 2 into body 1",
+        ):
             fo.condense(**{**given, "pairs": exchanged})

@@ -168,7 +168,9 @@ FAULTS = (
         "solve/compiled.py",
         "multipliers that do not balance are no defect",
         old="float(np.abs(compiled.matrix.T @ y + compiled.cost) @ np.maximum(np.abs(z), units))",
-        new=("0.0 * float(np.abs(compiled.matrix.T @ y + compiled.cost) @ np.maximum(np.abs(z), units))"),
+        new=(
+            "0.0 * float(np.abs(compiled.matrix.T @ y + compiled.cost) @ np.maximum(np.abs(z), units))"
+        ),
         tests="polish limit_checks",
     ),
     Fault(
@@ -259,7 +261,9 @@ FAULTS = (
     Fault(
         "solve/reduced.py",
         "a bound of abs that a cone bounds",
-        old=("(program.cost == 0) & ~taken & (count(bounds) == 1) & (count(bounds & linear[row]) == 1)"),
+        old=(
+            "(program.cost == 0) & ~taken & (count(bounds) == 1) & (count(bounds & linear[row]) == 1)"
+        ),
         new="(program.cost == 0) & ~taken & (count(bounds) == 1)",
         tests="compiled",
     ),
@@ -392,8 +396,12 @@ FAULTS = (
     Fault(
         "solve/reduced.py",
         "cones that are shut stay cones",
-        old=("terms[heads] <= ROUNDING * np.maximum.reduceat(np.r_[terms[1:] * (np.diff(of) == 0), 0.0], heads)"),
-        new=("terms[heads] < 0.0 * np.maximum.reduceat(np.r_[terms[1:] * (np.diff(of) == 0), 0.0], heads)"),
+        old=(
+            "terms[heads] <= ROUNDING * np.maximum.reduceat(np.r_[terms[1:] * (np.diff(of) == 0), 0.0], heads)"
+        ),
+        new=(
+            "terms[heads] < 0.0 * np.maximum.reduceat(np.r_[terms[1:] * (np.diff(of) == 0), 0.0], heads)"
+        ),
         tests="slip_bound spatial_limits compiled",
     ),
     Fault(
@@ -483,7 +491,9 @@ FAULTS = (
     Fault(
         "solve/arrays.py",
         "multipliers that do not balance are exact",
-        old=("max(self.violation(x), np.abs(self.matrix.T @ y + self.cost).max(initial=0.0), abs(y @ self.slack(x)))"),
+        old=(
+            "max(self.violation(x), np.abs(self.matrix.T @ y + self.cost).max(initial=0.0), abs(y @ self.slack(x)))"
+        ),
         new="max(self.violation(x), abs(y @ self.slack(x)))",
         tests="polish",
     ),

@@ -1,4 +1,5 @@
-"""Programs as cvxpy compiles them, smaller and scaled: each step gives back a solution of the whole, whatever it is about."""
+"""Programs as cvxpy compiles them, smaller and scaled: each step gives back a solution of the
+whole, whatever it is about."""
 
 from types import SimpleNamespace
 
@@ -25,11 +26,15 @@ from helpers.systems import CYCLE, SEEDS, random_system
 
 
 def whole(compiled):
-    """All rows of a compiled program with its dense equations in them, and which of its rows these are."""
+    """All rows of a compiled program with its dense equations in them, and which of its rows these
+    are."""
     matrix, kept = compiled.matrix.toarray(), np.ones(len(compiled.right), dtype=bool)
     for block in compiled.blocks:
         at = np.arange(block.rows.start, block.rows.stop)
-        assert matrix[at, block.defined].tolist() == [block.sign] * len(at) and matrix[block.sources][:, block.of].any(axis=1).all()
+        assert (
+            matrix[at, block.defined].tolist() == [block.sign] * len(at)
+            and matrix[block.sources][:, block.of].any(axis=1).all()
+        )
         matrix[np.ix_(at, block.of)] -= block.sign * block.matrix
         kept[block.sources] = False
     return matrix[kept], np.flatnonzero(kept)
@@ -38,8 +43,19 @@ def whole(compiled):
 def columns(problem, param_prob):
     """The columns of the problem's unknowns in order, and then of those that cvxpy adds."""
     place, known = param_prob.var_id_to_col, [variable.id for variable in problem.variables()]
-    order, ends = sorted(place, key=place.get), dict(zip(sorted(place.values()), [*sorted(place.values())[1:], param_prob.x.size], strict=True))
-    sequence = [one for one in known if one in place] + sorted(one for one in order if one not in known)
+    order, ends = (
+        sorted(place, key=place.get),
+        dict(
+            zip(
+                sorted(place.values()),
+                [*sorted(place.values())[1:], param_prob.x.size],
+                strict=True,
+            )
+        ),
+    )
+    sequence = [one for one in known if one in place] + sorted(
+        one for one in order if one not in known
+    )
     return np.concatenate([np.arange(place[one], ends[place[one]]) for one in sequence])
 
 
@@ -49,34 +65,57 @@ def same_rows(mine, theirs):
     if len(mine):
         apart = cdist(mine, theirs, "chebyshev")
         assert apart.min(axis=1).max() < 1e-9 and apart.min(axis=0).max() < 1e-9
-        assert sorted(np.unique((apart < 1e-9).sum(axis=1))) == sorted(np.unique((apart < 1e-9).sum(axis=0)))
+        assert sorted(np.unique((apart < 1e-9).sum(axis=1))) == sorted(
+            np.unique((apart < 1e-9).sum(axis=0))
+        )
 
 
 def contact_problem(seed, tangents, bounded, own):
     rng = np.random.default_rng(seed)
-    contact, loads = (random_system(rng, 3), CYCLE) if tangents == 1 else (random_contact(rng, 3), space_cycle())
+    contact, loads = (
+        (random_system(rng, 3), CYCLE) if tangents == 1 else (random_contact(rng, 3), space_cycle())
+    )
     model = fo.ShakedownModel(contact, loads, slip_bound=0.8 if bounded else None)
-    rows = [model.slip[0] <= 0.1, cp.norm1(model.slip[1]) <= 1.0, cp.sum(model.p[0]) >= 0.1, model.load_factor <= 5.0] if own else []
+    rows = (
+        [
+            model.slip[0] <= 0.1,
+            cp.norm1(model.slip[1]) <= 1.0,
+            cp.sum(model.p[0]) >= 0.1,
+            model.load_factor <= 5.0,
+        ]
+        if own
+        else []
+    )
     return model.solve(0.4, rows).problem
 
 
-@pytest.mark.filterwarnings("ignore:The problem includes expressions")  # of three dimensions, as cvxpy takes them
+@pytest.mark.filterwarnings(
+    "ignore:The problem includes expressions"
+)  # of three dimensions, as cvxpy takes them
 @pytest.mark.parametrize("own", [False, True])
 @pytest.mark.parametrize("bounded", [False, True])
 @pytest.mark.parametrize("tangents", [1, 2], ids=["plane", "space"])
 @pytest.mark.parametrize("seed", few(range(2)))
-def test_a_program_with_dense_blocks_is_the_one_that_cvxpy_compiles_of_the_whole_problem(seed, tangents, bounded, own):
+def test_a_program_with_dense_blocks_is_the_one_that_cvxpy_compiles_of_the_whole_problem(
+    seed, tangents, bounded, own
+):
     problem = contact_problem(seed, tangents, bounded, own)
     data, *_ = problem.get_problem_data("CLARABEL", solver_opts={"use_quad_obj": True})
     compiled, rng = Compiled(problem), np.random.default_rng(seed)
     assert len(compiled.blocks) == 2
     theirs = columns(problem, data["param_prob"])
-    mine = columns(problem, SimpleNamespace(var_id_to_col=compiled.columns, x=SimpleNamespace(size=len(compiled.cost))))
+    mine = columns(
+        problem,
+        SimpleNamespace(var_id_to_col=compiled.columns, x=SimpleNamespace(size=len(compiled.cost))),
+    )
     (matrix, kept), A = whole(compiled), data["A"].toarray()
     assert sorted(mine) == sorted(theirs) == list(range(len(compiled.cost)))
     assert compiled.cost[mine] == pytest.approx(data["c"][theirs])
     ways = rng.normal(size=(len(mine), 4))
-    ours, others = (np.c_[rows[:, at] @ ways, right] for rows, at, right in ((matrix, mine, compiled.right[kept]), (A, theirs, data["b"])))
+    ours, others = (
+        np.c_[rows[:, at] @ ways, right]
+        for rows, at, right in ((matrix, mine, compiled.right[kept]), (A, theirs, data["b"]))
+    )
     dims, zero = data["dims"], int((kept < compiled.zero).sum())
     assert (zero, compiled.nonneg, compiled.soc) == (dims.zero, dims.nonneg, dims.soc)
     end = zero + compiled.nonneg
@@ -84,7 +123,12 @@ def test_a_program_with_dense_blocks_is_the_one_that_cvxpy_compiles_of_the_whole
     same_rows(ours[zero:end], others[zero:end])
     for size in set(compiled.soc):  # a cone as one row: the order within it matters
         starts = end + np.cumsum([0, *compiled.soc])[:-1][np.array(compiled.soc) == size]
-        same_rows(*(rows[starts[:, None] + np.arange(size)].reshape(len(starts), -1) for rows in (ours, others)))
+        same_rows(
+            *(
+                rows[starts[:, None] + np.arange(size)].reshape(len(starts), -1)
+                for rows in (ours, others)
+            )
+        )
     y = rng.normal(size=len(compiled.right))
     for block in compiled.blocks:
         y[block.sources] = np.nan  # they follow from the others
@@ -102,10 +146,15 @@ def test_parameters_are_read_anew():
 
 
 def any_program(rng, cones, n=5):
-    """A bounded program with dense and sparse equations, bounds of abs and maybe norm, rows that others stand for, and a point inside of it."""
+    """A bounded program with dense and sparse equations, bounds of abs and maybe norm, rows that
+    others stand for, and a point inside of it."""
     G, M, free = rng.normal(size=(n, n - 1)), rng.normal(size=(3, n)), rng.normal(size=n)
     free /= np.linalg.norm(free)
-    square = (np.eye(n) - np.outer(free, free)) @ (G @ G.T + np.eye(n)) @ (np.eye(n) - np.outer(free, free))  # one direction it does not resist
+    square = (
+        (np.eye(n) - np.outer(free, free))
+        @ (G @ G.T + np.eye(n))
+        @ (np.eye(n) - np.outer(free, free))
+    )  # one direction it does not resist
     square, M = (square + square.T) / 2, M - np.outer(M @ free, free)
     x, y, w, t, load = (
         cp.Variable(n, name="x"),
@@ -118,38 +167,75 @@ def any_program(rng, cones, n=5):
     y0, w0, weights = square @ at, M @ at, rng.uniform(0.5, 2.0, 4)
     t0 = w0[:2] + 2 * y0[1:3] + at[0]
     rows = [y == named(square, "G") @ x, w == named(M, "M") @ x, t == w[:2] + 2 * y[1:3] + x[0]]
-    rows += [cp.abs(y - y0) <= rng.uniform(0.5, 1.0, n) + 0.1 * load, cp.abs(t - t0) <= rng.uniform(0.5, 1.0, 2), cp.norm1(x) <= 5, load >= 0]
-    rows += [weight * load + y[k % 2] <= y0[k % 2] + right for k, (weight, right) in enumerate(zip(weights, rng.uniform(0.2, 1.0, 4), strict=True))]
-    rows += [cp.pnorm(cp.reshape(y[:4] - y0[:4], (2, 2), order="F"), 2, axis=1) <= 0.9 + load, cp.norm(w - w0) <= 1.5] if cones else []
+    rows += [
+        cp.abs(y - y0) <= rng.uniform(0.5, 1.0, n) + 0.1 * load,
+        cp.abs(t - t0) <= rng.uniform(0.5, 1.0, 2),
+        cp.norm1(x) <= 5,
+        load >= 0,
+    ]
+    rows += [
+        weight * load + y[k % 2] <= y0[k % 2] + right
+        for k, (weight, right) in enumerate(zip(weights, rng.uniform(0.2, 1.0, 4), strict=True))
+    ]
+    rows += (
+        [
+            cp.pnorm(cp.reshape(y[:4] - y0[:4], (2, 2), order="F"), 2, axis=1) <= 0.9 + load,
+            cp.norm(w - w0) <= 1.5,
+        ]
+        if cones
+        else []
+    )
     rows += [rng.normal(size=(2, n)) @ (x - at) == 0] if rng.random() < 0.3 else []
     problem = cp.Problem(
-        cp.Maximize(rng.normal(size=n) @ x + rng.normal(size=3) @ w + rng.normal(size=2) @ t + rng.uniform(0.1, 1.0) * load + 2.0), rows
+        cp.Maximize(
+            rng.normal(size=n) @ x
+            + rng.normal(size=3) @ w
+            + rng.normal(size=2) @ t
+            + rng.uniform(0.1, 1.0) * load
+            + 2.0
+        ),
+        rows,
     )
     free, inverse = unresisted(square, M, np.sqrt(np.diag(square)), np.ones(3))
     assert free.shape == (n, 1)
-    return problem, lambda: by_inverse(rows[0], rows[1:2], free, inverse, rng.uniform(0.5, 2.0, n), np.ones(1))
+    return problem, lambda: by_inverse(
+        rows[0], rows[1:2], free, inverse, rng.uniform(0.5, 2.0, n), np.ones(1)
+    )
 
 
 STEPS = ("own_unknowns", "defined_unknowns", "dominated", "changes")
 
 
 @pytest.mark.parametrize("cones", [False, True])
-@pytest.mark.parametrize("steps", [(), *((step,) for step in STEPS), STEPS], ids=lambda steps: "+".join(steps) or "none")
+@pytest.mark.parametrize(
+    "steps", [(), *((step,) for step in STEPS), STEPS], ids=lambda steps: "+".join(steps) or "none"
+)
 @settings(max_examples=few(10))
 @given(seed=SEEDS)
 def test_what_a_reduction_gives_back_solves_the_compiled_program(seed, steps, cones):
     rng = np.random.default_rng(seed)
     problem, change = any_program(rng, cones)
-    units = {variable: 10.0 ** rng.uniform(-2, 2) for variable in problem.variables() if rng.random() < 0.7}
+    units = {
+        variable: 10.0 ** rng.uniform(-2, 2)
+        for variable in problem.variables()
+        if rng.random() < 0.7
+    }
     exact = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
     best, compiled = problem.solve(solver="CLARABEL", **exact), Compiled(problem)
     with pytest.MonkeyPatch.context() as patch:
-        for name, none in (("own_unknowns", None), ("defined_unknowns", None), ("dominated", np.zeros(0, dtype=int))):
+        for name, none in (
+            ("own_unknowns", None),
+            ("defined_unknowns", None),
+            ("dominated", np.zeros(0, dtype=int)),
+        ):
             if name not in steps:
                 patch.setattr(reductions, name, lambda *_, none=none: none)
         reduced = Reduced(compiled, units, [change()] if "changes" in steps else [])
     if steps == STEPS:
-        assert len(reduced.arrays.cost) < len(compiled.cost) - 9 and len(reduced.arrays.right) < len(compiled.right) - 10
+        assert (
+            len(reduced.arrays.cost) < len(compiled.cost) - 9
+            and len(reduced.arrays.right) < len(compiled.right) - 10
+        )
     status, x, y = run(reduced.arrays, "CLARABEL", -np.inf)
     z, multipliers = reduced.back(*polish(reduced.arrays, x, y))
     assert status == "optimal"
@@ -163,10 +249,14 @@ def test_what_a_reduction_gives_back_solves_the_compiled_program(seed, steps, co
             assert cone[0] >= np.linalg.norm(cone[1:]) - 1e-9
         at += size
     assert matrix.T @ m + compiled.cost == pytest.approx(np.zeros(len(z)), abs=1e-8)
-    assert compiled.matrix.T @ multipliers + compiled.cost == pytest.approx(np.zeros(len(z)), abs=1e-8)
+    assert compiled.matrix.T @ multipliers + compiled.cost == pytest.approx(
+        np.zeros(len(z)), abs=1e-8
+    )
     assert compiled.cost @ z == pytest.approx(-compiled.right[kept] @ m, abs=1e-8)
     compiled.save(z, multipliers)
-    assert (problem.value, problem.objective.value) == pytest.approx((best, best), rel=1e-7, abs=1e-7)
+    assert (problem.value, problem.objective.value) == pytest.approx(
+        (best, best), rel=1e-7, abs=1e-7
+    )
     assert all(row.violation().max() < 1e-8 for row in problem.constraints)
 
 
@@ -178,13 +268,25 @@ def of(goal, rows, units=None, **options):
 
 @pytest.mark.parametrize("simplify", [True, False])
 def test_rows_that_others_stand_for(simplify):
-    """With load >= 0, of rows that differ in its coefficient alone those are left out that another one is above in it, and not in the right side."""
+    """With load >= 0, of rows that differ in its coefficient alone those are left out that another
+    one is above in it, and not in the right side."""
     x, y, load = cp.Variable(), cp.Variable(), cp.Variable()
-    rows = [load >= 0, load + y <= 3, 2 * load + y <= 2, 0.5 * load + y <= 1, 0.25 * load + y <= 4, 3 * load + x <= 9, x >= -1, y >= -1]
+    rows = [
+        load >= 0,
+        load + y <= 3,
+        2 * load + y <= 2,
+        0.5 * load + y <= 1,
+        0.25 * load + y <= 4,
+        3 * load + x <= 9,
+        x >= -1,
+        y >= -1,
+    ]
     problem = cp.Problem(cp.Maximize(3 * load + y + x), rows)
     chain = Chain(problem, {}, simplify=simplify)
     record = chain.solve(lambda: SolveRecord(residual=chain.proof.gap))[1]
-    best = max(3 * a + b + min(9 - 3 * a, np.inf) for a, b in ((0.0, 1.0), (2 / 3, 2 / 3), (1.5, -1.0)))
+    best = max(
+        3 * a + b + min(9 - 3 * a, np.inf) for a, b in ((0.0, 1.0), (2 / 3, 2 / 3), (1.5, -1.0))
+    )
     assert problem.value == pytest.approx(best) and chain.reduced.left_out == (2 if simplify else 0)
     assert record.left_out == (("rows: 2 that others stand for",) if simplify else ())
     assert [float(rows[k].dual_value) for k in (1, 4)] == [0.0, 0.0]
@@ -192,9 +294,16 @@ def test_rows_that_others_stand_for(simplify):
 
 @pytest.mark.parametrize("sign", ["none", "<= 0", ">= -1", ">= 0", ">= 0.5"])
 def test_rows_that_others_stand_for_only_where_the_unknown_has_the_sign(sign):
-    """`load + y <= 3` follows from `2 load + y <= 2` if load >= -1, but the way that this is told needs load >= 0."""
+    """`load + y <= 3` follows from `2 load + y <= 2` if load >= -1, but the way that this is told
+    needs load >= 0."""
     y, load = cp.Variable(), cp.Variable()
-    signed = {"none": [], "<= 0": [load <= 0], ">= -1": [load >= -1], ">= 0": [load >= 0], ">= 0.5": [load >= 0.5]}[sign]
+    signed = {
+        "none": [],
+        "<= 0": [load <= 0],
+        ">= -1": [load >= -1],
+        ">= 0": [load >= 0],
+        ">= 0.5": [load >= 0.5],
+    }[sign]
     rows = [load + y <= 3, 2 * load + y <= 2, y >= -9, *signed]
     assert of(cp.Maximize(y), rows)[1].left_out == (1 if sign in (">= 0", ">= 0.5") else 0)
 
@@ -205,13 +314,21 @@ def test_the_row_that_says_the_sign_is_never_left_out_by_it():
     rows = [load >= 0, load <= 0, y <= 1 + load, y >= 0]
     chain = Chain(cp.Problem(cp.Minimize(load), rows), {})
     assert chain.growth() is None
-    assert chain.solve(lambda: SolveRecord(residual=max(chain.proof.gap, *(row.violation() for row in rows))))[0].residual <= 1e-9
+    assert (
+        chain.solve(
+            lambda: SolveRecord(residual=max(chain.proof.gap, *(row.violation() for row in rows)))
+        )[0].residual
+        <= 1e-9
+    )
     assert load.value == pytest.approx(0.0, abs=1e-12)
 
 
 def test_one_of_equal_rows_is_left():
     y, load = cp.Variable(), cp.Variable()
-    program, reduced = of(cp.Maximize(load + y), [load >= 0, load + y <= 1, load + y <= 1, load + 2 * y <= 1, load + 2 * y <= 1, y <= 0.75])
+    program, reduced = of(
+        cp.Maximize(load + y),
+        [load >= 0, load + y <= 1, load + y <= 1, load + 2 * y <= 1, load + 2 * y <= 1, y <= 0.75],
+    )
     assert reduced.left_out == 2 and len(program.right) == 4
 
 
@@ -224,10 +341,14 @@ def test_an_equation_is_left_out_that_others_stand_for_and_not_one_that_they_con
     assert chain.reduced.arrays.zero == zero
     if zero == 1:
         chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-        assert x.value == pytest.approx([1.0, 0.0]) and float(one.dual_value) + 2 * float(two.dual_value) == pytest.approx(1.0)
+        assert x.value == pytest.approx([1.0, 0.0]) and float(one.dual_value) + 2 * float(
+            two.dual_value
+        ) == pytest.approx(1.0)
     else:
         none = chain.contradiction()
-        assert none.ruling == {one.id, two.id} and float(one.dual_value) == pytest.approx(-2 * float(two.dual_value))
+        assert none.ruling == {one.id, two.id} and float(one.dual_value) == pytest.approx(
+            -2 * float(two.dual_value)
+        )
 
 
 def test_an_unknown_that_one_equation_alone_has_follows_from_the_others():
@@ -237,7 +358,12 @@ def test_an_unknown_that_one_equation_alone_has_follows_from_the_others():
     chain = Chain(problem, {})
     assert chain.reduced.arrays.matrix.shape == (1, 1)
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert (problem.value, float(t.value), float(define.dual_value), float(problem.constraints[1].dual_value)) == pytest.approx((7.0, 7.0, 1.0, 3.0))
+    assert (
+        problem.value,
+        float(t.value),
+        float(define.dual_value),
+        float(problem.constraints[1].dual_value),
+    ) == pytest.approx((7.0, 7.0, 1.0, 3.0))
 
 
 def test_bounds_of_abs_are_no_unknowns():
@@ -255,7 +381,9 @@ def test_bounds_of_norms_are_no_unknowns():
     chain = Chain(cp.Problem(cp.Maximize(3 * x[0, 0] + 4 * x[0, 1] + x[1, 1]), [row]), {})
     assert chain.reduced.arrays.matrix.shape == (6, 4)
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert x.value == pytest.approx(np.array([[3.0, 4.0], [0.0, 1.0]])) and row.dual_value == pytest.approx([5.0, 1.0])
+    assert x.value == pytest.approx(
+        np.array([[3.0, 4.0], [0.0, 1.0]])
+    ) and row.dual_value == pytest.approx([5.0, 1.0])
 
 
 def test_a_cone_without_room_is_equations_and_its_multiplier_is_in_the_cone():
@@ -264,12 +392,21 @@ def test_a_cone_without_room_is_equations_and_its_multiplier_is_in_the_cone():
     chain = Chain(cp.Problem(cp.Maximize(3 * x[0] + 4 * x[1] + x[2]), [shut, x[2] <= 5.0]), {})
     assert chain.reduced.arrays.zero == 2 and chain.reduced.arrays.sizes.tolist() == [1]
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert x.value == pytest.approx(np.array([1.0, 2.0, 5.0])) and shut.dual_value[0] == pytest.approx(5.0)
+    assert x.value == pytest.approx(np.array([1.0, 2.0, 5.0])) and shut.dual_value[
+        0
+    ] == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(
     "why",
-    ["two rows bound it", "a row and a cone bound it", "a cone bounds it", "it is what is sought", "it stands in an equation", "it hurts in a cone"],
+    [
+        "two rows bound it",
+        "a row and a cone bound it",
+        "a cone bounds it",
+        "it is what is sought",
+        "it stands in an equation",
+        "it hurts in a cone",
+    ],
 )
 def test_an_unknown_is_kept_unless_one_row_bounds_it_and_it_only_helps_elsewhere(why):
     x, t = cp.Variable(2), cp.Variable()
@@ -286,23 +423,33 @@ def test_an_unknown_is_kept_unless_one_row_bounds_it_and_it_only_helps_elsewhere
     best = problem.solve(solver="CLARABEL", tol_gap_abs=1e-11, tol_gap_rel=1e-11, tol_feas=1e-11)
     chain = Chain(problem, {})
     chain.solve(lambda: SolveRecord(residual=max(chain.proof.gap, chain.violation)))
-    assert problem.value == pytest.approx(best, abs=1e-8) and all(row.violation().max() < 1e-9 for row in rows)
+    assert problem.value == pytest.approx(best, abs=1e-8) and all(
+        row.violation().max() < 1e-9 for row in rows
+    )
 
 
 def test_unknowns_that_no_row_feels_are_no_unknowns_and_their_values_follow():
     G, M = np.array([[2.0, -1.0], [-1.0, 2.0]]), np.array([[1.0, 1.0], [1.0, -1.0], [3.0, 0.0]])
     x, y, w, idle = cp.Variable(2), cp.Variable(2), cp.Variable(3), cp.Variable(2)
-    problem = cp.Problem(cp.Maximize(x[0] + x[1]), [y == named(G, "G") @ x, w == named(M, "M") @ x, x <= 1, idle == named(G, "G") @ x])
+    problem = cp.Problem(
+        cp.Maximize(x[0] + x[1]),
+        [y == named(G, "G") @ x, w == named(M, "M") @ x, x <= 1, idle == named(G, "G") @ x],
+    )
     chain = Chain(problem, {})
     assert chain.reduced.arrays.matrix.shape[1] == 2
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert x.value == pytest.approx([1.0, 1.0]) and y.value == pytest.approx([1.0, 1.0]) and w.value == pytest.approx([2.0, 0.0, 3.0])
+    assert (
+        x.value == pytest.approx([1.0, 1.0])
+        and y.value == pytest.approx([1.0, 1.0])
+        and w.value == pytest.approx([2.0, 0.0, 3.0])
+    )
     assert all(row.violation().max() < 1e-12 for row in problem.constraints)
 
 
 @pytest.mark.parametrize("felt", [True, False])
 def test_what_a_square_matrix_does_not_resist_is_an_unknown_only_where_a_row_feels_it(felt):
-    """One body of two nodes that may slide: the slide alone opens a gap, which may matter or not."""
+    """One body of two nodes that may slide: the slide alone opens a gap, which may matter or
+    not."""
     G, M, W = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([[1.0, -1.0]]), np.array([[1.0, 1.0]])
     x, y, w, gap = cp.Variable(2), cp.Variable(2), cp.Variable(1), cp.Variable(1)
     dense = [y == named(G, "G") @ x, w == named(M, "M") @ x, gap == named(W, "W") @ x]
@@ -313,7 +460,9 @@ def test_what_a_square_matrix_does_not_resist_is_an_unknown_only_where_a_row_fee
     chain = Chain(problem, {}, [change])
     assert chain.reduced.arrays.matrix.shape[1] == (2 if felt else 1)
     chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
-    assert y.value == pytest.approx([2.0, -2.0]) and all(row.violation().max() < 1e-9 for row in problem.constraints)
+    assert y.value == pytest.approx([2.0, -2.0]) and all(
+        row.violation().max() < 1e-9 for row in problem.constraints
+    )
 
 
 def tiny(kind, cone):
@@ -336,7 +485,9 @@ def test_a_compliance_is_the_inverse_where_something_resists_and_nothing_elsewhe
     square = root @ root.T
     found, inverse = unresisted(square, np.zeros((1, n)), np.sqrt(np.diag(square)), np.ones(1))
     assert found @ found.T == pytest.approx(still @ still.T, abs=1e-9)
-    assert inverse == pytest.approx(np.linalg.pinv(square, rcond=1e-9), abs=1e-6 * np.abs(inverse).max())
+    assert inverse == pytest.approx(
+        np.linalg.pinv(square, rcond=1e-9), abs=1e-6 * np.abs(inverse).max()
+    )
 
 
 @pytest.mark.parametrize("cone", [False, True])
@@ -349,11 +500,17 @@ def test_why_there_is_no_optimum(kind, cone):
     if none:
         assert none.ruling == ruling and none.residual <= 1e-9 and none.z is None
         y = {row.label or index: row.dual_value for index, row in enumerate(problem.constraints)}
-        assert float(y["low"]) > 0 and float(y[1]) == pytest.approx(float(y["low"]))  # t balances: 1 < 2
+        assert float(y["low"]) > 0 and float(y[1]) == pytest.approx(
+            float(y["low"])
+        )  # t balances: 1 < 2
     if more:
         x, t = sorted(problem.variables(), key=lambda variable: -variable.size)
         ray, size = chain.value_along(more, x), chain.value_along(more, t)
-        assert ray[0] > 0 and ray[1] <= 1e-9 and (np.linalg.norm(ray) if cone else np.abs(ray).max()) <= size + 1e-9
+        assert (
+            ray[0] > 0
+            and ray[1] <= 1e-9
+            and (np.linalg.norm(ray) if cone else np.abs(ray).max()) <= size + 1e-9
+        )
 
 
 @pytest.mark.parametrize("kind", ["infeasible", "unbounded"])
@@ -364,19 +521,29 @@ def test_solvers_that_agree_on_no_optimum_are_not_believed_without_a_proof(kind)
     with pytest.raises(NoOptimum):
         chain.solve(lambda: pytest.fail("nothing to judge"), no_optimum=lambda: None)
     with pytest.raises(NoOptimum):
-        chain.solve(lambda: pytest.fail("nothing to judge"), no_optimum=lambda: SolveRecord(residual=1e-8))
-    assert chain.solve(lambda: pytest.fail("nothing to judge"), no_optimum=lambda: SolveRecord(residual=1e-10))[1].residual == 1e-10
+        chain.solve(
+            lambda: pytest.fail("nothing to judge"), no_optimum=lambda: SolveRecord(residual=1e-8)
+        )
+    assert (
+        chain.solve(
+            lambda: pytest.fail("nothing to judge"), no_optimum=lambda: SolveRecord(residual=1e-10)
+        )[1].residual
+        == 1e-10
+    )
 
 
 @pytest.mark.parametrize("damage", ["unbalanced", "the wrong way", "none"])
 @pytest.mark.parametrize("kind", ["infeasible", "feasible"])
 def test_damaged_multipliers_contradict_nothing(kind, damage, monkeypatch):
-    """Whatever excess a search for one claims: its multipliers must balance, and lack what they say."""
+    """Whatever excess a search for one claims: its multipliers must balance, and lack what they
+    say."""
     chain, honest = Chain(tiny(kind, True)[0], {}), chains._least_excess
 
     def damaged(program):
         y = honest(program)[1]
-        y = {"unbalanced": y + 1e-3 * np.arange(1, len(y) + 1), "the wrong way": -y, "none": 0 * y}[damage]
+        y = {"unbalanced": y + 1e-3 * np.arange(1, len(y) + 1), "the wrong way": -y, "none": 0 * y}[
+            damage
+        ]
         return 1.0, y
 
     monkeypatch.setattr(chains, "_least_excess", damaged)
@@ -400,14 +567,24 @@ def test_an_excess_needs_multipliers_that_prove_it(monkeypatch):
     for kind, excess in (("feasible", 1.0), ("infeasible", 0.0)):
         chain = Chain(tiny(kind, True)[0], {})
         with monkeypatch.context() as patch:
-            patch.setattr(chains, "run", lies(lambda program, excess=excess: (excess * program.cost, np.zeros(len(program.right)))))
+            patch.setattr(
+                chains,
+                "run",
+                lies(
+                    lambda program, excess=excess: (
+                        excess * program.cost,
+                        np.zeros(len(program.right)),
+                    )
+                ),
+            )
             patch.setattr(chains, "polish", lambda program, x, y: (x, y))
             assert chain.contradiction() is None
 
 
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_an_excess_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkeypatch):
-    """The first says that all unknowns and multipliers are 0, or that multipliers which do not balance prove some excess."""
+    """The first says that all unknowns and multipliers are 0, or that multipliers which do not
+    balance prove some excess."""
     chain, names = Chain(tiny("infeasible", True)[0], {}), []
 
     def told(program, name, above):
@@ -432,20 +609,36 @@ def test_a_way_that_leaves_the_rows_or_leads_nowhere_is_no_growth(still, monkeyp
 
     def told(program):
         objective = program.matrix[[np.flatnonzero(program.right == -1)[0]]].toarray().ravel()
-        return np.where(program.cost.astype(bool) | still, 0.0, -objective), np.zeros(len(program.right))
+        return np.where(program.cost.astype(bool) | still, 0.0, -objective), np.zeros(
+            len(program.right)
+        )
 
     monkeypatch.setattr(chains, "polish", lambda program, x, y: (x, y))
-    monkeypatch.setattr(chains, "run", lies(lambda program: told(program) if (program.right == -1).any() else (program.cost, 0 * program.right)))
+    monkeypatch.setattr(
+        chains,
+        "run",
+        lies(
+            lambda program: (
+                told(program) if (program.right == -1).any() else (program.cost, 0 * program.right)
+            )
+        ),
+    )
     assert chain.growth() is None
 
 
 @pytest.mark.parametrize("friction", [1.0, 1e-3, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("cone", [False, True])
-def test_growth_within_little_friction_needs_pressure_that_grows_and_values_to_begin_with(friction, cone):
+def test_growth_within_little_friction_needs_pressure_that_grows_and_values_to_begin_with(
+    friction, cone
+):
     q, p, load = cp.Variable(2), cp.Variable(), cp.Variable()
     rows = [(cp.norm(q) if cone else cp.max(cp.abs(q))) <= friction * p, load == q[0], q[1] == 0]
     units = {p: 1.0, q: friction, load: friction}
     for more, grows in (([], True), ([p <= 1], False), ([q[0] <= -1], False), ([q[1] >= 1], False)):
-        assert (Chain(cp.Problem(cp.Maximize(load), [*rows, *more]), units).growth() is not None) == grows
+        assert (
+            Chain(cp.Problem(cp.Maximize(load), [*rows, *more]), units).growth() is not None
+        ) == grows
     pulled = Chain(cp.Problem(cp.Maximize(p), [*rows, q[0] <= -friction, load >= friction]), units)
-    assert pulled.ray() is not None and pulled.growth() is None and pulled.contradiction() is not None
+    assert (
+        pulled.ray() is not None and pulled.growth() is None and pulled.contradiction() is not None
+    )

@@ -1,4 +1,5 @@
-"""The dual of balances: its answers are those of the program, from solvers that take it as it stands."""
+"""The dual of balances: its answers are those of the program, from solvers that take it as it
+stands."""
 
 import numpy as np
 import pytest
@@ -11,11 +12,14 @@ from helpers.cases import few
 
 
 def balance(rng, nodes, equations, free=1, extra=2):
-    """A program with a solution: cones of own unknowns, some moved by a load >= 0, more cones, unknowns without a cone, and equations."""
+    """A program with a solution: cones of own unknowns, some moved by a load >= 0, more cones,
+    unknowns without a cone, and equations."""
     width = 3 * nodes + 1 + free
     load, heads = 3 * nodes, 3 * np.arange(nodes)
     own = np.zeros((3 * nodes, width))
-    own[np.arange(3 * nodes), np.arange(3 * nodes)] = rng.uniform(0.3, 2.0, 3 * nodes) * rng.choice([-1, 1], 3 * nodes)
+    own[np.arange(3 * nodes), np.arange(3 * nodes)] = rng.uniform(0.3, 2.0, 3 * nodes) * rng.choice(
+        [-1, 1], 3 * nodes
+    )
     own[::6, load] = rng.normal(size=len(heads[::2]))
     sign = -np.eye(1, width, load)
     more, ties = rng.normal(size=(3 * extra, width)), rng.normal(size=(equations, width))
@@ -28,19 +32,28 @@ def balance(rng, nodes, equations, free=1, extra=2):
     rows = np.vstack([ties, sign, own, more])
     slack = np.r_[np.zeros(equations), x[load], inside]
     sizes = np.r_[1, np.full(nodes + extra, 3)]
-    program = Arrays(csr_array(rows), np.zeros((0, width)), rows @ x + slack, np.zeros(width), equations, sizes)
+    program = Arrays(
+        csr_array(rows), np.zeros((0, width)), rows @ x + slack, np.zeros(width), equations, sizes
+    )
     multipliers = program.admissible(rng.normal(size=len(rows)))
     multipliers[program.cones[-1][:, 0]] += 0.3
-    return Arrays(program.sparse, program.block, program.right, -rows.T @ multipliers, equations, sizes)
+    return Arrays(
+        program.sparse, program.block, program.right, -rows.T @ multipliers, equations, sizes
+    )
 
 
 @pytest.mark.parametrize("seed", few(range(8)))
 @pytest.mark.parametrize("solver", ["INTERIOR_POINT", "CLARABEL"])
 def test_a_balance_has_the_same_answer_by_its_dual(seed, solver):
     rng = np.random.default_rng(seed)
-    program = balance(rng, int(rng.integers(6, 20)), int(rng.integers(3, 6)), free=seed % 3, extra=seed % 2)
+    program = balance(
+        rng, int(rng.integers(6, 20)), int(rng.integers(3, 6)), free=seed % 3, extra=seed % 2
+    )
     dual = flipped(program)
-    assert dual.arrays.sparse.shape[1] == program.zero + 3 * (seed % 2) and dual.arrays.zero == seed % 3
+    assert (
+        dual.arrays.sparse.shape[1] == program.zero + 3 * (seed % 2)
+        and dual.arrays.zero == seed % 3
+    )
     status, *found = run(dual.arrays, solver, -np.inf)
     _, *known = run(program, "CLARABEL", -np.inf)
     x, y = dual.back(*polish(dual.arrays, *found))
@@ -52,4 +65,16 @@ def test_a_program_of_many_equations_or_without_cones_stays_as_it_is():
     rng = np.random.default_rng(0)
     assert flipped(balance(rng, 4, 11)) is None
     program = balance(rng, 8, 2)
-    assert flipped(Arrays(program.sparse, program.block, program.right, program.cost, 2, np.ones(len(program.right) - 2, dtype=int))) is None
+    assert (
+        flipped(
+            Arrays(
+                program.sparse,
+                program.block,
+                program.right,
+                program.cost,
+                2,
+                np.ones(len(program.right) - 2, dtype=int),
+            )
+        )
+        is None
+    )

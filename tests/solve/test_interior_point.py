@@ -1,4 +1,5 @@
-"""The interior point for large cone programs: programs with known solutions, and limits in space against Clarabel."""
+"""The interior point for large cone programs: programs with known solutions, and limits in space
+against Clarabel."""
 
 import cvxpy as cp
 import numpy as np
@@ -15,7 +16,8 @@ from helpers.spatial import cycle, random_contact, vectors
 
 
 def planted(rng, n, numbers, circles, defined):
-    """A program whose optimum is planted: slacks and multipliers that are complementary, of numbers and of cones of two dimensions."""
+    """A program whose optimum is planted: slacks and multipliers that are complementary, of numbers
+    and of cones of two dimensions."""
     x, rows, total = cp.Variable(n), [], np.zeros(n)
     z0 = rng.normal(size=n)
     G = rng.normal(size=(defined, n))
@@ -23,7 +25,10 @@ def planted(rng, n, numbers, circles, defined):
     g0 = G @ z0 + 1.0
     C, D = rng.normal(size=(numbers, n)), rng.normal(size=(numbers, defined))
     active = rng.random(numbers) < 0.5
-    slack, multiplier = np.where(active, 0.0, rng.uniform(0.1, 2.0, numbers)), np.where(active, rng.uniform(0.1, 2.0, numbers), 0.0)
+    slack, multiplier = (
+        np.where(active, 0.0, rng.uniform(0.1, 2.0, numbers)),
+        np.where(active, rng.uniform(0.1, 2.0, numbers), 0.0),
+    )
     rows.append(C @ z0 + D @ g0 + slack - C @ x - D @ g >= 0)
     total += (C + D @ G).T @ multiplier
     for _ in range(circles):
@@ -31,18 +36,31 @@ def planted(rng, n, numbers, circles, defined):
         A, B = rng.normal(size=(d, n)), rng.normal(size=(d, defined))
         side = rng.normal(size=d - 1)
         side /= np.linalg.norm(side)
-        room, by = [(np.r_[1.0, side], np.r_[1.0, -side]), (np.zeros(d), np.r_[1.5, side]), (np.r_[1.5, side], np.zeros(d))][int(rng.integers(3))]
+        room, by = [
+            (np.r_[1.0, side], np.r_[1.0, -side]),
+            (np.zeros(d), np.r_[1.5, side]),
+            (np.r_[1.5, side], np.zeros(d)),
+        ][int(rng.integers(3))]
         s = A @ z0 + B @ g0 + rng.uniform(0.1, 2.0) * room - A @ x - B @ g
         rows.append(cp.SOC(s[0], s[1:]))
         total += (A + B @ G).T @ (rng.uniform(0.1, 2.0) * by)
     of_g = rng.normal(size=defined)
-    return cp.Problem(cp.Maximize((total - G.T @ of_g) @ x + of_g @ g), [*rows, g == G @ x + 1.0]), float((total - G.T @ of_g) @ z0 + of_g @ g0)
+    return cp.Problem(
+        cp.Maximize((total - G.T @ of_g) @ x + of_g @ g), [*rows, g == G @ x + 1.0]
+    ), float((total - G.T @ of_g) @ z0 + of_g @ g0)
 
 
 def arrays(program):
     """A compiled program without dense equations as solvers take it, nothing reduced."""
     sizes = np.r_[np.ones(program.nonneg, dtype=int), np.array(program.soc, dtype=int)]
-    return Arrays(program.matrix, np.zeros((0, len(program.cost))), program.right, program.cost, program.zero, sizes)
+    return Arrays(
+        program.matrix,
+        np.zeros((0, len(program.cost))),
+        program.right,
+        program.cost,
+        program.zero,
+        sizes,
+    )
 
 
 def ours(problem, above=-np.inf):
@@ -50,7 +68,9 @@ def ours(problem, above=-np.inf):
     program = Compiled(problem)
     status, x, y = interior_point.interior_point(arrays(program), above)
     at = program.zero
-    for size in [1] * program.nonneg + program.soc:  # multipliers in their cones, or they prove nothing
+    for size in [
+        1
+    ] * program.nonneg + program.soc:  # multipliers in their cones, or they prove nothing
         assert y[at] >= np.linalg.norm(y[at + 1 : at + size]) * (1 - 1e-12)
         at += size
     off = np.abs(program.matrix.T @ y + program.cost) @ np.maximum(np.abs(x), 1.0)
@@ -60,21 +80,36 @@ def ours(problem, above=-np.inf):
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_a_planted_optimum_is_found_with_multipliers_that_prove_it(seed):
     rng = np.random.default_rng(seed)
-    problem, optimum = planted(rng, n=int(rng.integers(2, 12)), numbers=int(rng.integers(1, 20)), circles=int(rng.integers(4, 20)), defined=seed % 4)
+    problem, optimum = planted(
+        rng,
+        n=int(rng.integers(2, 12)),
+        numbers=int(rng.integers(1, 20)),
+        circles=int(rng.integers(4, 20)),
+        defined=seed % 4,
+    )
     _, value, bound = ours(problem)
-    assert value == pytest.approx(optimum, rel=1e-8, abs=1e-8) and bound == pytest.approx(optimum, rel=1e-8, abs=1e-8)
+    assert value == pytest.approx(optimum, rel=1e-8, abs=1e-8) and bound == pytest.approx(
+        optimum, rel=1e-8, abs=1e-8
+    )
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
 def test_both_objectives_are_one_over_their_own_size_where_that_is_small(seed):
-    """A limit of a hundredth of its unit, say: from its proofs nothing is left for a polish to mend."""
+    """A limit of a hundredth of its unit, say: from its proofs nothing is left for a polish to
+    mend."""
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
-    _, value, bound = ours(cp.Problem(cp.Maximize(0.01 / abs(optimum) * problem.objective.expr), problem.constraints))
-    assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(value, rel=5e-8)
+    _, value, bound = ours(
+        cp.Problem(cp.Maximize(0.01 / abs(optimum) * problem.objective.expr), problem.constraints)
+    )
+    assert value == pytest.approx(np.copysign(0.01, optimum), rel=1e-8) and bound == pytest.approx(
+        value, rel=5e-8
+    )
 
 
 @pytest.mark.parametrize("seed", few(range(6)))
-def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_above_a_number(seed, monkeypatch):
+def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_above_a_number(
+    seed, monkeypatch
+):
     problem, optimum = planted(np.random.default_rng(seed), n=9, numbers=9, circles=9, defined=2)
     steps, honest = [], interior_point._solved
 
@@ -95,7 +130,10 @@ def test_programs_without_an_optimum_are_told():
     define, ball = g - np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0]]) @ x == 0, cp.norm(x) <= 1
     beyond = cp.Problem(cp.Maximize(x[0]), [define, ball, g[0] >= 3])
     endless = cp.Problem(cp.Maximize(g[0]), [define, cp.norm(x[:2] - x[2]) <= 1])
-    assert [ours(problem)[0] for problem in (beyond, endless)] == ["PrimalInfeasible", "DualInfeasible"]
+    assert [ours(problem)[0] for problem in (beyond, endless)] == [
+        "PrimalInfeasible",
+        "DualInfeasible",
+    ]
 
 
 @pytest.mark.parametrize("seed", few(range(5)))
@@ -103,13 +141,21 @@ def test_limits_and_margins_in_space_are_those_of_clarabel(seed):
     rng = np.random.default_rng(seed)
     contact, friction = random_contact(rng, int(rng.integers(1, 9))), rng.uniform(0.1, 0.9)
     most = rng.uniform(0.2, 1.0) if seed % 2 else None
-    ours, theirs = (fo.shakedown_limit(contact, cycle(), friction, slip_bound=most, solver=name) for name in ("INTERIOR_POINT", "CLARABEL"))
+    ours, theirs = (
+        fo.shakedown_limit(contact, cycle(), friction, slip_bound=most, solver=name)
+        for name in ("INTERIOR_POINT", "CLARABEL")
+    )
     assert ours.kind is theirs.kind and ours.record.solver == "INTERIOR_POINT"
     assert ours.load_factor == pytest.approx(theirs.load_factor, rel=1e-8, nan_ok=True)
     assert ours.bound == pytest.approx(theirs.load_factor, rel=1e-8, nan_ok=True)
     at = 0.5 if not np.isfinite(theirs.load_factor) else 1.3 * theirs.load_factor
-    safe, other = (fo.safe_slip(contact, cycle(), friction, at, slip_bound=most, solver=name) for name in ("INTERIOR_POINT", "CLARABEL"))
-    assert safe.exists == other.exists and (safe.margin, safe.bound) == pytest.approx((other.margin, other.margin), abs=1e-8)
+    safe, other = (
+        fo.safe_slip(contact, cycle(), friction, at, slip_bound=most, solver=name)
+        for name in ("INTERIOR_POINT", "CLARABEL")
+    )
+    assert safe.exists == other.exists and (safe.margin, safe.bound) == pytest.approx(
+        (other.margin, other.margin), abs=1e-8
+    )
 
 
 def test_large_programs_are_its_own_and_others_are_not(monkeypatch):
@@ -122,15 +168,22 @@ def test_large_programs_are_its_own_and_others_are_not(monkeypatch):
 
 
 def test_equations_without_a_variable_of_their_own_are_solved_for_one():
-    """A node without friction has no circle but an equation, which keeps its shear at zero; a critical node of a guaranteed limit has three."""
+    """A node without friction has no circle but an equation, which keeps its shear at zero; a
+    critical node of a guaranteed limit has three."""
     rng = np.random.default_rng(1)
     contact, friction = random_contact(rng, 4), np.array([0.0, 0.5, 0.6, 0.4])
-    cases = {name: r * np.tile(friction > 0, 3) if name in "abc" else r for name, r in vectors(contact).items()}
+    cases = {
+        name: r * np.tile(friction > 0, 3) if name in "abc" else r
+        for name, r in vectors(contact).items()
+    }
     still = fo.ContactSystem(contact.S, contact.points, cases)
     for ask in (fo.shakedown_limit, fo.guaranteed_limit):
         theirs = ask(still, cycle(), friction, solver="CLARABEL")
         ours = ask(still, cycle(), friction, solver="INTERIOR_POINT")
-        assert (ours.record.solver, ours.load_factor) == ("INTERIOR_POINT", pytest.approx(theirs.load_factor, rel=1e-8))
+        assert (ours.record.solver, ours.load_factor) == (
+            "INTERIOR_POINT",
+            pytest.approx(theirs.load_factor, rel=1e-8),
+        )
         assert ours.load_factor > 0 and ours.residual <= 1e-9
 
 
@@ -154,8 +207,13 @@ def test_a_matrix_that_rounding_leaves_indefinite_has_a_factor_still_and_any_oth
 
 
 @pytest.mark.parametrize("error", [ArithmeticError, np.linalg.LinAlgError])
-@pytest.mark.parametrize(("from_end", "outcome"), [(0, "AlmostSolved"), (6, "rounding leaves no step towards an optimum")])
-def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_far_from_it(from_end, outcome, error, monkeypatch):
+@pytest.mark.parametrize(
+    ("from_end", "outcome"),
+    [(0, "AlmostSolved"), (6, "rounding leaves no step towards an optimum")],
+)
+def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_far_from_it(
+    from_end, outcome, error, monkeypatch
+):
     problem, optimum = planted(np.random.default_rng(5), n=6, numbers=9, circles=9, defined=2)
     honest, ends, made = Equations.__init__, [], []
 
@@ -178,7 +236,9 @@ def test_where_rounding_leaves_no_step_it_ends_close_to_an_optimum_and_gives_up_
 def test_under_a_stiff_punch_no_step_spoils_more_of_the_multipliers_than_it_mends():
     punch = fo.scenes.SquarePunch(elements=9, punch_material=fo.Material(1e2))
     turning = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Qy": -1.0}])
-    limit = fo.shakedown_limit(punch.condense(), turning, 0.5, simplify=False, solver="INTERIOR_POINT")
+    limit = fo.shakedown_limit(
+        punch.condense(), turning, 0.5, simplify=False, solver="INTERIOR_POINT"
+    )
     assert limit.record.attempts[0].residual <= 1e-9 and limit.residual <= 1e-9
 
 
@@ -186,14 +246,17 @@ def inside(rng, cones, depth):
     """A vector within cones, at most `depth` of its size from their boundary."""
     found = cones.tail * rng.normal(size=cones.size)
     side = np.sqrt(cones.sums(found**2))
-    found *= ((1 - depth * rng.uniform(0.5, 1.0, cones.degree)) / np.where(side > 0, side, 1.0))[cones.of]
+    found *= ((1 - depth * rng.uniform(0.5, 1.0, cones.degree)) / np.where(side > 0, side, 1.0))[
+        cones.of
+    ]
     return (found + cones.unit) * rng.uniform(0.5, 2.0, cones.degree)[cones.of]
 
 
 @pytest.mark.parametrize("depth", [1.0, 1e-3, 1e-5])
 @pytest.mark.parametrize("zero", [0, 2])
 def test_the_equations_of_a_step_hold(zero, depth):
-    """Against one dense solve, of all rows on the unknowns that the equations leave, a row that counts as dense and cones of several sizes."""
+    """Against one dense solve, of all rows on the unknowns that the equations leave, a row that
+    counts as dense and cones of several sizes."""
     rng, sizes = np.random.default_rng(4), np.array([1, 1, 2, 3, 3, 4] * 5)
     rows, block = zero + int(sizes.sum()), rng.normal(size=(4, 9))
     sparse = csr_array(rng.normal(size=(rows, 13)) * (rng.random((rows, 13)) < 0.3))

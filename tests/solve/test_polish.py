@@ -17,26 +17,44 @@ from helpers.cases import few
 
 
 def random_program(rng, equations):
-    """A bounded program over six unknowns with rows, cones of two sizes and maybe equations, and a point inside of it."""
+    """A bounded program over six unknowns with rows, cones of two sizes and maybe equations, and a
+    point inside of it."""
     z, size, inside = cp.Variable(6), cp.Variable(6), 0.1 * rng.normal(size=6)
     G, h = rng.normal(size=(8, 6)), rng.uniform(0.5, 1.0, 8)
     flat, wide = rng.normal(size=(4, 6)), rng.normal(size=(2, 4, 6))
-    rows = [G @ (z - inside) <= h, cp.SOC(cp.Constant(np.array([1.0, 0.7])), cp.vstack([wide[0][:2] @ z, wide[1][:2] @ z]), axis=1)]
-    rows += [cp.SOC(1.5 + flat[0] @ z * 0.1, flat[1:] @ z), z <= size, -z <= size, cp.sum(size) <= 5]
+    rows = [
+        G @ (z - inside) <= h,
+        cp.SOC(
+            cp.Constant(np.array([1.0, 0.7])), cp.vstack([wide[0][:2] @ z, wide[1][:2] @ z]), axis=1
+        ),
+    ]
+    rows += [
+        cp.SOC(1.5 + flat[0] @ z * 0.1, flat[1:] @ z),
+        z <= size,
+        -z <= size,
+        cp.sum(size) <= 5,
+    ]
     rows += [rng.normal(size=(2, 6)) @ (z - inside) == 0] if equations else []
     return cp.Problem(cp.Maximize(rng.normal(size=6) @ z), rows)
 
 
 def arrays(compiled):
     """A compiled program without dense equations as solvers take it, nothing reduced."""
-    n, sizes = len(compiled.cost), np.r_[np.ones(compiled.nonneg, dtype=int), np.array(compiled.soc, dtype=int)]
-    return Arrays(compiled.matrix, np.zeros((0, n)), compiled.right, compiled.cost, compiled.zero, sizes)
+    n, sizes = (
+        len(compiled.cost),
+        np.r_[np.ones(compiled.nonneg, dtype=int), np.array(compiled.soc, dtype=int)],
+    )
+    return Arrays(
+        compiled.matrix, np.zeros((0, n)), compiled.right, compiled.cost, compiled.zero, sizes
+    )
 
 
 def solved(problem, tolerance):
     """The compiled program, and its solution as Clarabel leaves it that ends at a tolerance."""
     compiled = Compiled(problem)
-    with patch.dict(solvers._CLARABEL, dict.fromkeys(["tol_gap_abs", "tol_gap_rel", "tol_feas"], tolerance)):
+    with patch.dict(
+        solvers._CLARABEL, dict.fromkeys(["tol_gap_abs", "tol_gap_rel", "tol_feas"], tolerance)
+    ):
         _, z, y = solvers.run(arrays(compiled), "CLARABEL", -np.inf)
     return compiled, z, y
 
@@ -76,13 +94,19 @@ def test_no_multipliers_prove_nothing_of_a_share_of_the_optimum(share, multiplie
 def test_what_multipliers_lack_in_balance_is_part_of_the_gap():
     z = cp.Variable(2)
     compiled = Compiled(cp.Problem(cp.Maximize(z[0]), [z[0] <= 1, z[1] <= 0]))
-    y = np.array([1.0, 1e-3])  # the right bound, and 1e-3 too much of an unknown that may be anything
+    y = np.array(
+        [1.0, 1e-3]
+    )  # the right bound, and 1e-3 too much of an unknown that may be anything
     told = proven(compiled, np.zeros(2) + [1.0, 0.0], y, units=[1.0, 10.0])
-    assert (told.value, told.bound, told.defect) == pytest.approx((1.0, 1.0, 1e-2)) and told.gap == pytest.approx(1e-2)
+    assert (told.value, told.bound, told.defect) == pytest.approx(
+        (1.0, 1.0, 1e-2)
+    ) and told.gap == pytest.approx(1e-2)
 
 
 def test_a_small_value_counts_over_a_part_of_its_unit():
-    assert Proof(0.0, 1e-9, 0.0, 1.0).gap == pytest.approx(1e-6) and Proof(0.0, 1e-9, 0.0, 1e3).gap == pytest.approx(1e-9)
+    assert Proof(0.0, 1e-9, 0.0, 1.0).gap == pytest.approx(1e-6) and Proof(
+        0.0, 1e-9, 0.0, 1e3
+    ).gap == pytest.approx(1e-9)
 
 
 def test_a_least_objective_has_its_bound_below():
@@ -96,10 +120,19 @@ def test_a_least_objective_has_its_bound_below():
 def test_what_a_point_breaks_and_multipliers_that_are_in_their_cones():
     """By hand: z[0] == 1, z[1] <= 2, |z| <= 3."""
     z = cp.Variable(2)
-    program = arrays(Compiled(cp.Problem(cp.Maximize(z[1]), [z[0] == 1, z[1] <= 2, cp.SOC(cp.Constant(3.0), z)])))
-    broken = [program.violation(np.array(point)) for point in ([1.0, 0.0], [1.5, 0.0], [0.0, -2.0], [1.0, 2.5], [1.0, -5.0])]
+    program = arrays(
+        Compiled(cp.Problem(cp.Maximize(z[1]), [z[0] == 1, z[1] <= 2, cp.SOC(cp.Constant(3.0), z)]))
+    )
+    broken = [
+        program.violation(np.array(point))
+        for point in ([1.0, 0.0], [1.5, 0.0], [0.0, -2.0], [1.0, 2.5], [1.0, -5.0])
+    ]
     assert broken == pytest.approx([0.0, 0.5, 1.0, 0.5, np.hypot(1, 5) - 3])
-    for given_y, nearby in (([-5, -1, 1, 3, -4], [-5, 0, 5, 3, -4]), ([5, 1, -1, 3, 4], [5, 1, 0, 0, 0]), ([0, 2, 6, 3, 4], [0, 2, 6, 3, 4])):
+    for given_y, nearby in (
+        ([-5, -1, 1, 3, -4], [-5, 0, 5, 3, -4]),
+        ([5, 1, -1, 3, 4], [5, 1, 0, 0, 0]),
+        ([0, 2, 6, 3, 4], [0, 2, 6, 3, 4]),
+    ):
         assert program.admissible(np.array(given_y, dtype=float)) == pytest.approx(np.array(nearby))
 
 
@@ -114,14 +147,19 @@ def test_a_rough_solution_becomes_the_exact_one(seed, equations):
     at, slopes = polish(arrays(compiled), z, y)
     assert arrays(compiled).off(at, slopes) <= max(1e-11, 1e-6 * rough)
     told = proven(compiled, at, slopes)
-    assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-8) and arrays(compiled).violation(at) < 1e-10
+    assert (told.value, told.bound) == pytest.approx((best, best), abs=1e-8) and arrays(
+        compiled
+    ).violation(at) < 1e-10
 
 
 @pytest.mark.parametrize("seed", few(range(10)))
 def test_a_guess_from_which_no_way_leads_to_the_solution_is_made_no_worse(seed):
     rng = np.random.default_rng(seed)
     program = arrays(Compiled(random_program(rng, bool(seed % 2))))
-    z, y = rng.normal(size=len(program.cost)), program.admissible(rng.normal(size=len(program.right)))
+    z, y = (
+        rng.normal(size=len(program.cost)),
+        program.admissible(rng.normal(size=len(program.right))),
+    )
     at, slopes = polish(program, z, y)
     assert program.off(at, slopes) <= program.off(z, y)
 
@@ -132,8 +170,12 @@ def test_a_vertex_of_more_rows_than_unknowns_keeps_its_proof(seed):
     rng = np.random.default_rng(seed)
     rows, vertex, z = rng.uniform(0.2, 1.0, (5, 2)), rng.standard_normal(2), cp.Variable(2)
     least = rows @ rng.uniform(0.2, 1.0, 2)  # of these multipliers, a combination of the columns
-    program = arrays(Compiled(cp.Problem(cp.Maximize((rows.T @ least) @ z), [rows @ z <= rows @ vertex])))
-    at, slopes = polish(program, vertex + 1e-7 * rng.standard_normal(2), least + 1e-6 * rng.random(5))
+    program = arrays(
+        Compiled(cp.Problem(cp.Maximize((rows.T @ least) @ z), [rows @ z <= rows @ vertex]))
+    )
+    at, slopes = polish(
+        program, vertex + 1e-7 * rng.standard_normal(2), least + 1e-6 * rng.random(5)
+    )
     assert program.off(at, slopes) < 1e-12
 
 
@@ -149,7 +191,9 @@ def test_equations_of_a_boundary_that_meet_its_tip_have_an_answer():
 
 def test_a_solution_at_the_tip_of_a_cone():
     z = cp.Variable(3)
-    program = arrays(Compiled(cp.Problem(cp.Maximize(-z[0] + 0.3 * z[1]), [cp.SOC(z[0], z[1:]), z[2] <= 1])))
+    program = arrays(
+        Compiled(cp.Problem(cp.Maximize(-z[0] + 0.3 * z[1]), [cp.SOC(z[0], z[1:]), z[2] <= 1]))
+    )
     _, at, y = solvers.run(program, "CLARABEL", -np.inf)
     assert polish(program, at + 1e-5, y)[0] == pytest.approx(np.zeros(3), abs=1e-12)
 
@@ -158,10 +202,20 @@ def test_a_point_without_numbers_is_never_the_answer():
     z = cp.Variable(2)
     program = arrays(Compiled(cp.Problem(cp.Maximize(z[0]), [z[0] <= 1, cp.abs(z[1]) <= 1])))
     right = np.ones(len(program.right))
-    assert program.off(np.full(len(program.cost), np.nan), right) == np.inf and program.off(np.zeros(len(program.cost)), np.nan * right) == np.inf
+    assert (
+        program.off(np.full(len(program.cost), np.nan), right) == np.inf
+        and program.off(np.zeros(len(program.cost)), np.nan * right) == np.inf
+    )
 
 
 def test_a_program_without_unknowns_is_as_it_stands():
-    program = Arrays(csr_array((2, 0)), np.zeros((0, 0)), np.array([1.0, -0.5]), np.zeros(0), 0, np.ones(2, dtype=int))
+    program = Arrays(
+        csr_array((2, 0)),
+        np.zeros((0, 0)),
+        np.array([1.0, -0.5]),
+        np.zeros(0),
+        0,
+        np.ones(2, dtype=int),
+    )
     x, y = polish(program, np.zeros(0), np.zeros(2))
     assert not len(x) and program.off(x, y) == 0.5  # by which the second row is missed

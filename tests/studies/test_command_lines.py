@@ -1,4 +1,5 @@
-"""Command lines of the studies and the figures: what cannot be done is said before anything is computed."""
+"""Command lines of the studies and the figures: what cannot be done is said before anything is
+computed."""
 
 import errno
 import os
@@ -31,8 +32,12 @@ def computed(monkeypatch):
         calls.append(1)
         return pd.DataFrame({"residual": [0.0]})
 
-    table = tables.Table("small", "nothing", {"residual": "0"}, full=Nothing(), quick=Nothing(), compute=compute)
-    monkeypatch.setitem(studies.STUDIES, "small", tables.Study("studies.small", "Nothing.", "the same", (table,)))
+    table = tables.Table(
+        "small", "nothing", {"residual": "0"}, full=Nothing(), quick=Nothing(), compute=compute
+    )
+    monkeypatch.setitem(
+        studies.STUDIES, "small", tables.Study("studies.small", "Nothing.", "the same", (table,))
+    )
     return calls
 
 
@@ -44,10 +49,16 @@ def file(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["{}", "a\0b", "s3://bucket/x"])
-def test_a_folder_that_cannot_be_written_in_is_refused_before_anything_is_computed(computed, file, name, capsys):
+def test_a_folder_that_cannot_be_written_in_is_refused_before_anything_is_computed(
+    computed, file, name, capsys
+):
     with pytest.raises(SystemExit) as end:
         studies.main(["small", "--data", name.format(file)])
-    assert end.value.code == 2 and "--data: " in (said := capsys.readouterr().err) and "is no folder to write in" in said
+    assert (
+        end.value.code == 2
+        and "--data: " in (said := capsys.readouterr().err)
+        and "is no folder to write in" in said
+    )
     assert not computed
 
 
@@ -64,7 +75,13 @@ def test_a_full_disk_is_an_error_without_a_traceback(computed, tmp_path, monkeyp
 def test_a_reader_that_stops_early_hears_no_complaint(arguments):
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run([sys.executable, "-m", *arguments], stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", *arguments],
+        stdout=write,
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
     os.close(write)
     assert (done.returncode, done.stderr) == (141, "")
 
@@ -73,15 +90,22 @@ def test_a_reader_that_stops_early_hears_no_complaint(arguments):
 def test_workers_that_are_no_number_of_processes_are_refused(workers, tmp_path, capsys):
     with pytest.raises(SystemExit) as end:
         studies.main(["dissipation", "--quick", "--data", str(tmp_path), f"--workers={workers}"])
-    assert end.value.code == 2 and f"--workers: {workers!r}; give a whole number of at least 1" in capsys.readouterr().err
+    assert (
+        end.value.code == 2
+        and f"--workers: {workers!r}; give a whole number of at least 1" in capsys.readouterr().err
+    )
 
 
 NO_NUMBERS = ["--seed=-1", "--seed=" + "9" * 5000, "--cases=0", "--cases=9999999"]
 
 
 @pytest.mark.parametrize("option", NO_NUMBERS)
-def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(option, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(tables.Table, "make", lambda *_args, **_options: pytest.fail("computed in vain"))
+def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(
+    option, monkeypatch, tmp_path, capsys
+):
+    monkeypatch.setattr(
+        tables.Table, "make", lambda *_args, **_options: pytest.fail("computed in vain")
+    )
     with pytest.raises(SystemExit) as end:
         studies.main(["fuzz", "--cases", "1", "--data", str(tmp_path), option])
     name, _, value = option.partition("=")
@@ -90,19 +114,29 @@ def test_numbers_of_random_contacts_are_checked_before_anything_is_computed(opti
 
 @pytest.mark.parametrize("option", ["--store=", "--store={}"])
 def test_what_the_study_refuses_is_said_without_a_traceback(option, file, tmp_path, capsys):
-    assert studies.main(["dissipation", "--quick", "--data", str(tmp_path), option.format(file)]) == 1
-    assert f"error: {option[2:].partition('=')[0]}: " in capsys.readouterr().err and file.read_text() == "text"
+    assert (
+        studies.main(["dissipation", "--quick", "--data", str(tmp_path), option.format(file)]) == 1
+    )
+    assert (
+        f"error: {option[2:].partition('=')[0]}: " in capsys.readouterr().err
+        and file.read_text() == "text"
+    )
 
 
 def interrupted(*_args, **_options):
     raise KeyboardInterrupt
 
 
-def test_ctrl_c_ends_a_study_and_the_figures_without_a_traceback(computed, tmp_path, monkeypatch, capsys):
+def test_ctrl_c_ends_a_study_and_the_figures_without_a_traceback(
+    computed, tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr(tables.Table, "make", interrupted)
     assert studies.main(["small", "--data", str(tmp_path)]) == tables.INTERRUPTED
     monkeypatch.setattr(figures, "make", interrupted)
-    assert figures.main(["scene", "--data", str(tmp_path), "--output", str(tmp_path)]) == tables.INTERRUPTED
+    assert (
+        figures.main(["scene", "--data", str(tmp_path), "--output", str(tmp_path)])
+        == tables.INTERRUPTED
+    )
     assert capsys.readouterr().err.count("interrupted; finished tables") == 2
 
 
@@ -127,17 +161,34 @@ def test_a_page_holds_what_is_printed_and_its_origin(computed, tmp_path, monkeyp
 
     told = replace(small, summary=lambda made: f"{len(made['small'])} row\n", picture=picture)
     monkeypatch.setitem(studies.STUDIES, "small", told)
-    assert studies.main(["small", "--quick", "--data", str(tmp_path / "data"), f"--page={tmp_path / 'pages'}"]) == 0
+    assert (
+        studies.main(
+            ["small", "--quick", "--data", str(tmp_path / "data"), f"--page={tmp_path / 'pages'}"]
+        )
+        == 0
+    )
     printed = capsys.readouterr().out.splitlines()
     page = (tmp_path / "pages" / "small.md").read_text().split("\n\n")
-    assert printed[1:] == [str(tmp_path / "data" / "small.png"), "1 row", ""] and drawn == [({"small": 1}, tmp_path / "data")]
+    assert printed[1:] == [str(tmp_path / "data" / "small.png"), "1 row", ""] and drawn == [
+        ({"small": 1}, tmp_path / "data")
+    ]
     assert page[0] == "1 row" and len(page) == 2
-    assert page[1].startswith("*Made by `python -m studies small --quick`, frictopt ") and page[1].endswith(f" s on {machine()}.*\n")
+    assert page[1].startswith("*Made by `python -m studies small --quick`, frictopt ") and page[
+        1
+    ].endswith(f" s on {machine()}.*\n")
     assert str(tmp_path) not in page[1] and computed == [1]
 
 
 def test_figures_say_how_many_are_done(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(figures, "make", lambda name, **_options: [f"{name}.pdf"])
-    assert figures.main(["scene", "onset", "--workers", "1", "--data", str(tmp_path), "--output", str(tmp_path)]) == 0
+    assert (
+        figures.main(
+            ["scene", "onset", "--workers", "1", "--data", str(tmp_path), "--output", str(tmp_path)]
+        )
+        == 0
+    )
     said = capsys.readouterr()
-    assert said.err.splitlines() == ["figure 1 of 2: scene", "figure 2 of 2: onset"] and said.out.split() == ["scene.pdf", "onset.pdf"]
+    assert said.err.splitlines() == [
+        "figure 1 of 2: scene",
+        "figure 2 of 2: onset",
+    ] and said.out.split() == ["scene.pdf", "onset.pdf"]

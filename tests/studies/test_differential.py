@@ -1,4 +1,5 @@
-"""Contacts of 3 to 130 nodes asked twice, in ways that must not matter; and the questions themselves, which must see what is wrong."""
+"""Contacts of 3 to 130 nodes asked twice, in ways that must not matter; and the questions
+themselves, which must see what is wrong."""
 
 from collections import Counter
 from dataclasses import replace
@@ -17,23 +18,30 @@ pytestmark = pytest.mark.slow
 
 @pytest.mark.parametrize("first", few([0, 40, 120], 1))
 def test_ways_that_must_not_matter(first):
-    found = [finding for seed in range(first, first + 20) for finding in differences(random_scene(seed))]
+    found = [
+        finding for seed in range(first, first + 20) for finding in differences(random_scene(seed))
+    ]
     assert [finding for finding in found if finding.result == "wrong"] == []
     assert sum(finding.compared for finding in found) > 0.7 * len(found)
 
 
 @pytest.mark.parametrize("seed", [128, 161, 168, 171, 228, 232, 901005, 103374, 200331, 204869])
 def test_cases_that_were_once_wrong(seed):
-    """Of the package (units of load cases; contacts that become symmetric; 103374, 200331, 204869: an extrapolated state beside that to which the
-    cycles go), and of the question (168, 232: increments do not say when in them a node opens).
+    """Of the package (units of load cases; contacts that become symmetric; 103374, 200331, 204869:
+    an extrapolated state beside that to which the cycles go), and of the question (168, 232:
+    increments do not say when in them a node opens).
     """
-    assert [finding for finding in differences(random_scene(seed)) if finding.result == "wrong"] == []
+    assert [
+        finding for finding in differences(random_scene(seed)) if finding.result == "wrong"
+    ] == []
 
 
 @pytest.mark.parametrize("seed", [22, 65])
 def test_punches_that_were_once_wrong(seed):
     """Their loads stop being symmetric, and are so again."""
-    assert [finding for finding in differences(random_scene(seed, "punch")) if finding.result == "wrong"] == []
+    assert [
+        finding for finding in differences(random_scene(seed, "punch")) if finding.result == "wrong"
+    ] == []
 
 
 def test_the_scenes_are_of_all_kinds():
@@ -43,7 +51,9 @@ def test_the_scenes_are_of_all_kinds():
     assert min(sizes) == 3 and max(sizes) > 120 and 100 < sum(size <= 10 for size in sizes) < 200
 
     def odd(case):
-        return np.allclose(case.system.B, -np.flip(case.system.B), atol=1e-12 * np.abs(case.system.A).max())
+        return np.allclose(
+            case.system.B, -np.flip(case.system.B), atol=1e-12 * np.abs(case.system.A).max()
+        )
 
     def symmetric(values):
         return np.allclose(values, -values[::-1], atol=1e-12 * np.abs(values).max())
@@ -52,7 +62,12 @@ def test_the_scenes_are_of_all_kinds():
         "symmetric contact": odd,
         "symmetric start": lambda c: c.start is not None and symmetric(c.start),
         "asymmetric start": lambda c: c.start is not None and not symmetric(c.start),
-        "load that stops being symmetric": lambda c: odd(c) and 0 < sum(map(symmetric, c.cycle.corner_reactions(c.system)[0])) < len(c.cycle.corners),
+        "load that stops being symmetric": lambda c: (
+            odd(c)
+            and 0
+            < sum(map(symmetric, c.cycle.corner_reactions(c.system)[0]))
+            < len(c.cycle.corners)
+        ),
         "gap": lambda c: c.system.gap.any(),
         "uncoupled": lambda c: not c.system.B.any(),
         "many corners": lambda c: len(c.cycle.corners) > 5,
@@ -62,16 +77,32 @@ def test_the_scenes_are_of_all_kinds():
 
 
 def changed(**changes):
-    return lambda result, call: replace(result, **{name: change(getattr(result, name), call) for name, change in changes.items()})
+    return lambda result, call: replace(
+        result, **{name: change(getattr(result, name), call) for name, change in changes.items()}
+    )
 
 
 LIES = {
-    "limit, nothing left out": ("shakedown_limit", changed(load_factor=lambda value, call: value * (1 + 1e-6 * call))),
-    "mirrored": ("steady_state", changed(dissipation_per_node=lambda value, call: value + 1e-3 * (np.arange(len(value)) == 0))),
-    "renumbered": ("steady_state", changed(slip=lambda value, call: value + 1e-2 * (np.arange(len(value)) == 0))),
+    "limit, nothing left out": (
+        "shakedown_limit",
+        changed(load_factor=lambda value, call: value * (1 + 1e-6 * call)),
+    ),
+    "mirrored": (
+        "steady_state",
+        changed(
+            dissipation_per_node=lambda value, call: value + 1e-3 * (np.arange(len(value)) == 0)
+        ),
+    ),
+    "renumbered": (
+        "steady_state",
+        changed(slip=lambda value, call: value + 1e-2 * (np.arange(len(value)) == 0)),
+    ),
     "other units": ("steady_state", changed(first_cycle=lambda value, call: value + 1e-2)),
     "work along the path": ("march", changed(work=lambda value, call: 1.001 * value)),
-    "steady state, marched": ("steady_state", changed(dissipation_per_node=lambda value, call: 1.001 * value)),
+    "steady state, marched": (
+        "steady_state",
+        changed(dissipation_per_node=lambda value, call: 1.001 * value),
+    ),
     "path, in increments": ("march", changed(p=lambda value, call: value * (1 + 1e-3 * call))),
 }
 
@@ -84,10 +115,15 @@ def test_every_question_is_lied_to():
 def test_the_questions_see_a_wrong_answer(check, monkeypatch):
     name, lie = LIES[check]
     honest, calls = getattr(fo, name), count()
-    monkeypatch.setattr(fo, name, lambda *args, **options: lie(honest(*args, **options), next(calls)))
+    monkeypatch.setattr(
+        fo, name, lambda *args, **options: lie(honest(*args, **options), next(calls))
+    )
     wrong = 0
     for seed in range(0, 240, 8):
-        wrong += any(finding.check == check and finding.result == "wrong" for finding in differences(random_scene(seed, "any")))
+        wrong += any(
+            finding.check == check and finding.result == "wrong"
+            for finding in differences(random_scene(seed, "any"))
+        )
         if wrong == 3:
             return
     raise AssertionError(f"only {wrong} of 30 are called wrong")

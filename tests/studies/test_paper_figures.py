@@ -1,4 +1,5 @@
-"""The figures at quick size: which files they make, when they compute data, and what a reader needs to see."""
+"""The figures at quick size: which files they make, when they compute data, and what a reader needs
+to see."""
 
 from contextlib import redirect_stdout
 from dataclasses import replace
@@ -21,9 +22,34 @@ pytestmark = pytest.mark.slow
 
 NAMES = [
     *("scene", "onset", "shakedown_limit", "traction_ratio", "cycle", "hysteresis", "increments"),
-    *("guaranteed_limit", "slip_plane", "dissipation", "shakedown_share", "amplitude", "two_states"),
-    *("dissipation_range", "least_slip", "limit_after_protocol", "separation", "damping_backbone", "damping_friction"),
-    *("backbone_meshes", "wear", "design", "error_vs_time", "mesh_error", "extremes", "scenes", "joint", "space", "spatial_limit"),
+    *(
+        "guaranteed_limit",
+        "slip_plane",
+        "dissipation",
+        "shakedown_share",
+        "amplitude",
+        "two_states",
+    ),
+    *(
+        "dissipation_range",
+        "least_slip",
+        "limit_after_protocol",
+        "separation",
+        "damping_backbone",
+        "damping_friction",
+    ),
+    *(
+        "backbone_meshes",
+        "wear",
+        "design",
+        "error_vs_time",
+        "mesh_error",
+        "extremes",
+        "scenes",
+        "joint",
+        "space",
+        "spatial_limit",
+    ),
     *("spatial_numerics", "published"),
 ]
 
@@ -42,7 +68,8 @@ def options(data, output):
 
 @pytest.fixture(scope="module")
 def run(data, tmp_path_factory):
-    """The command without names: its figures by name, the folder of its files, and what it prints."""
+    """The command without names: its figures by name, the folder of its files, and what it
+    prints."""
     folder, save, figures = tmp_path_factory.mktemp("figures"), style.save, {}
 
     def kept(figure, name, output):
@@ -90,7 +117,9 @@ def test_files_show_something(drawn, name):
 
 def test_same_data_gives_the_same_bytes(data, drawn, tmp_path):
     again = make("onset", quick=True, data=data, output=tmp_path)
-    assert [path.read_bytes() for path in again] == [(drawn / path.name).read_bytes() for path in again]
+    assert [path.read_bytes() for path in again] == [
+        (drawn / path.name).read_bytes() for path in again
+    ]
 
 
 def test_second_call_does_not_compute_again(data, tmp_path):
@@ -101,9 +130,14 @@ def test_second_call_does_not_compute_again(data, tmp_path):
 
 def test_studies_side_by_side_make_the_same_tables_and_leave_measured_times_alone(tmp_path):
     prepare([limits.REACTIONS, guaranteed.PLANE, ERROR], True, tmp_path, workers=2)
-    assert sorted(path.stem for path in tmp_path.iterdir()) == ["guaranteed_plane", "limits_reactions"]
+    assert sorted(path.stem for path in tmp_path.iterdir()) == [
+        "guaranteed_plane",
+        "limits_reactions",
+    ]
     for table in (limits.REACTIONS, guaranteed.PLANE):
-        pd.testing.assert_frame_equal(table.stored(table.quick, tmp_path), table.frame(table.quick), rtol=1e-9, atol=1e-12)
+        pd.testing.assert_frame_equal(
+            table.stored(table.quick, tmp_path), table.frame(table.quick), rtol=1e-9, atol=1e-12
+        )
 
 
 def test_an_error_in_another_process_arrives(tmp_path):
@@ -129,14 +163,23 @@ def test_letters_are_large_enough(figures, name):
 
 @pytest.mark.parametrize("name", NAMES[1:])
 def test_axes_are_named(figures, name):
-    """Panels above another share its horizontal axis; enlargements at the right share the vertical one of their neighbour."""
-    drawn = [axes for axes in figures[name].axes if axes.axison and axes.get_subplotspec()]  # pictures have none, colour bars no place in the grid
+    """Panels above another share its horizontal axis; enlargements at the right share the vertical
+    one of their neighbour."""
+    drawn = [
+        axes for axes in figures[name].axes if axes.axison and axes.get_subplotspec()
+    ]  # pictures have none, colour bars no place in the grid
     for axes in drawn:
         place, shared = axes.get_subplotspec(), axes.get_shared_x_axes().get_siblings(axes)
         below = [other.get_subplotspec() for other in shared if other.axison]
-        lowest = not any(other.colspan == place.colspan and other.rowspan.start > place.rowspan.start for other in below)
+        lowest = not any(
+            other.colspan == place.colspan and other.rowspan.start > place.rowspan.start
+            for other in below
+        )
         assert bool(axes.get_xlabel()) == lowest
-        assert any(label.get_visible() and label.get_text() for label in axes.get_xticklabels()) or not lowest
+        assert (
+            any(label.get_visible() and label.get_text() for label in axes.get_xticklabels())
+            or not lowest
+        )
     assert all(axes.get_ylabel() for axes in drawn if axes.get_subplotspec().is_first_col())
 
 
@@ -169,14 +212,27 @@ def test_shaded_range_ends_where_the_mean_load_sticks(figures, data):
     finest = table[table["elements"] == table["elements"].max()]
     (span,) = figures["onset"].axes[0].patches
     end = span.get_x() + span.get_width()
-    assert finest.loc[finest["mean_slips"] > 0, "friction"].max() < end <= finest.loc[finest["mean_slips"] == 0, "friction"].min()
+    assert (
+        finest.loc[finest["mean_slips"] > 0, "friction"].max()
+        < end
+        <= finest.loc[finest["mean_slips"] == 0, "friction"].min()
+    )
 
 
 def test_every_run_of_the_study_is_a_mark(figures, data):
     runs = dissipation.RUNS.stored(dissipation.QUICK, data)
-    marks = [line for axes in figures["dissipation"].axes for line in axes.get_lines() if line.get_marker() not in ("None", None)]
+    marks = [
+        line
+        for axes in figures["dissipation"].axes
+        for line in axes.get_lines()
+        if line.get_marker() not in ("None", None)
+    ]
     assert sum(len(line.get_xdata()) for line in marks) == len(runs) == 108
     upper = [axes for axes in figures["dissipation"].axes if axes.get_yscale() == "log"]
-    drawn = np.concatenate([line.get_ydata() for axes in upper for line in axes.get_lines() if line in marks])
+    drawn = np.concatenate(
+        [line.get_ydata() for axes in upper for line in axes.get_lines() if line in marks]
+    )
     assert sorted(drawn) == sorted(runs.loc[runs["dissipation"] > 0, "dissipation_scaled"])
-    assert all((axes.get_ylim()[0] < drawn.min()) and (drawn.max() < axes.get_ylim()[1]) for axes in upper)
+    assert all(
+        (axes.get_ylim()[0] < drawn.min()) and (drawn.max() < axes.get_ylim()[1]) for axes in upper
+    )

@@ -1,4 +1,5 @@
-"""The dissipation study at quick size: what shakedown theory says of any mesh, and the step engine as another opinion."""
+"""The dissipation study at quick size: what shakedown theory says of any mesh, and the step engine
+as another opinion."""
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,15 @@ STARTS = 1 + 4 + 2 * 2 * 3 + 1
 @pytest.fixture(scope="module")
 def tables(tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
-    options = ["--quick", "--workers", "1", "--store", str(folder / "store"), "--data", str(folder / "tables")]
+    options = [
+        "--quick",
+        "--workers",
+        "1",
+        "--store",
+        str(folder / "store"),
+        "--data",
+        str(folder / "tables"),
+    ]
     assert studies.main(["dissipation", *options]) == 0
     assert len(fo.results.read_store(folder / "store")) == 2 * 3 * STARTS
     return {name: pd.read_parquet(table.path(folder / "tables")) for name, table in TABLES.items()}
@@ -25,14 +34,19 @@ def tables(tmp_path_factory):
 
 def test_there_is_a_row_for_each_friction_load_and_start(tables):
     runs = tables["runs"]
-    assert len(runs) == 2 * 3 * STARTS and not runs.duplicated(["friction", "load_ratio", "start"]).any()
+    assert (
+        len(runs) == 2 * 3 * STARTS
+        and not runs.duplicated(["friction", "load_ratio", "start"]).any()
+    )
     assert (runs["error"] == "").all() and (runs["residual"] <= 1e-9).all()
 
 
 def test_units_are_those_of_the_paper(tables):
     """P = 2, E* = E / (2 (1 - nu^2)) with E = 1, nu = 0.3."""
     runs = tables["runs"]
-    assert np.allclose(runs["dissipation_scaled"], runs["dissipation"] / (4 * 2 * (1 - 0.3**2)), rtol=1e-12)
+    assert np.allclose(
+        runs["dissipation_scaled"], runs["dissipation"] / (4 * 2 * (1 - 0.3**2)), rtol=1e-12
+    )
     sizes = runs.loc[runs["family"].isin(["smooth", "rough"]), "amplitude"]
     assert np.allclose(np.sort(sizes.round(9).unique()), [0.06, 0.6])
 
@@ -45,20 +59,29 @@ def test_summaries_count_the_runs(tables):
             rows = runs[(runs[keys] == row[keys]).all(axis=1)]
             assert row["runs"] == len(rows) > 0
             assert row["shakedown"] == pytest.approx(np.mean(rows["dissipation"] == 0))
-            assert [row["least"], row["median"], row["most"]] == pytest.approx(np.quantile(rows["dissipation_scaled"], [0, 0.5, 1]), abs=1e-15)
+            assert [row["least"], row["median"], row["most"]] == pytest.approx(
+                np.quantile(rows["dissipation_scaled"], [0, 0.5, 1]), abs=1e-15
+            )
 
 
 def test_the_loops_of_the_two_states_enclose_their_dissipation(tables):
-    """The work of friction is the area of the loops q over v of all nodes; it bounds the spread of all starts at that load."""
+    """The work of friction is the area of the loops q over v of all nodes; it bounds the spread of
+    all starts at that load."""
     states, spread = tables["states"], dissipation.summary(tables["runs"])
     load = spread[(spread["friction"] == 0.7) & (spread["load_ratio"] == 1.2)].iloc[0]
     for name, rows in states.groupby("state"):
         loops = [abs(np.trapezoid(node["q"], node["slip"])) for _, node in rows.groupby("x")]
         assert sum(loops) / 4 == pytest.approx(rows["dissipation_scaled"].iloc[0], rel=1e-6)
         assert rows["dissipation_scaled"].iloc[0] == pytest.approx(load[name], rel=1e-12)
-        assert rows["time"].min() == 0 and rows["time"].max() == 2 and (rows.groupby("time")["x"].nunique() == 17).all()
+        assert (
+            rows["time"].min() == 0
+            and rows["time"].max() == 2
+            and (rows.groupby("time")["x"].nunique() == 17).all()
+        )
         ends = rows[rows["time"].isin([0, 1, 2])].groupby("time")["sigma"].first()
-        assert ends.tolist() == pytest.approx([load["load_factor"], -load["load_factor"], load["load_factor"]])
+        assert ends.tolist() == pytest.approx(
+            [load["load_factor"], -load["load_factor"], load["load_factor"]]
+        )
 
 
 def test_studies_are_listed_with_their_options(capsys):

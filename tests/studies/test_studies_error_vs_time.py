@@ -1,4 +1,5 @@
-"""The study of error against run time at quick size: its clock, its calls, its fronts recomputed, its errors against theory."""
+"""The study of error against run time at quick size: its clock, its calls, its fronts recomputed,
+its errors against theory."""
 
 from types import SimpleNamespace
 
@@ -32,7 +33,8 @@ def rows(table, computation, **equal):
 
 
 def test_median_of_the_repetitions_that_two_seconds_allow(monkeypatch):
-    """On a clock that runs by hand; the first run does not count, and of an even number the faster one in the middle does."""
+    """On a clock that runs by hand; the first run does not count, and of an even number the faster
+    one in the middle does."""
     now, passes = [0.0], iter([0.1, 0.4, 0.1, 0.3, 0.2, 0.9, 0.5, 0.9, 2.7])
 
     def run():
@@ -52,10 +54,17 @@ def test_median_of_the_repetitions_that_two_seconds_allow(monkeypatch):
 def test_front_is_what_no_other_row_beats():
     rng = np.random.default_rng(3)
     for _ in range(20):
-        seconds, error = rng.integers(1, 9, size=12) / 8, rng.choice([1e-3, 1e-6, 1e-9, np.inf], size=12)
+        seconds, error = (
+            rng.integers(1, 9, size=12) / 8,
+            rng.choice([1e-3, 1e-6, 1e-9, np.inf], size=12),
+        )
         front = not_dominated(seconds, error)
         for i in range(12):
-            better = (seconds <= seconds[i]) & (error <= error[i]) & ((seconds < seconds[i]) | (error < error[i]))
+            better = (
+                (seconds <= seconds[i])
+                & (error <= error[i])
+                & ((seconds < seconds[i]) | (error < error[i]))
+            )
             equal = (seconds == seconds[i]) & (error == error[i])
             assert front[equal].sum() == (0 if better.any() or np.isinf(error[i]) else 1)
 
@@ -67,38 +76,70 @@ def test_absent_rivals_are_left_out_and_failures_are_rows(monkeypatch):
     def method(name, run, rival=""):
         return Method(name, "none", "", run, lambda answer: answer, rival=rival)
 
-    compared = [method("ours", lambda: 0.0), method("bad", fail), method("void", lambda: np.nan), method("other", lambda: 0.1, "no_such_package")]
+    compared = [
+        method("ours", lambda: 0.0),
+        method("bad", fail),
+        method("void", lambda: np.nan),
+        method("other", lambda: 0.1, "no_such_package"),
+    ]
     made = measured(Question("c", "q", "s", 1, compared), 1)
     assert [row["method"] for row in made] == ["ours", "bad", "void"]
     assert made[0]["on_front"] and made[0]["error"] == np.finfo(float).eps
-    assert [row["result"] for row in made[1:]] == ["ArithmeticError: no optimum", "ArithmeticError: the answer is not finite"]
+    assert [row["result"] for row in made[1:]] == [
+        "ArithmeticError: no optimum",
+        "ArithmeticError: the answer is not finite",
+    ]
     assert all(np.isinf(row["error"]) and not row["on_front"] for row in made[1:])
 
 
 def test_every_computation_is_there_and_ours_all_answer(table):
-    expected = {"condensation", "onset", "lambda_2", "lambda_1", "safe slip", "increment", "transient", "steady state"}
+    expected = {
+        "condensation",
+        "onset",
+        "lambda_2",
+        "lambda_1",
+        "safe slip",
+        "increment",
+        "transient",
+        "steady state",
+    }
     limits = ("lambda_2", "lambda_1", "safe slip", "required friction", "least slip")
     expected |= {f"{name}, 3-D" for name in (*limits, "increment", "transient", "steady state")}
     once = {"safe region, 3-D", "limit after protocol, 3-D", "range of dissipation, 3-D"}
     assert set(table["computation"]) == expected | once
     ours = table[table["rival"] == ""]
     assert (ours["result"] == "answer").all()
-    assert ours.loc[ours["computation"].isin(expected - {"condensation", "onset"}), "residual"].lt(1e-9).mean() > 0.9
+    assert (
+        ours.loc[ours["computation"].isin(expected - {"condensation", "onset"}), "residual"]
+        .lt(1e-9)
+        .mean()
+        > 0.9
+    )
     for elements in QUICK.elements:
         assert set(table.loc[table["nodes"] == elements + 1, "computation"]) - once == expected
 
 
 def test_answers_of_frictopt_are_as_accurate_as_it_says(table):
-    proven = table[(table["rival"] == "") & table["computation"].isin(["lambda_2", "lambda_1", "safe slip", "increment"])]
+    proven = table[
+        (table["rival"] == "")
+        & table["computation"].isin(["lambda_2", "lambda_1", "safe slip", "increment"])
+    ]
     assert proven["error"].max() < 1e-9
     assert rows(table, "onset")["error"].max() < 1e-14
     assert rows(table, "condensation", quantity="stiffness S")["error"].max() < 1e-12
     assert rows(table, "transient", method="frictopt, exact path")["error"].max() < 1e-12
     assert rows(table, "steady state", method="frictopt, proven")["error"].max() < 1e-10
-    for name, error in {"lambda_1": 1e-8, "safe slip": 1e-8, "required friction": 2e-5, "least slip": 1e-7}.items():
+    for name, error in {
+        "lambda_1": 1e-8,
+        "safe slip": 1e-8,
+        "required friction": 2e-5,
+        "least slip": 1e-7,
+    }.items():
         assert rows(table, f"{name}, 3-D")["error"].max() < error
     region = rows(table, "safe region, 3-D")
-    assert (region["error"] <= region["setting"].astype(float)).all() and region["error"].is_monotonic_decreasing
+    assert (region["error"] <= region["setting"].astype(float)).all() and region[
+        "error"
+    ].is_monotonic_decreasing
     assert rows(table, "limit after protocol, 3-D")["error"].max() < 1e-3
     ends = rows(table, "range of dissipation, 3-D")
     assert ends["error"].is_monotonic_decreasing and ends["error"].iloc[-1] < 2e-3
@@ -108,13 +149,23 @@ def test_rivals_solve_the_same_problem_to_their_own_tolerance(table):
     for _, part in table[table["rival"] != ""].groupby(QUESTION):
         tolerances = part[part["knob"] == "tolerance"]
         assert (tolerances["error"] < 1e3 * tolerances["setting"].astype(float)).all()
-        for _, method in tolerances[~tolerances["method"].eq("OSQP")].groupby("method"):  # polished linear programs are exact at any tolerance
-            assert method["error"].is_monotonic_decreasing and method["error"].iloc[-1] < 0.01 * method["error"].iloc[0]
-        assert part.loc[part["rival"].eq("highspy") | part["knob"].isin(["ordering", "none"]), "error"].lt(1e-9).all()
+        for _, method in tolerances[~tolerances["method"].eq("OSQP")].groupby(
+            "method"
+        ):  # polished linear programs are exact at any tolerance
+            assert (
+                method["error"].is_monotonic_decreasing
+                and method["error"].iloc[-1] < 0.01 * method["error"].iloc[0]
+            )
+        assert (
+            part.loc[part["rival"].eq("highspy") | part["knob"].isin(["ordering", "none"]), "error"]
+            .lt(1e-9)
+            .all()
+        )
 
 
 def test_error_falls_with_the_square_of_the_increment(table):
-    """Events fall anywhere within an increment, so the order is that of a fit, not of each doubling."""
+    """Events fall anywhere within an increment, so the order is that of a fit, not of each
+    doubling."""
     qp = rows(table, "transient", method="frictopt, qp")
     steps = qp["setting"].astype(int)
     assert len(qp) == 4 and steps.max() == 8 * steps.min()
@@ -128,10 +179,21 @@ def test_printed_tables_name_machine_rivals_and_who_is_ahead(table, quick):
     lines = fronts(table).splitlines()
     assert len(lines) == 2 + table.groupby(QUESTION).ngroups
     for _, part in table.groupby(QUESTION):
-        scene = part["scene"].iloc[0] if part["nodes"].iloc[0] == 0 else f"N = {part['nodes'].iloc[0]} "
-        (line,) = (line for line in lines if f"{part['computation'].iloc[0]}: {part['quantity'].iloc[0]}, {scene}" in line)
+        scene = (
+            part["scene"].iloc[0] if part["nodes"].iloc[0] == 0 else f"N = {part['nodes'].iloc[0]} "
+        )
+        (line,) = (
+            line
+            for line in lines
+            if f"{part['computation'].iloc[0]}: {part['quantity'].iloc[0]}, {scene}" in line
+        )
         assert all(method in line.split("|")[4] for method in part.loc[part["ahead"], "method"])
     for name in ("lambda_1", "lambda_2"):
-        first, second = (rows(table, name, method=f"frictopt, {call}", setting="HIGHS")["seconds"].item() for call in ("first time", "compiled"))
+        first, second = (
+            rows(table, name, method=f"frictopt, {call}", setting="HIGHS")["seconds"].item()
+            for call in ("first time", "compiled")
+        )
         (line,) = (line for line in printed.splitlines() if line.startswith(f"| {name} |"))
-        assert [float(cell) for cell in line.split("|")[2:4]] == pytest.approx([1e3 * first, 1e3 * second], rel=0.06)
+        assert [float(cell) for cell in line.split("|")[2:4]] == pytest.approx(
+            [1e3 * first, 1e3 * second], rel=0.06
+        )

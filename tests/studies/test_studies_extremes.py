@@ -23,7 +23,11 @@ def table(tables):
 def test_no_row_is_wrong_and_every_answer_has_a_small_residual(table):
     assert set(table["verdict"]) == {"right", "mesh", "unchecked", "refused"}
     answered = table[table["verdict"] != "refused"]
-    assert answered["residual"].between(0, 1e-9).all() and (answered["solver"] != "").all() and (answered["message"] == "").all()
+    assert (
+        answered["residual"].between(0, 1e-9).all()
+        and (answered["solver"] != "").all()
+        and (answered["message"] == "").all()
+    )
     right = table[table["verdict"] == "right"]
     assert right["error"].between(0, 1e-7).all() and (right["reference"] != "").all()
     assert len(right) > 0.75 * len(table)
@@ -33,32 +37,64 @@ def test_refusals_say_what_to_do(table):
     refused = table[table["verdict"] == "refused"]
     assert 5 < len(refused) < 20
     for message in refused["message"]:
-        assert re.match(r"(ModelError|NoContinuation): ", message) and re.search(ADVICE, message), message
+        assert re.match(r"(ModelError|NoContinuation): ", message) and re.search(ADVICE, message), (
+            message
+        )
 
 
 def test_what_theory_says_of_the_extremes(table):
-    near = table[(table["extreme"] == "load factor over lambda_2, less 1") & (table["question"] == "safe slip")]
+    near = table[
+        (table["extreme"] == "load factor over lambda_2, less 1")
+        & (table["question"] == "safe slip")
+    ]
     assert list(near["number"]) == [1, 1, 0, 0]
-    poisson = table[table["extreme"] == "Poisson's ratio"].pivot(index="value", columns="question", values="error")
+    poisson = table[table["extreme"] == "Poisson's ratio"].pivot(
+        index="value", columns="question", values="error"
+    )
     assert poisson.loc["0.4999", "shakedown limit, element linear"] > 0.5
     assert poisson["shakedown limit, element mean_dilatation"].max() < 0.1
-    limits = table[table["extreme"].isin(["friction", "grading of the contact", "stiffness of the punch over that of the block"])]
-    limits = limits.pivot(index=["extreme", "value"], columns="question", values="number").dropna(subset="guaranteed limit")
+    limits = table[
+        table["extreme"].isin(
+            ["friction", "grading of the contact", "stiffness of the punch over that of the block"]
+        )
+    ]
+    limits = limits.pivot(index=["extreme", "value"], columns="question", values="number").dropna(
+        subset="guaranteed limit"
+    )
     guaranteed, shakedown = limits["guaranteed limit"], limits["shakedown limit"]
-    assert len(limits) == 8 and (guaranteed <= shakedown * (1 + 1e-9)).all() and (guaranteed < 0.9 * shakedown).any()
+    assert (
+        len(limits) == 8
+        and (guaranteed <= shakedown * (1 + 1e-9)).all()
+        and (guaranteed < 0.9 * shakedown).any()
+    )
     sliding = table[table["question"] == "steady state beyond gross slip"]
     assert set(sliding["verdict"]) == {"refused"}
 
 
 def test_the_printed_table_has_a_line_for_each_extreme(table):
-    lines = [line for line in extremes.STUDY.summary({extremes.EXTREMES.name: table}).splitlines() if line.startswith("|")]
-    assert len(lines) == 2 + table["extreme"].nunique() and len({line.count("|") for line in lines}) == 1
+    lines = [
+        line
+        for line in extremes.STUDY.summary({extremes.EXTREMES.name: table}).splitlines()
+        if line.startswith("|")
+    ]
+    assert (
+        len(lines) == 2 + table["extreme"].nunique()
+        and len({line.count("|") for line in lines}) == 1
+    )
     wrong = lines[0].split("|").index(" wrong ")
     assert {line.split("|")[wrong].strip() for line in lines[2:]} == {"0"}
 
 
 def probe(number, expected, tolerance=1e-7):
-    return Probe("e", "v", "q", lambda: Answer(number, 0.0, "s"), expected and (lambda: expected[0]), "r", tolerance)
+    return Probe(
+        "e",
+        "v",
+        "q",
+        lambda: Answer(number, 0.0, "s"),
+        expected and (lambda: expected[0]),
+        "r",
+        tolerance,
+    )
 
 
 @pytest.mark.parametrize(
@@ -95,7 +131,12 @@ def test_errors_that_are_not_ours_are_not_swallowed():
 
 def test_full_size_holds_all_that_is_asked_for():
     sizes = extremes.FULL
-    assert max(sizes.most_nodes) == 1000 and min(sizes.most_nodes) == 2 and sizes.corners == 1000 and sizes.cycles == 100_000
+    assert (
+        max(sizes.most_nodes) == 1000
+        and min(sizes.most_nodes) == 2
+        and sizes.corners == 1000
+        and sizes.cycles == 100_000
+    )
     assert max(sizes.gradings) >= 1e6
     some = extremes.asked(extremes.QUICK)
     assert len({p.extreme for p in some}) == 24 and sizes.every == 1

@@ -1,4 +1,5 @@
-"""The first look: what it prints is what the limits and the steady states say, and its picture is on disk."""
+"""The first look: what it prints is what the limits and the steady states say, and its picture is
+on disk."""
 
 import numpy as np
 import pandas as pd
@@ -13,9 +14,16 @@ from studies.paper import LOADS
 def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys):
     assert first_look.STUDY.run(["--quick", "--data", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
-    system, f = fo.scenes.PunchOnHalfPlane(elements=first_look.QUICK.elements).condense(), first_look.QUICK.friction
+    system, f = (
+        fo.scenes.PunchOnHalfPlane(elements=first_look.QUICK.elements).condense(),
+        first_look.QUICK.friction,
+    )
     table = pd.read_parquet(tmp_path / "first_look.parquet").set_index("question")
-    first, lower, limit = fo.onset(system, LOADS, f), fo.guaranteed_limit(system, LOADS, f), fo.shakedown_limit(system, LOADS, f)
+    first, lower, limit = (
+        fo.onset(system, LOADS, f),
+        fo.guaranteed_limit(system, LOADS, f),
+        fo.shakedown_limit(system, LOADS, f),
+    )
     expected = {
         "onset of slip": first.slip.load_factor,
         "guaranteed limit, lambda_1": lower.load_factor,
@@ -23,31 +31,54 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
         "shakedown limit, lambda_2": limit.load_factor,
     }
     for load in first_look.QUICK.load_factors:
-        work = fo.steady_state(system, LOADS, f, load).dissipation * system.E_star / system.reaction(LOADS.mean)[1].sum() ** 2
+        work = (
+            fo.steady_state(system, LOADS, f, load).dissipation
+            * system.E_star
+            / system.reaction(LOADS.mean)[1].sum() ** 2
+        )
         expected[f"work of friction per cycle at load {load:g}, W E* / P^2"] = work
     assert np.isnan(table["value"]["compiling what follows transients"])
     table = table.drop("compiling what follows transients")
-    assert list(table.index) == list(expected) and table["value"].tolist() == pytest.approx(list(expected.values()), rel=1e-9, abs=1e-12)
+    assert list(table.index) == list(expected) and table["value"].tolist() == pytest.approx(
+        list(expected.values()), rel=1e-9, abs=1e-12
+    )
     assert table["residual"].max() < 1e-9
     for question, value in expected.items():
         assert f"| {question} | {value:.4g} |" in printed
     runs = pd.read_parquet(tmp_path / "first_look_work.parquet")
-    assert runs["residual"].max() < 1e-9 and runs["load_factor"].max() == pytest.approx(1.3 * limit.load_factor)
+    assert runs["residual"].max() < 1e-9 and runs["load_factor"].max() == pytest.approx(
+        1.3 * limit.load_factor
+    )
     fresh = runs[runs["start"] == "no slip"].set_index("load_factor")["work"]
     for load in (fresh.index[3], fresh.index[-1]):
-        work = fo.steady_state(system, LOADS, f, load).dissipation * system.E_star / system.reaction(LOADS.mean)[1].sum() ** 2
+        work = (
+            fo.steady_state(system, LOADS, f, load).dissipation
+            * system.E_star
+            / system.reaction(LOADS.mean)[1].sum() ** 2
+        )
         assert fresh[load] == pytest.approx(work, rel=1e-9)
     most, least = (getattr(runs.groupby("load_factor")["work"], name)() for name in ("max", "min"))
     sure = fo.after_overload(lower).load_factor
     assert not most[most.index < sure].any() and (least[least.index > limit.load_factor] > 0).all()
     between = (most.index > sure) & (most.index < limit.load_factor)
     assert between.any() and (most[between] > 0).all() and not least[between].any()
-    commands = ["python -m studies", "python -m studies dissipation --quick", "python -m paper_figures"]
+    commands = [
+        "python -m studies",
+        "python -m studies dissipation --quick",
+        "python -m paper_figures",
+    ]
     assert [line.split("  ")[0] for line in printed.rstrip().splitlines()[-3:]] == commands
-    assert imread(tmp_path / "first_look.png").shape[1] > 1000 and str(tmp_path / "first_look.png") in printed
+    assert (
+        imread(tmp_path / "first_look.png").shape[1] > 1000
+        and str(tmp_path / "first_look.png") in printed
+    )
 
 
 def test_its_loads_stand_on_both_sides_of_the_limit():
-    limit = fo.shakedown_limit(fo.scenes.PunchOnHalfPlane(elements=first_look.FULL.elements).condense(), LOADS, first_look.FULL.friction)
+    limit = fo.shakedown_limit(
+        fo.scenes.PunchOnHalfPlane(elements=first_look.FULL.elements).condense(),
+        LOADS,
+        first_look.FULL.friction,
+    )
     below, above = first_look.FULL.load_factors
     assert below < limit.load_factor < above

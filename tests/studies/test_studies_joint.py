@@ -1,4 +1,5 @@
-"""Studies of joints at quick size: their reports, damping, designs and wear, against theory, other starts, statics and a formula of beams."""
+"""Studies of joints at quick size: their reports, damping, designs and wear, against theory, other
+starts, statics and a formula of beams."""
 
 import numpy as np
 import pytest
@@ -9,10 +10,15 @@ from studies import damping, joint, wear
 def test_the_report_sums_up_the_nodes(tables):
     nodes = tables["joint_fretting"].groupby("joint", sort=False)
     report = tables["joint_report"].set_index("joint")
-    assert np.allclose(nodes["work"].sum(), report["dissipation"]) and (report["dissipation"] > 0).all()
+    assert (
+        np.allclose(nodes["work"].sum(), report["dissipation"])
+        and (report["dissipation"] > 0).all()
+    )
     for name in ("slip_range", "F1", "F2", "SWT"):
         assert np.allclose(nodes[name].max(), report[f"largest_{name}"])
-    assert (report["corners"] == joint.QUICK.turns).all() and (report["samples"] > 9 * report["corners"] - 10).all()
+    assert (report["corners"] == joint.QUICK.turns).all() and (
+        report["samples"] > 9 * report["corners"] - 10
+    ).all()
     assert (report["residual"] < 1e-9).all()
 
 
@@ -31,23 +37,44 @@ def test_the_summary_has_a_column_for_each_joint(quick):
 def test_the_range_holds_the_curve_and_the_limits_hold_the_range(tables, name):
     rows = tables[name]
     for quantity in ("damping", "frequency"):
-        assert (rows[f"least_{quantity}"] <= rows[quantity]).all() and (rows[quantity] <= rows[f"most_{quantity}"]).all()
+        assert (rows[f"least_{quantity}"] <= rows[quantity]).all() and (
+            rows[quantity] <= rows[f"most_{quantity}"]
+        ).all()
     below, above = rows["load_ratio"] < rows["guaranteed_ratio"], rows["load_ratio"] > 1
     assert below.any() == (name == "damping_backbone")
-    assert (rows.loc[below, "most_damping"] == 0).all() and np.allclose(rows.loc[below, "least_frequency"], 1.0, rtol=1e-12)
+    assert (rows.loc[below, "most_damping"] == 0).all() and np.allclose(
+        rows.loc[below, "least_frequency"], 1.0, rtol=1e-12
+    )
     assert (rows.loc[~above, "least_damping"] == 0).all() and (rows.loc[above, "damping"] > 0).all()
-    assert (rows.loc[above & (rows["joint"] != "dovetail"), "least_damping"] > 0).all()  # the flanks of the dovetail lift off
-    assert (rows["guaranteed_ratio"] <= 1).all() and (rows["most_frequency"] <= 1 + 1e-12).all() and (rows["residual"] < 1e-9).all()
+    assert (
+        rows.loc[above & (rows["joint"] != "dovetail"), "least_damping"] > 0
+    ).all()  # the flanks of the dovetail lift off
+    assert (
+        (rows["guaranteed_ratio"] <= 1).all()
+        and (rows["most_frequency"] <= 1 + 1e-12).all()
+        and (rows["residual"] < 1e-9).all()
+    )
 
 
-def test_the_bolted_joint_slips_more_with_the_load_and_its_limit_lies_far_below_the_load_that_slides_it_off(tables):
+def test_the_bolted_joint_slips_more_with_the_load_and_its_limit_lies_far_below_the_load_that_slides_it_off(
+    tables,
+):
     for _, rows in tables["backbone_meshes"].groupby("elements"):
-        assert (np.diff(rows["work"]) > 0).all() and (np.diff(rows["slipping"]) > 0).all() and rows["slipping"].between(0, 1).all()
-        assert (rows["shakedown_share"] < 0.2).all() and (rows["open"] > 0).all() and (rows["outcome"] == "CYCLIC_SLIP").all()
+        assert (
+            (np.diff(rows["work"]) > 0).all()
+            and (np.diff(rows["slipping"]) > 0).all()
+            and rows["slipping"].between(0, 1).all()
+        )
+        assert (
+            (rows["shakedown_share"] < 0.2).all()
+            and (rows["open"] > 0).all()
+            and (rows["outcome"] == "CYCLIC_SLIP").all()
+        )
 
 
 def test_the_glued_lap_joint_is_a_beam_of_three_parts():
-    """Length, thickness and eccentricity of the pull, from its end on; that end is held across and free to turn."""
+    """Length, thickness and eccentricity of the pull, from its end on; that end is held across and
+    free to turn."""
     model = damping.lap(24)
     E, nu = model.bodies["upper"].material.E, model.bodies["upper"].material.nu
     parts = ((3.0, 0.5, 0.0), (2.0, 1.0, 0.25), (3.0, 0.5, 0.5))
@@ -63,9 +90,14 @@ def test_the_glued_lap_joint_is_a_beam_of_three_parts():
 def test_more_depth_and_more_shapes_never_lower_a_limit_and_gain_less_and_less(tables):
     for _, rows in tables["design_limits"].groupby("face"):
         gains = np.diff(rows["load_factor"]) / np.diff(rows["depth"])
-        assert (gains > 0).all() and (np.diff(gains) < 0).all()  # the largest value of a convex program is concave in its bounds
+        assert (gains > 0).all() and (
+            np.diff(gains) < 0
+        ).all()  # the largest value of a convex program is concave in its bounds
         assert (rows["guaranteed"] <= rows["load_factor"] * (1 + 1e-9)).all()
-    free, shapes = (tables["design_limits"].query(f"face == '{face}'")["load_factor"].to_numpy() for face in ("free", "three shapes"))
+    free, shapes = (
+        tables["design_limits"].query(f"face == '{face}'")["load_factor"].to_numpy()
+        for face in ("free", "three shapes")
+    )
     assert free[0] == pytest.approx(shapes[0]) and (free[1:] > 1.01 * shapes[1:]).all()
 
 
@@ -73,7 +105,10 @@ def test_the_worn_profile_digs_where_the_best_one_stays(tables):
     faces = {face: rows for face, rows in tables["design_profiles"].groupby("face")}
     depth = faces["worn"]["profile"].max()
     for face in ("free", "three shapes"):
-        assert faces[face]["profile"].max() == pytest.approx(depth) and faces[face]["load_factor"].iloc[0] > faces["flat"]["load_factor"].iloc[0]
+        assert (
+            faces[face]["profile"].max() == pytest.approx(depth)
+            and faces[face]["load_factor"].iloc[0] > faces["flat"]["load_factor"].iloc[0]
+        )
     ends = [0, -1]
     assert faces["worn"]["profile"].to_numpy()[ends] == pytest.approx(depth, rel=1e-3)
     assert (faces["free"]["profile"].to_numpy()[ends] < 0.1 * depth).all()
@@ -82,11 +117,15 @@ def test_the_worn_profile_digs_where_the_best_one_stays(tables):
 
 def test_the_least_forces_carry_more_than_equal_ones_and_are_convex_in_the_load(tables):
     bolts = tables["design_bolts"]
-    assert (bolts["even"] <= bolts["load_factor"] * (1 + 1e-8)).all() and (bolts[["bolt 0", "bolt 1", "bolt 2"]] >= -1e-9).all().all()
+    assert (bolts["even"] <= bolts["load_factor"] * (1 + 1e-8)).all() and (
+        bolts[["bolt 0", "bolt 1", "bolt 2"]] >= -1e-9
+    ).all().all()
     assert bolts["total"].is_monotonic_increasing
     (first, last), (low, high) = bolts["total"], bolts["load_factor"]
     rise = (last - first) / (high - low)
-    assert bolts["price"].iloc[0] <= rise * (1 + 1e-6) and rise <= bolts["price"].iloc[1] * (1 + 1e-6)  # prices are slopes of a convex function
+    assert bolts["price"].iloc[0] <= rise * (1 + 1e-6) and rise <= bolts["price"].iloc[1] * (
+        1 + 1e-6
+    )  # prices are slopes of a convex function
 
 
 def test_profiles_grow_to_the_closed_form(tables):
@@ -98,14 +137,32 @@ def test_profiles_grow_to_the_closed_form(tables):
 
 def test_every_contact_wears_in_and_its_limit_rises_to_the_load(tables):
     for _, rows in tables["wear_history"].groupby("contact"):
-        assert rows["work_share"].iloc[0] == 1 and rows["work_share"].iloc[-1] <= 1e-3 * rows["work_share"].max()
+        assert (
+            rows["work_share"].iloc[0] == 1
+            and rows["work_share"].iloc[-1] <= 1e-3 * rows["work_share"].max()
+        )
     limits = tables["wear_limits"]
-    assert (limits["before"] < 1).all() and (limits["after"] > 1).all() and np.all(np.diff(limits["after"]) < 0) and limits["residual"].max() < 1e-9
+    assert (
+        (limits["before"] < 1).all()
+        and (limits["after"] > 1).all()
+        and np.all(np.diff(limits["after"]) < 0)
+        and limits["residual"].max() < 1e-9
+    )
 
 
 def test_the_lap_joint_loses_its_damping_and_can_bear_its_load_in_the_end(tables):
     life = tables["wear_life"]
-    assert life["cycles"].iloc[0] == 0 and life["damping"].iloc[-1] < 0.1 * life["damping"].iloc[0] and (np.diff(life["frequency"]) < 0).all()
-    assert life["limit"].iloc[0] == pytest.approx(1 / 1.6) and (life["guaranteed"] <= life["limit"] * (1 + 1e-9)).all()
+    assert (
+        life["cycles"].iloc[0] == 0
+        and life["damping"].iloc[-1] < 0.1 * life["damping"].iloc[0]
+        and (np.diff(life["frequency"]) < 0).all()
+    )
+    assert (
+        life["limit"].iloc[0] == pytest.approx(1 / 1.6)
+        and (life["guaranteed"] <= life["limit"] * (1 + 1e-9)).all()
+    )
     worn = wear.LIFE.frame(wear.Parameters(lap_elements=8, lives=(1e6,)))
-    assert worn["limit"].iloc[-1] == pytest.approx(1.0, abs=0.02) and worn["damping"].iloc[-1] < 1e-4 * worn["damping"].iloc[0]
+    assert (
+        worn["limit"].iloc[-1] == pytest.approx(1.0, abs=0.02)
+        and worn["damping"].iloc[-1] < 1e-4 * worn["damping"].iloc[0]
+    )

@@ -1,4 +1,5 @@
-"""Results of others beside ours, at quick size, and their closed forms against other ways to the same numbers."""
+"""Results of others beside ours, at quick size, and their closed forms against other ways to the
+same numbers."""
 
 from math import pi
 
@@ -41,7 +42,9 @@ WITHIN = {  # how quantities begin -> largest difference at quick size; of all o
 def test_ours_is_theirs_within_what_the_mesh_leaves(tables):
     table = tables["published"]
     for quantity, rows in table.groupby("quantity"):
-        (within,) = [most for begins, most in WITHIN.items() if quantity.startswith(begins)] or [1e-6]
+        (within,) = [most for begins, most in WITHIN.items() if quantity.startswith(begins)] or [
+            1e-6
+        ]
         assert rows["difference"].abs().max() <= within, quantity
     assert table["residual"].max() < 1e-9 and (table["how"] != "").all()
     assert np.isfinite(table[["theirs", "ours"]]).all(axis=None)
@@ -52,7 +55,9 @@ def test_a_curve_of_theirs_goes_through_the_values_that_are_compared(tables):
     points, curves = tables["published"], tables["published_curves"]
     for quantity, curve in curves.groupby("quantity"):
         rows = points[points["quantity"] == quantity]
-        assert np.interp(rows["at"], curve["at"], curve["theirs"]) == pytest.approx(rows["theirs"].to_numpy(), rel=2e-3, abs=1e-9)
+        assert np.interp(rows["at"], curve["at"], curve["theirs"]) == pytest.approx(
+            rows["theirs"].to_numpy(), rel=2e-3, abs=1e-9
+        )
 
 
 @pytest.mark.slow
@@ -60,7 +65,11 @@ def test_each_result_is_a_line_of_the_page_with_its_worst_value(tables):
     table = tables["published"].copy()
     row = table.index[table["quantity"].str.startswith("twisting couple")][0]
     table.loc[row, ["ours", "difference"]] = 9.0, 0.5
-    lines = [line for line in study.STUDY.summary({"published": table}).splitlines() if line.startswith("|")]
+    lines = [
+        line
+        for line in study.STUDY.summary({"published": table}).splitlines()
+        if line.startswith("|")
+    ]
     assert len(lines) - 2 == len(table.groupby(["source", "quantity"]))
     (line,) = [line for line in lines if "twisting couple" in line]
     assert "| 9 | +50 % |" in line and f"= {table.loc[row, 'at']:g}, worst of 2" in line
@@ -75,7 +84,9 @@ def test_the_rule_of_two_nodes_is_that_of_the_plane_of_their_slips(f):
         two_node_limits(contact.A, contact.B, q0, p0, q1, p1, f), rel=1e-12
     )
     if f == 0.6:
-        assert nodes.two_node_limits(contact, guaranteed.PAIR_LOADS, f) == pytest.approx((0.391864153760, 0.726057393108), rel=1e-11)
+        assert nodes.two_node_limits(contact, guaranteed.PAIR_LOADS, f) == pytest.approx(
+            (0.391864153760, 0.726057393108), rel=1e-11
+        )
 
 
 @pytest.mark.parametrize("phase", [0.0, 60.0, 135.0])
@@ -94,7 +105,9 @@ def test_a_normal_force_that_hardly_varies_is_a_constant_one_and_one_that_varies
     cylinder = LineContact(P=pi / 4, R=1.0, E_star=1.0, f=0.4)
     for share in (0.3, 0.7):
         gross = 0.4 * cylinder.P
-        assert half_planes.work_of_both(1e-5, share) == pytest.approx(cylinder.dissipation(share * gross) / gross**2, rel=1e-6)
+        assert half_planes.work_of_both(1e-5, share) == pytest.approx(
+            cylinder.dissipation(share * gross) / gross**2, rel=1e-6
+        )
         works = [half_planes.work_of_both(swing, share) for swing in (0.05, 0.1, 0.2)]
         assert sorted(works, reverse=True) == works
 
@@ -116,18 +129,33 @@ def test_the_area_of_the_loop_is_that_of_its_two_branches(swing, share):
 
 
 @pytest.mark.parametrize(("swing", "share"), [(0.1, 0.5), (0.3, 0.5)])
-def test_springs_have_the_work_of_the_closed_form_where_the_loads_are_in_phase_and_more_out_of_it(swing, share):
+def test_springs_have_the_work_of_the_closed_form_where_the_loads_are_in_phase_and_more_out_of_it(
+    swing, share
+):
     in_phase = half_planes.work_of_springs(swing, share, 0.0, 400)
     assert in_phase == pytest.approx(half_planes.work_of_both(swing, share), rel=3e-3)
-    assert half_planes.work_of_springs(swing, share, 60.0, 400) > 1.5 * in_phase if swing == 0.3 else True
+    assert (
+        half_planes.work_of_springs(swing, share, 60.0, 400) > 1.5 * in_phase
+        if swing == 0.3
+        else True
+    )
 
 
 def test_a_twisted_sphere_slides_at_the_couple_of_its_pressure_and_is_as_stiff_as_what_still_sticks():
     assert spheres.torque(0.0) == pytest.approx(3 * pi / 16, rel=1e-9)
-    for stick in (0.3, 0.7, 0.999):  # what is added turns the zone that sticks as a rigid disc, each body by half (Reissner and Sagoci)
+    for stick in (
+        0.3,
+        0.7,
+        0.999,
+        # what is added turns the zone that sticks as a rigid disc, each body by half (Reissner and
+        # Sagoci)
+    ):
         more, less = stick - 1e-4, stick + 1e-4
         couple = (spheres.torque(more) - spheres.torque(less)) * spheres._FRICTION * spheres._P
-        assert couple == pytest.approx(16 / 3 * spheres._G * stick**3 * (spheres.twist(more) - spheres.twist(less)) / 2, rel=1e-4)
+        assert couple == pytest.approx(
+            16 / 3 * spheres._G * stick**3 * (spheres.twist(more) - spheres.twist(less)) / 2,
+            rel=1e-4,
+        )
 
 
 @pytest.mark.parametrize("flat", [0.0, 0.3, 0.8])
@@ -141,6 +169,8 @@ def test_the_force_on_a_punch_is_the_integral_over_its_slope(flat):
 def test_a_pair_wedges_from_the_friction_on_at_which_a_slip_holds_itself():
     least = nodes.least_wedged(guaranteed.pair())
     for friction, wedged in ((0.999 * least, False), (1.001 * least, True)):
-        limit = fo.shakedown_limit(guaranteed.pair(), guaranteed.PAIR_LOADS, friction, open=[False, False])
+        limit = fo.shakedown_limit(
+            guaranteed.pair(), guaranteed.PAIR_LOADS, friction, open=[False, False]
+        )
         assert np.isinf(limit.load_factor) == wedged
     assert nodes.one_wedged(guaranteed.pair()) < least

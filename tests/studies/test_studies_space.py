@@ -1,4 +1,5 @@
-"""Studies of limits in space and of contacts that open, at quick size: what theory says of them, whatever the stored numbers are."""
+"""Studies of limits in space and of contacts that open, at quick size: what theory says of them,
+whatever the stored numbers are."""
 
 import numpy as np
 import pytest
@@ -13,15 +14,21 @@ pytestmark = pytest.mark.slow
 def test_no_limit_is_out_of_order(tables):
     for name in ("space_friction", "space_mesh"):
         rows = tables[name]
-        assert (rows["guaranteed"] <= rows["shakedown"] * (1 + 1e-9)).all() and (rows["onset"] <= rows["shakedown"] * (1 + 1e-9)).all()
+        assert (rows["guaranteed"] <= rows["shakedown"] * (1 + 1e-9)).all() and (
+            rows["onset"] <= rows["shakedown"] * (1 + 1e-9)
+        ).all()
     limits = tables["space_friction"].pivot(index="friction", columns="load", values="shakedown")
     assert (np.diff(limits, axis=0) > 0).all()
-    assert (limits["to and fro"] >= limits["turning, 4 corners"]).all() and (limits["turning, 4 corners"] >= limits["turning, 16 corners"]).all()
+    assert (limits["to and fro"] >= limits["turning, 4 corners"]).all() and (
+        limits["turning, 4 corners"] >= limits["turning, 16 corners"]
+    ).all()
 
 
 def test_the_sphere_is_uncoupled_and_its_limit_belongs_to_the_mesh(tables):
     sphere = tables["space_mesh"].query("scene == 'sphere'")
-    assert sphere["guaranteed"].to_numpy() == pytest.approx(sphere["shakedown"].to_numpy(), rel=1e-9)
+    assert sphere["guaranteed"].to_numpy() == pytest.approx(
+        sphere["shakedown"].to_numpy(), rel=1e-9
+    )
     coarse, fine = (rows["shakedown"].max() for _, rows in sphere.groupby("nodes"))
     assert fine < 0.7 * coarse
 
@@ -29,16 +36,24 @@ def test_the_sphere_is_uncoupled_and_its_limit_belongs_to_the_mesh(tables):
 def test_work_begins_between_the_limits(tables):
     work = tables["space_work"]
     assert (work["least"] <= work["work"]).all() and (work["work"] <= work["most"]).all()
-    assert (work.query("ratio > 1")["least"] > 0).all() and not work.query("ratio < guaranteed")["most"].any()
+    assert (work.query("ratio > 1")["least"] > 0).all() and not work.query("ratio < guaranteed")[
+        "most"
+    ].any()
     assert work.query("guaranteed < ratio < 1")["most"].any()
 
 
 def test_the_map_is_that_of_the_limit(tables):
     maps = tables["spatial_maps"]
-    assert maps["traction_ratio"].max() <= 1 + 1e-8 and (maps["first_ratio"].fillna(0.0) <= maps["traction_ratio"]).all()
+    assert (
+        maps["traction_ratio"].max() <= 1 + 1e-8
+        and (maps["first_ratio"].fillna(0.0) <= maps["traction_ratio"]).all()
+    )
     for load, rows in maps.groupby("load"):
         system = fo.scenes.SquarePunch(elements=spatial.QUICK.map_elements).condense()
-        assert rows["load_factor"].iloc[0] == fo.shakedown_limit(system, LOADS[load], spatial.QUICK.map_friction).load_factor
+        assert (
+            rows["load_factor"].iloc[0]
+            == fo.shakedown_limit(system, LOADS[load], spatial.QUICK.map_friction).load_factor
+        )
         assert rows["share"].sum() == pytest.approx(1.0)
 
 
@@ -50,7 +65,9 @@ def test_more_increments_are_closer(tables):
 def test_limits_are_proven_and_the_same_in_all_units(tables):
     proofs = tables["spatial_proofs"]
     assert (proofs["result"] == "answer").all() and proofs["gap"].max() <= 1e-9
-    assert len(proofs) == (2 * len(spatial.QUICK.proof_ratios) + 4) * 2 * len(spatial.QUICK.proof_frictions)
+    assert len(proofs) == (2 * len(spatial.QUICK.proof_ratios) + 4) * 2 * len(
+        spatial.QUICK.proof_frictions
+    )
     for _, rows in proofs.groupby(["mesh", "ratio", "load", "friction"]):
         assert np.ptp(rows["load_factor"]) <= 1e-8 * rows["load_factor"].max()
     means = proofs[proofs["ratio"] == 1].groupby("mesh")["load_factor"].mean()
@@ -72,19 +89,36 @@ def test_the_limit_of_the_cylinder_falls_with_its_cells(tables):
 
 def test_opening_adds_to_the_pin(tables):
     pin = tables["separation_closed"].query("scene == 'pin' and friction == 0.5")
-    assert np.all(pin["shakedown"] > 1.15 * pin["all_closed"]) and np.all(pin["open"] == 0) and np.all(pin["opening"] > 0)
+    assert (
+        np.all(pin["shakedown"] > 1.15 * pin["all_closed"])
+        and np.all(pin["open"] == 0)
+        and np.all(pin["opening"] > 0)
+    )
     assert pin["rests"].to_numpy() == pytest.approx(pin["shakedown"], rel=0.01)
 
 
 def test_joints_lift_off_and_what_theory_says_of_it_holds(tables):
-    """The best pattern is no worse than others, nothing rests above gross slip, and the theorem of uncoupled contacts holds."""
+    """The best pattern is no worse than others, nothing rests above gross slip, and the theorem of
+    uncoupled contacts holds."""
     joints, free = tables["lift_off_joints"], tables["lift_off_uncoupled"]
-    assert not (joints[["all_closed", "settled"]].gt(joints["shakedown"] * (1 + 1e-9), axis=0)).any(axis=None)
-    assert (joints["shakedown"] <= joints["sliding"]).all() and (joints["above"] != "SHAKEDOWN").all() and (joints["below"] == "SHAKEDOWN").all()
-    assert (free["rest_below"] == lift_off.QUICK.starts).all() and not free["rest_above"].any() and free["growth"].max() < 1e-12
+    assert not (joints[["all_closed", "settled"]].gt(joints["shakedown"] * (1 + 1e-9), axis=0)).any(
+        axis=None
+    )
+    assert (
+        (joints["shakedown"] <= joints["sliding"]).all()
+        and (joints["above"] != "SHAKEDOWN").all()
+        and (joints["below"] == "SHAKEDOWN").all()
+    )
+    assert (
+        (free["rest_below"] == lift_off.QUICK.starts).all()
+        and not free["rest_above"].any()
+        and free["growth"].max() < 1e-12
+    )
 
 
-def test_cyclic_slip_in_space_vanishes_with_the_distance_from_the_guaranteed_limit_and_leaves_no_room(tables):
+def test_cyclic_slip_in_space_vanishes_with_the_distance_from_the_guaranteed_limit_and_leaves_no_room(
+    tables,
+):
     rows = tables["vanishing"].pivot(index="seed", columns="distance", values=["amplitude", "room"])
     for name in ("amplitude", "room"):
         assert (rows[name, 0.004] < 0.6 * rows[name, 0.008]).all()

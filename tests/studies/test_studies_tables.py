@@ -1,4 +1,5 @@
-"""Tables of the studies: when a stored one is used again, and what is left where one cannot be written."""
+"""Tables of the studies: when a stored one is used again, and what is left where one cannot be
+written."""
 
 import os
 import pickle
@@ -30,7 +31,9 @@ def counted():
         calls.append(parameters)
         return pd.DataFrame({"square": [row**2 for row in range(parameters.rows)]})
 
-    return Table("squares", "a square", {"square": "number"}, full=Count(), quick=Count(2), compute=compute), calls
+    return Table(
+        "squares", "a square", {"square": "number"}, full=Count(), quick=Count(2), compute=compute
+    ), calls
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -66,9 +69,15 @@ SHARED = "VALUE = 1\n"
 
 @pytest.fixture
 def sources(counted, tmp_path, monkeypatch):
-    """A table of a study in a package of one file each, which shares a file with other studies, and these four files."""
+    """A table of a study in a package of one file each, which shares a file with other studies, and
+    these four files."""
     files = {}
-    for name, text in (("frictopt", PACKAGE), ("studies.study", STUDY), ("studies.shared", SHARED), ("studies.other", STUDY)):
+    for name, text in (
+        ("frictopt", PACKAGE),
+        ("studies.study", STUDY),
+        ("studies.shared", SHARED),
+        ("studies.other", STUDY),
+    ):
         files[name] = tmp_path / name / "__init__.py"
         files[name].parent.mkdir()
         files[name].write_text(text)
@@ -120,7 +129,9 @@ def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
     table.make(Count(), tmp_path)
 
     def fail(source, target):
-        assert len(pd.read_parquet(source)) == 5, "the new table is complete before it takes the old one's place"
+        assert len(pd.read_parquet(source)) == 5, (
+            "the new table is complete before it takes the old one's place"
+        )
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", fail)
@@ -131,14 +142,21 @@ def test_interrupted_write_leaves_the_old_table(counted, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", "guaranteed increments joint left_out lift_off limits range separation spatial validity vanishing".split())
+@pytest.mark.parametrize(
+    "name",
+    "guaranteed increments joint left_out lift_off limits range separation spatial validity vanishing".split(),
+)
 def test_every_row_of_a_study_was_checked(quick, name):
     for table in quick(STUDIES[name].tables).values():
         assert table["residual"].between(0, 1e-9).all()
 
 
 @pytest.mark.parametrize(
-    ("columns", "error"), [({"square": "", "cube": ""}, r"\['cube'\] are not computed"), ({}, r"computed ones \['square'\] not described")]
+    ("columns", "error"),
+    [
+        ({"square": "", "cube": ""}, r"\['cube'\] are not computed"),
+        ({}, r"computed ones \['square'\] not described"),
+    ],
 )
 def test_columns_must_be_described_and_computed(counted, tmp_path, columns, error):
     table, _ = counted

@@ -1,4 +1,5 @@
-"""Studies of sizes, of followed contacts and of what is left out, at quick size: what does not depend on the machine. Times are not tested."""
+"""Studies of sizes, of followed contacts and of what is left out, at quick size: what does not
+depend on the machine. Times are not tested."""
 
 import numpy as np
 import pandas as pd
@@ -13,9 +14,16 @@ pytestmark = pytest.mark.slow
 
 def test_all_rest_below_and_all_witnesses_slip_above(tables):
     table = tables["followed"]
-    assert table["seed"].nunique() == followed.QUICK.contacts and (table["guaranteed"] <= table["shakedown"] * (1 + 1e-9)).all()
+    assert (
+        table["seed"].nunique() == followed.QUICK.contacts
+        and (table["guaranteed"] <= table["shakedown"] * (1 + 1e-9)).all()
+    )
     rests = table["outcome"] == "SHAKEDOWN"
-    assert (rests == (table["share"] < 1)).all() and (table.loc[rests, "work"] == 0).all() and (table.loc[~rests, "work_error"] < 1).all()
+    assert (
+        (rests == (table["share"] < 1)).all()
+        and (table.loc[rests, "work"] == 0).all()
+        and (table.loc[~rests, "work_error"] < 1).all()
+    )
 
 
 def test_a_row_is_what_a_transient_does(tables):
@@ -23,18 +31,49 @@ def test_a_row_is_what_a_transient_does(tables):
     system, cycle, friction = followed.random_contact(int(row["seed"]))
     limit = fo.guaranteed_limit(system, cycle, friction)
     mean = cycle.mean_reaction(system)
-    assert np.abs(np.sum(cycle.corner_reactions(system)[0], axis=0)).max() < 1e-12 and not mean[0].any() and mean[1].min() >= 1
-    again = fo.steady_state(system, cycle, friction, row["share"] * limit.load_factor, initial_slip=limit.slip, steps=1)
-    assert again.dissipation == pytest.approx(row["work"], rel=1e-6) and row["outcome"] == again.outcome.name
+    assert (
+        np.abs(np.sum(cycle.corner_reactions(system)[0], axis=0)).max() < 1e-12
+        and not mean[0].any()
+        and mean[1].min() >= 1
+    )
+    again = fo.steady_state(
+        system, cycle, friction, row["share"] * limit.load_factor, initial_slip=limit.slip, steps=1
+    )
+    assert (
+        again.dissipation == pytest.approx(row["work"], rel=1e-6)
+        and row["outcome"] == again.outcome.name
+    )
 
 
 def test_the_counts_tell_slip_from_what_is_within_its_error():
-    rows = [("witness", 0.995, "SHAKEDOWN", 0.0, 0.5), ("random", 0.995, "CYCLIC_SLIP", 2.0, 0.5), ("random", 0.995, "RATCHETING", 0.1, 0.5)]
-    rows += [("witness", 1.005, "CYCLIC_SLIP", 0.1, 0.5), ("witness", 1.005, "SHAKEDOWN", 0.0, 1.0), ("none", 0.0, "not followed", 0.0, 0.0)]
-    table = pd.DataFrame([dict(zip(("start", "share", "outcome", "work_error", "guaranteed"), row, strict=True)) for row in rows])
+    rows = [
+        ("witness", 0.995, "SHAKEDOWN", 0.0, 0.5),
+        ("random", 0.995, "CYCLIC_SLIP", 2.0, 0.5),
+        ("random", 0.995, "RATCHETING", 0.1, 0.5),
+    ]
+    rows += [
+        ("witness", 1.005, "CYCLIC_SLIP", 0.1, 0.5),
+        ("witness", 1.005, "SHAKEDOWN", 0.0, 1.0),
+        ("none", 0.0, "not followed", 0.0, 0.0),
+    ]
+    table = pd.DataFrame(
+        [
+            dict(zip(("start", "share", "outcome", "work_error", "guaranteed"), row, strict=True))
+            for row in rows
+        ]
+    )
     printed = followed.STUDY.summary({"followed": table.assign(seed=range(6), shakedown=1.0)})
-    counts = [line.split("|")[2:-1] for line in printed.splitlines() if line.startswith(("| below", "| above"))]
-    assert [[int(cell) for cell in row] for row in counts] == [[1, 1, 0, 0], [2, 0, 1, 1], [1, 0, 0, 1], [1, 1, 0, 0]]
+    counts = [
+        line.split("|")[2:-1]
+        for line in printed.splitlines()
+        if line.startswith(("| below", "| above"))
+    ]
+    assert [[int(cell) for cell in row] for row in counts] == [
+        [1, 1, 0, 0],
+        [2, 0, 1, 1],
+        [1, 0, 0, 1],
+        [1, 1, 0, 0],
+    ]
     assert "6 contacts, of which 1 have a limit of about 0" in printed
 
 
@@ -46,10 +85,18 @@ def test_the_answers_are_the_same(tables):
 
 def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(tables):
     rows = tables["left_out"]
-    lines = [line for line in left_out.STUDY.summary({"left_out": rows}).splitlines() if line.startswith("|")]
-    assert [line.split("|")[1].split(",")[0].strip() for line in lines[2:]] == list(dict.fromkeys(rows["scene"]))
+    lines = [
+        line
+        for line in left_out.STUDY.summary({"left_out": rows}).splitlines()
+        if line.startswith("|")
+    ]
+    assert [line.split("|")[1].split(",")[0].strip() for line in lines[2:]] == list(
+        dict.fromkeys(rows["scene"])
+    )
     assert sum(line.count("→") + line.count("nothing left out") for line in lines[2:]) == len(rows)
-    assert sum(line.count("nothing left out") for line in lines[2:]) == (rows["left_out"] == "").sum()
+    assert (
+        sum(line.count("nothing left out") for line in lines[2:]) == (rows["left_out"] == "").sum()
+    )
 
 
 @pytest.mark.parametrize(
@@ -63,15 +110,23 @@ def test_the_report_has_a_line_for_each_scene_and_a_cell_for_each_computation(ta
     ],
 )
 def test_each_scene_leaves_out_what_it_should(tables, scene, computation, words):
-    text = tables["left_out"].set_index(["scene", "computation"]).loc[(scene, computation), "left_out"]
+    text = (
+        tables["left_out"].set_index(["scene", "computation"]).loc[(scene, computation), "left_out"]
+    )
     assert all(word in text for word in words) and bool(text) == bool(words)
     assert ("corners" in text) == ("14 of 16" in words)
 
 
 def test_every_size_answers_its_questions(tables):
     table = tables["sizes"]
-    asked = {(scene, elements): rows["question"].tolist() for (scene, elements), rows in table.groupby(["scene", "elements"])}
-    always, steady = ["condense", "shakedown limit", "limit, nothing left out", "safe slip"], ["steady state below", "steady state above"]
+    asked = {
+        (scene, elements): rows["question"].tolist()
+        for (scene, elements), rows in table.groupby(["scene", "elements"])
+    }
+    always, steady = (
+        ["condense", "shakedown limit", "limit, nothing left out", "safe slip"],
+        ["steady state below", "steady state above"],
+    )
     assert asked == {
         ("plane", 8): [*always, "guaranteed limit", *steady],
         ("space", 2): [*always, "guaranteed limit", *steady],
@@ -84,14 +139,30 @@ def test_nodes_unknowns_and_memory(tables):
     for (scene, elements), rows in tables["sizes"].groupby(["scene", "elements"]):
         assert (rows["nodes"] == (elements + 1 if scene == "plane" else (elements + 1) ** 2)).all()
         assert rows["memory"].is_monotonic_increasing and rows["memory"].between(0.05, 4.0).all()
-        bodies = (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(elements=elements).model().bodies.values()
+        bodies = (
+            (fo.scenes.PunchOnHalfPlane if scene == "plane" else fo.scenes.SquarePunch)(
+                elements=elements
+            )
+            .model()
+            .bodies.values()
+        )
         assert (rows["unknowns"] == sum(body.mesh.p.size for body in bodies)).all()
 
 
 def test_exponents_are_those_of_powers():
     powers = size.SIZES.columns.keys()
     rows = [
-        {**dict.fromkeys(powers, 1), "scene": "plane", "nodes": n, "unknowns": n, "question": "condense", "seconds": n**2.5} for n in (64, 128, 256)
+        {
+            **dict.fromkeys(powers, 1),
+            "scene": "plane",
+            "nodes": n,
+            "unknowns": n,
+            "question": "condense",
+            "seconds": n**2.5,
+        }
+        for n in (64, 128, 256)
     ]
     page = size.STUDY.summary({size.SIZES.name: pd.DataFrame(rows)})
-    assert page.splitlines()[-1] == "| exponent of N |  | 2.5 |" and all(f"| {n} | {n} |" in page for n in (64, 128, 256))
+    assert page.splitlines()[-1] == "| exponent of N |  | 2.5 |" and all(
+        f"| {n} | {n} |" in page for n in (64, 128, 256)
+    )

@@ -6,14 +6,18 @@ FAULTS = (
     Fault(
         "study/runs.py",
         "what is fixed has no part in the keys of a study",
-        old=("_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"),
+        old=(
+            "_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"
+        ),
         new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *strength)",
         tests="fixed_part",
     ),
     Fault(
         "study/runs.py",
         "a study takes runs of another shear strength",
-        old=("_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"),
+        old=(
+            "_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"
+        ),
         new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed)",
         tests="shear_strength",
     ),

@@ -1,4 +1,5 @@
-"""The found range against closed forms, published cases, samples of starts, and what is proven of the slip."""
+"""The found range against closed forms, published cases, samples of starts, and what is proven of
+the slip."""
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from helpers.systems import CYCLE, FIRST_PAIR, PULL, SHEAR, system
 
 PULLED = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"sigma": -1.0}, {"sigma": 1.0}])
 ROUND = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"Q": 0.1}, {"sigma": -1.0}, {"Q": -0.1}])
-# W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and largest found
+# W E* / P^2 on the default scene, see the study "range": friction, load over lambda_2, least and
+# largest found
 TABLE = [(0.5, 0.5, 0.0, 1.01e-5), (0.7, 0.9, 0.0, 1.50e-3), (0.7, 1.5, 0.06655, 0.07764)]
 
 
@@ -41,27 +43,47 @@ def outside(contact, cycle, friction, load_factor, span, starts):
 def slips(rng, contact, count, unit):
     """Smooth and rough slips, from a hundredth of a unit of length to ten times it."""
     for number in range(count):
-        slip = rng.normal(size=contact.nodes) if number % 2 else np.cumsum(rng.normal(size=contact.nodes))
+        slip = (
+            rng.normal(size=contact.nodes)
+            if number % 2
+            else np.cumsum(rng.normal(size=contact.nodes))
+        )
         yield unit * 10 ** rng.uniform(-2, 1) * (slip - slip.mean()) / np.abs(slip).max()
 
 
-@pytest.mark.parametrize(("load_factor", "least", "most"), [(0.5, 0.0, 0.0429281), (0.65, 0.0, 0.123305), (0.8, 0.187171, 0.227889)])
+@pytest.mark.parametrize(
+    ("load_factor", "least", "most"),
+    [(0.5, 0.0, 0.0429281), (0.65, 0.0, 0.123305), (0.8, 0.187171, 0.227889)],
+)
 def test_two_nodes(load_factor, least, most):
     span = fo.dissipation_range(system(*FIRST_PAIR), CYCLE, 0.6, load_factor)
-    assert span.least == pytest.approx(least, rel=1e-5) and span.most == pytest.approx(most, rel=1e-5)
+    assert span.least == pytest.approx(least, rel=1e-5) and span.most == pytest.approx(
+        most, rel=1e-5
+    )
     assert span.residual <= 1e-9 and span.levels[-1] == pytest.approx(span.most, rel=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("friction", "ratio", "least", "most"), [TABLE[1], *(pytest.param(*row, marks=pytest.mark.slow) for row in (TABLE[0], TABLE[2]))]
+    ("friction", "ratio", "least", "most"),
+    [TABLE[1], *(pytest.param(*row, marks=pytest.mark.slow) for row in (TABLE[0], TABLE[2]))],
 )
 def test_the_paper_scene(friction, ratio, least, most, paper_punch):
     contact = paper_punch(124)
     load_factor, span = found(contact, PULL, friction, ratio)
     unit = 4 * contact.x[-1] ** 2 / contact.E_star
-    assert span.least / unit == pytest.approx(least, rel=1e-3) and span.most / unit > most * (1 - 1e-3)
-    assert reached(contact, PULL, friction, load_factor, span.worst_start) == span.most == span.most_state.dissipation
-    assert reached(contact, PULL, friction, load_factor, span.least_start) == span.least == span.least_state.dissipation
+    assert span.least / unit == pytest.approx(least, rel=1e-3) and span.most / unit > most * (
+        1 - 1e-3
+    )
+    assert (
+        reached(contact, PULL, friction, load_factor, span.worst_start)
+        == span.most
+        == span.most_state.dissipation
+    )
+    assert (
+        reached(contact, PULL, friction, load_factor, span.least_start)
+        == span.least
+        == span.least_state.dissipation
+    )
 
 
 def test_one_node_and_sliders_have_one_dissipation():
@@ -77,12 +99,29 @@ def test_one_node_and_sliders_have_one_dissipation():
 
 @pytest.mark.parametrize(
     ("cycle", "friction", "ratio"),
-    few([(ROUND, 0.5, 0.9), (PULLED, 0.5, 0.95), (SHEAR, 0.3, 1.2), (PULL, 0.5, 0.9), (PULL, 0.7, 1.2), (SHEAR, 0.2, 0.9), (PULLED, 0.4, 1.2)]),
+    few(
+        [
+            (ROUND, 0.5, 0.9),
+            (PULLED, 0.5, 0.95),
+            (SHEAR, 0.3, 1.2),
+            (PULL, 0.5, 0.9),
+            (PULL, 0.7, 1.2),
+            (SHEAR, 0.2, 0.9),
+            (PULLED, 0.4, 1.2),
+        ]
+    ),
 )
 def test_no_sampled_start_lies_outside(cycle, friction, ratio, paper_punch):
     contact = paper_punch(16)
     load_factor, span = found(contact, cycle, friction, ratio)
-    out, followed = outside(contact, cycle, friction, load_factor, span, slips(np.random.default_rng(0), contact, 60, 1.0))
+    out, followed = outside(
+        contact,
+        cycle,
+        friction,
+        load_factor,
+        span,
+        slips(np.random.default_rng(0), contact, 60, 1.0),
+    )
     assert followed > 54 and not len(out)
 
 
@@ -101,9 +140,12 @@ def test_the_least_orbit_slips_as_little_as_is_proven(paper_punch):
 
 
 def test_a_sampled_history_has_starts_at_its_ends_and_a_few_corners_between(paper_punch):
-    """A program for each corner and each step of a history of hundreds would be tens of thousands of them."""
+    """A program for each corner and each step of a history of hundreds would be tens of thousands
+    of them."""
     places = np.r_[0.3 * np.cos(np.arange(14)), 1.0, -1.0]
-    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places])
+    cycle = fo.LoadCycle(
+        {"P": 1.0}, [{"sigma": float(x), "Q": 0.03 * float(x) ** 2} for x in places]
+    )
     _, span = found(paper_punch(8), cycle, 0.5, 1.1)
     starts = span.to_frame()["start"]
     at = {name for name in cycle.corner_names if starts.str.endswith(f", at {name}").any()}
@@ -115,11 +157,16 @@ def test_the_search_finds_more_than_the_extreme_slips(paper_punch):
     _, span = found(paper_punch(16), SHEAR, 0.3, 1.2)
     table = span.to_frame()
     begun = table.loc[table["end"] == "followed", "dissipation"]
-    assert span.most > 1.1 * begun.max() and span.least < begun.min() and "local extreme" in set(table["end"])
+    assert (
+        span.most > 1.1 * begun.max()
+        and span.least < begun.min()
+        and "local extreme" in set(table["end"])
+    )
 
 
 def blocky(seed, n, least_nodes, frictions):
-    """A dense random contact and its loads, with a friction that is the same at all nodes or not."""
+    """A dense random contact and its loads, with a friction that is the same at all nodes or
+    not."""
     rng = np.random.default_rng(seed)
     assert rng.integers(least_nodes, 13) == n and rng.choice(4) < 4
     coupling, G = rng.uniform(0.2, 1.0), rng.standard_normal((2 * n, 2 * n))
@@ -127,21 +174,37 @@ def blocky(seed, n, least_nodes, frictions):
     loads = {"P": (rng.choice([0.0, 0.3]) * rng.standard_normal(n), rng.uniform(0.3, 2.0, n))}
     loads |= {name: (rng.standard_normal(n), 0.2 * rng.standard_normal(n)) for name in "QR"}
     f = rng.uniform(*frictions) if rng.random() < 0.5 else rng.uniform(*frictions, n)
-    corners = [{"Q": rng.standard_normal(), "R": rng.standard_normal() * rng.integers(0, 2)} for _ in range(rng.integers(2, 5))]
-    contact = fo.ContactSystem.from_blocks(S[:n, :n], coupling * S[n:, :n], S[n:, n:], np.arange(n), loads)
+    corners = [
+        {"Q": rng.standard_normal(), "R": rng.standard_normal() * rng.integers(0, 2)}
+        for _ in range(rng.integers(2, 5))
+    ]
+    contact = fo.ContactSystem.from_blocks(
+        S[:n, :n], coupling * S[n:, :n], S[n:, n:], np.arange(n), loads
+    )
     return contact, fo.LoadCycle({"P": 1.0}, corners), f, rng
 
 
 def around(start, rng, count):
-    return [start + (1 + number % 2) * np.ptp(start) * rng.uniform(-1, 1, len(start)) for number in range(count)]
+    return [
+        start + (1 + number % 2) * np.ptp(start) * rng.uniform(-1, 1, len(start))
+        for number in range(count)
+    ]
 
 
-@pytest.mark.parametrize(("seed", "n", "seed_of_starts", "count"), few([(1027, 8, 1038, 60), (1039, 7, 777, 200)], 1))
-def test_no_start_beside_the_worst_one_has_more_work_where_all_tried_there_have_less(seed, n, seed_of_starts, count):
-    """Below the limit, where few random starts lead to the basin of the most work: one in twenty, one in sixty."""
+@pytest.mark.parametrize(
+    ("seed", "n", "seed_of_starts", "count"), few([(1027, 8, 1038, 60), (1039, 7, 777, 200)], 1)
+)
+def test_no_start_beside_the_worst_one_has_more_work_where_all_tried_there_have_less(
+    seed, n, seed_of_starts, count
+):
+    """Below the limit, where few random starts lead to the basin of the most work: one in twenty,
+    one in sixty."""
     contact, turns, f, _ = blocky(seed, n, 2, (0.1, 0.9))
     load_factor, span = found(contact, turns, f, 0.9)
-    works = [reached(contact, turns, f, load_factor, start) for start in around(span.worst_start, np.random.default_rng(seed_of_starts), count)]
+    works = [
+        reached(contact, turns, f, load_factor, start)
+        for start in around(span.worst_start, np.random.default_rng(seed_of_starts), count)
+    ]
     assert max(works) < 1.02 * span.most
 
 
@@ -149,7 +212,10 @@ def test_no_start_beside_the_best_one_has_less_work():
     """Above the limit, where random starts around the ends of descents have 7 % less work."""
     contact, turns, f, rng = blocky(32, 11, 3, (0.3, 1.2))
     load_factor, span = found(contact, turns, f, rng.uniform(1.0, 1.6))
-    works = [reached(contact, turns, f, load_factor, start) for start in around(span.least_start, np.random.default_rng(778), few(100, 50))]
+    works = [
+        reached(contact, turns, f, load_factor, start)
+        for start in around(span.least_start, np.random.default_rng(778), few(100, 50))
+    ]
     assert min(works) > 0.98 * span.least
 
 
@@ -166,21 +232,34 @@ def test_a_search_tells_of_each_transient_while_it_lasts(shown, monkeypatch):
 
 
 def test_a_search_follows_no_start_in_vain(paper_punch):
-    """Starts that one cycle brings to the same state have the work of one; those given up have less than looked for, others what they have."""
+    """Starts that one cycle brings to the same state have the work of one; those given up have less
+    than looked for, others what they have."""
     contact, f = paper_punch(16), np.full(17, 0.7)
     load_factor = 1.2 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
     far = 30 * (contact.x - contact.x.mean())
     search = Search(pose(contact, PULL, f), load_factor)
-    one, other, none = (search.follow(name, slip) for name, slip in {"one": far, "other": 3 * far, "none": 0 * far}.items())
+    one, other, none = (
+        search.follow(name, slip)
+        for name, slip in {"one": far, "other": 3 * far, "none": 0 * far}.items()
+    )
     assert other.state is one.state and none.state is not one.state
     works = [reached(contact, PULL, f, load_factor, slip) for slip in (far, 3 * far, 0 * far)]
     np.testing.assert_allclose([one.work, other.work, none.work], works, rtol=1e-9)
     again, new = ([(str(factor), factor * slip) for factor in (1, 3)] for slip in (far, -far))
-    assert [orbit.name for orbit in search.further(again)] == ["1"] and [orbit.name for orbit in search.further(new)] == ["1", "3"]
+    assert [orbit.name for orbit in search.further(again)] == ["1"] and [
+        orbit.name for orbit in search.further(new)
+    ] == ["1", "3"]
     given_up = 0
     for slip in slips(np.random.default_rng(3), contact, 30, 1.0):
-        work, orbit = reached(contact, PULL, f, load_factor, slip), search.follow("random", slip, 0.8 * one.work)
-        assert work < 0.8 * one.work * 1.02 if orbit.state is None else orbit.work == pytest.approx(work, rel=1e-9)
+        work, orbit = (
+            reached(contact, PULL, f, load_factor, slip),
+            search.follow("random", slip, 0.8 * one.work),
+        )
+        assert (
+            work < 0.8 * one.work * 1.02
+            if orbit.state is None
+            else orbit.work == pytest.approx(work, rel=1e-9)
+        )
         given_up += orbit.state is None
     assert 3 < given_up < 27
 
@@ -199,21 +278,31 @@ def test_bounded_starts_stay_within_their_bound_and_find_less(paper_punch):
         load_factor, span = found(contact, PULL, 0.7, 0.9, slip_bound=bound)
         works.append(span.most)
         if bound is not None:
-            assert max(np.abs(span.worst_start).max(), np.abs(span.least_start).max()) <= bound * (1 + 1e-9)
+            assert max(np.abs(span.worst_start).max(), np.abs(span.least_start).max()) <= bound * (
+                1 + 1e-9
+            )
             starts = np.random.default_rng(2).uniform(-bound, bound, (30, 17))
             assert not len(outside(contact, PULL, 0.7, load_factor, span, starts)[0])
     assert works == sorted(works) and works[0] < works[-1]
     _, above = found(contact, PULL, 0.7, 1.2, slip_bound=0.02)
-    assert above.least > found(contact, PULL, 0.7, 1.2)[1].least and np.abs(above.least_start).max() <= 0.02 * (1 + 1e-9)
+    assert above.least > found(contact, PULL, 0.7, 1.2)[1].least and np.abs(
+        above.least_start
+    ).max() <= 0.02 * (1 + 1e-9)
 
 
 def test_units_and_the_sense_of_the_load_do_not_matter():
     contact = system(*FIRST_PAIR)
     reference = fo.dissipation_range(contact, CYCLE, 0.6, 0.65)
-    stiff = fo.ContactSystem.from_blocks(3 * contact.A, 3 * contact.B, 3 * contact.C, contact.x, contact.bonded)
-    assert fo.dissipation_range(stiff, CYCLE, 0.6, 0.65).most == pytest.approx(reference.most / 3, rel=1e-9)
+    stiff = fo.ContactSystem.from_blocks(
+        3 * contact.A, 3 * contact.B, 3 * contact.C, contact.x, contact.bonded
+    )
+    assert fo.dissipation_range(stiff, CYCLE, 0.6, 0.65).most == pytest.approx(
+        reference.most / 3, rel=1e-9
+    )
     reverse = fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])
-    assert fo.dissipation_range(contact, reverse, 0.6, 0.65).most == pytest.approx(reference.most, rel=1e-6)
+    assert fo.dissipation_range(contact, reverse, 0.6, 0.65).most == pytest.approx(
+        reference.most, rel=1e-6
+    )
 
 
 def test_at_rest_from_every_start():
@@ -222,6 +311,8 @@ def test_at_rest_from_every_start():
 
 
 def test_no_transient_with_a_result_is_an_error():
-    free = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[1.0]], [0.0], {"mean": ([0.0], [1.0]), "cyclic": ([1.0], [0.0])})
+    free = fo.ContactSystem.from_blocks(
+        [[0.0]], [[0.0]], [[1.0]], [0.0], {"mean": ([0.0], [1.0]), "cyclic": ([1.0], [0.0])}
+    )
     with pytest.raises(fo.NoContinuation, match="none of"):
         fo.dissipation_range(free, CYCLE, 0.3, 1.0)

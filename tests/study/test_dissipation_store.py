@@ -1,4 +1,5 @@
-"""The file that keeps the runs of a study: what it holds, what is left alone, and what is not believed."""
+"""The file that keeps the runs of a study: what it holds, what is left alone, and what is not
+believed."""
 
 import os
 import resource
@@ -51,10 +52,18 @@ with ProcessPoolExecutor(2, get_context("spawn"), initializer=tests.hang_above) 
         print(len(interrupt.table), flush=True)
         sys.stdin.readline()
 """
-AT_WORK = POOL.replace("initializer=tests.hang_above", "initializer=tests.hang_at, initargs=(sys.argv[1],)").replace(
-    "with Process", "tests.runs._TASKS = 2\nwith Process"
-)
-PATH = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(fo.__file__).parents[1]), str(Path(__file__).parents[1]), str(Path(__file__).parent)])}
+AT_WORK = POOL.replace(
+    "initializer=tests.hang_above", "initializer=tests.hang_at, initargs=(sys.argv[1],)"
+).replace("with Process", "tests.runs._TASKS = 2\nwith Process")
+PATH = os.environ | {
+    "PYTHONPATH": os.pathsep.join(
+        [
+            str(Path(fo.__file__).parents[1]),
+            str(Path(__file__).parents[1]),
+            str(Path(__file__).parent),
+        ]
+    )
+}
 
 
 def hang_above():
@@ -97,7 +106,9 @@ def file(tmp_path, undisturbed):
 
 
 def same(table, other):
-    pd.testing.assert_frame_equal(table.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True)
+    pd.testing.assert_frame_equal(
+        table.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True
+    )
 
 
 def changed(file, statement, *values):
@@ -129,7 +140,9 @@ def test_a_store_without_a_name_is_refused_and_one_at_home_is_found(tmp_path, mo
     with pytest.raises(fo.StoreError, match="store: ''"):
         study(store="")
     study(store="~/runs")
-    assert [path.name for path in tmp_path.iterdir()] == ["home"] and len(fo.results.read_store("~/runs")) == len(FACTORS)
+    assert [path.name for path in tmp_path.iterdir()] == ["home"] and len(
+        fo.results.read_store("~/runs")
+    ) == len(FACTORS)
 
 
 def text(path):
@@ -146,7 +159,11 @@ def database(path):
     connection.close()
 
 
-@pytest.mark.parametrize("make", [text, table, database, Path.mkdir, os.mkfifo], ids=["text", "parquet", "sqlite", "folder", "pipe"])
+@pytest.mark.parametrize(
+    "make",
+    [text, table, database, Path.mkdir, os.mkfifo],
+    ids=["text", "parquet", "sqlite", "folder", "pipe"],
+)
 def test_what_is_no_store_is_named_and_left_as_it_is(tmp_path, make):
     foreign = tmp_path / "foreign"
     make(foreign)
@@ -155,21 +172,36 @@ def test_what_is_no_store_is_named_and_left_as_it_is(tmp_path, make):
         with pytest.raises(fo.StoreError, match=r"store: .*foreign.*give another name"):
             use()
     after = foreign.stat(), foreign.read_bytes() if foreign.is_file() else None
-    assert (after[0].st_mtime_ns, after[0].st_size, after[1]) == (before[0].st_mtime_ns, before[0].st_size, before[1])
+    assert (after[0].st_mtime_ns, after[0].st_size, after[1]) == (
+        before[0].st_mtime_ns,
+        before[0].st_size,
+        before[1],
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["foreign"]
 
 
 def test_files_beside_a_store_are_left_alone(tmp_path):
-    for make, name in ((text, "runs.txt"), (table, "runs.parquet"), (table, "x.parquet"), (database, "other.sqlite"), (text, ".x.journal")):
+    for make, name in (
+        (text, "runs.txt"),
+        (table, "runs.parquet"),
+        (table, "x.parquet"),
+        (database, "other.sqlite"),
+        (text, ".x.journal"),
+    ):
         make(tmp_path / name)
-    before = {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
+    before = {
+        path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()
+    }
     for _ in range(2):
         study(store=tmp_path / "runs.sqlite")
     after = {path.name: (path.read_bytes(), path.stat().st_mtime_ns) for path in tmp_path.iterdir()}
     assert after.pop("runs.sqlite") and after == before
 
 
-@pytest.mark.parametrize("change", ["ALTER TABLE runs ADD COLUMN more real", "PRAGMA user_version = 2", "PRAGMA user_version = 0"])
+@pytest.mark.parametrize(
+    "change",
+    ["ALTER TABLE runs ADD COLUMN more real", "PRAGMA user_version = 2", "PRAGMA user_version = 0"],
+)
 def test_a_store_of_another_version_is_refused(file, change):
     changed(file, change)
     for use in (lambda: study(store=file), lambda: fo.results.read_store(file)):
@@ -206,7 +238,9 @@ def test_a_store_that_cannot_be_made_is_named(path, tmp_path, monkeypatch):
         "checksum = 0",
     ],
 )
-def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undisturbed, followed, change):
+def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(
+    file, undisturbed, followed, change
+):
     victim = fo.results.read_store(file).query("dissipation > 0").key.iloc[0]
     changed(file, f"UPDATE runs SET {change} WHERE key = ?", victim)
     with pytest.warns(DamagedRows, match=r"runs\.sqlite': 1 rows"):
@@ -217,10 +251,15 @@ def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(file, undis
 
 
 def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed):
-    """Each process goes on where the last one was killed, and is killed itself after some more runs."""
+    """Each process goes on where the last one was killed, and is killed itself after some more
+    runs."""
     for done in (1, 8):
         with subprocess.Popen(
-            [sys.executable, "-c", DRIVER, tmp_path / "runs"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=PATH
+            [sys.executable, "-c", DRIVER, tmp_path / "runs"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=PATH,
         ) as driver:
             for _ in range(done):
                 assert driver.stdout.readline() == "\n"
@@ -234,7 +273,13 @@ def test_a_killed_process_loses_no_finished_run(tmp_path, undisturbed, followed)
 
 def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed, followed):
     """It comes to all processes: the rows that the two tasks have finished come with it."""
-    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": PATH, "start_new_session": True}
+    options = {
+        "stdin": subprocess.PIPE,
+        "stdout": subprocess.PIPE,
+        "text": True,
+        "env": PATH,
+        "start_new_session": True,
+    }
     with subprocess.Popen([sys.executable, "-c", AT_WORK, tmp_path / "runs"], **options) as driver:
         try:
             patience = time.monotonic() + 300
@@ -251,7 +296,13 @@ def test_ctrl_c_in_a_terminal_loses_only_the_runs_at_work(tmp_path, undisturbed,
 @pytest.mark.slow
 def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed, followed):
     """Both of its processes hang when it is killed."""
-    options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": PATH, "start_new_session": True}
+    options = {
+        "stdin": subprocess.PIPE,
+        "stdout": subprocess.PIPE,
+        "text": True,
+        "env": PATH,
+        "start_new_session": True,
+    }
     with subprocess.Popen([sys.executable, "-c", POOL, tmp_path / "runs"], **options) as driver:
         try:
             kept, patience = 0, time.monotonic() + 300
@@ -262,12 +313,17 @@ def test_a_killed_pool_loses_no_more_than_what_is_at_work(tmp_path, undisturbed,
             driver.kill()
         finally:
             os.killpg(driver.pid, signal.SIGKILL)
-    assert fo.results.read_store(tmp_path / "runs").load_factor.sort_values().tolist() == FACTORS[:15].tolist()
+    assert (
+        fo.results.read_store(tmp_path / "runs").load_factor.sort_values().tolist()
+        == FACTORS[:15].tolist()
+    )
     same(study(store=tmp_path / "runs"), undisturbed)
     assert followed == FACTORS[15:].tolist()
 
 
-def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbed, followed, tmp_path, monkeypatch):
+def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(
+    undisturbed, followed, tmp_path, monkeypatch
+):
     def late(*args, **options):
         merge_stores(tmp_path / "shared", tmp_path.glob("both"))  # once there is one
         if args[3] == FACTORS[-1]:
@@ -276,7 +332,9 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbe
 
     with monkeypatch.context() as patch:
         patch.setattr(runs, "steady_state", late)
-        assert (study(store=tmp_path / "runs").outcome == "FAILED").tolist() == 19 * [False] + [True]
+        assert (study(store=tmp_path / "runs").outcome == "FAILED").tolist() == 19 * [False] + [
+            True
+        ]
     for name in ("first", "last"):
         merge_stores(tmp_path / name, [tmp_path / "runs"])
     same(study(store=tmp_path / "runs"), undisturbed)
@@ -290,7 +348,9 @@ def test_a_run_that_failed_is_tried_again_and_never_replaces_a_result(undisturbe
 
 
 @pytest.mark.slow
-def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(file, tmp_path, undisturbed):
+def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(
+    file, tmp_path, undisturbed
+):
     """Bits flipped and ends cut off at random places."""
     content, rng = file.read_bytes(), np.random.default_rng(0)
     harmed, told = tmp_path / "harmed.sqlite", 0
@@ -312,7 +372,9 @@ def test_every_damaged_file_is_an_error_or_a_warning_but_never_another_table(fil
     assert told > few(60) // 15
 
 
-def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undisturbed, followed, monkeypatch):
+def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(
+    tmp_path, undisturbed, followed, monkeypatch
+):
     """The file may not grow any more after five runs."""
     write, limits = Store.write, resource.getrlimit(resource.RLIMIT_FSIZE)
     done = []
@@ -336,7 +398,9 @@ def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(tmp_path, undistu
     assert followed == FACTORS[5:].tolist()
 
 
-def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(tmp_path, monkeypatch, undisturbed):
+def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(
+    tmp_path, monkeypatch, undisturbed
+):
     follow, done = runs._follow, []
 
     def until_gone(*args):
@@ -360,7 +424,10 @@ def test_studies_that_write_by_turns_keep_each_run_once(undisturbed, tmp_path, m
 
     monkeypatch.setattr(Store, "write", by_turns)
     with ThreadPoolExecutor(2) as threads:
-        tables = [future.result() for future in [threads.submit(study, store=tmp_path / "runs") for _ in range(2)]]
+        tables = [
+            future.result()
+            for future in [threads.submit(study, store=tmp_path / "runs") for _ in range(2)]
+        ]
     for made in tables:
         same(made, undisturbed)
     kept = fo.results.read_store(tmp_path / "runs")

@@ -27,7 +27,13 @@ def contact():
 
 @pytest.fixture(scope="module")
 def starts(contact):
-    return no_slip() + safe_slips([1.0, -2.0]) + random_slips(contact, [0.3, 3.0], 3) + overloads([2.0]) + given_slips(np.eye(4))
+    return (
+        no_slip()
+        + safe_slips([1.0, -2.0])
+        + random_slips(contact, [0.3, 3.0], 3)
+        + overloads([2.0])
+        + given_slips(np.eye(4))
+    )
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +52,24 @@ def results(table):
 
 def test_one_node_has_the_closed_form_dissipation_from_every_start():
     one = replace(system(*ONE_NODE), E_star=7.0)
-    table = fo.dissipation_study(one, CYCLE, 0.4, [1.2 * (limit := fo.shakedown_limit(one, CYCLE, 0.4).load_factor)], [[0.0], [1.0], [-3.0]])
+    table = fo.dissipation_study(
+        one,
+        CYCLE,
+        0.4,
+        [1.2 * (limit := fo.shakedown_limit(one, CYCLE, 0.4).load_factor)],
+        [[0.0], [1.0], [-3.0]],
+    )
     assert table.dissipation.to_numpy() == pytest.approx(3 * [0.061945108310], rel=1e-9)
-    assert table.dissipation_scaled.to_numpy() == pytest.approx(3 * [0.061945108310 * 7.0], rel=1e-9)
+    assert table.dissipation_scaled.to_numpy() == pytest.approx(
+        3 * [0.061945108310 * 7.0], rel=1e-9
+    )
     assert table.load_ratio.to_numpy() == pytest.approx(3 * [1.2], rel=1e-9)
     assert (table.shakedown_limit == limit).all() and table.attrs == {"missing": 0}
-    assert (table.slipping == 1).all() and (table.largest_share == 1.0).all() and (table.open == 0).all()
+    assert (
+        (table.slipping == 1).all()
+        and (table.largest_share == 1.0).all()
+        and (table.open == 0).all()
+    )
 
 
 def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, factors, starts, table):
@@ -61,15 +79,26 @@ def test_rows_are_the_steady_states_of_each_load_factor_and_start(contact, facto
     for number, row in table.iterrows():
         start = starts[number % len(starts)]
         slip, overload = start.slip_at(contact, CYCLE, 0.4, row.load_factor), start.overload
-        steady = fo.steady_state(contact, CYCLE, 0.4, row.load_factor, initial_slip=slip, overload=overload)
-        assert (row.outcome, row.dissipation, row.first_cycle) == (steady.outcome.name, steady.dissipation, steady.first_cycle)
+        steady = fo.steady_state(
+            contact, CYCLE, 0.4, row.load_factor, initial_slip=slip, overload=overload
+        )
+        assert (row.outcome, row.dissipation, row.first_cycle) == (
+            steady.outcome.name,
+            steady.dissipation,
+            steady.first_cycle,
+        )
         assert row.amplitude == pytest.approx(0.0 if slip is None else np.sqrt(np.mean(slip**2)))
     assert (table.residual <= 1e-9).all() and (table.error == "").all()
 
 
 @pytest.mark.slow
-def test_processes_threads_and_foreign_executors_give_the_same_table(contact, factors, starts, table):
-    with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(1, get_context("spawn")) as processes:
+def test_processes_threads_and_foreign_executors_give_the_same_table(
+    contact, factors, starts, table
+):
+    with (
+        ThreadPoolExecutor(3) as threads,
+        ProcessPoolExecutor(1, get_context("spawn")) as processes,
+    ):
         for options in ({"executor": threads}, {"executor": processes}, {}):
             other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, **options)
             pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
@@ -77,29 +106,47 @@ def test_processes_threads_and_foreign_executors_give_the_same_table(contact, fa
 
 @pytest.mark.slow
 def test_a_dask_cluster_in_another_process_gives_the_same_table(contact, factors, starts, table):
-    patient = {f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")}  # machines may be busy
+    patient = {
+        f"distributed.comm.timeouts.{what}": "300s" for what in ("connect", "tcp")
+    }  # machines may be busy
     with (
         dask.config.set(patient),
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
         Client(cluster, timeout="300s") as client,
     ):
-        other = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=client.get_executor())
+        other = fo.dissipation_study(
+            contact, CYCLE, 0.4, factors, starts, executor=client.get_executor()
+        )
     pd.testing.assert_frame_equal(results(other), results(table), check_exact=True)
 
 
 def test_a_run_that_fails_is_a_row_with_its_error_and_is_kept(tmp_path):
-    """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990): pushed on from its backward bound by 5, the node jumps; pushed by 1 it stays."""
-    wedge = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])})
+    """A = 1, B = 1/2, f = 3 > A/|B| = 2 (Klarbring 1990): pushed on from its backward bound by 5,
+    the node jumps; pushed by 1 it stays."""
+    wedge = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.5]], [[1.0]], [0], {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])}
+    )
     pushed = fo.LoadCycle({"mean": 1.0}, [{"push": 1.0}])
-    table, again = (fo.dissipation_study(wedge, pushed, 3.0, [1.0, 5.0], store=tmp_path / "runs") for _ in range(2))
+    table, again = (
+        fo.dissipation_study(wedge, pushed, 3.0, [1.0, 5.0], store=tmp_path / "runs")
+        for _ in range(2)
+    )
     pd.testing.assert_frame_equal(results(table), results(again), check_exact=True)
-    assert table.outcome.tolist() == ["SHAKEDOWN", "FAILED"] and fo.results.read_store(tmp_path / "runs").outcome.tolist().count("FAILED") == 1
+    assert (
+        table.outcome.tolist() == ["SHAKEDOWN", "FAILED"]
+        and fo.results.read_store(tmp_path / "runs").outcome.tolist().count("FAILED") == 1
+    )
     assert table.error[0] == ""
-    assert re.match(r"NoContinuation: the segment to the corner \(push = \+1\): at 0\.6 of it no rates obey the law; nodes \[0\]", table.error[1])
+    assert re.match(
+        r"NoContinuation: the segment to the corner \(push = \+1\): at 0\.6 of it no rates obey the law; nodes \[0\]",
+        table.error[1],
+    )
     assert table.dissipation.isna().tolist() == [False, True] == table.cycles.isna().tolist()
 
 
-def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact, factors, monkeypatch):
+def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(
+    contact, factors, monkeypatch
+):
     def fail(*_args, **_options):
         raise fo.SolverError("no solver answered")
 
@@ -110,12 +157,20 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(contact,
     assert table.load_ratio.isna().all()
 
 
-def test_a_study_started_again_runs_only_what_is_missing(contact, factors, starts, table, tmp_path, followed):
+def test_a_study_started_again_runs_only_what_is_missing(
+    contact, factors, starts, table, tmp_path, followed
+):
     store = tmp_path / "runs.sqlite"
 
     def study(**changes):
         followed.clear()
-        values = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "starts": starts} | changes
+        values = {
+            "system": contact,
+            "cycle": CYCLE,
+            "friction": 0.4,
+            "load_factors": factors,
+            "starts": starts,
+        } | changes
         return fo.dissipation_study(**values, store=store)
 
     half = study(starts=starts[::2])
@@ -125,7 +180,11 @@ def test_a_study_started_again_runs_only_what_is_missing(contact, factors, start
     pd.testing.assert_frame_equal(study(), study(), check_exact=True)
     assert not followed
     assert len(fo.results.read_store(store)) == len(table)
-    for change in ({"friction": 0.41}, {"system": contact.with_gap(0.01 * np.ones(4))}, {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])}):
+    for change in (
+        {"friction": 0.41},
+        {"system": contact.with_gap(0.01 * np.ones(4))},
+        {"cycle": fo.LoadCycle(CYCLE.mean, CYCLE.corners[::-1])},
+    ):
         study(starts=no_slip(), **change)
         assert len(followed) == len(factors)
 
@@ -133,10 +192,16 @@ def test_a_study_started_again_runs_only_what_is_missing(contact, factors, start
 def test_equal_runs_are_followed_once(contact, factors, followed):
     twins = [Start("a", "one", slip=np.ones(4)), Start("b", "other", slip=np.ones(4))]
     table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], twins)
-    assert len(followed) == 1 and table.start.tolist() == ["one", "other"] and table.dissipation.nunique() == 1
+    assert (
+        len(followed) == 1
+        and table.start.tolist() == ["one", "other"]
+        and table.dissipation.nunique() == 1
+    )
 
 
-def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, tmp_path, monkeypatch):
+def test_an_interrupt_leaves_the_finished_rows(
+    contact, factors, starts, table, tmp_path, monkeypatch
+):
     followed = []
 
     def until_interrupted(*args, **options):
@@ -145,16 +210,27 @@ def test_an_interrupt_leaves_the_finished_rows(contact, factors, starts, table, 
         followed.append(args)
         return fo.steady_state(*args, **options)
 
-    study = {"system": contact, "cycle": CYCLE, "friction": 0.4, "load_factors": factors, "starts": starts, "store": tmp_path / "runs.sqlite"}
+    study = {
+        "system": contact,
+        "cycle": CYCLE,
+        "friction": 0.4,
+        "load_factors": factors,
+        "starts": starts,
+        "store": tmp_path / "runs.sqlite",
+    }
     with monkeypatch.context() as patch:
         patch.setattr(runs, "steady_state", until_interrupted)
         with pytest.raises(KeyboardInterrupt) as stop:
             fo.dissipation_study(**study)
     part, (note,) = stop.value.table, stop.value.__notes__
-    assert f"{len(table) - 7} runs are left; 7 are in" in note and note.endswith("runs.sqlite', from where the same call goes on")
+    assert f"{len(table) - 7} runs are left; 7 are in" in note and note.endswith(
+        "runs.sqlite', from where the same call goes on"
+    )
     pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
     assert part.attrs["missing"] == len(table) - 7
-    pd.testing.assert_frame_equal(results(fo.dissipation_study(**study)), results(table), check_exact=True)
+    pd.testing.assert_frame_equal(
+        results(fo.dissipation_study(**study)), results(table), check_exact=True
+    )
 
 
 def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factors, tmp_path):
@@ -162,30 +238,65 @@ def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factor
     axis = [0.4, field, stats.uniform(0.3, 0.2), stats.uniform(0.3, 0.2)]
     table = fo.dissipation_study(contact, CYCLE, axis, factors, rng=5, store=tmp_path / "runs")
     draws = np.random.default_rng(5)
-    fields = [0.4, field, 0.3 + 0.2 * draws.random(4), 0.3 + 0.2 * draws.random(4)]  # as the distribution is defined
-    assert table.friction_number.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3] and table.load_factor.tolist() == 4 * list(factors)
+    fields = [
+        0.4,
+        field,
+        0.3 + 0.2 * draws.random(4),
+        0.3 + 0.2 * draws.random(4),
+    ]  # as the distribution is defined
+    assert table.friction_number.tolist() == [
+        0,
+        0,
+        0,
+        1,
+        1,
+        1,
+        2,
+        2,
+        2,
+        3,
+        3,
+        3,
+    ] and table.load_factor.tolist() == 4 * list(factors)
     for number, f in enumerate(fields):
         rows = table[table.friction_number == number]
-        assert rows.dissipation.tolist() == [fo.steady_state(contact, CYCLE, f, factor).dissipation for factor in factors]
-        assert rows.friction.to_numpy() == pytest.approx(np.mean(f)) and rows.friction_std.to_numpy() == pytest.approx(np.std(f))
-        assert rows.shakedown_limit.to_numpy() == pytest.approx(fo.shakedown_limit(contact, CYCLE, f).load_factor, rel=1e-12)
+        assert rows.dissipation.tolist() == [
+            fo.steady_state(contact, CYCLE, f, factor).dissipation for factor in factors
+        ]
+        assert rows.friction.to_numpy() == pytest.approx(
+            np.mean(f)
+        ) and rows.friction_std.to_numpy() == pytest.approx(np.std(f))
+        assert rows.shakedown_limit.to_numpy() == pytest.approx(
+            fo.shakedown_limit(contact, CYCLE, f).load_factor, rel=1e-12
+        )
     kept = fo.results.read_store(tmp_path / "runs")
-    assert sorted(kept.friction) == sorted(table.friction) and sorted(kept.friction_std) == sorted(table.friction_std)
-    column = fo.dissipation_study(contact, CYCLE, np.c_[[0.4, 0.5, 0.6, 0.7]], factors[2:])  # as many numbers as nodes
+    assert sorted(kept.friction) == sorted(table.friction) and sorted(kept.friction_std) == sorted(
+        table.friction_std
+    )
+    column = fo.dissipation_study(
+        contact, CYCLE, np.c_[[0.4, 0.5, 0.6, 0.7]], factors[2:]
+    )  # as many numbers as nodes
     assert column.friction.tolist() == [0.4, 0.5, 0.6, 0.7]
 
 
 def test_parts_of_a_study_make_the_whole(contact, factors, starts, table, tmp_path, monkeypatch):
     parts = [tmp_path / f"part {k}" for k in (1, 2, 3)]
-    tables = [fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, shard=(k, 3), store=part) for k, part in enumerate(parts, start=1)]
+    tables = [
+        fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, shard=(k, 3), store=part)
+        for k, part in enumerate(parts, start=1)
+    ]
     assert [len(part) for part in tables] == [20, 20, 20]
     assert merge_stores(tmp_path / "whole", parts) == len(table)
-    monkeypatch.setattr(runs, "steady_state", lambda *_args, **_options: pytest.fail("followed again"))
+    monkeypatch.setattr(
+        runs, "steady_state", lambda *_args, **_options: pytest.fail("followed again")
+    )
     whole = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, store=tmp_path / "whole")
     pd.testing.assert_frame_equal(results(whole), results(table), check_exact=True)
 
 
-def test_progress_of_a_short_study_is_silent_but_on_a_terminal(contact, factors, capsys, monkeypatch):
+def test_progress_of_a_short_study_is_silent_but_on_a_terminal(
+    contact, factors, capsys, monkeypatch
+):
     class Terminal(io.StringIO):
         def isatty(self):
             return True
@@ -239,20 +350,29 @@ class Foreign(Executor):
 
 
 @pytest.mark.parametrize("seconds, sizes", [(1e9, [3] * 20), (0.0, [3] * 20 + [2] * 20 + [1] * 20)])
-def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(contact, starts, factors, table, tmp_path, monkeypatch, seconds, sizes):
-    """A task without time follows one of its runs and hands the others back, which then have room for twenty tasks again."""
+def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(
+    contact, starts, factors, table, tmp_path, monkeypatch, seconds, sizes
+):
+    """A task without time follows one of its runs and hands the others back, which then have room
+    for twenty tasks again."""
     few = Foreign(Future.set_result)
     fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=few)
     assert few.sizes == [1, 1, 1]
     monkeypatch.setattr(runs, "_TASKS", 20)
     monkeypatch.setattr(runs, "_SECONDS", seconds)
     write, written = Store.write, []
-    monkeypatch.setattr(Store, "write", lambda self, rows: written.append(len(rows)) or write(self, rows))
+    monkeypatch.setattr(
+        Store, "write", lambda self, rows: written.append(len(rows)) or write(self, rows)
+    )
     many = Foreign(Future.set_result)
-    study = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=many, store=tmp_path / "runs")
+    study = fo.dissipation_study(
+        contact, CYCLE, 0.4, factors, starts, executor=many, store=tmp_path / "runs"
+    )
     pd.testing.assert_frame_equal(results(study), results(table), check_exact=True)
     assert many.sizes == sizes and len(fo.results.read_store(tmp_path / "runs")) == len(table)
-    assert written == [60 // len(set(sizes))] * len(set(sizes))  # what is done at the same time is written at once
+    assert written == [60 // len(set(sizes))] * len(
+        set(sizes)
+    )  # what is done at the same time is written at once
 
 
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
@@ -260,12 +380,24 @@ def test_an_executor_that_takes_no_runs_is_named(contact, kind):
     executor = kind(1)
     executor.shutdown()
     for closed in (executor, kind):
-        with pytest.raises(fo.ModelError, match=r"executor: .* takes no runs .*give one that is open"):
+        with pytest.raises(
+            fo.ModelError, match=r"executor: .* takes no runs .*give one that is open"
+        ):
             fo.dissipation_study(contact, CYCLE, 0.4, [0.5], executor=closed)
 
 
-def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(contact, starts, factors, table, tmp_path):
-    part = fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=Foreign(Future.set_result, most=16), store=tmp_path / "runs")
+def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(
+    contact, starts, factors, table, tmp_path
+):
+    part = fo.dissipation_study(
+        contact,
+        CYCLE,
+        0.4,
+        factors,
+        starts,
+        executor=Foreign(Future.set_result, most=16),
+        store=tmp_path / "runs",
+    )
     lost = part.outcome == "FAILED"
     assert lost.sum() == len(table) - 16 and part.error[lost].str.contains("link down").all()
     pd.testing.assert_frame_equal(results(part[~lost]), results(table[~lost]), check_exact=True)
@@ -275,7 +407,9 @@ def test_runs_that_an_executor_loses_are_rows_that_say_so_and_are_not_kept(conta
     assert (other.outcome == "FAILED").all() and other.error.str.contains("CancelledError").all()
 
 
-def test_an_interrupt_leaves_what_an_executor_has_finished_and_cancels_the_rest(contact, starts, factors, table, tmp_path, monkeypatch):
+def test_an_interrupt_leaves_what_an_executor_has_finished_and_cancels_the_rest(
+    contact, starts, factors, table, tmp_path, monkeypatch
+):
     futures, write = [], Store.write
 
     def first_alone(future, rows):
@@ -290,8 +424,18 @@ def test_an_interrupt_leaves_what_an_executor_has_finished_and_cancels_the_rest(
 
     monkeypatch.setattr(Store, "write", interrupted)
     with pytest.raises(KeyboardInterrupt) as stop:
-        fo.dissipation_study(contact, CYCLE, 0.4, factors, starts, executor=Foreign(first_alone), store=tmp_path / "runs")
-    pd.testing.assert_frame_equal(results(stop.value.table), results(table.head(1)), check_exact=True)
+        fo.dissipation_study(
+            contact,
+            CYCLE,
+            0.4,
+            factors,
+            starts,
+            executor=Foreign(first_alone),
+            store=tmp_path / "runs",
+        )
+    pd.testing.assert_frame_equal(
+        results(stop.value.table), results(table.head(1)), check_exact=True
+    )
     assert len(futures) == len(table) and all(future.cancelled() for future in futures[2:])
 
 
@@ -306,7 +450,10 @@ def test_futures_that_cannot_be_cancelled_are_futures(contact, factors, table, m
     assert other.dissipation.tolist() == table.dissipation[table.family == "none"].tolist()
 
 
-SLOW, FAST = fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.5}, {"cyclic": 1.0}]), fo.LoadCycle({"mean": 1.5}, [{"cyclic": -1.0}, {"cyclic": 1.0}])
+SLOW, FAST = (
+    fo.LoadCycle({"mean": 1.0}, [{"cyclic": -0.5}, {"cyclic": 1.0}]),
+    fo.LoadCycle({"mean": 1.5}, [{"cyclic": -1.0}, {"cyclic": 1.0}]),
+)
 
 
 @pytest.fixture
@@ -316,33 +463,61 @@ def both(contact, factors):
 
 
 def test_load_cycles_are_an_axis_between_friction_and_load(contact, factors, both):
-    parts = [fo.dissipation_study(contact, cycle, friction, factors) for friction in (0.4, 0.6) for cycle in (SLOW, FAST)]
-    for part, (number, label) in zip(parts, [(0, "slow"), (0, "fast"), (1, "slow"), (1, "fast")], strict=True):
+    parts = [
+        fo.dissipation_study(contact, cycle, friction, factors)
+        for friction in (0.4, 0.6)
+        for cycle in (SLOW, FAST)
+    ]
+    for part, (number, label) in zip(
+        parts, [(0, "slow"), (0, "fast"), (1, "slow"), (1, "fast")], strict=True
+    ):
         mine = both[(both["friction_number"] == number) & (both["cycle"] == label)]
         assert (part["cycle"] == "").all() and len(mine) == len(factors)
         left = ["friction_number", "cycle", "seconds"]
-        pd.testing.assert_frame_equal(mine.drop(columns=left).reset_index(drop=True), part.drop(columns=left), check_exact=True)
+        pd.testing.assert_frame_equal(
+            mine.drop(columns=left).reset_index(drop=True),
+            part.drop(columns=left),
+            check_exact=True,
+        )
     assert both["cycle"].tolist() == 2 * (3 * ["slow"] + 3 * ["fast"])
     assert both.groupby("cycle")["shakedown_limit"].nunique().to_dict() == {"slow": 2, "fast": 2}
 
 
-def test_a_store_knows_the_load_cycles_by_label_and_content(contact, factors, both, tmp_path, monkeypatch):
+def test_a_store_knows_the_load_cycles_by_label_and_content(
+    contact, factors, both, tmp_path, monkeypatch
+):
     parts = [tmp_path / f"part{k}" for k in (1, 2)]
     for k, part in enumerate(parts, start=1):
-        fo.dissipation_study(contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=part, shard=(k, 2))
+        fo.dissipation_study(
+            contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=part, shard=(k, 2)
+        )
     assert merge_stores(tmp_path / "whole", parts) == len(both)
     kept = fo.results.read_store(tmp_path / "whole")
-    assert kept.groupby("cycle").size().to_dict() == {"slow": 6, "fast": 6} and kept.groupby("cycle")["loads"].nunique().to_dict() == {
+    assert kept.groupby("cycle").size().to_dict() == {"slow": 6, "fast": 6} and kept.groupby(
+        "cycle"
+    )["loads"].nunique().to_dict() == {
         "slow": 1,
         "fast": 1,
     }
-    monkeypatch.setattr(runs, "steady_state", lambda *_args, **_options: pytest.fail("followed again"))
-    again = fo.dissipation_study(contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=tmp_path / "whole")
+    monkeypatch.setattr(
+        runs, "steady_state", lambda *_args, **_options: pytest.fail("followed again")
+    )
+    again = fo.dissipation_study(
+        contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=tmp_path / "whole"
+    )
     pd.testing.assert_frame_equal(results(again), results(both), check_exact=True)
     renamed = fo.dissipation_study(contact, {"new": FAST}, 0.4, factors, store=tmp_path / "whole")
-    assert renamed["cycle"].tolist() == 3 * ["new"] and renamed["dissipation"].tolist() == both["dissipation"][3:6].tolist()
-    assert fo.dissipation_study(contact, FAST, 0.4, factors, store=tmp_path / "whole")["cycle"].tolist() == 3 * [""]
-    with pytest.raises(fo.StoreError, match="whole' has runs of another load cycle under the label 'slow'; give one of them another label"):
+    assert (
+        renamed["cycle"].tolist() == 3 * ["new"]
+        and renamed["dissipation"].tolist() == both["dissipation"][3:6].tolist()
+    )
+    assert fo.dissipation_study(contact, FAST, 0.4, factors, store=tmp_path / "whole")[
+        "cycle"
+    ].tolist() == 3 * [""]
+    with pytest.raises(
+        fo.StoreError,
+        match="whole' has runs of another load cycle under the label 'slow'; give one of them another label",
+    ):
         fo.dissipation_study(contact, {"slow": FAST}, 0.4, factors, store=tmp_path / "whole")
 
 
@@ -351,6 +526,8 @@ def test_stores_of_different_load_cycles_under_one_label_are_not_merged(contact,
         fo.dissipation_study(contact, {"same": cycle}, 0.4, [0.5], store=tmp_path / name)
     with pytest.raises(fo.StoreError, match="two' has another load cycle under the label 'same'"):
         merge_stores(tmp_path / "whole", [tmp_path / "one", tmp_path / "two"])
-    with pytest.raises(fo.StoreError, match="one' has runs of another load cycle under the label 'same'"):
+    with pytest.raises(
+        fo.StoreError, match="one' has runs of another load cycle under the label 'same'"
+    ):
         merge_stores(tmp_path / "one", [tmp_path / "two"])
     assert len(fo.results.read_store(tmp_path / "one")) == 1

@@ -1,4 +1,5 @@
-"""The guaranteed limit against exact transients: from the witness slip never stops just above it, from no start does it go on just below."""
+"""The guaranteed limit against exact transients: from the witness slip never stops just above it,
+from no start does it go on just below."""
 
 from dataclasses import replace
 
@@ -16,13 +17,25 @@ from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
 def test_random_systems(nodes, seed):
     rng, starts = np.random.default_rng(seed), few(500)
     contact = random_system(rng, nodes, loads=("mean", "a", "b"))
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(nodes, 2))])
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(nodes, 2))]
+    )
     check = fo.verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=starts)
-    assert check.dies_out and check.persists and check.undecided == 0 and len(check.counterexamples) == 0 and "wedge" not in check.limit.reason
+    assert (
+        check.dies_out
+        and check.persists
+        and check.undecided == 0
+        and len(check.counterexamples) == 0
+        and "wedge" not in check.limit.reason
+    )
     runs = check.runs
     assert len(runs) == len(check.starts) == starts + 6 and (runs.share < 1).sum() == starts
     assert set(runs.start) == {"witness", "moved witness", "vertex", "beyond vertex", "random"}
-    assert runs.dissipation[runs.share < 1].eq(0).all() and runs.dissipation[0] > 0 and runs.moved[0] == 0
+    assert (
+        runs.dissipation[runs.share < 1].eq(0).all()
+        and runs.dissipation[0] > 0
+        and runs.moved[0] == 0
+    )
     assert runs.moved[runs.start == "moved witness"].between(0, 1e-3, inclusive="right").all()
 
 
@@ -33,34 +46,48 @@ def test_the_papers_scene(punch, paper_cycle, friction):
 
 
 def test_a_limit_that_is_too_high_is_found_out():
-    """Between lambda_1 and lambda_2 the start decides: with lambda_2 in the place of lambda_1, some starts keep slipping below it."""
+    """Between lambda_1 and lambda_2 the start decides: with lambda_2 in the place of lambda_1, some
+    starts keep slipping below it."""
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
     fake = replace(limit, load_factor=limit.shakedown.load_factor, slip=limit.shakedown.slip)
     check = fo.verify(fake, starts=100)
     assert not check.dies_out and 0 < len(check.counterexamples) < 100
-    again = fo.steady_state(contact, CYCLE, 0.6, check.runs.load_factor.iloc[-1], initial_slip=check.counterexamples[0])
+    again = fo.steady_state(
+        contact, CYCLE, 0.6, check.runs.load_factor.iloc[-1], initial_slip=check.counterexamples[0]
+    )
     assert again.outcome is fo.Outcome.CYCLIC_SLIP
 
 
 def test_a_witness_that_is_none_does_not_persist():
     contact = system(*FIRST_PAIR)
     limit = fo.guaranteed_limit(contact, CYCLE, 0.6)
-    fake = replace(limit, slip=fo.safe_slip(contact, CYCLE, 0.6, limit.shakedown.load_factor * 0.9).slip)
+    fake = replace(
+        limit, slip=fo.safe_slip(contact, CYCLE, 0.6, limit.shakedown.load_factor * 0.9).slip
+    )
     check = fo.verify(fake, starts=0)
     assert not check.persists and check.dies_out and len(check.runs) == 6
 
 
 @pytest.mark.parametrize("tangents", [1, 2])
 def test_a_node_above_its_critical_friction_may_wedge_itself(tangents):
-    """Shear +- lam, held by f (1 + B v): at lam = f without slip both bounds are met; above it slips v >= (lam - f) / (f B - 1) relieve both."""
+    """Shear +- lam, held by f (1 + B v): at lam = f without slip both bounds are met; above it
+    slips v >= (lam - f) / (f B - 1) relieve both."""
     S, still = np.eye(tangents + 1), [0.0] * (tangents - 1)
     S[0, -1] = S[-1, 0] = 0.8
-    node = fo.ContactSystem(S, [[0.0] * (tangents + 1)], {"P": [0.0, *still, 1.0], "Q": [1.0, *still, 0.0]})
+    node = fo.ContactSystem(
+        S, [[0.0] * (tangents + 1)], {"P": [0.0, *still, 1.0], "Q": [1.0, *still, 0.0]}
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     limit = fo.guaranteed_limit(node, cycle, friction=2.0)
-    assert limit.load_factor == pytest.approx(2.0, rel=1e-9) and limit.shakedown.load_factor == np.inf and "wedge itself" in limit.reason
-    assert tangents == 2 or not fo.verify(limit, starts=0).persists  # increments in space may jump to another state that obeys the law
+    assert (
+        limit.load_factor == pytest.approx(2.0, rel=1e-9)
+        and limit.shakedown.load_factor == np.inf
+        and "wedge itself" in limit.reason
+    )
+    assert (
+        tangents == 2 or not fo.verify(limit, starts=0).persists
+    )  # increments in space may jump to another state that obeys the law
     assert fo.safe_slip(node, cycle, 2.0, 2.2).slip.ravel()[0] >= 0.2 / 0.6 - 1e-9
 
 
@@ -68,7 +95,9 @@ def test_rounding_of_a_rigid_slide_is_no_stiffness(punch, paper_cycle):
     """Condensed by another code, the free sliding of the punch may be resisted by rounding."""
     exact, rng = punch(16), np.random.default_rng(0)
     noise = 1e-13 * np.abs(exact.A).max() * rng.normal(size=exact.A.shape)
-    rounded = fo.ContactSystem.from_blocks(exact.A + noise + noise.T, exact.B, exact.C, exact.x, exact.bonded)
+    rounded = fo.ContactSystem.from_blocks(
+        exact.A + noise + noise.T, exact.B, exact.C, exact.x, exact.bonded
+    )
     check = fo.verify(fo.guaranteed_limit(rounded, paper_cycle, 0.5), starts=10, moved=1)
     assert check.dies_out and check.persists and {"vertex", "random"} < set(check.runs.start)
 
@@ -86,14 +115,23 @@ def test_a_node_that_slides_freely_has_starts_below_its_limit():
     contact = system(0.0, 0.0, 0.05, 1.0, 0.3, 0.0)
     assert safe_vertices(contact, CYCLE, 0.2, 0.1, np.ones((2, 1))).shape == (2, 1)
     check = fo.verify(fo.guaranteed_limit(contact, CYCLE, 0.2), starts=10)
-    assert check.limit.load_factor == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
+    assert (
+        check.limit.load_factor == pytest.approx(0.5) and check.dies_out and len(check.runs) == 16
+    )
 
 
 def test_starts_have_a_size_where_neither_mean_pressure_nor_witness_gives_one():
     pulled = {"P": ([4.0], [0.0]), "Q": ([-5.6], [0.0])}  # slip presses the node, not the mean load
-    contact, cycle = fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled), fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
+    contact, cycle = (
+        fo.ContactSystem.from_blocks([[1.0]], [[-0.9]], [[1.0]], [0.0], pulled),
+        fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]),
+    )
     check = fo.verify(fo.guaranteed_limit(contact, cycle, 0.4), starts=6, moved=2)
-    assert not check.limit.slip.any() and (check.runs["moved"] > 0).sum() == 2 and np.ptp(check.starts) > 0.1
+    assert (
+        not check.limit.slip.any()
+        and (check.runs["moved"] > 0).sum() == 2
+        and np.ptp(check.starts) > 0.1
+    )
 
 
 def test_vertices_are_safe_and_as_far_out_as_can_be():
@@ -114,7 +152,11 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
 
 @refused(
     (CYCLE, {"above": 1.0}, "above: 1.0"),
-    (fo.LoadCycle({}, CYCLE.corners), {}, "guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0"),
+    (
+        fo.LoadCycle({}, CYCLE.corners),
+        {},
+        "guaranteed limit 0 between the least safe load factor 0 and lambda_2 = 0",
+    ),
     (fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), {}, "guaranteed limit inf"),
 )
 def test_bad_input_is_refused(cycle, options):

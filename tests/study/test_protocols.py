@@ -1,4 +1,5 @@
-"""Limits after a protocol and least excursions against the limits they lie between, computed values, and the transients that they claim."""
+"""Limits after a protocol and least excursions against the limits they lie between, computed
+values, and the transients that they claim."""
 
 from itertools import islice
 
@@ -14,9 +15,17 @@ from helpers.systems import CYCLE, FIRST_PAIR, PULL, random_system, system
 from validation.fuzz.embedded import embedded
 
 UNLOADED = [LoadStep({"P": 0.2})]
-AT_CORNER = [LoadStep({"P": 1.0}, {"sigma": 1.0}), LoadStep({"P": 0.3}, {"sigma": 1.0}), LoadStep({"P": 1.0}, {"sigma": 1.0})]
-# Load factor over lambda_2 up to which the contact comes to rest, to 0.005: nothing done, assembled, unloaded, at the corner, overload to 2 lambda_2
-TABLE = {(16, 0.7): (0.216, 0.967, 0.805, 0.979, 0.912), (124, 0.5): (0.141, 0.978, 0.902, 0.972, 0.841)}
+AT_CORNER = [
+    LoadStep({"P": 1.0}, {"sigma": 1.0}),
+    LoadStep({"P": 0.3}, {"sigma": 1.0}),
+    LoadStep({"P": 1.0}, {"sigma": 1.0}),
+]
+# Load factor over lambda_2 up to which the contact comes to rest, to 0.005: nothing done,
+# assembled, unloaded, at the corner, overload to 2 lambda_2
+TABLE = {
+    (16, 0.7): (0.216, 0.967, 0.805, 0.979, 0.912),
+    (124, 0.5): (0.141, 0.978, 0.902, 0.972, 0.841),
+}
 
 
 @pytest.mark.parametrize("case", [(16, 0.7), pytest.param((124, 0.5), marks=pytest.mark.slow)])
@@ -30,14 +39,22 @@ def test_the_table_of_protocols(case, paper_punch):
     for options, ratio in zip(asked, wanted, strict=True):
         one = fo.limit_after_protocol(contact, PULL, friction, **options)
         assert one.ratio == pytest.approx(ratio, abs=0.005), options
-        assert one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit and one.residual <= 1e-9
+        assert (
+            one.load_factor < one.upper <= one.load_factor + 1.1e-4 * limit and one.residual <= 1e-9
+        )
 
 
 def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
-    for contact, cycle, friction in ((system(*FIRST_PAIR), CYCLE, 0.6), (paper_punch(16), PULL, 0.5)):
+    for contact, cycle, friction in (
+        (system(*FIRST_PAIR), CYCLE, 0.6),
+        (paper_punch(16), PULL, 0.5),
+    ):
         lower = fo.guaranteed_limit(contact, cycle, friction).load_factor
         one = fo.limit_after_protocol(contact, cycle, friction, start="worst", tolerance=1e-5)
-        assert one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit) and one.monotonic
+        assert (
+            one.load_factor == pytest.approx(lower, abs=2e-5 * one.shakedown_limit)
+            and one.monotonic
+        )
 
 
 @pytest.mark.parametrize("told", [True, False])
@@ -55,18 +72,33 @@ def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatc
     blocks = [np.pad(block, (0, 1)) for block in (pair.A, pair.B, pair.C)]
     for block in blocks[::2]:
         block[2, 2] = 1.0
-    loads = {name: (np.pad(q, (0, 1)), np.pad(p, (0, 1), constant_values=1.0)) for name, (q, p) in pair.bonded.items()}
+    loads = {
+        name: (np.pad(q, (0, 1)), np.pad(p, (0, 1), constant_values=1.0))
+        for name, (q, p) in pair.bonded.items()
+    }
     contact = fo.ContactSystem.from_blocks(*blocks, np.arange(3), loads, [0, 0, 5])
-    one, other = (fo.limit_after_protocol(which, CYCLE, 0.6, start="worst", tolerance=1e-5) for which in (pair, contact))
-    assert other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit) and len(other.starts) == len(one.starts) > 2
-    cure, same = (fo.least_excursion(which, CYCLE, 0.6, 0.6, excursion={"mean": -0.95}) for which in (pair, contact))
+    one, other = (
+        fo.limit_after_protocol(which, CYCLE, 0.6, start="worst", tolerance=1e-5)
+        for which in (pair, contact)
+    )
+    assert (
+        other.load_factor == pytest.approx(one.load_factor, abs=2e-5 * one.shakedown_limit)
+        and len(other.starts) == len(one.starts) > 2
+    )
+    cure, same = (
+        fo.least_excursion(which, CYCLE, 0.6, 0.6, excursion={"mean": -0.95})
+        for which in (pair, contact)
+    )
     assert cure.share == pytest.approx(same.share, abs=0.01) and 0 < cure.share < 1
 
 
 def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_limit(paper_punch):
     contact = paper_punch(16)
     limit = fo.shakedown_limit(contact, PULL, 0.7)
-    assembled, none, safe = (fo.limit_after_protocol(contact, PULL, 0.7, start=start) for start in ("assembled", np.zeros(17), limit.slip))
+    assembled, none, safe = (
+        fo.limit_after_protocol(contact, PULL, 0.7, start=start)
+        for start in ("assembled", np.zeros(17), limit.slip)
+    )
     assert assembled.ratio == pytest.approx(none.ratio, abs=2e-4)
     assert safe.ratio > 0.9998
     assert fo.steady_state(contact, PULL, 0.7, none.load_factor).outcome is fo.Outcome.SHAKEDOWN
@@ -74,18 +106,23 @@ def test_assembly_from_no_load_is_no_slip_and_the_safe_start_rests_up_to_the_lim
 
 
 def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
-    """Under a load that grows in proportion from zero every node slips in one sense only, and one increment is exact."""
+    """Under a load that grows in proportion from zero every node slips in one sense only, and one
+    increment is exact."""
     slipped = 0
     for seed in range(12):
         contact = random_system(np.random.default_rng(seed), 4, coupling=1.0)
         q, p = contact.bonded["mean"]
         contact = contact.with_bonded({"mean": (7 * q, p)})
         slip = fo.starts.assembled_slip(contact, CYCLE, 0.4)
-        one = fo.increments.ExactIncrement(contact, 0.4).solve(np.zeros(4), contact.reaction({"mean": 1.0}))
+        one = fo.increments.ExactIncrement(contact, 0.4).solve(
+            np.zeros(4), contact.reaction({"mean": 1.0})
+        )
         assert slip == pytest.approx(np.asarray(one.slip), abs=1e-5)
         if seed < 3:  # in space
             solid, along = embedded(contact, np.random.default_rng(seed))
-            assert fo.starts.assembled_slip(solid, CYCLE, 0.4) == pytest.approx(slip[:, None] * along, abs=1e-7 * np.abs(slip).max())
+            assert fo.starts.assembled_slip(solid, CYCLE, 0.4) == pytest.approx(
+                slip[:, None] * along, abs=1e-7 * np.abs(slip).max()
+            )
         slipped += bool(slip.any())
     assert slipped > 6
 
@@ -93,10 +130,21 @@ def test_assembly_leaves_the_slip_of_one_increment_from_no_load():
 def test_rest_above_a_load_factor_at_which_slip_goes_on_is_reported(paper_punch):
     """The more it is loaded, the more this contact is unloaded before."""
     steps = [LoadStep({"P": 1.25}, {"P": -0.82})]
-    one = fo.limit_after_protocol(paper_punch(16), PULL, 0.7, start="worst", protocol=steps, up_to=1.2, scan=12, tolerance=1e-2)
+    one = fo.limit_after_protocol(
+        paper_punch(16),
+        PULL,
+        0.7,
+        start="worst",
+        protocol=steps,
+        up_to=1.2,
+        scan=12,
+        tolerance=1e-2,
+    )
     assert not one.monotonic and 0.2 < one.ratio < 0.4
     tried = one.to_frame()
-    assert tried["outcome"].iloc[-1] == "rest" and set(tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]) == {"rest"}
+    assert tried["outcome"].iloc[-1] == "rest" and set(
+        tried.loc[tried["load_factor"] <= one.load_factor, "outcome"]
+    ) == {"rest"}
     assert tried["load_factor"].is_monotonic_increasing and (tried["outcome"] == "slip").sum() >= 3
 
 
@@ -105,15 +153,27 @@ def test_the_first_start_slips_at_the_limit_even_where_others_slip_above_it(monk
         return SLIP if (0.3 < load_factor < 0.5 if not start.any() else load_factor > 0.7) else REST
 
     monkeypatch.setattr(TransientsAfter, "outcome", outcome)
-    one = fo.limit_after_protocol(system(*FIRST_PAIR), CYCLE, 0.6, start="worst", up_to=1.0, scan=10)
-    assert one.upper == pytest.approx(0.3, abs=1e-3) and not one.starts[0].any() and one.tried["outcome"].iloc[-1] == SLIP
+    one = fo.limit_after_protocol(
+        system(*FIRST_PAIR), CYCLE, 0.6, start="worst", up_to=1.0, scan=10
+    )
+    assert (
+        one.upper == pytest.approx(0.3, abs=1e-3)
+        and not one.starts[0].any()
+        and one.tried["outcome"].iloc[-1] == SLIP
+    )
 
 
 def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
     contact = paper_punch(16)
     load_factor = 0.9 * fo.shakedown_limit(contact, PULL, 0.7).load_factor
-    tension, unloading = (fo.least_excursion(contact, PULL, 0.7, load_factor, excursion=way) for way in ({"sigma": 3 * load_factor}, {"P": -0.97}))
-    assert tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015) and tension.loads["P"] == 1.0
+    tension, unloading = (
+        fo.least_excursion(contact, PULL, 0.7, load_factor, excursion=way)
+        for way in ({"sigma": 3 * load_factor}, {"P": -0.97})
+    )
+    assert (
+        tension.loads["sigma"] / load_factor == pytest.approx(2.14, abs=0.015)
+        and tension.loads["P"] == 1.0
+    )
     assert unloading.loads["P"] == pytest.approx(0.092, abs=0.002)
     for one in (tension, unloading):
         assert one.share < 1 and one.sampled == 60 and one.residual <= 1e-9
@@ -126,7 +186,12 @@ def test_the_least_tension_and_the_least_unloading_that_cure(paper_punch):
 def test_neither_pressing_harder_nor_compression_cures(way, paper_punch):
     load_factor = 0.9 * fo.shakedown_limit(paper_punch(16), PULL, 0.7).load_factor
     one = fo.least_excursion(paper_punch(16), PULL, 0.7, load_factor, excursion=way)
-    assert one.share == np.inf and one.loads is None and one.sampled == 0 and set(one.tried["outcome"]) == {"slip"}
+    assert (
+        one.share == np.inf
+        and one.loads is None
+        and one.sampled == 0
+        and set(one.tried["outcome"]) == {"slip"}
+    )
 
 
 def test_a_contact_that_comes_to_rest_anyway_needs_no_cure():
@@ -136,11 +201,20 @@ def test_a_contact_that_comes_to_rest_anyway_needs_no_cure():
 
 def test_a_start_that_asks_for_more_becomes_the_hardest():
     contact = system(*FIRST_PAIR)
-    easy = fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9}, start=fo.dissipation_range(contact, CYCLE, 0.6, 0.6).least_start)
+    easy = fo.least_excursion(
+        contact,
+        CYCLE,
+        0.6,
+        0.6,
+        excursion={"mean": -0.9},
+        start=fo.dissipation_range(contact, CYCLE, 0.6, 0.6).least_start,
+    )
     hard = fo.least_excursion(contact, CYCLE, 0.6, 0.6, excursion={"mean": -0.9})
     assert easy.share == 0.0 < hard.share
     path = {"mean": hard.loads["mean"]}
-    one = fo.limit_after_protocol(contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], up_to=0.6, scan=1)
+    one = fo.limit_after_protocol(
+        contact, CYCLE, 0.6, start=hard.start, protocol=[LoadStep(path)], up_to=0.6, scan=1
+    )
     assert one.load_factor == 0.6 and one.upper == np.inf
 
 
@@ -148,24 +222,45 @@ def test_a_limit_that_is_not_finite_needs_a_largest_load_factor():
     still = fo.LoadCycle({"mean": 1.0}, [{}])
     with pytest.raises(fo.ModelError, match="up_to"):
         fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6)
-    assert fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6, up_to=2.0, scan=3).load_factor == 2.0
+    assert (
+        fo.limit_after_protocol(system(*FIRST_PAIR), still, 0.6, up_to=2.0, scan=3).load_factor
+        == 2.0
+    )
 
 
 def test_a_contact_that_slides_away_is_undecided_and_not_at_rest():
-    """Nothing but friction holds the pair: pulled along by 3 lam at each node it slides freely from 3 lam = f p on."""
+    """Nothing but friction holds the pair: pulled along by 3 lam at each node it slides freely from
+    3 lam = f p on."""
     loads = {"mean": ([0, 0], [1, 1]), "cyclic": ([1, -1], [0, 0]), "pull": ([1, 1], [0, 0])}
-    free = fo.ContactSystem.from_blocks([[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads)
-    one = fo.limit_after_protocol(free, CYCLE, 0.5, protocol=[LoadStep({"mean": 1.0}, {"pull": 3.0})], scan=5, tolerance=1e-3)
+    free = fo.ContactSystem.from_blocks(
+        [[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
+    )
+    one = fo.limit_after_protocol(
+        free, CYCLE, 0.5, protocol=[LoadStep({"mean": 1.0}, {"pull": 3.0})], scan=5, tolerance=1e-3
+    )
     tried = one.to_frame()
-    assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3) and set(tried.loc[tried["load_factor"] > 0.5 / 3, "outcome"]) == {"UNDECIDED"}
+    assert one.load_factor == pytest.approx(0.5 / 3, abs=1e-3) and set(
+        tried.loc[tried["load_factor"] > 0.5 / 3, "outcome"]
+    ) == {"UNDECIDED"}
 
 
 def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(monkeypatch):
-    """With few of them, in a contact where some need more than all extreme slips: after the answer no start is random and known before."""
-    contact, followed, outcome = random_system(np.random.default_rng(3), 5, coupling=0.9), [], TransientsAfter.outcome
+    """With few of them, in a contact where some need more than all extreme slips: after the answer
+    no start is random and known before."""
+    contact, followed, outcome = (
+        random_system(np.random.default_rng(3), 5, coupling=0.9),
+        [],
+        TransientsAfter.outcome,
+    )
 
     def follow(transients, load_factor, steps, start):
-        followed.append(([step.loads["mean"] for step in steps], start.tobytes(), outcome(transients, load_factor, steps, start)))
+        followed.append(
+            (
+                [step.loads["mean"] for step in steps],
+                start.tobytes(),
+                outcome(transients, load_factor, steps, start),
+            )
+        )
         return followed[-1][2]
 
     monkeypatch.setattr(TransientsAfter, "outcome", follow)
@@ -176,14 +271,23 @@ def test_a_random_start_that_keeps_slipping_is_one_more_until_fresh_ones_rest(mo
     assert found.sampled == 8 and {outcome for *_, outcome in last} == {REST}
     assert [loads for loads, *_ in last] == [[found.loads["mean"]]] * 8
     assert len({start for _, start, _ in last} - {start for _, start, _ in before}) == 8
-    again = [one for loads, start, one in before if loads == [found.loads["mean"]] and start == found.start.tobytes()]
+    again = [
+        one
+        for loads, start, one in before
+        if loads == [found.loads["mean"]] and start == found.start.tobytes()
+    ]
     assert again and set(again) == {REST}  # the hardest is tried again at the answer
 
 
 def test_every_second_sampled_slip_is_smooth():
-    """Steps from node to node are as large as the slip itself where it is noise, and a small part of it where they add up to it."""
+    """Steps from node to node are as large as the slip itself where it is noise, and a small part
+    of it where they add up to it."""
     A = np.eye(200)
-    drawn = _drawn(np.random.default_rng(0), fo.ContactSystem.from_blocks(A, 0 * A, A, np.arange(200.0), {"P": (A[0], A[0])}), 2.0)
+    drawn = _drawn(
+        np.random.default_rng(0),
+        fo.ContactSystem.from_blocks(A, 0 * A, A, np.arange(200.0), {"P": (A[0], A[0])}),
+        2.0,
+    )
     slips = list(islice(drawn, 40))
     steps = np.array([np.abs(np.diff(slip)).mean() / np.ptp(slip) for slip in slips])
     assert steps[::2].max() < 0.1 < 0.15 < steps[1::2].min()

@@ -1,4 +1,5 @@
-"""Starts of a study in every form that a user may have them in, and what is refused before anything runs."""
+"""Starts of a study in every form that a user may have them in, and what is refused before anything
+runs."""
 
 from dataclasses import replace
 
@@ -19,7 +20,10 @@ def study(starts, contact=CONTACT, cycle=CYCLE, factors=(0.5,)):
     return fo.dissipation_study(contact, cycle, 0.4, factors, starts)
 
 
-@pytest.mark.parametrize("make", [tuple, iter, lambda starts: pd.Series(starts), lambda starts: np.array(starts, dtype=object)])
+@pytest.mark.parametrize(
+    "make",
+    [tuple, iter, lambda starts: pd.Series(starts), lambda starts: np.array(starts, dtype=object)],
+)
 def test_starts_come_in_any_row(make):
     assert study(make(STARTS)).start.tolist() == ["none", "overload to 2"]
 
@@ -57,8 +61,13 @@ def test_safe_starts_are_multiples_of_the_safe_slip_and_above_the_limit_of_the_o
     limit = fo.shakedown_limit(CONTACT, CYCLE, 0.4)
     (start,) = safe_slips([-2.0])
     below, above = 0.5 * limit.load_factor, 1.2 * limit.load_factor
-    for load_factor, slip in ((below, fo.safe_slip(CONTACT, CYCLE, 0.4, below).slip), (above, limit.slip)):
-        assert start.slip_at(CONTACT, CYCLE, 0.4, load_factor) == pytest.approx(-2.0 * slip, rel=1e-9)
+    for load_factor, slip in (
+        (below, fo.safe_slip(CONTACT, CYCLE, 0.4, below).slip),
+        (above, limit.slip),
+    ):
+        assert start.slip_at(CONTACT, CYCLE, 0.4, load_factor) == pytest.approx(
+            -2.0 * slip, rel=1e-9
+        )
     assert no_slip()[0].slip_at(CONTACT, CYCLE, 0.4, 1.0) is None
 
 

@@ -91,14 +91,18 @@ FAULTS = (
     Fault(
         "transients/classify.py",
         "states may turn round their limit",
-        old=("not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1)"),
+        old=(
+            "not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1)"
+        ),
         new="not len(rates) or np.any(rates.real < 0) or np.any(rates.real >= 1)",
         tests="path_cycles path_drift path_steady path_hard path_unproven",
     ),
     Fault(
         "transients/classify.py",
         "states may change sides",
-        old=("not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1)"),
+        old=(
+            "not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real < 0) or np.any(rates.real >= 1)"
+        ),
         new="not len(rates) or np.any(np.abs(rates.imag) > 0) or np.any(rates.real >= 1)",
         tests="path_cycles path_drift path_steady path_hard path_unproven",
     ),
@@ -485,8 +489,12 @@ FAULTS = (
     Fault(
         "transients/trajectory.py",
         "cycles begin one state late",
-        old=("np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, corners) + SIMULTANEOUS) - 1"),
-        new=("np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, corners) + SIMULTANEOUS)"),
+        old=(
+            "np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, corners) + SIMULTANEOUS) - 1"
+        ),
+        new=(
+            "np.searchsorted(self.time, np.arange(first, self.time[-1] + 0.5, corners) + SIMULTANEOUS)"
+        ),
         tests="march",
     ),
     Fault(
@@ -612,8 +620,12 @@ FAULTS = (
     Fault(
         "transients/pictures.py",
         "the slip at the last corner as slip range",
-        old=("face_map(panels, steady.system, steady.dissipation_per_node, name, slip=ranges, slip_name='slip range', opened=opened)"),
-        new=("face_map(panels, steady.system, steady.dissipation_per_node, name, slip=steady.slip, slip_name='slip range', opened=opened)"),
+        old=(
+            "face_map(panels, steady.system, steady.dissipation_per_node, name, slip=ranges, slip_name='slip range', opened=opened)"
+        ),
+        new=(
+            "face_map(panels, steady.system, steady.dissipation_per_node, name, slip=steady.slip, slip_name='slip range', opened=opened)"
+        ),
         tests="plots_spatial::test_a_steady_state_shows_the_work_of_each_node",
     ),
 )

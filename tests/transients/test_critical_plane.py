@@ -1,4 +1,5 @@
-"""Multiaxial parameters of a cycle against closed forms, whatever the axes, and from the fields of a contact."""
+"""Multiaxial parameters of a cycle against closed forms, whatever the axes, and from the fields of
+a contact."""
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,9 @@ TWIST = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 
 def strain(stress):
-    return ((1 + NU) * stress - NU * np.trace(stress, axis1=1, axis2=2)[:, None, None] * np.eye(3)) / E
+    return (
+        (1 + NU) * stress - NU * np.trace(stress, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    ) / E
 
 
 def parameters(stress, turned=0):
@@ -30,11 +33,18 @@ def most(value):
     """Largest value over the angle of the plane, by another search."""
     starts = np.radians(np.arange(0, 180, 5))
     best = starts[np.argmax([value(t) for t in starts])]
-    return -minimize_scalar(lambda t: -value(t), bounds=(best - 0.1, best + 0.1), method="bounded", options={"xatol": 1e-10}).fun
+    return -minimize_scalar(
+        lambda t: -value(t),
+        bounds=(best - 0.1, best + 0.1),
+        method="bounded",
+        options={"xatol": 1e-10},
+    ).fun
 
 
 HALF = (1 + NU) / E
-LOADED = {  # states, SWT, Findley and Crossland in closed form, and Fatemi and Socie's value over the angle of the plane
+# states, SWT, Findley and Crossland in closed form, and Fatemi and Socie's value over the angle of
+# the plane
+LOADED = {
     "reversed tension": (
         [150.0 * PULL, 0 * PULL, -150.0 * PULL],
         (150.0**2 / E, 75.0 * (K + np.sqrt(1 + K**2)), 150.0 / np.sqrt(3) + C * 50.0),
@@ -59,25 +69,37 @@ def test_simple_loads_have_their_closed_forms(load, turned):
     states, (swt, findley, crossland), shear = LOADED[load]
     found = parameters(states, turned)
     assert (found["SWT"], found["Findley"]) == pytest.approx((swt, findley), rel=1e-6)
-    assert found["Crossland"] == pytest.approx(crossland, rel=1e-9) and found["Fatemi_Socie"] == pytest.approx(most(shear), rel=1e-6)
+    assert found["Crossland"] == pytest.approx(crossland, rel=1e-9) and found[
+        "Fatemi_Socie"
+    ] == pytest.approx(most(shear), rel=1e-6)
     if load == "reversed tension":
         assert (found["from"], found["to"]) == pytest.approx((-150.0, 150.0), rel=1e-6)
 
 
 def test_compression_that_comes_and_goes_has_no_tension():
     found = parameters([-100.0 * np.eye(3), 0 * PULL])
-    assert found["SWT"] == 0 and found["Crossland"] == pytest.approx(0, abs=1e-9) and found["Findley"] == pytest.approx(0, abs=1e-9)
+    assert (
+        found["SWT"] == 0
+        and found["Crossland"] == pytest.approx(0, abs=1e-9)
+        and found["Findley"] == pytest.approx(0, abs=1e-9)
+    )
 
 
 def test_pressure_on_every_plane_leaves_no_damage_by_shear_and_none_below_zero():
     held = -2.0 / FS * np.eye(3)
     turning = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    assert parameters([held + 10.0 * TWIST, held + 10.0 * turning, held - 10.0 * TWIST])["Fatemi_Socie"] == 0
+    assert (
+        parameters([held + 10.0 * TWIST, held + 10.0 * turning, held - 10.0 * TWIST])[
+            "Fatemi_Socie"
+        ]
+        == 0
+    )
 
 
 @pytest.mark.parametrize("seed", [13, 24, 27, 112])
 def test_no_plane_is_worse_where_stresses_turn(seed):
-    """Of many planes taken at random: loads out of phase have several peaks, some of them nearly as high as the highest."""
+    """Of many planes taken at random: loads out of phase have several peaks, some of them nearly as
+    high as the highest."""
     rng = np.random.default_rng(seed)
     stress = 100.0 * rng.normal(size=(4, 3, 3))
     stress += stress.swapaxes(1, 2)
@@ -89,19 +111,31 @@ def test_no_plane_is_worse_where_stresses_turn(seed):
         across = planes @ tensors
         normal = np.sum(across * planes, axis=2)
         along = across - normal[..., None] * planes
-        return normal, np.max([np.linalg.norm(along[i] - along[j], axis=1) for i, j in pairs], axis=0) / 2
+        return normal, np.max(
+            [np.linalg.norm(along[i] - along[j], axis=1) for i, j in pairs], axis=0
+        ) / 2
 
-    (sigma, tau), (epsilon, gamma), found = on_planes(stress), on_planes(strain(stress)), parameters(stress)
+    (sigma, tau), (epsilon, gamma), found = (
+        on_planes(stress),
+        on_planes(strain(stress)),
+        parameters(stress),
+    )
     tension = sigma.max(axis=0)
     assert np.max(tension * np.ptp(epsilon, axis=0) / 2) <= found["SWT"]
-    assert np.max(tau + K * tension) <= found["Findley"] and np.max(2 * gamma * (1 + FS * tension)) <= found["Fatemi_Socie"]
+    assert (
+        np.max(tau + K * tension) <= found["Findley"]
+        and np.max(2 * gamma * (1 + FS * tension)) <= found["Fatemi_Socie"]
+    )
 
 
 def fields_of(model, steady):
     states = steady.states()
     corners = [np.flatnonzero(states.time <= k + 1e-9)[-1] for k in (1, 2)]
     loads = steady.cycle.at(steady.load_factor)
-    return [model.recover(load, states.slip[row], states.gap[row]) for load, row in zip(loads, corners, strict=True)]
+    return [
+        model.recover(load, states.slip[row], states.gap[row])
+        for load, row in zip(loads, corners, strict=True)
+    ]
 
 
 def test_the_table_takes_fields_and_the_worst_of_several_cycles():
@@ -112,20 +146,42 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
     both = [fields_of(model, one), fields_of(model, other)]
     first, second = (one.fretting_table(fields=each, side=2) for each in both)
     pd.testing.assert_frame_equal(one.fretting_table(fields=model, side=2), first, rtol=1e-9)
-    assert "from, to: least and largest normal stress" in first.attrs["note"] and "from, to" not in one.fretting_table().attrs["note"]
+    assert (
+        "from, to: least and largest normal stress" in first.attrs["note"]
+        and "from, to" not in one.fretting_table().attrs["note"]
+    )
     worst = one.fretting_table(fields=both, side=2)
     for name in ("SWT", "Findley", "Fatemi_Socie", "Crossland"):
         assert np.array_equal(worst[name], np.maximum(first[name], second[name]))
     for end in ("from", "to"):  # of the cycle with the worse plane
-        assert np.array_equal(worst[end], np.where(first["SWT"] >= second["SWT"], first[end], second[end])) and (first[end] != second[end]).any()
-    along, extent = (np.array(parts) for parts in zip(*(each.at_contact(2) for each in both[0]), strict=True))
+        assert (
+            np.array_equal(
+                worst[end], np.where(first["SWT"] >= second["SWT"], first[end], second[end])
+            )
+            and (first[end] != second[end]).any()
+        )
+    along, extent = (
+        np.array(parts) for parts in zip(*(each.at_contact(2) for each in both[0]), strict=True)
+    )
     old = one.fretting_table(stress=along, strain=extent)
-    assert (first["SWT"] >= old["SWT"] - 1e-9).all() and not np.allclose(first["Findley"], second["Findley"])
+    assert (first["SWT"] >= old["SWT"] - 1e-9).all() and not np.allclose(
+        first["Findley"], second["Findley"]
+    )
     assert (first["to"] >= first["from"]).all() and first["work"].equals(old["work"])
-    stress, strains = (np.array(parts)[:, 3] for parts in zip(*(each.tensors_at_contact(2) for each in both[0]), strict=True))
-    assert first["Findley"][3] == critical_planes(stress, strains, findley=0.3, crossland=0.3, fatemi_socie=0.0)["Findley"]
-    tresca = np.ptp(np.linalg.eigvalsh(stress[1] - stress[0])) / 4  # without weight: of two states, a quarter of the largest difference of stresses
-    assert one.fretting_table(fields=both[0], side=2, findley=0.0)["Findley"][3] == pytest.approx(tresca, rel=1e-6)
+    stress, strains = (
+        np.array(parts)[:, 3]
+        for parts in zip(*(each.tensors_at_contact(2) for each in both[0]), strict=True)
+    )
+    assert (
+        first["Findley"][3]
+        == critical_planes(stress, strains, findley=0.3, crossland=0.3, fatemi_socie=0.0)["Findley"]
+    )
+    tresca = (
+        np.ptp(np.linalg.eigvalsh(stress[1] - stress[0])) / 4
+    )  # without weight: of two states, a quarter of the largest difference of stresses
+    assert one.fretting_table(fields=both[0], side=2, findley=0.0)["Findley"][3] == pytest.approx(
+        tresca, rel=1e-6
+    )
 
 
 @refused(
@@ -137,7 +193,9 @@ def test_the_table_takes_fields_and_the_worst_of_several_cycles():
 )
 def test_what_are_no_fields_is_refused(options):
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    steady = fo.steady_state(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0)
+    steady = fo.steady_state(
+        rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
+    )
     steady.fretting_table(**options)
 
 
@@ -145,7 +203,9 @@ def test_negative_weights_and_other_contacts_are_refused():
     model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
     fields = 2 * [model.recover({"P": 1.0}, np.zeros(5))]
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    steady = fo.steady_state(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0)
+    steady = fo.steady_state(
+        rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
+    )
     with pytest.raises(fo.ModelError, match="crossland: -1"):
         steady.fretting_table(fields=fields, crossland=-1.0)
     with pytest.raises(fo.ModelError, match="a contact with 5 nodes, this one has 4"):

@@ -10,7 +10,12 @@ from hypothesis import strategies as st
 import frictopt as fo
 from frictopt.contact import joined, parted
 from frictopt.errors import NoContinuation
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, by_newton
+from frictopt.transients.increments import (
+    ExactIncrement,
+    FrozenBoundIncrement,
+    NewtonIncrement,
+    by_newton,
+)
 from frictopt.transients.increments.newton import State, newton
 from frictopt.transients.increments.sweeps import increment, sweep
 from helpers.cases import few
@@ -22,63 +27,105 @@ ENGINES = pytest.mark.parametrize("engine", [NewtonIncrement, ExactIncrement, Fr
 
 
 @settings(max_examples=few(30))
-@given(seed=SEEDS, nodes=st.integers(1, 8), in_space=st.booleans(), lift=st.booleans(), relax=st.sampled_from([1.0, 1.2]))
+@given(
+    seed=SEEDS,
+    nodes=st.integers(1, 8),
+    in_space=st.booleans(),
+    lift=st.booleans(),
+    relax=st.sampled_from([1.0, 1.2]),
+)
 def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_space, lift, relax):
-    """Where the friction is far below the critical one, the state is the only one; nodes stick, slip, and open."""
+    """Where the friction is far below the critical one, the state is the only one; nodes stick,
+    slip, and open."""
     rng = np.random.default_rng(seed)
-    contact = random_contact(rng, nodes, coupling=0.2) if in_space else random_system(rng, nodes, coupling=0.2)
+    contact = (
+        random_contact(rng, nodes, coupling=0.2)
+        if in_space
+        else random_system(rng, nodes, coupling=0.2)
+    )
     law, loads = NewtonIncrement(contact, 0.2).law, list(contact.bonded)
-    trial = joined(*contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})) + 0.3 * rng.normal(size=len(law.S))
+    trial = joined(
+        *contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})
+    ) + 0.3 * rng.normal(size=len(law.S))
     u, r = np.zeros_like(trial), trial.copy()
     sweep(law.S, law.friction, law.strength, law.own, u, r, 20_000, 1e-14, relax)
     state, scale = newton(law, trial, np.zeros_like(trial)), np.abs(trial).max()
     assert state.error < 1e-9 * scale
-    assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale) and np.allclose(u, state.u, atol=1e-9 * scale)
+    assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale) and np.allclose(
+        u, state.u, atol=1e-9 * scale
+    )
     assert ((u != 0) == (state.u != 0)).all()
 
 
 def random_problem(seed, nodes, in_space, friction, unlike=0.0):
-    """A contact with gaps at some nodes, dimensionless, its law, and a draw of loads; `unlike` makes some ways to move soft."""
+    """A contact with gaps at some nodes, dimensionless, its law, and a draw of loads; `unlike`
+    makes some ways to move soft."""
     rng = np.random.default_rng(seed)
     contact = (random_contact if in_space else random_system)(rng, nodes, coupling=0.4)
-    units, bonded = np.exp(unlike * rng.normal(size=len(contact.S))), {name: joined(*pair) for name, pair in contact.bonded.items()}
+    units, bonded = (
+        np.exp(unlike * rng.normal(size=len(contact.S))),
+        {name: joined(*pair) for name, pair in contact.bonded.items()},
+    )
     gap = 0.3 * rng.uniform(size=nodes) * (rng.uniform(size=nodes) < 0.4)
     contact = fo.ContactSystem(contact.S * np.outer(units, units), contact.points, bonded, gap=gap)
     pressed = joined(*contact.reaction({next(iter(contact.bonded)): 1.0}))
-    return NewtonIncrement(contact, friction), lambda: pressed + rng.uniform(0.2, 1.0) * rng.normal(size=len(contact.S))
+    return NewtonIncrement(
+        contact, friction
+    ), lambda: pressed + rng.uniform(0.2, 1.0) * rng.normal(size=len(contact.S))
 
 
 @settings(max_examples=few(40))
 @given(
-    seed=SEEDS, nodes=st.integers(1, 8), in_space=st.booleans(), friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]), unlike=st.sampled_from([0.0, 1.0])
+    seed=SEEDS,
+    nodes=st.integers(1, 8),
+    in_space=st.booleans(),
+    friction=st.sampled_from([0.0, 0.2, 0.5, 2.0]),
+    unlike=st.sampled_from([0.0, 1.0]),
 )
-@example(seed=228, nodes=3, in_space=False, friction=0.5, unlike=1.0)  # friction that does not oppose the slip is most of what is wrong
+@example(
+    seed=228, nodes=3, in_space=False, friction=0.5, unlike=1.0
+)  # friction that does not oppose the slip is most of what is wrong
 @example(seed=1175, nodes=3, in_space=True, friction=2.0, unlike=1.0)  # the same in space
-@example(seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0)  # a node slips that is pulled, on twice what it lacks in pressure
+@example(
+    seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0
+)  # a node slips that is pulled, on twice what it lacks in pressure
 def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, friction, unlike):
-    """Also where the sweeps end far from any state: with so little stiffness of the tangents that they swing."""
+    """Also where the sweeps end far from any state: with so little stiffness of the tangents that
+    they swing."""
     engine, drawn = random_problem(seed, nodes, in_space, friction, unlike)
     law, contact = engine.law, engine.system
     for share in (1.0, 0.6, 0.3):
         u, r = np.zeros(len(law.S)), drawn()
         load, forces, status = r.copy(), np.empty_like(r), np.empty(nodes, dtype=np.int8)
-        residual = increment(law.S, law.friction, law.strength, law.own, share * law.own, u, r, forces, status)
+        residual = increment(
+            law.S, law.friction, law.strength, law.own, share * law.own, u, r, forces, status
+        )
         if not np.abs(u).max() < 1e6:
             assert residual > 1e-9
             continue
         axes, scale = contact.tangents + 1, contact.stiffness_scale
         (v, w), (q, p), bonded = parted(u / scale, axes), parted(forces, axes), parted(load, axes)
         shut = contact.with_gap(np.zeros(nodes))
-        verdict = fo.reference.referee(shut, bonded, friction, v=v, w=w, q=q, p=p, previous_slip=0 * v, force_scale=1.0)
+        verdict = fo.reference.referee(
+            shut, bonded, friction, v=v, w=w, q=q, p=p, previous_slip=0 * v, force_scale=1.0
+        )
         assert verdict.residual == pytest.approx(residual, rel=1e-6, abs=1e-11)
 
 
 @settings(max_examples=few(30))
-@given(seed=SEEDS, nodes=st.integers(1, 8), in_space=st.booleans(), friction=st.sampled_from([0.0, 0.2, 0.8]), hard=st.booleans())
+@given(
+    seed=SEEDS,
+    nodes=st.integers(1, 8),
+    in_space=st.booleans(),
+    friction=st.sampled_from([0.0, 0.2, 0.8]),
+    hard=st.booleans(),
+)
 def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction, hard):
-    """Open nodes go on from their gap, and reactions from those before; one by one each begins closed, from reactions of its own.
+    """Open nodes go on from their gap, and reactions from those before; one by one each begins
+    closed, from reactions of its own.
 
-    Where sweeps reach no state, they are not tried again once cycles repeat, which begin at the motions of the one before.
+    Where sweeps reach no state, they are not tried again once cycles repeat, which begin at the
+    motions of the one before.
     """
     engine, drawn = random_problem(seed, nodes, in_space, friction)
     contact, loads, asked, swept = engine.system, [drawn() for _ in range(6)], [], engine._swept
@@ -97,10 +144,23 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
         for load, (found, r, status) in zip(loads, engine.along(u, loads), strict=True):
             (v, w), (q, p) = parted(found, contact.tangents + 1), parted(r, contact.tangents + 1)
             state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
-            assert fo.reference.referee(contact, parted(load, contact.tangents + 1), friction, **state, previous_slip=slip).residual < 1e-9
+            assert (
+                fo.reference.referee(
+                    contact,
+                    parted(load, contact.tangents + 1),
+                    friction,
+                    **state,
+                    previous_slip=slip,
+                ).residual
+                < 1e-9
+            )
             one = one_by_one.solve(slip, parted(load, contact.tangents + 1))
             if friction < 0.5:  # far below the critical one there is one state
-                assert np.allclose(one.slip, v, atol=1e-9) and np.allclose(one.gap, w + contact.gap, atol=1e-9) and (one.status == status).all()
+                assert (
+                    np.allclose(one.slip, v, atol=1e-9)
+                    and np.allclose(one.gap, w + contact.gap, atol=1e-9)
+                    and (one.status == status).all()
+                )
             slip, u = v, found
     assert not asked or friction > 0.5
 
@@ -117,69 +177,124 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
     (begin, _, _), (u, r, _) = list(engine.along(np.zeros(60), [load, 1.01 * load]))
     (v, w), (q, p) = parted(u, 3), parted(r, 3)
     state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
-    assert fo.reference.referee(contact, parted(1.01 * load, 3), 0.4, **state, previous_slip=parted(begin, 3)[0]).residual < 1e-9
+    assert (
+        fo.reference.referee(
+            contact, parted(1.01 * load, 3), 0.4, **state, previous_slip=parted(begin, 3)[0]
+        ).residual
+        < 1e-9
+    )
     assert steps[0].steps < 9 and steps[1].steps < 5
 
 
 @pytest.mark.parametrize("free", ["no motion", "an oblique motion", "a node"])
 @pytest.mark.parametrize("in_space", [True, False])
 def test_where_sweeps_fail_open_nodes_are_eliminated(in_space, free):
-    """Until one closes, which is found; and unless nothing holds one of them, which leaves a singular matrix. One by one none is eliminated."""
+    """Until one closes, which is found; and unless nothing holds one of them, which leaves a
+    singular matrix. One by one none is eliminated."""
     rng, n = np.random.default_rng(1), 12
     contact = (random_contact if in_space else random_system)(rng, n, coupling=0.2)
     axes, far = contact.tangents + 1, np.arange(n) > 4
     last = np.tile(np.arange(n) == n - 1, axes)
     way = np.linalg.qr(np.where(last, rng.normal(size=len(last)), 0.0)[:, None])[0]
-    held = {"no motion": np.eye(len(last)), "an oblique motion": np.eye(len(last)) - way @ way.T, "a node": np.diag(1.0 - last)}[free]
-    contact = fo.ContactSystem(held @ contact.S @ held, contact.points, {"P": np.ones(len(last))}, gap=np.where(far, 0.3, 0.0))
+    held = {
+        "no motion": np.eye(len(last)),
+        "an oblique motion": np.eye(len(last)) - way @ way.T,
+        "a node": np.diag(1.0 - last),
+    }[free]
+    contact = fo.ContactSystem(
+        held @ contact.S @ held,
+        contact.points,
+        {"P": np.ones(len(last))},
+        gap=np.where(far, 0.3, 0.0),
+    )
     engine, newton, asked, long = NewtonIncrement(contact, 0.3), NewtonIncrement._by_newton, [], []
     engine._swept = lambda u, r, law: (State(u, r, np.zeros(n, np.int8), 0, np.inf), r)
     engine._by_newton = lambda *start: asked.append(1) or newton(engine, *start)
-    shear, press, slip = np.tile(rng.normal(size=n), contact.tangents), np.where(far, 0.0, 1.0), np.zeros(contact.slip_shape)
+    shear, press, slip = (
+        np.tile(rng.normal(size=n), contact.tangents),
+        np.where(far, 0.0, 1.0),
+        np.zeros(contact.slip_shape),
+    )
     lower = press + np.where(np.arange(n) == 5, 3.0, 0.0)  # presses a far node down
-    loads = [held @ np.append(scale * shear, p) for scale, p in ((0.1, press), (0.4, press), (-0.4, press), (0.2, lower), (0.3, lower))]
+    loads = [
+        held @ np.append(scale * shear, p)
+        for scale, p in ((0.1, press), (0.4, press), (-0.4, press), (0.2, lower), (0.3, lower))
+    ]
     for load, (u, r, status) in zip(loads, engine.along(np.zeros(len(last)), loads), strict=True):
         one = NewtonIncrement(contact, 0.3).solve(slip, parted(load, axes))
         off = joined(one.slip, one.gap) - u - joined(0 * slip, contact.gap)
-        assert np.abs(np.where(last & (free != "no motion"), 0.0, off)).max() < 1e-12 and (one.status == status).all()
+        assert (
+            np.abs(np.where(last & (free != "no motion"), 0.0, off)).max() < 1e-12
+            and (one.status == status).all()
+        )
         assert np.abs(joined(one.q, one.p) - r).max() < 1e-12
         slip = parted(u, axes)[0]
         long.append(len(asked))
         asked.clear()
-    assert (status == 2).sum() == 6 and long == ([1, 0, 0, 1, 0] if free == "no motion" else [1] * 5)
+    assert (status == 2).sum() == 6 and long == (
+        [1, 0, 0, 1, 0] if free == "no motion" else [1] * 5
+    )
 
 
 def test_nodes_that_close_again_are_not_eliminated_again(monkeypatch):
-    """A punch that rocks to and fro and lifts off at other nodes all the time: each of them is eliminated once at most."""
+    """A punch that rocks to and fro and lifts off at other nodes all the time: each of them is
+    eliminated once at most."""
     punch, made, honest = fo.scenes.SquarePunch(elements=5).condense(), [], by_newton._Rest.__init__
-    monkeypatch.setattr(by_newton._Rest, "__init__", lambda rest, *asked: made.append(asked) or honest(rest, *asked))
-    monkeypatch.setattr(NewtonIncrement, "_swept", lambda engine, u, r, law: (State(u, r, np.zeros(36, np.int8), 0, np.inf), r))
-    around = fo.LoadCycle({"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")])
+    monkeypatch.setattr(
+        by_newton._Rest, "__init__", lambda rest, *asked: made.append(asked) or honest(rest, *asked)
+    )
+    monkeypatch.setattr(
+        NewtonIncrement,
+        "_swept",
+        lambda engine, u, r, law: (State(u, r, np.zeros(36, np.int8), 0, np.inf), r),
+    )
+    around = fo.LoadCycle(
+        {"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")]
+    )
     load_factor = 1.5 * fo.shakedown_limit(punch, around, 0.5).load_factor
     path = fo.march(punch, around, 0.5, load_factor, cycles=6, steps=4, progress=False)
     assert 0 < len(made) <= punch.nodes < 2 * (path.gap > 0).any(axis=0).sum()
 
 
-def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_convex_program(monkeypatch):
-    """A punch that tips onto nodes that were open: without these nothing holds it. As without elimination, state by state."""
-    monkeypatch.setattr(by_newton.FrozenBoundIncrement, "_solved", lambda *asked: pytest.fail("a convex program"))
+def test_where_the_others_find_no_state_the_whole_contact_is_asked_before_any_convex_program(
+    monkeypatch,
+):
+    """A punch that tips onto nodes that were open: without these nothing holds it. As without
+    elimination, state by state."""
+    monkeypatch.setattr(
+        by_newton.FrozenBoundIncrement, "_solved", lambda *asked: pytest.fail("a convex program")
+    )
     punch = fo.scenes.SquarePunch(elements=4).condense()
-    around = fo.LoadCycle({"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")])
+    around = fo.LoadCycle(
+        {"P": 1.0}, [{name: sense} for sense in (1.0, -1.0) for name in ("Qx", "Qy")]
+    )
     asked = punch, around, 0.8, 2.0 * fo.shakedown_limit(punch, around, 0.8).load_factor
     path = fo.march(*asked, cycles=2, steps=3)
     monkeypatch.setattr(NewtonIncrement, "_without_open", lambda *asked: None)
     whole = fo.march(*asked, cycles=2, steps=3)
-    assert np.abs(path.slip - whole.slip).max() < 1e-9 * np.abs(whole.slip).max() and np.abs(path.p - whole.p).max() < 1e-9 * whole.p.max()
+    assert (
+        np.abs(path.slip - whole.slip).max() < 1e-9 * np.abs(whole.slip).max()
+        and np.abs(path.p - whole.p).max() < 1e-9 * whole.p.max()
+    )
 
 
 def test_a_jump_is_not_taken_again_because_it_was_taken_once():
-    """Far above the critical friction several states obey the law; those that each increment has by itself change little with their number."""
+    """Far above the critical friction several states obey the law; those that each increment has by
+    itself change little with their number."""
     rng = np.random.default_rng(0)
     G = rng.normal(size=(12, 10))
-    S, forces = G @ G.T + 0.3 * np.eye(12), {"P": (np.zeros(6), 1 + rng.random(6)), "Q": (rng.normal(size=6), 0.5 * rng.normal(size=6))}
+    S, forces = (
+        G @ G.T + 0.3 * np.eye(12),
+        {
+            "P": (np.zeros(6), 1 + rng.random(6)),
+            "Q": (rng.normal(size=6), 0.5 * rng.normal(size=6)),
+        },
+    )
     contact = fo.ContactSystem.from_blocks(S[:6, :6], S[6:, :6], S[6:, 6:], np.arange(6), forces)
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}, {"Q": 0.2}])
-    coarse, fine = (fo.steady_state(contact, cycle, 1.2, 2.0, steps=steps, progress=False) for steps in (8, 16))
+    coarse, fine = (
+        fo.steady_state(contact, cycle, 1.2, 2.0, steps=steps, progress=False) for steps in (8, 16)
+    )
     assert coarse.dissipation == pytest.approx(fine.dissipation, rel=0.01)
 
 
@@ -188,18 +303,32 @@ def test_programs_with_frozen_bounds_give_the_same_states(in_space):
     for seed in range(12):
         engine, drawn = random_problem(seed, 1 + seed, in_space, 0.3)
         contact, rng = engine.system, np.random.default_rng(seed)
-        slip, load = 0.3 * rng.normal(size=contact.slip_shape), parted(drawn(), contact.tangents + 1)
+        slip, load = (
+            0.3 * rng.normal(size=contact.slip_shape),
+            parted(drawn(), contact.tangents + 1),
+        )
         one = engine.solve(slip, load)
         other = FrozenBoundIncrement(contact, 0.3).solve(slip, load)
-        assert np.abs(one.slip - other.slip).max() < 1e-8 and np.abs(one.q - other.q).max() < 1e-8 and other.problem.is_dpp()
+        assert (
+            np.abs(one.slip - other.slip).max() < 1e-8
+            and np.abs(one.q - other.q).max() < 1e-8
+            and other.problem.is_dpp()
+        )
 
 
 def test_a_wedged_node_stays_and_its_other_state_is_found():
-    """A = 1, B = 0.5, friction 3 above the critical 2: slip 1 stays without load, and so could none (validation: wedging)."""
-    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0.0], {"load": ([0.0], [1.0])})
+    """A = 1, B = 0.5, friction 3 above the critical 2: slip 1 stays without load, and so could none
+    (validation: wedging)."""
+    contact = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.5]], [[1.0]], [0.0], {"load": ([0.0], [1.0])}
+    )
     for engine in (ExactIncrement, FrozenBoundIncrement):
         found = engine(contact, 3.0).solve([1.0], ([0.0], [0.0]))
-        assert found.slip.tolist() == [1.0] and found.q == pytest.approx([1.0]) and found.p == pytest.approx([0.5])
+        assert (
+            found.slip.tolist() == [1.0]
+            and found.q == pytest.approx([1.0])
+            and found.p == pytest.approx([0.5])
+        )
         assert found.residual < 1e-9 and found.status.tolist() == [0]
     unloaded = ExactIncrement(contact, 3.0).solve([0.0], ([0.0], [0.0]))
     assert unloaded.slip.tolist() == [0.0] and not unloaded.q.any() and not unloaded.p.any()
@@ -213,42 +342,73 @@ def test_below_onset_nothing_moves(engine):
         slip = 0.01 * rng.normal(size=nodes)
         q, p = -contact.A @ slip + 0.1 * rng.normal(size=nodes), 1.0 - contact.B @ slip
         found = engine(contact, 0.9).solve(slip, (q, p))
-        assert found.slip.tobytes() == slip.tobytes() and not found.gap.any() and not found.status.any()
+        assert (
+            found.slip.tobytes() == slip.tobytes()
+            and not found.gap.any()
+            and not found.status.any()
+        )
 
 
 @pytest.mark.parametrize("elements", [16, 40])
 def test_all_engines_agree_on_the_paper_s_scene(punch, elements):
     contact = punch(elements)
-    exact, frozen, newton = (engine(contact, 0.7) for engine in (ExactIncrement, FrozenBoundIncrement, NewtonIncrement))
+    exact, frozen, newton = (
+        engine(contact, 0.7) for engine in (ExactIncrement, FrozenBoundIncrement, NewtonIncrement)
+    )
     slip = np.zeros(contact.nodes)
     for sigma, shear in ((2.5, 0.0), (-2.5, 0.0), (4.0, 0.0), (-4.0, 0.1), (0.0, 0.35)):
         load = contact.reaction({"P": 1.0, "sigma": sigma, "Q": shear})
         one = exact.solve(slip, load)
         for other in (frozen.solve(slip, load), newton.solve(slip, load)):
             assert one.residual < 1e-12 and other.residual < 1e-12
-            for each in (one, other):  # to the last bit: nodes that stick keep their slip, and on open ones nothing acts
-                assert np.array_equal(each.slip[each.status == 0], slip[each.status == 0]) and not (np.abs(each.q) + each.p)[each.status == 2].any()
+            for each in (
+                one,
+                other,
+            ):  # to the last bit: nodes that stick keep their slip, and on open ones nothing acts
+                assert (
+                    np.array_equal(each.slip[each.status == 0], slip[each.status == 0])
+                    and not (np.abs(each.q) + each.p)[each.status == 2].any()
+                )
             assert one.slip == pytest.approx(other.slip, abs=1e-10 * np.abs(one.slip).max())
-            assert one.p == pytest.approx(other.p, abs=1e-10) and one.gap == pytest.approx(other.gap, abs=1e-9)
-            assert (one.status == other.status).all() and (one.status == 2).any() == (abs(shear) > 0.2)
-        verdict = fo.reference.referee(contact, load, 0.7, v=one.slip, w=one.gap, q=one.q, p=one.p, previous_slip=slip)
+            assert one.p == pytest.approx(other.p, abs=1e-10) and one.gap == pytest.approx(
+                other.gap, abs=1e-9
+            )
+            assert (one.status == other.status).all() and (one.status == 2).any() == (
+                abs(shear) > 0.2
+            )
+        verdict = fo.reference.referee(
+            contact, load, 0.7, v=one.slip, w=one.gap, q=one.q, p=one.p, previous_slip=slip
+        )
         assert verdict.residual == pytest.approx(one.residual, abs=1e-15)
         slip = one.slip
 
 
 @ENGINES
 @settings(max_examples=few(8))
-@given(seed=SEEDS, stiffness=st.sampled_from([1e-15, 1e-4, 1e15]), force=st.sampled_from([1e-12, 1e3, 1e12]))
+@given(
+    seed=SEEDS,
+    stiffness=st.sampled_from([1e-15, 1e-4, 1e15]),
+    force=st.sampled_from([1e-12, 1e3, 1e12]),
+)
 def test_units_do_not_matter(engine, seed, stiffness, force):
     contact, friction, slip, (q, p) = random_increment(np.random.default_rng(seed), 3, 0.6)
     length = force / stiffness
     scaled = fo.ContactSystem.from_blocks(
-        stiffness * contact.A, stiffness * contact.B, stiffness * contact.C, contact.x, {"load": (force * q, force * p)}, length * contact.gap
+        stiffness * contact.A,
+        stiffness * contact.B,
+        stiffness * contact.C,
+        contact.x,
+        {"load": (force * q, force * p)},
+        length * contact.gap,
     )
     base = engine(contact, friction).solve(slip, (q, p))
     other = engine(scaled, friction).solve(length * slip, (force * q, force * p))
-    assert other.slip / length == pytest.approx(base.slip, abs=1e-9) and other.gap / length == pytest.approx(base.gap, abs=1e-9)
-    assert other.q / force == pytest.approx(base.q, abs=1e-9) and other.p / force == pytest.approx(base.p, abs=1e-9)
+    assert other.slip / length == pytest.approx(
+        base.slip, abs=1e-9
+    ) and other.gap / length == pytest.approx(base.gap, abs=1e-9)
+    assert other.q / force == pytest.approx(base.q, abs=1e-9) and other.p / force == pytest.approx(
+        base.p, abs=1e-9
+    )
     assert (other.status == base.status).all()
 
 
@@ -257,5 +417,8 @@ def test_a_body_that_slides_away_has_no_state(punch):
     for loads in ({"P": 1.0, "Q": 0.5}, {"P": -1.0}):  # friction 0.4 holds 0.4 of the pressure
         load = contact.reaction(loads)
         for engine in (NewtonIncrement, FrozenBoundIncrement, ExactIncrement):
-            with pytest.raises(NoContinuation, match=r"^the body (lifts off or turns over|slides as a whole): .*the load"):
+            with pytest.raises(
+                NoContinuation,
+                match=r"^the body (lifts off or turns over|slides as a whole): .*the load",
+            ):
                 engine(contact, 0.4).solve(np.zeros(17), load)

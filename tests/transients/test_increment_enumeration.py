@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from frictopt.errors import NoContinuation, SolverError
-from frictopt.transients.increments import ExactIncrement, FrozenBoundIncrement, NewtonIncrement, by_booleans
+from frictopt.transients.increments import (
+    ExactIncrement,
+    FrozenBoundIncrement,
+    NewtonIncrement,
+    by_booleans,
+)
 from frictopt.transients.increments.newton import newton
 from helpers.enumeration import admissible_states, distance, random_increment
 
@@ -14,14 +19,19 @@ pytestmark = pytest.mark.slow
 
 SLIDING = {n: np.r_[np.ones(n), np.zeros(n)][:, None] for n in (2, 3)}
 LIFTING = {n: np.r_[np.zeros(n), np.ones(n)][:, None] for n in (2, 3)}
-FREE = {n: np.hstack([SLIDING[n], LIFTING[n], np.r_[np.zeros(n), np.arange(n)][:, None]]) for n in (2, 3)}
+FREE = {
+    n: np.hstack([SLIDING[n], LIFTING[n], np.r_[np.zeros(n), np.arange(n)][:, None]])
+    for n in (2, 3)
+}
 
 
 def cases(seed, count, most_friction, rigid=None, loads=1):
     rng = np.random.default_rng(seed)
     for case in range(count):
         nodes = 1 + case % 3 if rigid is None else 2 + case % 2
-        contact, friction, _, _ = random_increment(rng, nodes, most_friction, rigid=None if rigid is None else rigid[nodes])
+        contact, friction, _, _ = random_increment(
+            rng, nodes, most_friction, rigid=None if rigid is None else rigid[nodes]
+        )
         for _ in range(loads):
             _, _, slip, load = random_increment(rng, nodes, most_friction)
             yield contact, friction, slip, load
@@ -35,13 +45,21 @@ def test_exactly_one_state_is_found_by_all_engines_below_the_critical_friction()
         states = admissible_states(contact, friction, slip, load)
         assert len(states) == 1
         if id(contact) not in engines:
-            engines = {id(contact): [engine(contact, friction) for engine in (ExactIncrement, NewtonIncrement, FrozenBoundIncrement)]}
+            engines = {
+                id(contact): [
+                    engine(contact, friction)
+                    for engine in (ExactIncrement, NewtonIncrement, FrozenBoundIncrement)
+                ]
+            }
         exact, newton, frozen = engines[id(contact)]
         found = exact.solve(slip, load)
         assert distance(states, found) < 1e-9 and found.residual < 1e-9
         assert found.record.attempts[0].solver == "HIGHS_MIP"
         assert distance(states, newton.solve(slip, load)) < 1e-9
-        opened, slipped = opened + (found.gap > 0).any(), slipped + (np.abs(found.status) == 1).any()
+        opened, slipped = (
+            opened + (found.gap > 0).any(),
+            slipped + (np.abs(found.status) == 1).any(),
+        )
         try:
             by_sweeps = frozen.solve(slip, load)
         except SolverError as error:
@@ -60,7 +78,9 @@ def test_the_program_decides_and_not_the_guess(monkeypatch):
     def wrong(*asked):
         state = newton(*asked)
         status = np.where(state.status == 2, 0, 2).astype(np.int8)
-        return replace(state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan))
+        return replace(
+            state, status=status, u=np.full_like(state.u, np.nan), r=np.full_like(state.r, np.nan)
+        )
 
     monkeypatch.setattr(by_booleans, "newton", wrong)
     for contact, friction, slip, load in cases(2, 20, 0.6):

@@ -1,4 +1,5 @@
-"""The increments' cvxpy problems: names, DPP, fall-back, convergence, printing; the complementarity form; wedging at one node."""
+"""The increments' cvxpy problems: names, DPP, fall-back, convergence, printing; the complementarity
+form; wedging at one node."""
 
 import inspect
 import textwrap
@@ -34,14 +35,20 @@ CONTACT, FRICTION, SLIP, LOAD = random_increment(np.random.default_rng(3), 3, 0.
 
 
 def names(problem):
-    return {variable.name() for variable in problem.variables()}, {parameter.name() for parameter in problem.parameters()}
+    return {variable.name() for variable in problem.variables()}, {
+        parameter.name() for parameter in problem.parameters()
+    }
 
 
 def test_problems_are_dpp_and_named():
     contact = random_system(np.random.default_rng(0), 3)
     frozen, exact = FrozenBoundIncrement(contact, 0.5).problem, ExactIncrement(contact, 0.5).problem
     assert frozen.is_dpp() and exact.is_dpp()
-    for problem in (frozen, exact, complementarity_problem(contact, 0.5, np.zeros(3), (np.zeros(3), np.ones(3))).problem):
+    for problem in (
+        frozen,
+        exact,
+        complementarity_problem(contact, 0.5, np.zeros(3), (np.zeros(3), np.ones(3))).problem,
+    ):
         assert all(constraint.label for constraint in problem.constraints)
         assert problem.param_dict["trial"].shape == (6,)
         assert str(problem).count("\n") < 14 and "[[" not in str(problem)
@@ -53,18 +60,32 @@ def test_problems_are_dpp_and_named():
 
 @pytest.mark.parametrize("unit", [1.0, 1e6])
 def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
-    """In the units of the contact; a plain solve by cvxpy gives it again, and pressures are its multipliers."""
-    contact, load = fo.ContactSystem(unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap), (unit * LOAD[0], unit * LOAD[1])
-    found, frozen = (engine(contact, FRICTION).solve(SLIP, load) for engine in (ExactIncrement, FrozenBoundIncrement))
+    """In the units of the contact; a plain solve by cvxpy gives it again, and pressures are its
+    multipliers."""
+    contact, load = (
+        fo.ContactSystem(unit * CONTACT.S, CONTACT.points, {"none": np.zeros(6)}, gap=CONTACT.gap),
+        (unit * LOAD[0], unit * LOAD[1]),
+    )
+    found, frozen = (
+        engine(contact, FRICTION).solve(SLIP, load)
+        for engine in (ExactIncrement, FrozenBoundIncrement)
+    )
     motions = np.concatenate([frozen.slip - SLIP, frozen.gap])
     for problem, state in ((found.problem, found), (frozen.problem, frozen)):
         assert problem.value == problem.objective.value and problem.status == "optimal"
         assert all(row.violation().max() < 1e-9 * unit for row in problem.constraints)
-        assert np.abs(state.slip - SLIP - motions[:3]).max() < 1e-9 and explained(state).count("none here") == 0
+        assert (
+            np.abs(state.slip - SLIP - motions[:3]).max() < 1e-9
+            and explained(state).count("none here") == 0
+        )
     assert (found.problem.var_dict["opened"].value == 1).tolist() == (found.status == 2).tolist()
-    assert found.problem.var_dict["p"].value == pytest.approx(found.p) and found.problem.var_dict["slip_step"].value == pytest.approx(motions[:3])
+    assert found.problem.var_dict["p"].value == pytest.approx(found.p) and found.problem.var_dict[
+        "slip_step"
+    ].value == pytest.approx(motions[:3])
     value, problem = frozen.problem.value, frozen.problem
-    assert np.array_equal(problem.var_dict["u"].value, motions) and problem.constraints[0].dual_value == pytest.approx(frozen.p)
+    assert np.array_equal(problem.var_dict["u"].value, motions) and problem.constraints[
+        0
+    ].dual_value == pytest.approx(frozen.p)
     assert problem.param_dict["bound"].value == pytest.approx(FRICTION * frozen.p)
     assert problem.solve(solver="CLARABEL") == pytest.approx(value, rel=1e-6)
     assert problem.var_dict["u"].value == pytest.approx(motions, abs=1e-5)
@@ -73,19 +94,30 @@ def test_the_answer_stands_in_the_problem_and_is_its_optimum(unit):
 
 def test_the_record_names_newtons_steps():
     record = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).record
-    assert [attempt.solver for attempt in record.attempts] == ["OSQP", "NEWTON"] and record.solver == "NEWTON"
-    assert record.attempts[0].residual > 1e-6 and record.residual == record.attempts[1].residual < 1e-9
+    assert [attempt.solver for attempt in record.attempts] == [
+        "OSQP",
+        "NEWTON",
+    ] and record.solver == "NEWTON"
+    assert (
+        record.attempts[0].residual > 1e-6 and record.residual == record.attempts[1].residual < 1e-9
+    )
 
 
 @pytest.mark.parametrize("sigma", [2.2, 4.0])
 def test_osqp_alone_finds_the_state(punch, sigma):
-    """Sweeps of quadratic programs to ten digits, by OSQP on matrices written down here, without Newton's method."""
+    """Sweeps of quadratic programs to ten digits, by OSQP on matrices written down here, without
+    Newton's method."""
     contact, f, n = punch(24), 0.7, 25
     q, p = contact.reaction({"P": 1.0, "sigma": sigma})
     none, one = sp.csc_matrix((n, n)), sp.eye_array(n)
     P = sp.triu(sp.block_diag([contact.S, none]), format="csc")
-    rows = sp.block_array([[none, one, none], [one, none, -one], [-one, none, -one]], format="csc")  # w >= 0, |dv| <= t
-    low, high = np.r_[np.zeros(n), np.full(2 * n, -np.inf)], np.r_[np.full(n, np.inf), np.zeros(2 * n)]
+    rows = sp.block_array(
+        [[none, one, none], [one, none, -one], [-one, none, -one]], format="csc"
+    )  # w >= 0, |dv| <= t
+    low, high = (
+        np.r_[np.zeros(n), np.full(2 * n, -np.inf)],
+        np.r_[np.full(n, np.inf), np.zeros(2 * n)],
+    )
     bound, solver = f * np.maximum(p, 0.0), osqp.OSQP()
     options = {"eps_abs": 1e-10, "eps_rel": 1e-10, "max_iter": 100_000, "verbose": False}
     solver.setup(sp.csc_matrix(P), np.zeros(3 * n), sp.csc_matrix(rows), low, high, **options)
@@ -108,10 +140,19 @@ def test_listings_run_in_a_bare_script(punch):
     system, friction = punch(8), np.full(9, 0.5)
     load = system.reaction({"P": 1.0, "sigma": 3.0})
     page = (Path(__file__).parents[2] / "docs/api/increments.md").read_text(encoding="utf-8")
-    assert all(f"```text\n{listed}\n```" in page for listed in (listings.frozen_bound(system), listings.exact(system, friction)))
-    state, script = NewtonIncrement(system, friction).solve(np.zeros(9), load), {"cp": cp, "np": np, "system": system, "friction": friction}
+    assert all(
+        f"```text\n{listed}\n```" in page
+        for listed in (listings.frozen_bound(system), listings.exact(system, friction))
+    )
+    state, script = (
+        NewtonIncrement(system, friction).solve(np.zeros(9), load),
+        {"cp": cp, "np": np, "system": system, "friction": friction},
+    )
     assert state.status.any() and not state.status.all()
-    trial, step = np.concatenate(load), pytest.approx(state.slip, abs=1e-5 * np.abs(state.slip).max())
+    trial, step = (
+        np.concatenate(load),
+        pytest.approx(state.slip, abs=1e-5 * np.abs(state.slip).max()),
+    )
 
     exec(bare(listings.frozen_bound), script)
     problem = script["problem"]
@@ -121,7 +162,12 @@ def test_listings_run_in_a_bare_script(punch):
 
     exec(bare(listings.exact), script)
     problem = script["problem"]
-    for name, value in {"trial": trial, "unexpected": np.ones((3, 9)), "most_motion": np.full(9, 10.0), "most_force": np.full(9, 10.0)}.items():
+    for name, value in {
+        "trial": trial,
+        "unexpected": np.ones((3, 9)),
+        "most_motion": np.full(9, 10.0),
+        "most_force": np.full(9, 10.0),
+    }.items():
         problem.param_dict[name].value = value
     problem.param_dict["most_slack"].value = 20 * friction
     problem.solve(solver="HIGHS")
@@ -130,43 +176,69 @@ def test_listings_run_in_a_bare_script(punch):
     exec(bare(listings.complementarity), script)
     problem = script["problem"]
     problem.param_dict["trial"].value = trial
-    problem.var_dict["forward_slip"].value, problem.var_dict["backward_slip"].value = np.maximum(state.slip, 0), np.maximum(-state.slip, 0)
+    problem.var_dict["forward_slip"].value, problem.var_dict["backward_slip"].value = (
+        np.maximum(state.slip, 0),
+        np.maximum(-state.slip, 0),
+    )
     problem.var_dict["gap"].value = state.gap
-    assert problem.objective.value == pytest.approx(0.0, abs=1e-12) and all(row.violation().max() < 1e-12 for row in problem.constraints)
+    assert problem.objective.value == pytest.approx(0.0, abs=1e-12) and all(
+        row.violation().max() < 1e-12 for row in problem.constraints
+    )
 
 
 def test_the_complementarity_problem_is_solved_with_a_boolean_for_each_pair():
-    """HiGHS decides which of each motion and its slack vanishes; the value of the quadratic program there is 0, and it is the enumerated state."""
+    """HiGHS decides which of each motion and its slack vanishes; the value of the quadratic program
+    there is 0, and it is the enumerated state."""
     for seed in range(8):
         contact, friction, slip, load = random_increment(np.random.default_rng(seed), 3, 0.6)
         posed = complementarity_problem(contact, friction, slip, load)
         motions, slacks = (row.args[1] for row in posed.problem.constraints)
         moves = cp.Variable(9, boolean=True)
-        cp.Problem(cp.Minimize(0), [*posed.problem.constraints, motions <= 100 * moves, slacks <= 100 * (1 - moves)]).solve(solver="HIGHS")
+        cp.Problem(
+            cp.Minimize(0),
+            [*posed.problem.constraints, motions <= 100 * moves, slacks <= 100 * (1 - moves)],
+        ).solve(solver="HIGHS")
         assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-6)
         (v, w, _, _), z = admissible_states(contact, friction, slip, load)[0], motions.value
-        assert slip + z[:3] - z[3:6] == pytest.approx(v, abs=1e-5) and z[6:] == pytest.approx(w, abs=1e-5)
+        assert slip + z[:3] - z[3:6] == pytest.approx(v, abs=1e-5) and z[6:] == pytest.approx(
+            w, abs=1e-5
+        )
 
 
 def test_the_next_solver_answers_where_one_fails(monkeypatch):
     lying(monkeypatch, lambda _, name: "stopped" if name in {"OSQP", "CLARABEL_DIRECT"} else None)
     found = FrozenBoundIncrement(CONTACT, FRICTION).solve(SLIP, LOAD)
-    assert [attempt.solver for attempt in found.record.attempts[:3]] == ["OSQP", "CLARABEL_DIRECT", "CLARABEL"]
+    assert [attempt.solver for attempt in found.record.attempts[:3]] == [
+        "OSQP",
+        "CLARABEL_DIRECT",
+        "CLARABEL",
+    ]
     assert distance(admissible_states(CONTACT, FRICTION, SLIP, LOAD), found) < 1e-9
 
 
 def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
-    contact, friction, slip, load = random_increment(np.random.default_rng(245), 3, 0.8)  # the first of these that needs more than two
+    contact, friction, slip, load = random_increment(
+        np.random.default_rng(245), 3, 0.8
+    )  # the first of these that needs more than two
     found = FrozenBoundIncrement(contact, friction).solve(slip, load)
-    assert found.steps > 1 and found.residual < 1e-9 and distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+    assert (
+        found.steps > 1
+        and found.residual < 1e-9
+        and distance(admissible_states(contact, friction, slip, load), found) < 1e-9
+    )
     monkeypatch.setattr(programs, "_SWEEPS", 1)
-    with pytest.raises(fo.SolverError, match=r"did not converge in 1 sweeps.*bound still changes by .*most at node \d.*try"):
+    with pytest.raises(
+        fo.SolverError,
+        match=r"did not converge in 1 sweeps.*bound still changes by .*most at node \d.*try",
+    ):
         FrozenBoundIncrement(contact, friction).solve(slip, load)
 
 
 def test_slip_along_its_friction_is_no_state():
     """q = -f p with backward slip breaks only the line of the law that needs the slip before."""
-    contact = fo.ContactSystem.from_blocks([[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])})
+    contact = fo.ContactSystem.from_blocks(
+        [[2.0]], [[0.0]], [[1.0]], [0.0], {"load": ([1.0], [1.0])}
+    )
     posed = Posed(NewtonIncrement(contact, 0.4), [5.0], ([1.0 - 10.0], [1.0]))
     right = newton(posed.owner.law, posed.trial, np.zeros(2))
     q = -right.r[0]
@@ -189,8 +261,12 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
 
 
 def assert_a_state_by_newton():
-    """The exact increment answers with the one admissible state, in the problem, too, and says that Newton's method found it."""
-    found, states = ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD), admissible_states(CONTACT, FRICTION, SLIP, LOAD)
+    """The exact increment answers with the one admissible state, in the problem, too, and says that
+    Newton's method found it."""
+    found, states = (
+        ExactIncrement(CONTACT, FRICTION).solve(SLIP, LOAD),
+        admissible_states(CONTACT, FRICTION, SLIP, LOAD),
+    )
     assert len(states) == 1 and distance(states, found) < 1e-9 and found.record.solver == "NEWTON"
     assert max(constraint.violation().max() for constraint in found.problem.constraints) < 1e-9
     assert np.array_equal(found.problem.var_dict["p"].value, found.p)
@@ -198,38 +274,65 @@ def assert_a_state_by_newton():
 
 def test_a_claim_that_there_is_no_state_is_checked(monkeypatch):
     asked = []
-    lying(monkeypatch, lambda _, name: asked.append(name) or ("infeasible" if name.startswith("HIGHS") else None))
+    lying(
+        monkeypatch,
+        lambda _, name: asked.append(name) or ("infeasible" if name.startswith("HIGHS") else None),
+    )
     assert_a_state_by_newton()
     assert [name for name in asked if name.startswith("HIGHS")] == list(policy.MILP_SOLVERS)
 
 
 def test_that_no_state_is_found_is_no_statement_that_there_is_none(monkeypatch):
-    """The node has a state, at a slip of -50, which neither the program within the reach nor the patched Newton's method finds."""
+    """The node has a state, at a slip of -50, which neither the program within the reach nor the
+    patched Newton's method finds."""
     contact = system(0.01, 0.0, 0, 1, 0, 0, C=1.0)
     assert len(admissible_states(contact, 1.0, [0.0], ([1.5], [1.0]))) == 1
 
     def failing(*_):
         raise fo.SolverError("patched")
 
-    monkeypatch.setattr(by_booleans, "newton", lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0))
+    monkeypatch.setattr(
+        by_booleans,
+        "newton",
+        lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0),
+    )
     monkeypatch.setattr(NewtonIncrement, "_solved", failing)
-    with pytest.raises(fo.SolverError, match=r"find no state with slip increments .*, and Newton's method finds no state either, which is no proof"):
+    with pytest.raises(
+        fo.SolverError,
+        match=r"find no state with slip increments .*, and Newton's method finds no state either, which is no proof",
+    ):
         ExactIncrement(contact, 1.0, reach=10.0).solve([0.0], ([1.5], [1.0]))
 
 
 @pytest.mark.parametrize("reach", [1e2, 1e7, 1e9])
 def test_large_motions_and_a_large_reach_hide_no_state(reach):
-    """Where the tolerance of the booleans is more than the motions: a node that opens far away, and three nodes whose motions are small."""
-    S, push = np.array([[3.774851562958601, -8.035512969077057], [-8.035512969077057, 18.815129556725918]]), np.array([-85368.67112905, 1.48125721])
+    """Where the tolerance of the booleans is more than the motions: a node that opens far away, and
+    three nodes whose motions are small."""
+    S, push = (
+        np.array(
+            [[3.774851562958601, -8.035512969077057], [-8.035512969077057, 18.815129556725918]]
+        ),
+        np.array([-85368.67112905, 1.48125721]),
+    )
     node = fo.ContactSystem(S, [[0.0, 0.0]], {"P": [0.0, 1.0]})
     far = ExactIncrement(node, 1.6078499510582633, reach=reach).solve([0.0], (push[:1], push[1:]))
-    assert np.r_[far.slip, far.gap] == pytest.approx(np.linalg.solve(S, -push)) and far.gap[0] > 0  # open: no force
+    assert (
+        np.r_[far.slip, far.gap] == pytest.approx(np.linalg.solve(S, -push)) and far.gap[0] > 0
+    )  # open: no force
     rng = np.random.default_rng(1)
     for _ in range(102):  # the last one of these has small motions
         n = int(rng.integers(1, 4))
         root = rng.standard_normal((2 * n, 2 * n))
-        friction, q, p = float(rng.uniform(0.2, 3)), rng.standard_normal(n), rng.standard_normal(n) + 0.3
-    three = fo.ContactSystem(root @ root.T + 0.05 * np.eye(2 * n), np.c_[np.arange(float(n)), np.zeros(n)], {"P": np.r_[np.zeros(n), np.ones(n)]})
+        friction, q, p = (
+            float(rng.uniform(0.2, 3)),
+            rng.standard_normal(n),
+            rng.standard_normal(n) + 0.3,
+        )
+    three = fo.ContactSystem(
+        root @ root.T + 0.05 * np.eye(2 * n),
+        np.c_[np.arange(float(n)), np.zeros(n)],
+        {"P": np.r_[np.zeros(n), np.ones(n)]},
+    )
     found = ExactIncrement(three, friction, reach=reach).solve(np.zeros(n), (q, p))
     assert distance(admissible_states(three, friction, np.zeros(n), (q, p)), found) < 1e-9
 
@@ -242,24 +345,35 @@ def test_a_solver_that_stops_is_no_proof(monkeypatch):
 
 @pytest.mark.parametrize("push", [1.5, 15.0])
 def test_states_beyond_the_reach_are_not_ruled_out(push, monkeypatch):
-    """A = 0.01, B = 0: friction 1 holds 1 of the load, so that the node slips by 100 (load - 1), in units of p / C; Newton's method finds that."""
+    """A = 0.01, B = 0: friction 1 holds 1 of the load, so that the node slips by 100 (load - 1), in
+    units of p / C; Newton's method finds that."""
     contact = system(0.01, 0.0, 0, 1, 0, 0, C=1.0)
-    monkeypatch.setattr(by_booleans, "newton", lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0))
+    monkeypatch.setattr(
+        by_booleans,
+        "newton",
+        lambda law, trial, u: State(u, trial, np.zeros(1, dtype=np.int8), 0, 0.0),
+    )
     load = ([push], [1.0])
     found = ExactIncrement(contact, 1.0).solve([0.0], load)
     assert found.slip == pytest.approx([-100 * (push - 1)])
-    assert ExactIncrement(contact, 1.0, reach=10.0).solve([0.0], load).slip == pytest.approx(found.slip)
+    assert ExactIncrement(contact, 1.0, reach=10.0).solve([0.0], load).slip == pytest.approx(
+        found.slip
+    )
     needed = 100 * (push - 1) * contact.stiffness_scale / push
     with pytest.raises(fo.SolverError, match="give a larger reach than"):
         ExactIncrement(contact, 1.0, reach=needed * (1 + 1e-6)).solve([0.0], load)
-    assert ExactIncrement(contact, 1.0, reach=1.01 * needed).solve([0.0], load).slip == pytest.approx(found.slip)
+    assert ExactIncrement(contact, 1.0, reach=1.01 * needed).solve(
+        [0.0], load
+    ).slip == pytest.approx(found.slip)
 
 
 @pytest.mark.parametrize("coupling", [0.0, 0.4])
 def test_complementarity_is_refused_where_it_is_not_convex(coupling):
     contact = random_system(np.random.default_rng(0), 3, coupling=coupling)
     posed = complementarity_problem(contact, 0.5, np.zeros(3), ([1.0, 0.0, -1.0], [1.0, 1.0, 1.0]))
-    assert np.linalg.eigvalsh(posed.matrix + posed.matrix.T)[0] < -1e-3 and not posed.problem.is_dcp()
+    assert (
+        np.linalg.eigvalsh(posed.matrix + posed.matrix.T)[0] < -1e-3 and not posed.problem.is_dcp()
+    )
     with pytest.raises(cp.DCPError):
         posed.problem.solve()
 
@@ -276,9 +390,15 @@ def test_complementarity_matrix_is_the_law():
         assert slack.min() > -1e-9 and np.abs(z * slack).max() < 1e-9
         A, B, C = contact.A, contact.B, contact.C
         f = friction[:, None]
-        rows = [[A + f * B, -(A + f * B), B.T + f * C], [-(A - f * B), A - f * B, -B.T + f * C], [B, -B, C]]
+        rows = [
+            [A + f * B, -(A + f * B), B.T + f * C],
+            [-(A - f * B), A - f * B, -B.T + f * C],
+            [B, -B, C],
+        ]
         assert posed.matrix == pytest.approx(np.block(rows))
-        for variable, part in zip(("forward_slip", "backward_slip", "gap"), np.split(z, 3), strict=True):
+        for variable, part in zip(
+            ("forward_slip", "backward_slip", "gap"), np.split(z, 3), strict=True
+        ):
             posed.problem.var_dict[variable].save_value(part)
         assert posed.problem.objective.value == pytest.approx(0.0, abs=1e-9)
         assert all(constraint.value(1e-9) for constraint in posed.problem.constraints)
@@ -287,9 +407,31 @@ def test_complementarity_matrix_is_the_law():
 def test_explain():
     frozen, exact = FrozenBoundIncrement(CONTACT, FRICTION), ExactIncrement(CONTACT, FRICTION)
     said = explained(frozen.solve(SLIP, LOAD))
-    assert all(part in said for part in ("frozen bound", "optimal", "    bound", "no_overlap", "(DPP) yes", "trial", "3 of 3 rows bind"))
+    assert all(
+        part in said
+        for part in (
+            "frozen bound",
+            "optimal",
+            "    bound",
+            "no_overlap",
+            "(DPP) yes",
+            "trial",
+            "3 of 3 rows bind",
+        )
+    )
     said = explained(exact.solve(SLIP, LOAD))
-    assert all(part in said for part in ("mixed-integer", "optimal", "boolean", "most_motion", "no_force_across_a_gap", "one_status", "rows bind"))
+    assert all(
+        part in said
+        for part in (
+            "mixed-integer",
+            "optimal",
+            "boolean",
+            "most_motion",
+            "no_force_across_a_gap",
+            "one_status",
+            "rows bind",
+        )
+    )
     posed = complementarity_problem(CONTACT, FRICTION, SLIP, LOAD)
     assert all(part in str(posed.problem) for part in ("motions", "slacks"))
     assert NewtonIncrement(CONTACT, FRICTION).solve(SLIP, LOAD).problem is None
@@ -303,7 +445,10 @@ def test_cvxpy_is_asked_with_every_option_accepted():
         assert policy._run(smooth, name) == "optimal"
     whole = cp.Variable(2, boolean=True)
     for name in policy.MILP_SOLVERS:
-        assert policy._run(cp.Problem(cp.Maximize(cp.sum(whole)), [cp.sum(whole) <= 1.5]), name) == "optimal"
+        assert (
+            policy._run(cp.Problem(cp.Maximize(cp.sum(whole)), [cp.sum(whole) <= 1.5]), name)
+            == "optimal"
+        )
 
 
 def states_of(A, B, C, friction, q, p, slip):
@@ -314,17 +459,27 @@ def states_of(A, B, C, friction, q, p, slip):
 
 def test_without_load_a_node_stays_where_it_slipped_from_the_critical_friction_on():
     for angle, v in [(np.pi / 3, 0.4), (2.0, -0.4)]:
-        A, B, C = np.cos(angle) ** 2, np.sin(angle) * np.cos(angle), np.sin(angle) ** 2  # a bar of unit stiffness
-        wedged, *others = (states_of(A, B, C, f * A / abs(B), 0.0, 0.0, v)[:, 0] for f in (1.001, 0.999, 0.3))
+        A, B, C = (
+            np.cos(angle) ** 2,
+            np.sin(angle) * np.cos(angle),
+            np.sin(angle) ** 2,
+        )  # a bar of unit stiffness
+        wedged, *others = (
+            states_of(A, B, C, f * A / abs(B), 0.0, 0.0, v)[:, 0] for f in (1.001, 0.999, 0.3)
+        )
         assert v in wedged and not any(v in slips for slips in others)
     assert 1.0 in states_of(1.0, 0.5, 1.0, 3.0, 0.0, 0.0, 1.0)[:, 0]
 
 
 @pytest.mark.parametrize(("f", "towards", "away"), [(1.9, 1, 1), (2.1, 0, 2), (3.0, 0, 2)])
-def test_on_the_bound_that_presses_a_node_beyond_critical_friction_has_no_or_two_continuations(f, towards, away):
+def test_on_the_bound_that_presses_a_node_beyond_critical_friction_has_no_or_two_continuations(
+    f, towards, away
+):
     v, p, step = 1.0, 2.0, 1e-4
     at_bound = f * p  # q = f p, about to slip backward
     for sign, expected in [(-1, towards), (1, away)]:
         q_bonded, p_bonded = at_bound - 1.0 * v, p - 0.5 * v
-        after = states_of(1.0, 0.5, 1.0, f, q_bonded - sign * step, p_bonded, v)  # f dp^w - dq^w = sign * step
+        after = states_of(
+            1.0, 0.5, 1.0, f, q_bonded - sign * step, p_bonded, v
+        )  # f dp^w - dq^w = sign * step
         assert (np.abs(after[:, :2] - [v, 0.0]).max(axis=1) < 100 * step).sum() == expected

@@ -27,7 +27,12 @@ def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
     contact = punch(16)
     start = 0.3 * np.sin(3 * contact.x)
     path = fo.march(contact, paper_cycle, 0.7, 2.2, initial_slip=start, cycles=6)
-    assert path.slip.shape[1] == 17 and path.time[0] == -1.0 and path.time[-1] == 12.0 and (np.diff(path.time) >= 0).all()
+    assert (
+        path.slip.shape[1] == 17
+        and path.time[0] == -1.0
+        and path.time[-1] == 12.0
+        and (np.diff(path.time) >= 0).all()
+    )
     assert np.array_equal(path.slip[0], start) and not path.q[0].any()
     assert path.residual < 1e-9 and np.abs(path.energy_error).max() < 1e-10
     assert path.cycle_work.shape == (6, 17) and (path.cycle_work >= 0).all()
@@ -40,14 +45,27 @@ def test_the_exact_path_as_a_trajectory(punch, paper_cycle):
 def test_the_frame_has_one_row_for_each_state_and_node(punch, paper_cycle):
     path = fo.march(punch(16), paper_cycle, 0.7, 2.2, cycles=1)
     table = path.to_frame()
-    assert list(table.columns) == ["state", "time", "node", "contact", "x", "slip", "gap", "q", "p", "status", "work"]
+    assert list(table.columns) == [
+        "state",
+        "time",
+        "node",
+        "contact",
+        "x",
+        "slip",
+        "gap",
+        "q",
+        "p",
+        "status",
+        "work",
+    ]
     assert len(table) == path.slip.size
     last = table[table.state == table.state.max()]
     assert np.array_equal(last.slip, path.slip[-1]) and np.array_equal(last.x, punch(16).x)
 
 
 def test_one_node_through_a_cycle_by_hand():
-    """A = 1, B = 0, f p = 1/2: slips at |q^w| = 1/2 on the way up, sticks, slips back after q has changed by 1."""
+    """A = 1, B = 0, f p = 1/2: slips at |q^w| = 1/2 on the way up, sticks, slips back after q has
+    changed by 1."""
     contact = system(1.0, 0.0, 0.0, 1.0, 1.0, 0.0)
     path = fo.march(contact, CYCLE, 0.5, 1.0, cycles=2)
     at = [np.flatnonzero(path.time == k)[-1] for k in range(5)]
@@ -55,34 +73,69 @@ def test_one_node_through_a_cycle_by_hand():
     assert np.allclose(path.q[at, 0], [0.0, -0.5, 0.5, -0.5, 0.5])
     assert np.allclose(path.cycle_work.sum(axis=1), [0.25 + 0.5, 1.0])
     slipping = path.time[np.flatnonzero(path.status[:, 0] == -1)]
-    assert slipping.min() == pytest.approx(1.5)  # backward slip starts half-way from corner 1 to corner 2
+    assert slipping.min() == pytest.approx(
+        1.5
+    )  # backward slip starts half-way from corner 1 to corner 2
 
 
-@pytest.mark.parametrize(("engine", "steps"), [("path", None), ("newton", 1), ("newton", 3), ("qp", 1), ("qp", 3), ("milp", 1), ("milp", 3)])
+@pytest.mark.parametrize(
+    ("engine", "steps"),
+    [("path", None), ("newton", 1), ("newton", 3), ("qp", 1), ("qp", 3), ("milp", 1), ("milp", 3)],
+)
 def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
-    """Pressure alone sticks; the gap drags it sideways through B, without touching anything, and B w = -A v until it closes again."""
+    """Pressure alone sticks; the gap drags it sideways through B, without touching anything, and B
+    w = -A v until it closes again."""
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.3]], [[1.0]], [0.0], {"P": ([0.0], [1.0])})
-    path = fo.march(contact, fo.LoadCycle({"P": 1.0}, [{"P": -2.0}, {}]), 0.5, 1.0, cycles=2, engine=engine, steps=steps)
-    assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2)) and path.slip.min() == pytest.approx(-0.3 / (1 - 0.3**2))
+    path = fo.march(
+        contact,
+        fo.LoadCycle({"P": 1.0}, [{"P": -2.0}, {}]),
+        0.5,
+        1.0,
+        cycles=2,
+        engine=engine,
+        steps=steps,
+    )
+    assert path.gap.max() == pytest.approx(1 / (1 - 0.3**2)) and path.slip.min() == pytest.approx(
+        -0.3 / (1 - 0.3**2)
+    )
     assert not path.work.any()
 
 
 def test_the_exact_path_has_no_steps():
     with pytest.raises(fo.ModelError, match="steps: 10; the exact path has none"):
-        fo.march(random_system(np.random.default_rng(0), 3), CYCLE, 0.3, 1.0, engine="path", steps=10)
+        fo.march(
+            random_system(np.random.default_rng(0), 3), CYCLE, 0.3, 1.0, engine="path", steps=10
+        )
 
 
 @pytest.mark.slow
 def test_increments_in_threads_leave_the_output_of_the_process_alone():
     folder = Path(__file__).parents[1]
     paths = os.pathsep.join([str(folder.parent), str(folder)])
-    done = subprocess.run([sys.executable, "-c", IN_THREADS], env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", IN_THREADS],
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert (done.returncode, done.stdout, done.stderr) == (0, "said afterwards\n", "")
 
 
 def test_work_of_a_node_that_bears_a_billionth_of_the_mean_load_counts():
-    """Node 0 slides by q = 0.7 at f p = 0.5, from where it sticks; node 1 only bears 1e9 times as much."""
+    """Node 0 slides by q = 0.7 at f p = 0.5, from where it sticks; node 1 only bears 1e9 times as
+    much."""
     bonded = {"P": ([0.0, 0.0], [1.0, 4e9]), "X": ([0.7, 0.0], [0.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
-    path = fo.march(contact, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), 0.5, 1.0, cycles=2, engine="qp", steps=1)
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded
+    )
+    path = fo.march(
+        contact,
+        fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]),
+        0.5,
+        1.0,
+        cycles=2,
+        engine="qp",
+        steps=1,
+    )
     assert path.cycle_work[-1] == pytest.approx([2 * 0.5 * 0.4, 0.0], rel=1e-6)

@@ -19,19 +19,36 @@ def pulled(sigma):
 
 @pytest.mark.parametrize(
     ("data", "friction", "expected"),
-    [(ONE_NODE, 0.4, 0.326086956522), (FIRST_PAIR, 0.6, 0.576923076923), (SECOND_PAIR, 0.4, 0.909090909091), (THREE, 0.4, 0.760869565217)],
+    [
+        (ONE_NODE, 0.4, 0.326086956522),
+        (FIRST_PAIR, 0.6, 0.576923076923),
+        (SECOND_PAIR, 0.4, 0.909090909091),
+        (THREE, 0.4, 0.760869565217),
+    ],
 )
 def test_onset_over_a_cycle_of_both_senses(data, friction, expected):
     contact = system(*data)
     found = fo.onset(contact, CYCLE, friction)
     assert found.slip.load_factor == pytest.approx(expected, rel=1e-11)
-    alone = [fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [corner]), friction) for corner in CYCLE.corners]
+    alone = [
+        fo.onset(contact, fo.LoadCycle({"mean": 1.0}, [corner]), friction)
+        for corner in CYCLE.corners
+    ]
     table = found.to_frame()
-    for event, events in (("slip", [one.slip for one in alone]), ("separation", [one.separation for one in alone])):
+    for event, events in (
+        ("slip", [one.slip for one in alone]),
+        ("separation", [one.separation for one in alone]),
+    ):
         rows = table[table["event"] == event]
-        assert rows["corner"].tolist() == [0, 1] and rows["loads"].tolist() == list(CYCLE.corner_names)
-        assert rows["load_factor"].tolist() == [one.load_factor for one in events] and rows["sense"].tolist() == [one.sense for one in events]
-        assert [None if pd.isna(node) else node for node in rows["node"]] == [one.node for one in events]
+        assert rows["corner"].tolist() == [0, 1] and rows["loads"].tolist() == list(
+            CYCLE.corner_names
+        )
+        assert rows["load_factor"].tolist() == [one.load_factor for one in events] and rows[
+            "sense"
+        ].tolist() == [one.sense for one in events]
+        assert [None if pd.isna(node) else node for node in rows["node"]] == [
+            one.node for one in events
+        ]
 
 
 @pytest.mark.parametrize("make", [random_system, random_contact], ids=["plane", "space"])
@@ -57,27 +74,46 @@ def test_onset_is_the_first_violation(make, nodes, seed, friction):
         if event.load_factor == np.inf:
             assert not violated(1e9) and event.node is None and not np.any(event.sense)
         else:
-            assert not any(violated(t * event.load_factor) for t in np.linspace(0, 1 - 1e-9, 20)) or not found.mean_admissible
+            assert (
+                not any(violated(t * event.load_factor) for t in np.linspace(0, 1 - 1e-9, 20))
+                or not found.mean_admissible
+            )
             assert violated(event.load_factor * (1 + 1e-9) + 1e-12)
     if found.slip.node is not None and found.mean_admissible:
         assert found.residual < 1e-12
         q, p = at(found.slip.load_factor)
-        assert q[found.slip.node] == pytest.approx(-np.atleast_1d(found.slip.sense) * friction * p[found.slip.node], abs=1e-9)
+        assert q[found.slip.node] == pytest.approx(
+            -np.atleast_1d(found.slip.sense) * friction * p[found.slip.node], abs=1e-9
+        )
 
 
 def test_an_inadmissible_mean_load_is_said():
     contact = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), (1.0, 1.0, -0.1), 0.1, 0.0)
     found = fo.onset(contact, ONE_WAY, 0.5)
     assert found.mean_slips == (0, 2) and found.mean_opens == (2,) and not found.mean_admissible
-    assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (0.0, 0, -1)  # it is on its bound once the mean load has settled
-    assert found.separation.load_factor == np.inf and found.residual < 1e-12 and found.state.open.tolist() == [False, False, True]
+    assert (found.slip.load_factor, found.slip.node, found.slip.sense) == (
+        0.0,
+        0,
+        -1,
+    )  # it is on its bound once the mean load has settled
+    assert (
+        found.separation.load_factor == np.inf
+        and found.residual < 1e-12
+        and found.state.open.tolist() == [False, False, True]
+    )
     slipping = system(np.eye(3), np.zeros((3, 3)), (0.9, 0.0, 0.0), 1.0, 0.1, 0.0)
     found = fo.onset(slipping, ONE_WAY, 0.5)
     assert found.mean_slips == (0,) and found.state is None and found.slip.load_factor == 0.0
-    assert found.residual == pytest.approx(0.4)  # node 0: q - f p = 0.9 - 0.5 * 1.0, over the largest force, 1
+    assert found.residual == pytest.approx(
+        0.4
+    )  # node 0: q - f p = 0.9 - 0.5 * 1.0, over the largest force, 1
     sheared = system(np.eye(2), np.zeros((2, 2)), 0.0, 1.0, 0.1, (0.0, -0.3))
-    found = fo.onset(sheared, fo.LoadCycle({"mean": 1.0}, CYCLE.corners, fixed=[{"cyclic": 6.0}, {}]), 0.5)
-    assert (found.mean_slips, found.mean_opens) == ((0, 1), (1,)) and found.residual > 0.1, "with what is fixed at one corner"
+    found = fo.onset(
+        sheared, fo.LoadCycle({"mean": 1.0}, CYCLE.corners, fixed=[{"cyclic": 6.0}, {}]), 0.5
+    )
+    assert (found.mean_slips, found.mean_opens) == ((0, 1), (1,)) and found.residual > 0.1, (
+        "with what is fixed at one corner"
+    )
 
 
 def test_mirror_images_name_the_first_node_whatever_the_rounding(punch):
@@ -95,19 +131,36 @@ def test_unknown_loads_are_refused(punch):
     [
         (0.3, 1.0, 0.5, ["presses all nodes and none slips"]),
         (0.6, 1.0, 0.5, ["2 of 2 nodes", "more friction", "its onset is undefined and given as 0"]),
-        (0.0, -1.0, 0.5, ["pulls the bodies apart", "turn the sign of the load", "settled, with 2 nodes open"]),
-        ([0.0, 0.0], [1.0, -0.2], 0.5, ["1 of 2 nodes", "open under the mean load alone", "settled, with 1 nodes open"]),
+        (
+            0.0,
+            -1.0,
+            0.5,
+            ["pulls the bodies apart", "turn the sign of the load", "settled, with 2 nodes open"],
+        ),
+        (
+            [0.0, 0.0],
+            [1.0, -0.2],
+            0.5,
+            ["1 of 2 nodes", "open under the mean load alone", "settled, with 1 nodes open"],
+        ),
     ],
 )
 def test_the_reason_says_what_the_mean_load_does_in_the_plane_and_in_space(q, p, friction, texts):
     q, p = np.broadcast_to(q, 2), np.broadcast_to(p, 2)
     plane = fo.onset(system(np.eye(2), np.zeros((2, 2)), q, p, 0.1, 0.0), ONE_WAY, friction)
     turned = np.r_[0.6 * q, 0.8 * q, p]  # the same shear, along both tangents
-    contact = fo.ContactSystem(np.eye(6), [[0, 0, 0], [1, 0, 0]], {"mean": turned, "cyclic": [0.1, 0.1, 0, 0, 0, 0]})
+    contact = fo.ContactSystem(
+        np.eye(6), [[0, 0, 0], [1, 0, 0]], {"mean": turned, "cyclic": [0.1, 0.1, 0, 0, 0, 0]}
+    )
     for found in (plane, fo.onset(contact, ONE_WAY, friction)):
         assert all(text in found.reason for text in texts), found.reason
-        assert found.mean_admissible == (len(texts) == 1) and (found.slip.load_factor > 0) == (texts[0] != "2 of 2 nodes")
-        assert found.reason.split(":")[0] in repr(found) and found.reason.split("'")[0] in found._repr_html_()
+        assert found.mean_admissible == (len(texts) == 1) and (found.slip.load_factor > 0) == (
+            texts[0] != "2 of 2 nodes"
+        )
+        assert (
+            found.reason.split(":")[0] in repr(found)
+            and found.reason.split("'")[0] in found._repr_html_()
+        )
 
 
 def test_the_line_of_an_onset_counts_nodes():
@@ -117,11 +170,17 @@ def test_the_line_of_an_onset_counts_nodes():
 
 
 def first_event(path, factor):
-    """Load factor at which the first closed node slips, or a node opens or touches, on the way from the mean load to the first corner."""
+    """Load factor at which the first closed node slips, or a node opens or touches, on the way from
+    the mean load to the first corner."""
     begin = np.searchsorted(path.time, 0.0, side="right") - 1
     closed = path.gap[begin] == 0
-    for before, row in zip(range(begin, len(path.time)), range(begin + 1, len(path.time)), strict=False):
-        if np.abs((path.slip[row] - path.slip[begin])[closed]).max(initial=0.0) > 1e-9 * np.abs(path.slip).max():
+    for before, row in zip(
+        range(begin, len(path.time)), range(begin + 1, len(path.time)), strict=False
+    ):
+        if (
+            np.abs((path.slip[row] - path.slip[begin])[closed]).max(initial=0.0)
+            > 1e-9 * np.abs(path.slip).max()
+        ):
             return factor * path.time[before]
         if ((path.gap[row] > 0) != ~closed).any():
             return factor * path.time[row]
@@ -130,7 +189,9 @@ def first_event(path, factor):
 
 @settings(max_examples=few(15))
 @given(seed=st.integers(0, 10**6), sense=st.sampled_from([-1.0, 1.0]))
-def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mean_load_has_settled(seed, sense):
+def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mean_load_has_settled(
+    seed, sense
+):
     rng = np.random.default_rng(seed)
     contact, friction = pulled_system(rng, int(rng.integers(2, 6))), float(rng.uniform(0.2, 1.0))
     cycle = fo.LoadCycle({"mean": 1.0}, [{"cyclic": sense}])
@@ -138,8 +199,13 @@ def test_the_onset_of_a_contact_with_open_nodes_is_the_first_event_after_the_mea
     assume(found.state is not None and found.state.open.any())
     first = min(event.load_factor for event in (found.slip, found.separation, found.touch))
     factor = 2 * first if 1e-9 < first < np.inf else 1.0
-    assert first_event(fo.march(contact, cycle, friction, factor, cycles=1), factor) == pytest.approx(first, rel=1e-7, abs=1e-9)
-    assert found.to_frame()["event"].tolist() == ["slip", "separation", "touch"] and found.residual < 1e-9
+    assert first_event(
+        fo.march(contact, cycle, friction, factor, cycles=1), factor
+    ) == pytest.approx(first, rel=1e-7, abs=1e-9)
+    assert (
+        found.to_frame()["event"].tolist() == ["slip", "separation", "touch"]
+        and found.residual < 1e-9
+    )
 
 
 @pytest.mark.parametrize("seed", [2, 3, 5, 8])
@@ -148,7 +214,10 @@ def test_the_onset_in_space_with_open_nodes_is_the_first_event_of_small_incremen
     contact = random_contact(rng, 5)
     loads = vectors(contact)
     loads["mean"] = loads["mean"] - np.r_[np.zeros(10), 2.0 * (rng.random(5) < 0.4)]
-    contact, cycle = fo.ContactSystem(contact.S, contact.points, loads), fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}])
+    contact, cycle = (
+        fo.ContactSystem(contact.S, contact.points, loads),
+        fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}]),
+    )
     found = fo.onset(contact, cycle, 1.5)
     first = min(event.load_factor for event in (found.slip, found.separation, found.touch))
     assert found.state.open.any() and 1e-3 < first < np.inf
@@ -158,12 +227,25 @@ def test_the_onset_in_space_with_open_nodes_is_the_first_event_of_small_incremen
 
 
 def test_a_picture_and_the_reason_tell_the_settled_mean_load():
-    pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], {"P": ([0, 0], [2.0, -1.0]), "Q": ([1.0, 0.0], [0.0, 0.5])})
+    pair = fo.ContactSystem.from_blocks(
+        np.eye(2),
+        np.zeros((2, 2)),
+        np.eye(2),
+        [0, 1],
+        {"P": ([0, 0], [2.0, -1.0]), "Q": ([1.0, 0.0], [0.0, 0.5])},
+    )
     found = fo.onset(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5)
-    assert (found.slip.load_factor, found.slip.node, found.touch.load_factor, found.touch.node) == (1.0, 0, 2.0, 1)
+    assert (found.slip.load_factor, found.slip.node, found.touch.load_factor, found.touch.node) == (
+        1.0,
+        0,
+        2.0,
+        1,
+    )
     assert found.plot().get_title() == "contact under the settled mean load, at the onset of slip"
     assert "with 1 nodes open" in found.reason and "touch" in repr(found)
-    free = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [0, 1], pair.bonded)  # nothing holds the open node
+    free = fo.ContactSystem.from_blocks(
+        np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [0, 1], pair.bonded
+    )  # nothing holds the open node
     assert fo.onset(free, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5).state is None
 
 
@@ -176,22 +258,51 @@ def test_a_picture_and_the_reason_tell_the_settled_mean_load():
         (0.5, 2.0, 0.3, 0.6, np.inf),
         (1.0, 2.0, 0.5, -1.0, 0.0),
         (0.0, 4.0, 0.0, -8.0, 0.5),
-        (0.0, 0.0, 0.3, -1.0, 0.0),  # without pressure: pulled off, and sheared less than by its bound, or more
+        (
+            0.0,
+            0.0,
+            0.3,
+            -1.0,
+            0.0,
+        ),  # without pressure: pulled off, and sheared less than by its bound, or more
         (0.0, 0.0, 0.8, -1.0, 0.0),
         (0.0, 0.0, 0.3, 0.4, 0.0),
         (0.0, 0.0, 0.3, 1.0, np.inf),
-        (-1.0, 2.0, 1.0, 0.0, 2.0),  # at its bound, which the load relieves: it waits for the other one
+        (
+            -1.0,
+            2.0,
+            1.0,
+            0.0,
+            2.0,
+        ),  # at its bound, which the load relieves: it waits for the other one
         (-1.0, 2.0, -0.5, 1.0, np.inf),  # or leaves there
     ],
 )
-def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in_any_direction_in_space(q0, p0, q1, p1, first):
+def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in_any_direction_in_space(
+    q0, p0, q1, p1, first
+):
     """Beside a node that holds more."""
     turn = np.array([0.6, 0.8])
-    shears, presses = {"mean": np.array([q0, 0.0]), "cyclic": np.array([q1, 0.0])}, {"mean": np.array([p0, 1.0]), "cyclic": np.array([p1, 0.0])}
-    plane = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], {name: (shears[name], presses[name]) for name in shears})
-    solid = fo.ContactSystem(np.eye(6), np.eye(3)[:2], {name: np.r_[turn[0] * q, turn[1] * q, presses[name]] for name, q in shears.items()})
+    shears, presses = (
+        {"mean": np.array([q0, 0.0]), "cyclic": np.array([q1, 0.0])},
+        {"mean": np.array([p0, 1.0]), "cyclic": np.array([p1, 0.0])},
+    )
+    plane = fo.ContactSystem.from_blocks(
+        np.eye(2),
+        np.zeros((2, 2)),
+        np.eye(2),
+        [0, 1],
+        {name: (shears[name], presses[name]) for name in shears},
+    )
+    solid = fo.ContactSystem(
+        np.eye(6),
+        np.eye(3)[:2],
+        {name: np.r_[turn[0] * q, turn[1] * q, presses[name]] for name, q in shears.items()},
+    )
     for contact in (plane, solid):
         found = fo.onset(contact, ONE_WAY, 0.5)
         assert found.mean_admissible and found.slip.load_factor == pytest.approx(first, abs=1e-12)
         assert found.slip.node == (None if first == np.inf else 0)
-        assert (found.separation.load_factor == np.inf) == (p1 >= 0)  # without pressure yet, but pressed by the load, too
+        assert (found.separation.load_factor == np.inf) == (
+            p1 >= 0
+        )  # without pressure yet, but pressed by the load, too

@@ -1,4 +1,5 @@
-"""When cycles prove a steady state: maps of one slip whose limit is known, in place of a contact; and energy."""
+"""When cycles prove a steady state: maps of one slip whose limit is known, in place of a contact;
+and energy."""
 
 from dataclasses import replace
 
@@ -13,15 +14,21 @@ from helpers.return_maps import Mapped, settled
 
 
 def test_slip_that_seems_to_repeat_and_stops_while_its_work_is_made_sure():
-    """Its changes count as none, but are no rounding: its work is asked, which does not repeat and then is none."""
+    """Its changes count as none, but are no rounding: its work is asked, which does not repeat and
+    then is none."""
     path, works = Mapped(lambda x: x / 2, PERIODIC), iter([4.0, 2.0, 3.0, 5.0, 0.0])
-    made, path.cycle_on = path.cycle_on, lambda count: replace(made(count), work=np.array([next(works)]))
+    made, path.cycle_on = (
+        path.cycle_on,
+        lambda count: replace(made(count), work=np.array([next(works)])),
+    )
     assert settled(path, 50)[0] is Outcome.SHAKEDOWN and not list(works)
 
 
 def test_a_slow_affine_map_is_extrapolated():
     outcome, limit, run = settled(Mapped(lambda x: 3.0 + 0.999 * (x - 3.0), 10.0), 20)
-    assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-9) and run.cycles < 12
+    assert (
+        outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-9) and run.cycles < 12
+    )
 
 
 def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
@@ -32,11 +39,16 @@ def test_cycles_lead_to_their_limit_where_no_state_stands_beside_it():
             return super().at(place) if abs(place[0] - 3.0) < 1e-12 else None
 
     outcome, limit, run = settled(Alone(lambda x: 3.0 + 0.7 * (x - 3.0), 10.0), 100)
-    assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-8) and not run.extrapolated
+    assert (
+        outcome is Outcome.CYCLIC_SLIP
+        and limit == pytest.approx(3.0, abs=1e-8)
+        and not run.extrapolated
+    )
 
 
 def test_the_limit_of_other_events_is_not_that_of_the_cycles():
-    """Far out the map leads to 0, where it has a fixed point; but on the way there it bends, and cycles end at 0.6."""
+    """Far out the map leads to 0, where it has a fixed point; but on the way there it bends, and
+    cycles end at 0.6."""
 
     def bent(x):
         return 0.8 * x if x > 1 else 0.8 + 0.5 * (x - 1) if x > 0.1 else 3.5 * x
@@ -46,13 +58,15 @@ def test_the_limit_of_other_events_is_not_that_of_the_cycles():
 
 
 def test_events_next_to_the_limit_of_the_cycles_are_seen():
-    """The cycles lead to 0, where they would stay; but less than a millionth before, other states come back too."""
+    """The cycles lead to 0, where they would stay; but less than a millionth before, other states
+    come back too."""
     _, limit, _ = settled(Mapped(lambda x: 0.25 * x if x > 1.6e-6 else min(x, 4e-7), 50.0), 100)
     assert limit == pytest.approx(4e-7, rel=1e-3)
 
 
 def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
-    """Two slips decay, one slowly, one fast; once the slow one is more than three times the fast one, a third node is dragged along and stays."""
+    """Two slips decay, one slowly, one fast; once the slow one is more than three times the fast
+    one, a third node is dragged along and stays."""
 
     def dragging(slow, fast, dragged):
         return 0.9 * slow, 0.5 * fast, dragged + 0.1 * max(slow - 3 * fast, 0.0)
@@ -61,7 +75,11 @@ def test_events_that_lie_ahead_of_the_last_cycles_are_seen():
     for _ in range(400):
         slow, fast, expected = dragging(slow, fast, expected)
     _, limit, run = settled(Mapped(dragging, [1.0, 8.0, 0.0]), 100)
-    assert expected > 0.1 and limit == pytest.approx([0.0, 0.0, expected], abs=1e-9) and run.cycles < 60
+    assert (
+        expected > 0.1
+        and limit == pytest.approx([0.0, 0.0, expected], abs=1e-9)
+        and run.cycles < 60
+    )
 
 
 TURN = 0.97 * np.array([[np.cos(0.0873), -np.sin(0.0873)], [np.sin(0.0873), np.cos(0.0873)]])
@@ -73,11 +91,14 @@ def turning(x, y, dragged):
 
 
 def changing(x, y, dragged):
-    """One slip changes its sign in each cycle; a third node is dragged along once it is less than half of the other."""
+    """One slip changes its sign in each cycle; a third node is dragged along once it is less than
+    half of the other."""
     return -0.9 * x, 0.95 * y, dragged + 0.1 * max(min(-x, y + 2 * x), 0.0)
 
 
-@pytest.mark.parametrize(("cycle_map", "start"), [(turning, (1.0, 0.0, 0.0)), (changing, (1.0, 1.0, 0.0))])
+@pytest.mark.parametrize(
+    ("cycle_map", "start"), [(turning, (1.0, 0.0, 0.0)), (changing, (1.0, 1.0, 0.0))]
+)
 def test_states_that_turn_round_their_limit_or_change_sides_may_meet_other_events(cycle_map, start):
     expected = start
     for _ in range(2000):
@@ -88,7 +109,8 @@ def test_states_that_turn_round_their_limit_or_change_sides_may_meet_other_event
 
 
 def test_a_limit_that_does_not_come_back_is_none():
-    """Closer to 0 than 1e-6 other events lead away from it, by much less than the map is off elsewhere."""
+    """Closer to 0 than 1e-6 other events lead away from it, by much less than the map is off
+    elsewhere."""
 
     def leading(x):
         return 0.8 * x if x > 1e-6 else 4e-9 + 0.796 * x
@@ -99,7 +121,8 @@ def test_a_limit_that_does_not_come_back_is_none():
 
 @pytest.mark.parametrize("end", [1e-7, 0.0])
 def test_a_transient_does_not_jump_to_a_limit_that_does_not_come_back(end):
-    """At the limit 0 of the outer map itself everything slides away to -3; on the way to it cycles end at 1e-7, or change by less than counts."""
+    """At the limit 0 of the outer map itself everything slides away to -3; on the way to it cycles
+    end at 1e-7, or change by less than counts."""
 
     def leading(x):
         return 0.8 * x if x > max(10 * end, 1e-12) else end + 0.5 * (x - end) if x > 1e-12 else -3.0
@@ -108,14 +131,17 @@ def test_a_transient_does_not_jump_to_a_limit_that_does_not_come_back(end):
     assert limit == pytest.approx(end, abs=1e-9)
 
 
-@pytest.mark.parametrize("turned", [np.array([[0.0, -0.9], [0.9, 0.0]]), np.diag([-0.9, 0.5]), np.diag([0.9, 0.89])])
+@pytest.mark.parametrize(
+    "turned", [np.array([[0.0, -0.9], [0.9, 0.0]]), np.diag([-0.9, 0.5]), np.diag([0.9, 0.89])]
+)
 def test_affine_maps_that_turn_or_have_rates_next_to_each_other(turned):
     _, limit, _ = settled(Mapped(lambda *x: turned @ x + (1.0, 2.0), [30.0, 40.0]), 300)
     assert limit == pytest.approx(np.linalg.solve(np.eye(2) - turned, (1.0, 2.0)), abs=2e-9)
 
 
 def test_a_safe_slip_beyond_the_one_where_cycles_come_to_rest_is_not_their_limit():
-    """Slips up to 0.5 are safe, so each is a fixed point; cycles from outside end at the first of them."""
+    """Slips up to 0.5 are safe, so each is a fixed point; cycles from outside end at the first of
+    them."""
 
     def resting(x):
         return 0.8 * x if x > 1 else 0.5 + 0.6 * (x - 0.5) if x > 0.5 else x
@@ -133,7 +159,8 @@ def test_a_fixed_point_that_cycles_leave_is_not_their_limit():
 
 
 def test_small_changes_that_hardly_shrink_are_no_end():
-    """Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5; here no two cycles have the same events."""
+    """Changes of 1e-10 a cycle that shrink by 1e-5 of themselves sum up to 1e-5; here no two cycles
+    have the same events."""
     run = Run(Mapped(lambda x: (1 - 1e-5) * x, 1e-5, events=lambda x: hash(x)), 50)
     with pytest.raises(fo.NoContinuation, match="of most_cycles = 50"):
         run.settled()
@@ -150,8 +177,12 @@ def test_small_changes_that_hardly_shrink_are_no_end():
         (lambda v: v + (1.0 - 1e-2 * v), 0.1, lambda v: 0, False, False),  # it decays
     ],
 )
-def test_more_cycles_cannot_help_a_drift_only_if_it_is_the_same_after_all_of_them(slip, gap, events, for_two_cycles, for_all):
-    path = Mapped(lambda v, w: (slip(v), w + gap), [0.0, 0.0], events=lambda v, w: events(v), gaps=True)
+def test_more_cycles_cannot_help_a_drift_only_if_it_is_the_same_after_all_of_them(
+    slip, gap, events, for_two_cycles, for_all
+):
+    path = Mapped(
+        lambda v, w: (slip(v), w + gap), [0.0, 0.0], events=lambda v, w: events(v), gaps=True
+    )
     for most, on in ((9, for_two_cycles), (2000, for_all), (7, False)):
         run = Run(path.at(np.zeros(2)), most)
         run.last = [run.follow(run.path) for _ in range(7)]
@@ -192,11 +223,21 @@ def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):
 @pytest.mark.parametrize("other", ["rubs", "slides", "opens"])
 @pytest.mark.parametrize("hard", [1.0, 1e2, 1e4, 1e5, 1e6, 1e8, 1e10])
 def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other):
-    """One node slips to and fro by q = +-f p at p = 1, and from -f at p = 1 + hard it needs no more; whatever the other node does."""
+    """One node slips to and fro by q = +-f p at p = 1, and from -f at p = 1 + hard it needs no
+    more; whatever the other node does."""
     friction = np.array([0.5, 0.0 if other == "slides" else 0.5])
-    bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([1.0, 0.0], [0.0, 0.0]), "H": ([0.0, 0.0], [1.0, 0.0]), "N": ([0.0, 0.0], [0.0, -2.0])}
-    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
-    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"H": hard, "N": 1.0 if other == "opens" else 0.0}])
+    bonded = {
+        "P": ([0.0, 0.0], [1.0, 1.0]),
+        "X": ([1.0, 0.0], [0.0, 0.0]),
+        "H": ([0.0, 0.0], [1.0, 0.0]),
+        "N": ([0.0, 0.0], [0.0, -2.0]),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded
+    )
+    cycle = fo.LoadCycle(
+        {"P": 1.0}, [{"X": 1.0}, {"X": -1.0}, {"H": hard, "N": 1.0 if other == "opens" else 0.0}]
+    )
     path = fo.march(contact, cycle, friction, 1.0, cycles=4)
     try:
         steady = fo.steady_state(contact, cycle, friction, 1.0)
@@ -204,28 +245,50 @@ def test_slip_that_is_small_beside_the_largest_force_is_no_shakedown(hard, other
         assert hard >= 1e8 and "closer together" in str(error)
     else:
         assert steady.outcome is fo.Outcome.CYCLIC_SLIP
-        assert steady.dissipation == pytest.approx(path.cycle_work[-1].sum(), rel=1e-6) and steady.dissipation > 1.0
+        assert (
+            steady.dissipation == pytest.approx(path.cycle_work[-1].sum(), rel=1e-6)
+            and steady.dissipation > 1.0
+        )
     assert fo.steady_state(contact, cycle, friction, 0.2).outcome is fo.Outcome.SHAKEDOWN
 
 
-@pytest.mark.parametrize(("soft", "force", "corner"), [(1.0, 1e-5, 1.0), (1e-3, 1e-6, 1.0), (1e6, 1e-3, 1e3)])
-def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(soft, force, corner):
-    """Node 0 slips to and fro by q = +-f p at p = force; node 1, without friction, opens under the corner that presses node 2 hard."""
+@pytest.mark.parametrize(
+    ("soft", "force", "corner"), [(1.0, 1e-5, 1.0), (1e-3, 1e-6, 1.0), (1e6, 1e-3, 1e3)]
+)
+def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
+    soft, force, corner
+):
+    """Node 0 slips to and fro by q = +-f p at p = force; node 1, without friction, opens under the
+    corner that presses node 2 hard."""
     friction, k = np.array([0.5, 0.0, 0.5]), np.diag([soft, 1.0, 1.0])
-    bonded = {"P": ([0.0, 0.0, 0.0], [force, 1.0, 1.0]), "X": ([force, 0.0, 0.0], [0.0, -2.0, corner])}
+    bonded = {
+        "P": ([0.0, 0.0, 0.0], [force, 1.0, 1.0]),
+        "X": ([force, 0.0, 0.0], [0.0, -2.0, corner]),
+    }
     contact = fo.ContactSystem.from_blocks(k, np.zeros((3, 3)), k, [0.0, 1.0, 2.0], bonded)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 0.0}, {"X": -0.9}])
-    work = 2 * 0.5 * force * (0.9 + 1.0 - 1.0) * force / soft  # 2 f p times the stroke (range of q less 2 f p) / stiffness
-    assert fo.march(contact, cycle, friction, 1.0, cycles=3).cycle_work[-1, 0] == pytest.approx(work, rel=1e-6)
+    work = (
+        2 * 0.5 * force * (0.9 + 1.0 - 1.0) * force / soft
+    )  # 2 f p times the stroke (range of q less 2 f p) / stiffness
+    assert fo.march(contact, cycle, friction, 1.0, cycles=3).cycle_work[-1, 0] == pytest.approx(
+        work, rel=1e-6
+    )
     steady = fo.steady_state(contact, cycle, friction, 1.0)
     assert steady.outcome is fo.Outcome.CYCLIC_SLIP
     assert steady.dissipation_per_node == pytest.approx([work, 0.0, 0.0], rel=1e-6)
 
 
 def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_missed():
-    """The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the other."""
-    bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "X": ([1.0, 0.0], [0.0, 0.0]), "H": ([0.0, 0.0], [0.0, 1e12])}
-    contact = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded)
+    """The corner that presses node 1 by 1e12 also drives node 0 from one friction bound to the
+    other."""
+    bonded = {
+        "P": ([0.0, 0.0], [1.0, 1.0]),
+        "X": ([1.0, 0.0], [0.0, 0.0]),
+        "H": ([0.0, 0.0], [0.0, 1e12]),
+    }
+    contact = fo.ContactSystem.from_blocks(
+        np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], bonded
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "H": 1.0}, {"X": -1.0}])
     path = fo.march(contact, cycle, 0.5, 1.0, cycles=3)
     assert path.cycle_work[-1] == pytest.approx([1.0, 0.0], rel=1e-6)

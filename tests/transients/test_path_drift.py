@@ -1,4 +1,5 @@
-"""A body that nothing guides rolls a little in every cycle: what is said of it, against the march of all cycles."""
+"""A body that nothing guides rolls a little in every cycle: what is said of it, against the march
+of all cycles."""
 
 import re
 
@@ -15,18 +16,35 @@ FRICTION, LOAD_FACTOR = 0.5, 1.0
 
 @pytest.fixture(scope="module")
 def rolling():
-    """A parabolic pad, pushed to and fro above its contact on a block; its mesh is a little to one side."""
-    radius, across, up = 50.0, np.sinh(np.linspace(-3, 3, 21)) / np.sinh(3) * 6, np.linspace(0, 1, 7) ** 1.5
+    """A parabolic pad, pushed to and fro above its contact on a block; its mesh is a little to one
+    side."""
+    radius, across, up = (
+        50.0,
+        np.sinh(np.linspace(-3, 3, 21)) / np.sinh(3) * 6,
+        np.linspace(0, 1, 7) ** 1.5,
+    )
     across = across + 0.03 * (1 - (across / 6) ** 2)
-    pad = MeshQuad.init_tensor(across, up).with_boundaries({"arc": lambda x: x[1] == 0, "top": lambda x: x[1] == 1})
+    pad = MeshQuad.init_tensor(across, up).with_boundaries(
+        {"arc": lambda x: x[1] == 0, "top": lambda x: x[1] == 1}
+    )
     arc = pad.p[0] ** 2 / (2 * radius)
-    pad = MeshQuad(np.array([pad.p[0], arc + pad.p[1] * (8 - arc)]), pad.t).with_boundaries(pad.boundaries)
+    pad = MeshQuad(np.array([pad.p[0], arc + pad.p[1] * (8 - arc)]), pad.t).with_boundaries(
+        pad.boundaries
+    )
     block = MeshQuad.init_tensor(np.r_[-15, -10, across, 10, 15], -10 * up[::-1])
     block = block.with_boundaries({"top": lambda x: x[1] == 0, "bottom": lambda x: x[1] == -10})
     steel = fo.Material(E=210e3)
-    loads = {"P": [fo.Traction("pad", "top", y=-200 / 12)], "Q": [fo.Traction("pad", "top", x=10 / 12)]}
+    loads = {
+        "P": [fo.Traction("pad", "top", y=-200 / 12)],
+        "Q": [fo.Traction("pad", "top", x=10 / 12)],
+    }
     bodies = {"pad": fo.Body(pad, steel), "block": fo.Body(block, steel)}
-    return fo.ContactModel(bodies, [fo.Support("block", "bottom")], loads, [fo.Contact("pad", "block", "arc", "top", gap="measured")]).condense()
+    return fo.ContactModel(
+        bodies,
+        [fo.Support("block", "bottom")],
+        loads,
+        [fo.Contact("pad", "block", "arc", "top", gap="measured")],
+    ).condense()
 
 
 def drifts(contact, cycles):
@@ -43,26 +61,39 @@ def test_a_drift_is_named_at_once_and_goes_on_as_said(rolling):
     most = 400
     with pytest.raises(fo.NoContinuation, match="guide it by a Support") as told:
         fo.steady_state(rolling, CYCLE, FRICTION, LOAD_FACTOR, most_cycles=most)
-    said = re.search(r"within (\d+) of .* changes by (\S+) slip.* in (\d+) more cycles .* drifts by (\S+)$", str(told.value)).groups()
+    said = re.search(
+        r"within (\d+) of .* changes by (\S+) slip.* in (\d+) more cycles .* drifts by (\S+)$",
+        str(told.value),
+    ).groups()
     asked, change, left, later = (float(number) for number in said)
     states, length = drifts(rolling, most + 1)
     steps = np.abs(np.diff(states, axis=0)).max(axis=1) / length
     assert asked <= 20 and left >= most - 20
-    assert change == pytest.approx(steps[int(asked)], rel=0.03) and later == pytest.approx(steps[-1], rel=0.03)
+    assert change == pytest.approx(steps[int(asked)], rel=0.03) and later == pytest.approx(
+        steps[-1], rel=0.03
+    )
     assert "allow more" not in str(told.value)
 
 
 def test_a_gap_that_the_drift_closes_is_waited_for(rolling):
-    """A node is brought so near that the drift presses it after some fifty cycles: before, nothing is said of all cycles to come."""
+    """A node is brought so near that the drift presses it after some fifty cycles: before, nothing
+    is said of all cycles to come."""
     states, _ = drifts(rolling, 20)
-    drift, gap = (states[-1] - states[-2])[rolling.nodes :], (states[-1][rolling.nodes :] + rolling.gap)
+    drift, gap = (
+        (states[-1] - states[-2])[rolling.nodes :],
+        (states[-1][rolling.nodes :] + rolling.gap),
+    )
     node = int(np.argmin(np.where(gap > 0, drift, 0.0)))
     nearer = rolling.gap.copy()
     nearer[node] -= gap[node] + 50 * drift[node]
     contact = rolling.with_gap(nearer)
-    closes = int(np.flatnonzero(drifts(contact, 120)[0][:, rolling.nodes + node] + nearer[node] <= 0)[0])
+    closes = int(
+        np.flatnonzero(drifts(contact, 120)[0][:, rolling.nodes + node] + nearer[node] <= 0)[0]
+    )
     assert 40 < closes < 100
     try:
-        assert fo.steady_state(contact, CYCLE, FRICTION, LOAD_FACTOR, most_cycles=400).cycles > closes
+        assert (
+            fo.steady_state(contact, CYCLE, FRICTION, LOAD_FACTOR, most_cycles=400).cycles > closes
+        )
     except fo.NoContinuation as told:
         assert int(re.search(r"within (\d+) of", str(told)).group(1)) > closes

@@ -12,13 +12,24 @@ from helpers.systems import CYCLE, random_system, system
 
 
 @settings(max_examples=few(60))
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 6), corners=st.integers(1, 4), size=st.floats(0.0, 5.0), with_gap=st.booleans())
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 6),
+    corners=st.integers(1, 4),
+    size=st.floats(0.0, 5.0),
+    with_gap=st.booleans(),
+)
 def test_every_state_obeys_the_law(seed, nodes, corners, size, with_gap):
-    """Coupled systems with separation, gaps, node-wise friction, any number of corners, and starts that the law does not admit."""
+    """Coupled systems with separation, gaps, node-wise friction, any number of corners, and starts
+    that the law does not admit."""
     rng = np.random.default_rng(seed)
-    contact = random_system(rng, nodes, loads=("mean", "a", "b")).with_gap(0.3 * rng.random(nodes) * (rng.random(nodes) < 0.5) if with_gap else None)
+    contact = random_system(rng, nodes, loads=("mean", "a", "b")).with_gap(
+        0.3 * rng.random(nodes) * (rng.random(nodes) < 0.5) if with_gap else None
+    )
     friction = rng.uniform(0.0, 0.5, nodes) * (rng.random(nodes) < 0.9)
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(corners, 2))])
+    cycle = fo.LoadCycle(
+        {"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.normal(size=(corners, 2))]
+    )
     path = followed(contact, cycle, friction, size, rng.normal(size=nodes), keep=True, cycles=3)
     assert judged(path) < 1e-9
     work = path.states()[4]
@@ -26,7 +37,9 @@ def test_every_state_obeys_the_law(seed, nodes, corners, size, with_gap):
 
 
 def test_an_initial_gap_closes_when_the_bodies_meet():
-    contact = system(np.eye(2), np.zeros((2, 2)), 0.0, (1.0, 1.0), 0.0, (0.5, 0.5), C=np.eye(2), gap=[0.0, 1.2])
+    contact = system(
+        np.eye(2), np.zeros((2, 2)), 0.0, (1.0, 1.0), 0.0, (0.5, 0.5), C=np.eye(2), gap=[0.0, 1.2]
+    )
     path = followed(contact, CYCLE, 0.3, 1.0, keep=True)
     assert path.state.status[1] == 2 and path.state.u[3] + 1.2 == pytest.approx(0.2)
     path.follow(path.legs)  # ends at p^w = 1.5
@@ -47,7 +60,14 @@ def test_a_thousand_cycles_do_not_drift(punch, paper_cycle):
     assert np.abs(drift).max() < 1e-11 * path.force
     closed = path.corners[-1]
     verdict = fo.reference.referee(
-        path.system, (closed[:n], closed[n:]), 0.7, v=state.u[:n], w=state.u[n:], q=state.r[:n], p=state.r[n:], force_scale=path.force
+        path.system,
+        (closed[:n], closed[n:]),
+        0.7,
+        v=state.u[:n],
+        w=state.u[n:],
+        q=state.r[:n],
+        p=state.r[n:],
+        force_scale=path.force,
     )
     assert verdict.residual < 1e-11
 
@@ -60,27 +80,48 @@ def test_high_friction_ends_in_a_result_or_in_a_reason(punch, paper_cycle):
         limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
         for ratio in (0.5, 1.05, 3.0):
             try:
-                steady = steady_state(contact, paper_cycle, friction, ratio * limit, initial_slip=0.3 * rng.normal(size=17))
+                steady = steady_state(
+                    contact,
+                    paper_cycle,
+                    friction,
+                    ratio * limit,
+                    initial_slip=0.3 * rng.normal(size=17),
+                )
                 assert steady.residual < 1e-9
                 ends["result"] += 1
             except fo.NoContinuation as reason:
-                assert "obey the law" in str(reason) and "nodes [" in str(reason) and "critical value" in str(reason)
+                assert (
+                    "obey the law" in str(reason)
+                    and "nodes [" in str(reason)
+                    and "critical value" in str(reason)
+                )
                 ends["reason"] += 1
     assert min(ends.values()) > 0
 
 
 def test_wedging_has_no_or_two_continuations():
-    """A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990): at its backward bound, a node pushed on jumps, one let go may stick or slip."""
+    """A = 1, B = 1/2, C = 1, f = 3 > A/|B| = 2 (Klarbring 1990): at its backward bound, a node
+    pushed on jumps, one let go may stick or slip."""
     loads = {"mean": ([0.0], [1.0]), "push": ([1.0], [0.0])}
     contact = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[1.0]], [0], loads)
-    with pytest.raises(fo.NoContinuation, match=r"the segment to the corner \(push = \+5\): at 0\.6 of it no rates obey the law; nodes \[0\]"):
+    with pytest.raises(
+        fo.NoContinuation,
+        match=r"the segment to the corner \(push = \+5\): at 0\.6 of it no rates obey the law; nodes \[0\]",
+    ):
         steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 5.0}]), 3.0, 1.0)
-    with pytest.raises(fo.NoContinuation, match=r"two sets of rates obey the law: nodes \[0\] may take the statuses \[0\] or \[-1\]"):
+    with pytest.raises(
+        fo.NoContinuation,
+        match=r"two sets of rates obey the law: nodes \[0\] may take the statuses \[0\] or \[-1\]",
+    ):
         steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 3.0}, {"push": 0.0}]), 3.0, 1.0)
-    below = steady_state(contact, fo.LoadCycle({"mean": 1.0}, [{"push": 2.0}, {"push": -2.0}]), 1.5, 1.0)
+    below = steady_state(
+        contact, fo.LoadCycle({"mean": 1.0}, [{"push": 2.0}, {"push": -2.0}]), 1.5, 1.0
+    )
     assert below.outcome is Outcome.CYCLIC_SLIP
 
 
 def test_too_few_cycles_are_said(punch, paper_cycle):
     with pytest.raises(fo.NoContinuation, match=r"none proven within . of most_cycles = 1 cycles"):
-        steady_state(punch(16), paper_cycle, 0.7, 2.2, initial_slip=np.sin(9 * punch(16).x), most_cycles=1)
+        steady_state(
+            punch(16), paper_cycle, 0.7, 2.2, initial_slip=np.sin(9 * punch(16).x), most_cycles=1
+        )

@@ -1,4 +1,5 @@
-"""Starts, loads and contacts that are hard on a steady state: each was found where it went wrong."""
+"""Starts, loads and contacts that are hard on a steady state: each was found where it went
+wrong."""
 
 import numpy as np
 import pytest
@@ -15,14 +16,27 @@ from helpers.systems import CYCLE, random_system
 
 
 @settings(max_examples=few(60))
-@example(seed=858, nodes=4, corners=2, size=0.5)  # slip dies out by a factor of 12 a cycle, next to a node without friction
-@given(seed=st.integers(0, 10**6), nodes=st.integers(1, 5), corners=st.integers(1, 4), size=st.sampled_from([0.5, 2.0, 20.0]))
+@example(
+    seed=858, nodes=4, corners=2, size=0.5
+)  # slip dies out by a factor of 12 a cycle, next to a node without friction
+@given(
+    seed=st.integers(0, 10**6),
+    nodes=st.integers(1, 5),
+    corners=st.integers(1, 4),
+    size=st.sampled_from([0.5, 2.0, 20.0]),
+)
 def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size):
-    """Work, slip and outcome against brute force, with frictionless nodes, gaps, separation, and integer loads that meet bounds exactly."""
+    """Work, slip and outcome against brute force, with frictionless nodes, gaps, separation, and
+    integer loads that meet bounds exactly."""
     rng = np.random.default_rng(seed)
-    contact = random_system(rng, nodes, loads=("mean", "a", "b")).with_gap(0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3))
+    contact = random_system(rng, nodes, loads=("mean", "a", "b")).with_gap(
+        0.3 * rng.random(nodes) * (rng.random(nodes) < 0.3)
+    )
     friction = rng.uniform(0.1, 0.5, nodes) * (rng.random(nodes) < 0.7)
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": float(a), "b": float(b)} for a, b in rng.integers(-2, 3, size=(corners, 2)) / 2])
+    cycle = fo.LoadCycle(
+        {"mean": 1.0},
+        [{"a": float(a), "b": float(b)} for a, b in rng.integers(-2, 3, size=(corners, 2)) / 2],
+    )
     start = rng.normal(size=nodes)
     steady = steady_state(contact, cycle, friction, size, initial_slip=start)
     path = followed(contact, cycle, friction, size, start, cycles=100)
@@ -30,15 +44,22 @@ def test_steady_states_are_where_a_hundred_cycles_go(seed, nodes, corners, size)
     path.follow(path.legs)
     scale = path.force**2 / contact.stiffness_scale * max(1.0, size) ** 2
     assert path.state.work.sum() == pytest.approx(steady.dissipation, rel=1e-8, abs=1e-9 * scale)
-    assert steady.residual < 1e-9 and (steady.outcome is Outcome.SHAKEDOWN) == (steady.dissipation == 0.0)
-    assert np.allclose(path.state.u[:nodes], steady.slip, atol=1e-7 * max(1.0, np.abs(steady.slip).max()))
+    assert steady.residual < 1e-9 and (steady.outcome is Outcome.SHAKEDOWN) == (
+        steady.dissipation == 0.0
+    )
+    assert np.allclose(
+        path.state.u[:nodes], steady.slip, atol=1e-7 * max(1.0, np.abs(steady.slip).max())
+    )
 
 
-NODE = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])})
+NODE = fo.ContactSystem.from_blocks(
+    [[1.0]], [[0.0]], [[1.0]], [0.0], {"N": ([0.0], [1.0]), "T": ([1.0], [0.0])}
+)
 
 
 def test_a_first_cycle_without_work_is_no_shakedown():
-    """A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle on."""
+    """A node lifts off, moves freely and lands elsewhere: it dissipates from the second cycle
+    on."""
     cycle = fo.LoadCycle({"N": 1.0}, [{"N": -2.0}, {"N": -2.0, "T": 0.3}, {"T": 0.3}, {}])
     steady = steady_state(NODE, cycle, 0.5, 1.0)
     work = fo.march(NODE, cycle, 0.5, 1.0, cycles=6).cycle_work.sum(axis=1)
@@ -47,18 +68,30 @@ def test_a_first_cycle_without_work_is_no_shakedown():
 
 
 def test_a_first_cycle_that_comes_back_without_work_is_no_shakedown():
-    """From the mean load a node lifts off at once; from the last corner, sheared, it slips first: `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`."""
-    steady = steady_state(NODE, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0)
+    """From the mean load a node lifts off at once; from the last corner, sheared, it slips first:
+    `q = 0.6 (1 - t)` meets `f p = 1 - 1.25 t`."""
+    steady = steady_state(
+        NODE, fo.LoadCycle({"N": 1.0}, [{"N": -1.5}, {"N": 1.0}, {"N": 1.0, "T": 0.6}]), 0.5, 1.0
+    )
     begin, end = 0.4 / 0.65, 0.8  # of slip: at the bound, and without pressure
     work = 0.65 * ((end - 0.625 * end**2) - (begin - 0.625 * begin**2))
-    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.first_cycle == 0 and steady.dissipation == pytest.approx(work)
+    assert (
+        steady.outcome is Outcome.CYCLIC_SLIP
+        and steady.first_cycle == 0
+        and steady.dissipation == pytest.approx(work)
+    )
 
 
 def test_dissipation_does_not_drown_in_that_of_a_far_start():
     loads = {"P": ([0, 0], [1, 1]), "L": ([1, 0.2], [0.1, 0])}
-    contact = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0.1, 0.3], [-0.3, 0.1]], 2 * np.eye(2), [0, 1], loads)
+    contact = fo.ContactSystem.from_blocks(
+        [[2, -1], [-1, 2]], [[0.1, 0.3], [-0.3, 0.1]], 2 * np.eye(2), [0, 1], loads
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"L": 1.0}, {"L": -1.0}])
-    near, far = (steady_state(contact, cycle, 0.4, 1.0, initial_slip=[v, -v / 3]).dissipation for v in (1e3, 1e7))
+    near, far = (
+        steady_state(contact, cycle, 0.4, 1.0, initial_slip=[v, -v / 3]).dissipation
+        for v in (1e3, 1e7)
+    )
     assert near == pytest.approx(0.64067927, rel=1e-7) and far == pytest.approx(near, rel=1e-8)
 
 
@@ -74,28 +107,45 @@ def test_bodies_that_nothing_holds_slide_away(friction):
 
 
 def test_nodes_that_lift_off_and_land_without_slip_have_shaken_down(punch, paper_cycle):
-    """Work of friction at the level of rounding is none; it does not make a cyclic slip of a contact whose nodes open and close."""
+    """Work of friction at the level of rounding is none; it does not make a cyclic slip of a
+    contact whose nodes open and close."""
     contact = punch(40, 20.0)
     factor = 0.5 * fo.shakedown_limit(contact, paper_cycle, 1.5).load_factor
     modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:]
     rng = np.random.default_rng(40)
     outcomes = set()
     for _ in range(40):
-        steady = steady_state(contact, paper_cycle, 1.5, factor, initial_slip=rng.choice([0.01, 0.1, 0.3, 1.0, 3.0]) * modes @ rng.normal(size=6))
+        steady = steady_state(
+            contact,
+            paper_cycle,
+            1.5,
+            factor,
+            initial_slip=rng.choice([0.01, 0.1, 0.3, 1.0, 3.0]) * modes @ rng.normal(size=6),
+        )
         assert steady.dissipation == 0.0 or steady.dissipation > 1e-9
         outcomes.add(steady.outcome)
     assert Outcome.SHAKEDOWN in outcomes
 
 
 @pytest.mark.parametrize("seed", few(range(4)))
-def test_a_start_too_far_for_the_loads_to_be_seen_is_refused_and_one_that_is_not_ends_as_any_far_start(seed):
+def test_a_start_too_far_for_the_loads_to_be_seen_is_refused_and_one_that_is_not_ends_as_any_far_start(
+    seed,
+):
     """From far away the way to the mean load is a ray, from which all starts on it end alike."""
     rng = np.random.default_rng(seed)
     contact, direction = random_system(rng, 4), rng.normal(size=4)
-    near, far = (fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction) for size in (1e7, 1e15))
-    assert far.outcome is near.outcome and far.slip == pytest.approx(near.slip, abs=1e-5 * np.abs(near.slip).max())
+    near, far = (
+        fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction)
+        for size in (1e7, 1e15)
+    )
+    assert far.outcome is near.outcome and far.slip == pytest.approx(
+        near.slip, abs=1e-5 * np.abs(near.slip).max()
+    )
     for size in (1e30, 1e40, 1e140):
-        with pytest.raises(fo.ModelError, match=r"initial_slip: it stresses the contact .* times as much as the loads"):
+        with pytest.raises(
+            fo.ModelError,
+            match=r"initial_slip: it stresses the contact .* times as much as the loads",
+        ):
             fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction)
         with pytest.raises(fo.ModelError, match="initial_slip: it stresses the contact"):
             fo.march(contact, CYCLE, 0.3, 0.5, initial_slip=size * direction, engine="qp", steps=1)
@@ -106,7 +156,10 @@ def test_a_start_too_far_for_the_loads_to_be_seen_is_refused_and_one_that_is_not
 def test_loads_and_slips_that_are_large_together_are_not_far():
     contact = random_system(np.random.default_rng(0), 3)
     one = fo.steady_state(contact, CYCLE, 0.3, 0.5, initial_slip=[1.0, 2.0, -1.0])
-    scaled = fo.LoadCycle({"mean": 1e40}, [{name: 1e40 * value for name, value in corner.items()} for corner in CYCLE.corners])
+    scaled = fo.LoadCycle(
+        {"mean": 1e40},
+        [{name: 1e40 * value for name, value in corner.items()} for corner in CYCLE.corners],
+    )
     other = fo.steady_state(contact, scaled, 0.3, 0.5, initial_slip=[1e40, 2e40, -1e40])
     assert other.slip == pytest.approx(1e40 * one.slip, rel=1e-9) and other.outcome is one.outcome
 
@@ -114,28 +167,54 @@ def test_loads_and_slips_that_are_large_together_are_not_far():
 @pytest.mark.parametrize("stiff", [1e-9, 1e-4, 1.0, 1e5, 1e9])
 @pytest.mark.parametrize("force", [1e-11, 1e-6, 1.0, 1e6, 1e11])
 def test_contacts_that_do_not_meet_change_nothing_in_each_other(stiff, force):
-    """Two coupled nodes slip for ever or shake down; beside them, two others with other stiffness and loads do the one or the other."""
-    M = np.array([[2.0, -0.7, 0.3, 0.2], [-0.7, 1.5, -0.1, -0.2], [0.3, -0.1, 1.8, -0.5], [0.2, -0.2, -0.5, 2.0]])
+    """Two coupled nodes slip for ever or shake down; beside them, two others with other stiffness
+    and loads do the one or the other."""
+    M = np.array(
+        [
+            [2.0, -0.7, 0.3, 0.2],
+            [-0.7, 1.5, -0.1, -0.2],
+            [0.3, -0.1, 1.8, -0.5],
+            [0.2, -0.2, -0.5, 2.0],
+        ]
+    )
     shears = np.array([[0.7, -0.1], [-0.7, 0.2]])
 
     def contact(parts):
         """Parts with stiffness, force, and share of the shear."""
-        A, B, C = (block_diag(*(k * M[rows, columns] for k, *_ in parts)) for rows, columns in ((L, L), (H, L), (H, H)))
-        p, q = np.concatenate([[g, g] for _, g, _ in parts]), np.hstack([g * share * shears for _, g, share in parts])
+        A, B, C = (
+            block_diag(*(k * M[rows, columns] for k, *_ in parts))
+            for rows, columns in ((L, L), (H, L), (H, H))
+        )
+        p, q = (
+            np.concatenate([[g, g] for _, g, _ in parts]),
+            np.hstack([g * share * shears for _, g, share in parts]),
+        )
         bonded = {"P": (0 * p, p), "X": (q[0], 0 * p), "Y": (q[1], 0.4 * p)}
         system = fo.ContactSystem.from_blocks(A, B, C, np.arange(len(p)), bonded)
         begin = fo.ContactState(0 * p, 0 * p, 0 * p, p)
-        return fo.steady_state(system, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]), 0.4, 1.0, initial_state=begin)
+        return fo.steady_state(
+            system,
+            fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"Y": 1.0}]),
+            0.4,
+            1.0,
+            initial_state=begin,
+        )
 
     L, H = slice(0, 2), slice(2, 4)
     alone = [contact([(1.0, 1.0, share)]) for share in (1.5, 0.5, 0.8)]
     assert {one.outcome for one in alone} == {fo.Outcome.CYCLIC_SLIP, fo.Outcome.SHAKEDOWN}
     for first, second in ((0, 1), (1, 0), (2, 0), (1, 2), (0, 0)):
-        whole = contact([(stiff, force, (1.5, 0.5, 0.8)[first]), (1.0, 1.0, (1.5, 0.5, 0.8)[second])])
+        whole = contact(
+            [(stiff, force, (1.5, 0.5, 0.8)[first]), (1.0, 1.0, (1.5, 0.5, 0.8)[second])]
+        )
         outcomes = alone[first].outcome, alone[second].outcome
-        assert whole.outcome is (fo.Outcome.CYCLIC_SLIP if fo.Outcome.CYCLIC_SLIP in outcomes else fo.Outcome.SHAKEDOWN)
+        assert whole.outcome is (
+            fo.Outcome.CYCLIC_SLIP if fo.Outcome.CYCLIC_SLIP in outcomes else fo.Outcome.SHAKEDOWN
+        )
         work, slip = whole.dissipation_per_node, whole.slip
-        assert work[:2] * stiff / force**2 == pytest.approx(alone[first].dissipation_per_node, rel=1e-7, abs=1e-9)
+        assert work[:2] * stiff / force**2 == pytest.approx(
+            alone[first].dissipation_per_node, rel=1e-7, abs=1e-9
+        )
         assert work[2:] == pytest.approx(alone[second].dissipation_per_node, rel=1e-7, abs=1e-9)
         assert slip[:2] * stiff / force == pytest.approx(alone[first].slip, rel=1e-7, abs=1e-9)
         assert slip[2:] == pytest.approx(alone[second].slip, rel=1e-7, abs=1e-9)

@@ -1,4 +1,5 @@
-"""The compiled core of the path: where it is kept, that it is never stale, and that it speaks up while it compiles."""
+"""The compiled core of the path: where it is kept, that it is never stale, and that it speaks up
+while it compiles."""
 
 import ast
 import os
@@ -27,32 +28,52 @@ print(fo.steady_state(contact, cycle, 0.4, 0.6).dissipation > 0)
 def run(code, **environment):
     paths = os.pathsep.join([str(PACKAGE.parent), os.environ.get("PYTHONPATH", "")])
     return subprocess.run(
-        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": paths, **environment}, capture_output=True, text=True, check=True, timeout=300
+        [sys.executable, "-c", code],
+        env={**os.environ, "PYTHONPATH": paths, **environment},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
     )
 
 
 def test_all_compiled_code_stands_in_two_files_that_import_no_compiled_code():
-    """Numba judges its cache by the file of the outermost function: what stands elsewhere could change without it."""
+    """Numba judges its cache by the file of the outermost function: what stands elsewhere could
+    change without it."""
     rooms = PACKAGE / "transients"
     compiled = {
-        path for path in PACKAGE.rglob("*.py") if "numba" in path.read_text(encoding="utf-8") or "@entry_point" in path.read_text(encoding="utf-8")
+        path
+        for path in PACKAGE.rglob("*.py")
+        if "numba" in path.read_text(encoding="utf-8")
+        or "@entry_point" in path.read_text(encoding="utf-8")
     }
     assert compiled == {rooms / "exact" / "kernel.py", rooms / "increments" / "sweeps.py"}
     for path in compiled:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            own = isinstance(node, ast.ImportFrom) and (node.level > 0 or node.module.startswith("frictopt"))
+            own = isinstance(node, ast.ImportFrom) and (
+                node.level > 0 or node.module.startswith("frictopt")
+            )
             assert not own or {name.name for name in node.names} == {"entry_point", "inner"}
 
 
 def test_its_copies_of_the_tolerances_are_true():
-    assert (kernel._ROUNDING, kernel._CONDENSATION, kernel._NO_DRIVE) == (tolerances.ROUNDING, tolerances.CONDENSATION, tolerances.NO_DRIVE)
-    assert sweeps._ROUNDING == tolerances.ROUNDING and (sweeps.STICK, sweeps.SLIP, sweeps.OPEN) == (begin.STICK, begin.SLIP, begin.OPEN)
+    assert (kernel._ROUNDING, kernel._CONDENSATION, kernel._NO_DRIVE) == (
+        tolerances.ROUNDING,
+        tolerances.CONDENSATION,
+        tolerances.NO_DRIVE,
+    )
+    assert sweeps._ROUNDING == tolerances.ROUNDING and (sweeps.STICK, sweeps.SLIP, sweeps.OPEN) == (
+        begin.STICK,
+        begin.SLIP,
+        begin.OPEN,
+    )
     assert (kernel.STICK, kernel.OPEN) == (begin.STICK, begin.OPEN)
 
 
 @pytest.mark.slow
 def test_the_compilation_announces_itself_once_where_no_folder_can_be_written():
-    """As from a read-only installation with a read-only home: numba is left the one kind of folder that does not exist here, within a zip archive."""
+    """As from a read-only installation with a read-only home: numba is left the one kind of folder
+    that does not exist here, within a zip archive."""
     found = run(TRANSIENT, NUMBA_CACHE_LOCATOR_CLASSES="ZipCacheLocator", NUMBA_OPT="0")
     assert found.stdout == "True\n" and found.stderr.count("frictopt: compiling") == 1
 
@@ -78,11 +99,16 @@ if __name__ == "__main__":
 
 
 @pytest.mark.slow
-def test_a_study_by_several_processes_announces_the_compilation_once_and_what_is_kept_is_not_compiled_again(tmp_path):
+def test_a_study_by_several_processes_announces_the_compilation_once_and_what_is_kept_is_not_compiled_again(
+    tmp_path,
+):
     """For one kind of arrays."""
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
     call = f"import subprocess, sys; subprocess.run([sys.executable, {str(tmp_path / 'study.py')!r}], check=True)"
     kept = {"NUMBA_CACHE_DIR": str(tmp_path)}
-    found, again = run(call, **kept), run(SLOW + TRANSIENT + COUNTS, **kept)  # loading is no compilation, however long it takes
+    found, again = (
+        run(call, **kept),
+        run(SLOW + TRANSIENT + COUNTS, **kept),
+    )  # loading is no compilation, however long it takes
     assert found.stdout == "20 True\n" and found.stderr.count("frictopt: compiling") == 1
     assert again.stdout == "True\n1 0\n" and not again.stderr

@@ -1,4 +1,5 @@
-"""The exact path on an incomplete contact: a cylinder pressed on a half-plane and sheared to and fro (Cattaneo 1938, Mindlin 1949)."""
+"""The exact path on an incomplete contact: a cylinder pressed on a half-plane and sheared to and
+fro (Cattaneo 1938, Mindlin 1949)."""
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ CYCLE = fo.LoadCycle({"P": CONTACT.P}, [{"Q": 1.0}, {"Q": -1.0}])
 
 
 def cylinder(nodes):
-    return fo.ContactSystem.from_blocks(**half_plane_contact(nodes, 1.25, CONTACT.E_star, R=CONTACT.R))
+    return fo.ContactSystem.from_blocks(
+        **half_plane_contact(nodes, 1.25, CONTACT.E_star, R=CONTACT.R)
+    )
 
 
 def test_dissipation_converges_to_the_closed_form():
@@ -34,7 +37,9 @@ def test_stick_zone_and_tractions():
     end = np.flatnonzero(path.time == 4.0)[0]
     slipped = path.system.x[path.status[end] != 0][[0, -1]]
     stuck = np.abs(path.system.x[path.status[end] == 0]).max()
-    assert stuck == pytest.approx(CONTACT.stick_half_width(Q0), abs=cell) and np.allclose(np.abs(slipped), 1.25, atol=cell)  # the outermost are open
+    assert stuck == pytest.approx(CONTACT.stick_half_width(Q0), abs=cell) and np.allclose(
+        np.abs(slipped), 1.25, atol=cell
+    )  # the outermost are open
     closed = np.abs(path.system.x[path.gap[end] == 0]).max()
     assert closed == pytest.approx(CONTACT.half_width, abs=cell)
     expected = CONTACT.shear(path.system.x, -Q0)

@@ -1,4 +1,5 @@
-"""Steady states that come back after two load cycles, works that repeat to nine digits, and which nodes slip in them."""
+"""Steady states that come back after two load cycles, works that repeat to nine digits, and which
+nodes slip in them."""
 
 import numpy as np
 import pytest
@@ -12,23 +13,52 @@ from helpers.return_maps import Mapped, settled
 from validation.fuzz.embedded import embedded
 
 
-@pytest.mark.parametrize(("contact", "options", "exact"), [(TWICE, {}, 1e-12), (embedded(TWICE, np.random.default_rng(0))[0], {"steps": 4}, 1e-9)])
+@pytest.mark.parametrize(
+    ("contact", "options", "exact"),
+    [(TWICE, {}, 1e-12), (embedded(TWICE, np.random.default_rng(0))[0], {"steps": 4}, 1e-9)],
+)
 def test_a_contact_of_two_nodes_comes_back_after_two_cycles(contact, options, exact):
-    """The cycle written down twice is another description of the same loads: its steady state comes back after one. In the plane and in space."""
+    """The cycle written down twice is another description of the same loads: its steady state comes
+    back after one. In the plane and in space."""
     asked = contact, ROUND, 1.2, 1.0
     steady, path = fo.steady_state(*asked, **options), fo.march(*asked, cycles=30, **options)
-    works, ends = path.cycle_work, path.slip[[np.searchsorted(path.time, 3 * k + 1e-9) - 1 for k in range(27, 31)]]
-    assert np.abs(ends[2:] - ends[:2]).max() < exact / 100 and np.abs(ends[1:] - ends[:-1]).max() > 0.01  # by the transient itself
-    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.period == 2 and steady.cycles < 30 and steady.work_error < 1e-9
+    works, ends = (
+        path.cycle_work,
+        path.slip[[np.searchsorted(path.time, 3 * k + 1e-9) - 1 for k in range(27, 31)]],
+    )
+    assert (
+        np.abs(ends[2:] - ends[:2]).max() < exact / 100
+        and np.abs(ends[1:] - ends[:-1]).max() > 0.01
+    )  # by the transient itself
+    assert (
+        steady.outcome is Outcome.CYCLIC_SLIP
+        and steady.period == 2
+        and steady.cycles < 30
+        and steady.work_error < 1e-9
+    )
     assert steady.dissipation_per_node == pytest.approx((works[-1] + works[-2]) / 2, rel=exact)
-    assert works[-2].sum() > 1.5 * works[-1].sum() and min(np.abs(steady.slip - end).max() for end in ends) < exact / 100
-    twice = fo.steady_state(contact, fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), 1.2, 1.0, **options)
-    assert twice.period == 1 and twice.dissipation == pytest.approx(2 * steady.dissipation, rel=exact)
-    assert twice.step_error == pytest.approx(steady.step_error, rel=0.1)  # an estimate from some cycles, which are twice as many here
+    assert (
+        works[-2].sum() > 1.5 * works[-1].sum()
+        and min(np.abs(steady.slip - end).max() for end in ends) < exact / 100
+    )
+    twice = fo.steady_state(
+        contact, fo.LoadCycle(ROUND.mean, [*ROUND.corners, *ROUND.corners]), 1.2, 1.0, **options
+    )
+    assert twice.period == 1 and twice.dissipation == pytest.approx(
+        2 * steady.dissipation, rel=exact
+    )
+    assert twice.step_error == pytest.approx(
+        steady.step_error, rel=0.1
+    )  # an estimate from some cycles, which are twice as many here
     if not options:
         states = steady.states()
         way = np.abs(np.diff(states.slip, axis=0) * (states.status[:-1] != 2)).sum(axis=0)
-        assert way.min() > 0 and steady.sliding_distance == pytest.approx(way / 2, rel=1e-12) == twice.sliding_distance / 2
+        assert (
+            way.min() > 0
+            and steady.sliding_distance
+            == pytest.approx(way / 2, rel=1e-12)
+            == twice.sliding_distance / 2
+        )
 
 
 def test_what_follows_from_a_state_of_period_two():
@@ -50,19 +80,30 @@ def test_a_return_after_two_cycles_is_not_missed_at_the_last_moment(least):
 
 
 def test_maps_that_come_back_after_two_cycles_slowly_are_extrapolated():
-    """Two attracting points of the map applied twice, 2 and -1, approached by a factor of .98 in two cycles."""
+    """Two attracting points of the map applied twice, 2 and -1, approached by a factor of .98 in
+    two cycles."""
 
     def swaps(x):
         return -1.0 - 0.7 * (x - 2.0) if x > 0.5 else 2.0 - 1.4 * (x + 1.0)
 
     outcome, limit, run = settled(path := Mapped(swaps, 2.4), 200)
-    assert outcome is Outcome.CYCLIC_SLIP and run.period == 2 and run.cycles < 100 and returns_after(path, run.last[-1]) == 2
-    assert min(abs(limit - 2.0), abs(limit + 1.0)) < 1e-8 and abs(swaps(swaps(float(limit[0]))) - limit) < 1e-9
+    assert (
+        outcome is Outcome.CYCLIC_SLIP
+        and run.period == 2
+        and run.cycles < 100
+        and returns_after(path, run.last[-1]) == 2
+    )
+    assert (
+        min(abs(limit - 2.0), abs(limit + 1.0)) < 1e-8
+        and abs(swaps(swaps(float(limit[0]))) - limit) < 1e-9
+    )
 
 
 def test_a_map_that_turns_to_and_fro_around_its_fixed_point_has_period_one():
     outcome, limit, run = settled(path := Mapped(lambda x: 3.0 - 0.99 * (x - 3.0), 10.0), 200)
-    assert outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-8) and run.cycles < 60
+    assert (
+        outcome is Outcome.CYCLIC_SLIP and limit == pytest.approx(3.0, abs=1e-8) and run.cycles < 60
+    )
     assert run.period == 2 and returns_after(path, run.last[-1]) == 1
 
 
@@ -78,35 +119,64 @@ def test_nodes_slip_whose_slip_range_is_no_rounding(ratio):
     asked = punched(ratio)
     steady = fo.steady_state(*asked)
     moved = steady.fretting_table()["slip_range"].to_numpy()
-    assert np.array_equal(steady.slipping, moved > 1e-6 * moved.max()) and 0 < steady.slipping.sum() < len(moved)
-    assert fo.dissipation_study(*asked[:3], [asked[3]], progress=False)["slipping"].tolist() == [steady.slipping.sum()]
+    assert np.array_equal(
+        steady.slipping, moved > 1e-6 * moved.max()
+    ) and 0 < steady.slipping.sum() < len(moved)
+    assert fo.dissipation_study(*asked[:3], [asked[3]], progress=False)["slipping"].tolist() == [
+        steady.slipping.sum()
+    ]
     assert not fo.steady_state(*asked[:3], 0.5 * asked[3] / ratio).slipping.any()
 
 
 def test_a_node_without_friction_slides_but_does_not_slip():
-    pair = fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])})
-    steady = fo.steady_state(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}]), [0.0, 0.5], 1.0)
+    pair = fo.ContactSystem.from_blocks(
+        np.eye(2),
+        np.zeros((2, 2)),
+        np.eye(2),
+        [0.0, 1.0],
+        {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])},
+    )
+    steady = fo.steady_state(
+        pair, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -2.0}]), [0.0, 0.5], 1.0
+    )
     assert steady.slipping.tolist() == [False, True]
 
 
 def with_little_work(seed, excess=1e-8):
-    """Four nodes that come to rest, some of them slowly, beside one of its own that slips to and fro by 2 * excess; and the work of that one."""
+    """Four nodes that come to rest, some of them slowly, beside one of its own that slips to and
+    fro by 2 * excess; and the work of that one."""
     rng, n, f = np.random.default_rng(seed), 4, 0.5
     G = rng.standard_normal((2 * n, 2 * n))
     S = G @ G.T / n + 0.1 * np.eye(2 * n)
     A, B, C = S[:n, :n], 0.5 * S[n:, :n], S[n:, n:]
-    P, Q = (0.2 * rng.standard_normal(n), rng.uniform(0.3, 2.0, n)), (rng.standard_normal(n), 0.3 * rng.standard_normal(n))
+    P, Q = (
+        (0.2 * rng.standard_normal(n), rng.uniform(0.3, 2.0, n)),
+        (rng.standard_normal(n), 0.3 * rng.standard_normal(n)),
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    size = rng.uniform(0.5, 1.0) * fo.shakedown_limit(fo.ContactSystem.from_blocks(A, B, C, np.arange(n), {"P": P, "Q": Q}), cycle, f).load_factor
-    loads = {"P": (np.r_[P[0], 0.0], np.r_[P[1], 1.0]), "Q": (np.r_[size * Q[0], f + excess], np.r_[size * Q[1], 0.0])}
-    system = fo.ContactSystem.from_blocks(block_diag(A, 1.0), block_diag(B, 0.0), block_diag(C, 1.0), np.arange(n + 1), loads)
+    size = (
+        rng.uniform(0.5, 1.0)
+        * fo.shakedown_limit(
+            fo.ContactSystem.from_blocks(A, B, C, np.arange(n), {"P": P, "Q": Q}), cycle, f
+        ).load_factor
+    )
+    loads = {
+        "P": (np.r_[P[0], 0.0], np.r_[P[1], 1.0]),
+        "Q": (np.r_[size * Q[0], f + excess], np.r_[size * Q[1], 0.0]),
+    }
+    system = fo.ContactSystem.from_blocks(
+        block_diag(A, 1.0), block_diag(B, 0.0), block_diag(C, 1.0), np.arange(n + 1), loads
+    )
     return (system, cycle, f, 1.0), np.r_[rng.standard_normal(n), 0.0], 4 * f * excess
 
 
 @pytest.mark.parametrize("seed", [341, 145, 374, 8, 158])
 def test_a_little_work_is_not_that_of_slips_that_still_die_out(seed):
-    """The excess is known to 1e-8 of itself, and the state to its rounding: 2e-7 of the work is left of both."""
+    """The excess is known to 1e-8 of itself, and the state to its rounding: 2e-7 of the work is
+    left of both."""
     asked, start, work = with_little_work(seed)
     steady = fo.steady_state(*asked, initial_slip=start)
-    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(work, rel=4e-7, abs=0)
+    assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
+        work, rel=4e-7, abs=0
+    )
     assert steady.slipping.tolist() == [False] * 4 + [True]

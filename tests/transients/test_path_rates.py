@@ -1,4 +1,5 @@
-"""The inner algebra of the exact path: inverse of the active set, rate problem, complementary pivoting."""
+"""The inner algebra of the exact path: inverse of the active set, rate problem, complementary
+pivoting."""
 
 from itertools import product
 
@@ -27,7 +28,10 @@ def stiffness_of(S, active):
     nodes = len(S) // 2
     n = active.size[0]
     unknown, weight = active.unknown[:n], active.weight[:n]
-    rows = [S[i] + (factor * S[nodes + i] if factor else 0.0) for i, factor in zip(unknown, weight, strict=True)]
+    rows = [
+        S[i] + (factor * S[nodes + i] if factor else 0.0)
+        for i, factor in zip(unknown, weight, strict=True)
+    ]
     return np.array(rows).reshape(n, 2 * nodes)[:, unknown]
 
 
@@ -39,7 +43,9 @@ def test_the_inverse_follows_any_sequence_of_changes(seed, nodes):
     f = rng.uniform(0.0, 0.6, nodes)
     active, status = act.new_active_set(nodes), np.zeros(nodes, dtype=np.int8)
     for _ in range(40):
-        wanted = np.where(rng.random(nodes) < 0.3, rng.choice([0, 1, -1, 2], size=nodes), status).astype(np.int8)
+        wanted = np.where(
+            rng.random(nodes) < 0.3, rng.choice([0, 1, -1, 2], size=nodes), status
+        ).astype(np.int8)
         assert change_statuses(S, f, status, active, wanted) != 0.0 and (status == wanted).all()
     n = active.size[0]
     assert n == (status != 0).sum() + (status == 2).sum()
@@ -61,18 +67,23 @@ def test_complementary_pivoting_against_all_bases(seed, n, skew):
             expected.append(z)
     assert len(expected) == 1
     for cover in (np.ones(n), rng.uniform(0.1, 1.0, n)):
-        assert np.allclose(_lemke(M, c, cover), expected[0], rtol=1e-8, atol=1e-9 * np.abs(expected[0]).max())
+        assert np.allclose(
+            _lemke(M, c, cover), expected[0], rtol=1e-8, atol=1e-9 * np.abs(expected[0]).max()
+        )
 
 
 def one_node(q, p, w=0.0, A=1.0, B=0.5, C=1.0, load_rate=(0.0, 0.0), friction=3.0, status=0):
     S = np.array([[A, B], [B, C]])
     state = act.new_state(np.array([0.0, w]), np.array([q, p]), np.zeros(1))
     state.status[0] = status
-    return find_rates(rate_problem(S, np.array([friction]), np.array(load_rate), state, np.ones(1)), state.status)
+    return find_rates(
+        rate_problem(S, np.array([friction]), np.array(load_rate), state, np.ones(1)), state.status
+    )
 
 
 def test_wedging():
-    """A = 1, B = 1/2, C = 1: beyond f = A/B = 2 backward slip softens, so a load has no rates or two (Klarbring 1990)."""
+    """A = 1, B = 1/2, C = 1: beyond f = A/B = 2 backward slip softens, so a load has no rates or
+    two (Klarbring 1990)."""
     no = one_node(q=1.5, p=0.5, load_rate=(1.0, 0.0))
     assert not no.found and no.complete
     two = one_node(q=1.5, p=0.5, load_rate=(-1.0, 0.0))
@@ -83,7 +94,15 @@ def test_wedging():
 
 
 @pytest.mark.parametrize(
-    ("load_rate", "status"), [((0.0, 1.0), 0), ((0.0, -1.0), 2), ((1.0, 1.0), -1), ((-1.0, 1.0), 1), ((0.3, 1.0), 0), ((5.0, -0.1), 2)]
+    ("load_rate", "status"),
+    [
+        ((0.0, 1.0), 0),
+        ((0.0, -1.0), 2),
+        ((1.0, 1.0), -1),
+        ((-1.0, 1.0), 1),
+        ((0.3, 1.0), 0),
+        ((5.0, -0.1), 2),
+    ],
 )
 def test_a_node_without_pressure_and_gap(load_rate, status):
     found = one_node(q=0.0, p=0.0, B=0.0, friction=0.5, load_rate=load_rate).found
@@ -93,7 +112,16 @@ def test_a_node_without_pressure_and_gap(load_rate, status):
 @pytest.mark.parametrize("pairs", [2, 9, 25])
 def test_rates_that_may_not_be_the_only_ones_are_never_called_so(pairs):
     """M = -1, c = 1 for each pair: z = 0 and z = 1 are both solutions."""
-    problem = RateProblem(-np.eye(pairs), np.ones(pairs), np.arange(pairs), np.ones(pairs, dtype=int), np.eye(pairs, pairs + 1), [], False, False)
+    problem = RateProblem(
+        -np.eye(pairs),
+        np.ones(pairs),
+        np.arange(pairs),
+        np.ones(pairs, dtype=int),
+        np.eye(pairs, pairs + 1),
+        [],
+        False,
+        False,
+    )
     solutions = find_rates(problem, np.zeros(pairs, dtype=int))
     assert len(solutions.found) == 2 or not solutions.complete
 
@@ -105,7 +133,8 @@ def test_statuses_that_change_without_end_are_an_error(punch, paper_cycle, monke
 
 
 def test_events_without_proof_are_counted(punch, paper_cycle):
-    """A free punch that slides as a whole from a far start: its stiffness against slip is not positive definite, and no rates are proven."""
+    """A free punch that slides as a whole from a far start: its stiffness against slip is not
+    positive definite, and no rates are proven."""
     contact = punch(40)
     limit = fo.shakedown_limit(contact, paper_cycle, 0.5).load_factor
     far = 30.0 * np.random.default_rng(1).standard_normal(contact.nodes)

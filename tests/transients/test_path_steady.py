@@ -27,23 +27,36 @@ def limit_of(contact, friction):
 def test_published_dissipation(data, friction, factor, expected):
     contact = system(*data)
     for start in (None, 0.3 * np.ones(contact.nodes), np.linspace(-2, 1, contact.nodes)):
-        steady = steady_state(contact, CYCLE, friction, factor * limit_of(contact, friction), initial_slip=start)
+        steady = steady_state(
+            contact, CYCLE, friction, factor * limit_of(contact, friction), initial_slip=start
+        )
         assert steady.outcome is Outcome.CYCLIC_SLIP
         assert steady.dissipation == pytest.approx(expected, rel=1e-9, abs=5e-13)
         assert steady.dissipation_per_node.sum() == pytest.approx(steady.dissipation, rel=1e-14)
 
 
 @pytest.mark.parametrize("friction", [0.3, 0.7])
-def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_above(punch, paper_cycle, friction):
+def test_from_the_safe_slip_nothing_dissipates_below_the_limit_and_everything_above(
+    punch, paper_cycle, friction
+):
     contact = punch(40)
     limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
     safe = fo.safe_slip(contact, paper_cycle, friction, 0.999 * limit).slip
     steady = steady_state(contact, paper_cycle, friction, 0.999 * limit, initial_slip=safe)
-    assert steady.outcome is Outcome.SHAKEDOWN and steady.dissipation == 0.0 and steady.first_cycle == 0.0
+    assert (
+        steady.outcome is Outcome.SHAKEDOWN
+        and steady.dissipation == 0.0
+        and steady.first_cycle == 0.0
+    )
     assert np.array_equal(steady.slip, safe)
     rng = np.random.default_rng(0)
     for start in (None, safe, *rng.normal(size=(5, 41))):
-        assert steady_state(contact, paper_cycle, friction, 1.001 * limit, initial_slip=start).dissipation > 1e-9
+        assert (
+            steady_state(
+                contact, paper_cycle, friction, 1.001 * limit, initial_slip=start
+            ).dissipation
+            > 1e-9
+        )
 
 
 @pytest.mark.parametrize("seed", few(range(5)))
@@ -65,7 +78,8 @@ def test_an_overload_is_one_cycle_at_another_load_factor_before_the_others(seed)
 
 
 def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
-    """A node pressed by 1 at rest and pulled by 2 at the second corner opens there; its stuck neighbour does not."""
+    """A node pressed by 1 at rest and pulled by 2 at the second corner opens there; its stuck
+    neighbour does not."""
     contact = system(np.eye(2), np.zeros((2, 2)), 0, (1, 1), 0, (2, 0), C=np.eye(2))
     steady = steady_state(contact, CYCLE, 0.5, 1.0)
     assert steady.open.tolist() == [True, False]
@@ -73,11 +87,22 @@ def test_nodes_that_lift_off_in_the_steady_cycle_are_told():
 
 
 def test_slip_too_small_to_tell_is_said():
-    """Less than a part in 1e9 above the limit the cycle comes back, but its work drowns in the tolerance."""
+    """Less than a part in 1e9 above the limit the cycle comes back, but its work drowns in the
+    tolerance."""
     contact = system(*ONE_NODE)
     limit = fo.shakedown_limit(contact, CYCLE, 0.4)
-    with pytest.raises(fo.NoContinuation, match=r"too little .* to tell slip from none: take a load factor further from the limit"):
-        steady_state(contact, CYCLE, 0.4, limit.load_factor * (1 + 4e-10), initial_slip=limit.slip, most_cycles=8)
+    with pytest.raises(
+        fo.NoContinuation,
+        match=r"too little .* to tell slip from none: take a load factor further from the limit",
+    ):
+        steady_state(
+            contact,
+            CYCLE,
+            0.4,
+            limit.load_factor * (1 + 4e-10),
+            initial_slip=limit.slip,
+            most_cycles=8,
+        )
 
 
 def test_little_friction_still_dissipates():
@@ -87,21 +112,30 @@ def test_little_friction_still_dissipates():
         factor = fo.shakedown_limit(contact, CYCLE, friction).load_factor * (1 + distance)
         steady = steady_state(contact, CYCLE, friction, factor)
         work = single_node_dissipation(2.0, 0.5, 0.0, 1.0, 1.0, 0.2, friction, factor)
-        assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(work, rel=1e-8)
+        assert steady.outcome is Outcome.CYCLIC_SLIP and steady.dissipation == pytest.approx(
+            work, rel=1e-8
+        )
 
 
 @pytest.mark.parametrize("run", [fo.steady_state, fo.march])
 def test_a_mean_load_that_pulls_or_pushes_the_body_off_is_named(punch, run):
-    cases = [({"P": -1.0}, r"sum to -.*compression must be positive"), ({"P": 1.0, "Q": 0.9}, r"slides as a whole: .*shear force")]
+    cases = [
+        ({"P": -1.0}, r"sum to -.*compression must be positive"),
+        ({"P": 1.0, "Q": 0.9}, r"slides as a whole: .*shear force"),
+    ]
     for mean, words in cases:
         with pytest.raises(fo.NoContinuation, match=words):
             run(punch(16), fo.LoadCycle(mean, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.5, 0.1)
 
 
 def test_a_start_whose_rounding_hides_the_loads_is_named(punch, paper_cycle):
-    """Ten million slip scales of random slip leave a rigid slide of their size, in whose last digits the forces stand."""
+    """Ten million slip scales of random slip leave a rigid slide of their size, in whose last
+    digits the forces stand."""
     contact = punch(16)
     far = 1e7 * np.random.default_rng(0).standard_normal(contact.nodes)
     for run, options in ((fo.march, {"cycles": 3}), (fo.steady_state, {"most_cycles": 50})):
-        with pytest.raises((fo.SolverError, fo.NoContinuation), match=r"initial_slip: it stresses the contact [0-9.]+e\+07 times"):
+        with pytest.raises(
+            (fo.SolverError, fo.NoContinuation),
+            match=r"initial_slip: it stresses the contact [0-9.]+e\+07 times",
+        ):
             run(contact, paper_cycle, 0.3, 0.2, initial_slip=far, **options)

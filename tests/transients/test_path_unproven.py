@@ -16,21 +16,35 @@ def prove(S, f, state, force, proof):
 
 
 def strongly_coupled(rng, nodes):
-    """A mirror-symmetric contact with stiffnesses of very different size, its load cycle, and an odd slip."""
+    """A mirror-symmetric contact with stiffnesses of very different size, its load cycle, and an
+    odd slip."""
     apart = np.abs(np.subtract.outer(np.arange(nodes), np.arange(nodes)))
     spread, G = np.kron(np.eye(2), np.exp(-apart)), rng.normal(size=(2 * nodes, 2 * nodes + 2))
     S = spread @ (G @ G.T / (2 * nodes) + 0.05 * np.eye(2 * nodes)) @ spread
     swap = np.kron(np.diag([-1.0, 1.0]), np.eye(nodes)[::-1])
     S = (S + swap @ S @ swap) / 2
     even = [part + part[::-1] for part in rng.normal(size=(3, nodes))]
-    bonded = {name: (odd(rng, nodes), 0.2 * part) for name, part in zip(("mean", "one", "other"), even, strict=True)}
+    bonded = {
+        name: (odd(rng, nodes), 0.2 * part)
+        for name, part in zip(("mean", "one", "other"), even, strict=True)
+    }
     bonded["mean"] = (0.2 * bonded["mean"][0], 1.0 + bonded["mean"][1])
-    contact = fo.ContactSystem.from_blocks(S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), bonded)
-    return contact, fo.LoadCycle({"mean": 1.0}, [dict(zip(("one", "other"), rng.normal(size=2), strict=True)) for _ in range(4)]), odd(rng, nodes)
+    contact = fo.ContactSystem.from_blocks(
+        S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:], np.arange(nodes), bonded
+    )
+    return (
+        contact,
+        fo.LoadCycle(
+            {"mean": 1.0},
+            [dict(zip(("one", "other"), rng.normal(size=2), strict=True)) for _ in range(4)],
+        ),
+        odd(rng, nodes),
+    )
 
 
 def leaves_the_symmetry(seed):
-    """Whether the transient ends in a steady state that is not symmetric although all that is given is, and the number of events without proof."""
+    """Whether the transient ends in a steady state that is not symmetric although all that is given
+    is, and the number of events without proof."""
     rng = np.random.default_rng(seed)
     contact, cycle, start = strongly_coupled(rng, int(rng.integers(2, 9)))
     try:
@@ -38,28 +52,42 @@ def leaves_the_symmetry(seed):
     except fo.NoContinuation:
         return None
     assert f"unproven={steady.unproven})" in repr(steady)
-    return np.abs(steady.slip + steady.slip[::-1]).max() > 1e-6 * np.abs(steady.slip).max(), steady.unproven
+    return np.abs(steady.slip + steady.slip[::-1]).max() > 1e-6 * np.abs(
+        steady.slip
+    ).max(), steady.unproven
 
 
 def test_a_path_that_leaves_a_symmetry_says_that_its_rates_may_not_be_the_only_ones():
-    ends = [end for seed in (59, 144, 554, 2739, 3916, 4166, 4444, 7128, 7750) if (end := leaves_the_symmetry(seed)) is not None]
+    ends = [
+        end
+        for seed in (59, 144, 554, 2739, 3916, 4166, 4444, 7128, 7750)
+        if (end := leaves_the_symmetry(seed)) is not None
+    ]
     assert sum(left for left, _ in ends) > 4
     assert all(unproven > 0 for left, unproven in ends if left)
 
 
 def test_ordinary_transients_are_proven(punch, paper_cycle):
-    """Without lift-off and below the critical friction every event has rates that are proven to be the only ones."""
+    """Without lift-off and below the critical friction every event has rates that are proven to be
+    the only ones."""
     contact = punch(40)
     for friction in (0.3, 0.7):
         limit = fo.shakedown_limit(contact, paper_cycle, friction).load_factor
         for factor in (0.8, 1.2):
             for start in (0.3, -2.0):
-                steady = fo.steady_state(contact, paper_cycle, friction, factor * limit, initial_slip=start * contact.x**3)
+                steady = fo.steady_state(
+                    contact,
+                    paper_cycle,
+                    friction,
+                    factor * limit,
+                    initial_slip=start * contact.x**3,
+                )
                 assert steady.unproven == 0 and steady.events > 3 and not steady.open.any()
 
 
 def state_of(status, friction, gap):
-    """A state of given statuses in which slipping nodes are at their bound and open ones have a gap."""
+    """A state of given statuses in which slipping nodes are at their bound and open ones have a
+    gap."""
     nodes = len(status)
     r = np.r_[np.where(np.abs(status) == 1, -status * friction, 0.0), 1.0 * (status != 2)]
     state = new_state(np.r_[np.zeros(nodes), gap * (status == 2)], r, np.zeros(nodes))
@@ -68,28 +96,49 @@ def state_of(status, friction, gap):
 
 
 def test_a_proof_holds_exactly_where_the_quadratic_form_is_definite():
-    """Against eigenvalues, over states that follow each other, so that the proof grows, keeps what it has and starts anew."""
+    """Against eigenvalues, over states that follow each other, so that the proof grows, keeps what
+    it has and starts anew."""
     rng, verdicts = np.random.default_rng(2), []
     for _ in range(20):
         n, contact = 6, mirrored(rng, 6)
-        proof, friction, S = new_active_set(n), rng.uniform(3.0, 12.0, size=n), np.ascontiguousarray(contact.S)
+        proof, friction, S = (
+            new_active_set(n),
+            rng.uniform(3.0, 12.0, size=n),
+            np.ascontiguousarray(contact.S),
+        )
         status = np.zeros(n, dtype=np.int8)
         for _ in range(15):
             status[rng.integers(n)] = rng.choice([0, 0, 1, -1, 2])
             moving = np.r_[status != 0, status == 2]
             rows = np.eye(2 * n) + np.block(
-                [[np.zeros((n, n)), np.diag(np.where(np.abs(status) == 1, status * friction, 0.0))], [np.zeros((n, 2 * n))]]
+                [
+                    [
+                        np.zeros((n, n)),
+                        np.diag(np.where(np.abs(status) == 1, status * friction, 0.0)),
+                    ],
+                    [np.zeros((n, 2 * n))],
+                ]
             )
             form = (rows @ S)[np.ix_(moving, moving)]
             definite = not moving.any() or np.linalg.eigvalsh(form + form.T)[0] > 0
             verdicts.append(definite)
-            assert prove(S, friction, state_of(status, friction, 1.0), np.ones(len(friction)), proof) == definite
+            assert (
+                prove(S, friction, state_of(status, friction, 1.0), np.ones(len(friction)), proof)
+                == definite
+            )
     assert 50 < sum(verdicts) < 250
 
 
 def test_nothing_is_proven_of_a_closed_node_without_pressure():
     S = np.ascontiguousarray(mirrored(np.random.default_rng(3), 2).S)
-    for friction, pressure, gap, proven in ((0.2, 1.0, 0.0, True), (0.2, 0.0, 0.0, False), (0.0, 0.0, 0.0, False), (0.2, 0.0, 1.0, True)):
-        state = new_state(np.array([0.0, 0.0, gap, 0.0]), np.array([0.0, 0.0, pressure, 1.0]), np.zeros(2))
+    for friction, pressure, gap, proven in (
+        (0.2, 1.0, 0.0, True),
+        (0.2, 0.0, 0.0, False),
+        (0.0, 0.0, 0.0, False),
+        (0.2, 0.0, 1.0, True),
+    ):
+        state = new_state(
+            np.array([0.0, 0.0, gap, 0.0]), np.array([0.0, 0.0, pressure, 1.0]), np.zeros(2)
+        )
         state.status[0] = 2 if gap else 0
         assert prove(S, np.full(2, friction), state, np.ones(2), new_active_set(2)) == proven

@@ -1,4 +1,5 @@
-"""Pictures of what is given and of what nodes do: they show the numbers, on axes that say what they are."""
+"""Pictures of what is given and of what nodes do: they show the numbers, on axes that say what they
+are."""
 
 import gc
 import io
@@ -19,12 +20,18 @@ from helpers.systems import CYCLE, random_system
 pytestmark = pytest.mark.usefixtures("no_figures_stay_open")
 
 F = 0.5
-PLANE = replace(random_system(np.random.default_rng(3), 5), contact=["left", "left", "right", "right", "right"], width=[0.5, 1.0, 1.0, 2.0, 1.0])
+PLANE = replace(
+    random_system(np.random.default_rng(3), 5),
+    contact=["left", "left", "right", "right", "right"],
+    width=[0.5, 1.0, 1.0, 2.0, 1.0],
+)
 SPACE = random_contact(np.random.default_rng(4), 6)
 
 
 def slipping(contact, loads, **options):
-    return fo.steady_state(contact, loads, F, 1.5 * fo.shakedown_limit(contact, loads, F).load_factor, **options).states()
+    return fo.steady_state(
+        contact, loads, F, 1.5 * fo.shakedown_limit(contact, loads, F).load_factor, **options
+    ).states()
 
 
 def at(mesh, edges, place):
@@ -45,7 +52,9 @@ def test_the_status_of_each_node_stands_at_its_place_and_time(in_space):
     for interval, middle in enumerate(middles):
         if states.time[interval + 1] - states.time[interval] < 1e-9:
             continue
-        row = table[table.state == interval + (1 if in_space else 0)]  # an increment is that of its end, an event holds until the next one
+        row = table[
+            table.state == interval + (1 if in_space else 0)
+        ]  # an increment is that of its end, an event holds until the next one
         for node, place in enumerate(places):
             for mesh in meshes:
                 grid, values = mesh.get_coordinates(), mesh.get_array()
@@ -54,10 +63,18 @@ def test_the_status_of_each_node_stands_at_its_place_and_time(in_space):
                     assert values[line, column] == code[row.status.iloc[node]]
                     seen += 1
     assert seen == len(places) * np.count_nonzero(np.diff(states.time) >= 1e-9)
-    loads = "1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2" if in_space else "1: cyclic = -1, 2: cyclic = +1"
+    loads = (
+        "1: a = +1, 2: a = -1, 3: b = +0.7, c = +0.2"
+        if in_space
+        else "1: cyclic = -1, 2: cyclic = +1"
+    )
     assert ax.get_ylabel() == f"corners visited\n(0: mean load, {loads})"
     words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == [word for word in ("stick", "slip +", "slip -", "slip", "open") if word.replace(" ", "") in set(table.status)]
+    assert words == [
+        word
+        for word in ("stick", "slip +", "slip -", "slip", "open")
+        if word.replace(" ", "") in set(table.status)
+    ]
 
 
 def test_a_contact_at_rest_shows_no_slip_and_no_rounding():
@@ -77,7 +94,11 @@ def test_numbers_of_small_slips_do_not_run_into_each_other(in_space):
     figure.canvas.draw()
     for axes in figure.axes:
         low, high = axes.get_xlim()
-        texts = [text for text in axes.get_xticklabels() if text.get_text() and low <= text.get_position()[0] <= high]
+        texts = [
+            text
+            for text in axes.get_xticklabels()
+            if text.get_text() and low <= text.get_position()[0] <= high
+        ]
         boxes = [text.get_window_extent() for text in texts]
         assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(boxes))
 
@@ -87,13 +108,17 @@ def test_a_system_shows_its_points_normals_and_bonded_pressure():
     assert np.array_equal(np.column_stack(place.get_lines()[0].get_data()), PLANE.points)
     drawn = [line for line in pressure.get_lines() if line.get_marker() == "."]
     values = np.concatenate([line.get_ydata() for line in drawn])
-    assert np.array_equal(values, np.concatenate([p / PLANE.width for _, p in PLANE.bonded.values()]))
+    assert np.array_equal(
+        values, np.concatenate([p / PLANE.width for _, p in PLANE.bonded.values()])
+    )
     assert pressure.get_ylabel() == "bonded pressure\n(force per area)"
     panels = replace(SPACE, width=np.arange(1.0, 7.0)).plot()
     assert len(panels) == len(SPACE.bonded)
     for axes, (case, (_, p)) in zip(panels, SPACE.bonded.items(), strict=True):
         (points,) = [one for one in axes.collections if isinstance(one, PathCollection)]
-        assert np.array_equal(points.get_array(), p / np.arange(1.0, 7.0)) and axes.get_title().startswith(f"{case} = 1")
+        assert np.array_equal(
+            points.get_array(), p / np.arange(1.0, 7.0)
+        ) and axes.get_title().startswith(f"{case} = 1")
     with pytest.raises(fo.ModelError, match="projection='3d'"):
         SPACE.plot(plt.subplots()[1])
 
@@ -101,13 +126,25 @@ def test_a_system_shows_its_points_normals_and_bonded_pressure():
 def test_a_load_cycle_shows_each_load_at_its_corners_or_times():
     loads = fo.LoadCycle({"P": 1.0}, [{"P": 0.5, "Q": -1.0}, {"Q": 1.0}])
     ax = loads.plot()
-    drawn = {line.get_label(): line.get_ydata() for line in ax.get_lines() if not line.get_label().startswith("_")}
+    drawn = {
+        line.get_label(): line.get_ydata()
+        for line in ax.get_lines()
+        if not line.get_label().startswith("_")
+    }
     assert list(drawn["P"]) == [1.0, 1.5, 1.0] and list(drawn["Q"]) == [1.0, -1.0, 1.0]
-    assert [text.get_text() for text in ax.get_xticklabels()] == ["Q = +1", "P = +0.5, Q = -1", "Q = +1"]
+    assert [text.get_text() for text in ax.get_xticklabels()] == [
+        "Q = +1",
+        "P = +0.5, Q = -1",
+        "Q = +1",
+    ]
     for times, shown in (([2.0, 7.0], [1.5, 1.0]), ([2.0, 7.0, 8.0], [1.5, 1.0, 1.5])):
         timed = fo.LoadCycle(loads.mean, loads.corners, times=times).plot()
         drawn = timed.get_lines()[0]
-        assert list(drawn.get_xdata()) == times and list(drawn.get_ydata()) == shown and timed.get_xlabel() == "time"
+        assert (
+            list(drawn.get_xdata()) == times
+            and list(drawn.get_ydata()) == shown
+            and timed.get_xlabel() == "time"
+        )
 
 
 def test_deformed_bodies_stand_where_their_displacements_bring_them():
@@ -118,18 +155,32 @@ def test_deformed_bodies_stand_where_their_displacements_bring_them():
     mesh = fields.bodies["punch"].mesh
     assert ends["punch"] == pytest.approx((mesh.p + 2.0 * fields.displacement["punch"])[1].min())
     largest = max(np.linalg.norm(u, axis=0).max() for u in fields.displacement.values())
-    assert ax.get_title() == f"displacements 2 times enlarged; the largest is {largest:.4g} (length)"
+    assert (
+        ax.get_title() == f"displacements 2 times enlarged; the largest is {largest:.4g} (length)"
+    )
     space = fo.scenes.SquarePunch(elements=2).model()
     ax = space.recover({"P": 1.0}, slip=np.zeros((9, 2))).plot_deformed()
     assert len([one for one in ax.collections if isinstance(one, Poly3DCollection)]) == 2
 
 
 def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
-    """A ring: twice the area of the triangles is that of a regular polygon less that of its hole."""
+    """A ring: twice the area of the triangles is that of a regular polygon less that of its
+    hole."""
     angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    ring = np.concatenate([radius * np.column_stack([np.cos(angle), np.sin(angle)]) for radius in (2.0, 2.5, 3.0, 3.5)])
+    ring = np.concatenate(
+        [
+            radius * np.column_stack([np.cos(angle), np.sin(angle)])
+            for radius in (2.0, 2.5, 3.0, 3.5)
+        ]
+    )
     points = np.pad(ring, ((0, 0), (0, 1)))
-    S, loads = np.eye(3 * len(points)), {"P": np.repeat([0.0, 0.0, 1.0], len(points)), "Q": np.repeat([0.5, 0.0, 0.0], len(points))}
+    S, loads = (
+        np.eye(3 * len(points)),
+        {
+            "P": np.repeat([0.0, 0.0, 1.0], len(points)),
+            "Q": np.repeat([0.5, 0.0, 0.0], len(points)),
+        },
+    )
     contact = fo.ContactSystem(S, points, loads)
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
     (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
@@ -137,26 +188,45 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
     mesh = face._triangles(contact.contact, ring, np.ones(len(points), dtype=bool), None)
     corners = ring[mesh.get_masked_triangles()]
     sides = corners[:, 1:] - corners[:, :1]
-    assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02)
+    assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(
+        24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02
+    )
     halves = replace(contact, contact=["a"] * 48 + ["b"] * 48)
-    apart = face._triangles(halves.contact, ring, np.ones(len(points), dtype=bool), None).get_masked_triangles()
+    apart = face._triangles(
+        halves.contact, ring, np.ones(len(points), dtype=bool), None
+    ).get_masked_triangles()
     assert ((apart < 48).all(axis=1) | (apart >= 48).all(axis=1)).all()
 
 
 def test_a_fine_rim_of_a_hole_is_not_filled():
-    """Nodes on circles, those of the hole closer than the circles are: short chords of the hole are shorter than edges beside them."""
+    """Nodes on circles, those of the hole closer than the circles are: short chords of the hole are
+    shorter than edges beside them."""
     count, radii = 32, np.array([1.0, 1.5, 2.0])
     angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
-    ring = np.concatenate([radius * np.column_stack([np.cos(angle), np.sin(angle)]) for radius in radii])
+    ring = np.concatenate(
+        [radius * np.column_stack([np.cos(angle), np.sin(angle)]) for radius in radii]
+    )
     polygon = count * np.sin(2 * np.pi / count) / 2  # area over the square of the radius
     limits = np.array([radii[0], *((radii[1:] + radii[:-1]) / 2), radii[-1]])
     width = np.repeat(polygon * np.diff(limits**2) / count, count)
     points, n = np.pad(ring, ((0, 0), (0, 1))), len(ring)
     loads = {"P": np.repeat([0.0, 0.0, 1.0], n), "Q": np.repeat([0.5, 0.0, 0.0], n)}
     for turned in (False, True):  # a ring seen along its normal, and one that leans
-        turn = np.eye(3) if not turned else np.array([[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.8, 0.0, 0.6]])
-        contact = fo.ContactSystem(np.eye(3 * n), points @ turn, loads, frames=np.repeat(turn[None], n, axis=0), width=width)
-        ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
+        turn = (
+            np.eye(3)
+            if not turned
+            else np.array([[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.8, 0.0, 0.6]])
+        )
+        contact = fo.ContactSystem(
+            np.eye(3 * n),
+            points @ turn,
+            loads,
+            frames=np.repeat(turn[None], n, axis=0),
+            width=width,
+        )
+        ax = fo.shakedown_limit(
+            contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F
+        ).plot()
         (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
         mesh = filled._triangulation
         corners = np.column_stack([mesh.x, mesh.y])[mesh.get_masked_triangles()]
@@ -170,14 +240,21 @@ def test_pictures_of_many_contacts_do_not_wait_for_the_garbage_collector(many):
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
     n = 4 * many
     points = np.concatenate([square + [3.0 * k, 0.0, float(k)] for k in range(many)])
-    turned = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])  # seen from below, with other names of axes
+    turned = np.array(
+        [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
+    )  # seen from below, with other names of axes
     frames = np.repeat([turned if k % 3 == 2 else np.eye(3) for k in range(many)], 4, axis=0)
     loads = {"P": np.repeat([0.0, 0.0, 1.0], n), "Q": np.repeat([0.5, 0.0, 0.0], n)}
     names = np.repeat([f"c{k}" for k in range(many)], 4)
-    contact = fo.ContactSystem(np.eye(3 * n), points, loads, frames=frames, contact=names, width=np.ones(n))
+    contact = fo.ContactSystem(
+        np.eye(3 * n), points, loads, frames=frames, contact=names, width=np.ones(n)
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
     asked = {"friction": F, "load_factor": 0.5, "steps": 2, "progress": False}
-    results = fo.wear(contact, cycle, coefficient=1e-3, cycles=2, **asked), fo.steady_state(contact, cycle, **asked)
+    results = (
+        fo.wear(contact, cycle, coefficient=1e-3, cycles=2, **asked),
+        fo.steady_state(contact, cycle, **asked),
+    )
     gc.disable()
     try:
         for result in results:

@@ -24,9 +24,15 @@ def after_a_cycle(path):
 
 
 def stops_within_segments(status):
-    """How many changes of status stop some motion and let another one go on, which only happens within a segment."""
+    """How many changes of status stop some motion and let another one go on, which only happens
+    within a segment."""
     before, after = status[:-1], status[1:]
-    return int((((before != 0) & (after == 0)).any(axis=1) & ((abs(before) == 1) & (after == before)).any(axis=1)).sum())
+    return int(
+        (
+            ((before != 0) & (after == 0)).any(axis=1)
+            & ((abs(before) == 1) & (after == before)).any(axis=1)
+        ).sum()
+    )
 
 
 def test_it_agrees_with_differences():
@@ -35,8 +41,14 @@ def test_it_agrees_with_differences():
         rng = np.random.default_rng(seed)
         n = int(rng.integers(2, 8))
         contact = random_system(rng, n, ("mean", "one", "other"), coupling=rng.uniform(0.2, 1.0))
-        cycle = fo.LoadCycle({"mean": 1.0}, [{"one": 1.0}, {"other": 1.0}, {"one": -1.0, "other": 0.3}, {}][: 2 + seed % 3])
-        asked, start = (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5)), 0.3 * rng.normal(size=n)
+        cycle = fo.LoadCycle(
+            {"mean": 1.0},
+            [{"one": 1.0}, {"other": 1.0}, {"one": -1.0, "other": 0.3}, {}][: 2 + seed % 3],
+        )
+        asked, start = (
+            (contact, cycle, rng.uniform(0.2, 0.6), rng.uniform(0.1, 2.5)),
+            0.3 * rng.normal(size=n),
+        )
         try:
             path = at_last_corner(*asked, start)
             one = return_map(path)
@@ -50,13 +62,26 @@ def test_it_agrees_with_differences():
             for sense in (1, -1):
                 path = at_last_corner(*asked, start + sense * way)
                 before = path.state.u.copy()
-                found.append((before - begin, *(new - old for new, old in zip(after_a_cycle(path), (end, work), strict=True))))
+                found.append(
+                    (
+                        before - begin,
+                        *(
+                            new - old
+                            for new, old in zip(after_a_cycle(path), (end, work), strict=True)
+                        ),
+                    )
+                )
             size = np.abs(found[0][0]).max()
-            if size < 1e-3 * STEP or any(np.abs(there + back).max() > 1e-5 * size for there, back in zip(*found, strict=True)):
-                continue  # another cycle from one side than from the other: where events happen at once
+            if size < 1e-3 * STEP or any(
+                np.abs(there + back).max() > 1e-5 * size for there, back in zip(*found, strict=True)
+            ):
+                # another cycle from one side than from the other: where events happen at once
+                continue
             for change, moved, gained in found:
                 assert np.abs(moved - one.derivative @ change).max() < 1e-4 * size
-                assert gained == pytest.approx(one.work_gradient @ change, rel=1e-3, abs=1e-4 * size)
+                assert gained == pytest.approx(
+                    one.work_gradient @ change, rel=1e-3, abs=1e-4 * size
+                )
             checked += 1
     assert checked > 250 and stops > 20 and opens > 30
 
@@ -70,7 +95,8 @@ def test_one_node_forgets_its_start():
 
 
 def test_motions_on_each_stretch_keep_the_law():
-    """Reactions at nodes that slip stay on their bound, those of open ones stay zero, and a node that sticks keeps its slip."""
+    """Reactions at nodes that slip stay on their bound, those of open ones stay zero, and a node
+    that sticks keeps its slip."""
     stretches = opens = 0
     for seed in range(8):
         n = 5
@@ -80,8 +106,12 @@ def test_motions_on_each_stretch_keep_the_law():
         for number, status in enumerate(one.status):
             motion = one.motion_derivative(number, np.eye(2 * n))
             q, p = np.split(contact.S @ motion, 2)
-            assert np.abs(q + (status * 0.3)[:, None] * p)[np.abs(status) == 1] == pytest.approx(0.0, abs=1e-12)
-            assert np.abs(np.vstack([q, p]))[np.tile(status == 2, 2)] == pytest.approx(0.0, abs=1e-12)
+            assert np.abs(q + (status * 0.3)[:, None] * p)[np.abs(status) == 1] == pytest.approx(
+                0.0, abs=1e-12
+            )
+            assert np.abs(np.vstack([q, p]))[np.tile(status == 2, 2)] == pytest.approx(
+                0.0, abs=1e-12
+            )
             stuck = (status == 0) & (number > 0) & (one.status[number - 1] == 0)
             assert motion[:n][stuck] == pytest.approx(last[:n][stuck], abs=1e-12)
             last, stretches, opens = motion, stretches + 1, opens + (status == 2).any()
@@ -92,7 +122,9 @@ def test_motions_on_each_stretch_keep_the_law():
 def test_critical_friction_has_no_derivative():
     """A = 1, B = 1/2: backward slip has no stiffness at f = A/B = 2."""
     S, f = np.array([[1.0, 0.5], [0.5, 1.0]]), 2.0
-    forward, backward = (_Growth(S, np.array([sense * f, 0.0]), np.eye(2), [0]) for sense in (1.0, -1.0))
+    forward, backward = (
+        _Growth(S, np.array([sense * f, 0.0]), np.eye(2), [0]) for sense in (1.0, -1.0)
+    )
     assert forward.derivative()[0] == pytest.approx([0.0, -2.5 / 2.0])
     with pytest.raises(fo.NoContinuation, match="friction is critical"):
         backward.derivative()

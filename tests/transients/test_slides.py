@@ -1,4 +1,5 @@
-"""Bodies that may slide, closed or with nodes that the mean load opens: how many slides there are, what they do to gaps, and what a proof says."""
+"""Bodies that may slide, closed or with nodes that the mean load opens: how many slides there are,
+what they do to gaps, and what a proof says."""
 
 import numpy as np
 import pytest
@@ -14,35 +15,65 @@ from helpers.oracle import Oracle
 
 
 def test_slides_that_only_open_gaps_are_as_small_as_they_can_be(paper_cycle):
-    """The interior point goes as far as a slide opens gaps; all solvers prove one limit, with slips of the size of those that the loads make."""
+    """The interior point goes as far as a slide opens gaps; all solvers prove one limit, with slips
+    of the size of those that the loads make."""
     contact = fo.scenes.SquarePunch(elements=5).condense()
     contact = contact.with_gap(4.0 * (contact.points[:, :2] ** 4).sum(axis=1))
-    one, other = (fo.shakedown_limit(contact, paper_cycle, 0.6, solver=solver) for solver in ("INTERIOR_POINT", "CLARABEL"))
+    one, other = (
+        fo.shakedown_limit(contact, paper_cycle, 0.6, solver=solver)
+        for solver in ("INTERIOR_POINT", "CLARABEL")
+    )
     assert one.open.any() and one.open.tolist() == other.open.tolist()
-    assert one.load_factor == pytest.approx(other.load_factor, rel=1e-8) and max(one.largest_slip, other.largest_slip) < 5.0
+    assert (
+        one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
+        and max(one.largest_slip, other.largest_slip) < 5.0
+    )
 
 
 @pytest.mark.parametrize(("seed", "tilt"), few([(1, 0.0), (1, 0.5), (4, 0.0), (7, 0.0), (2, 0.5)]))
 def test_one_closed_node_slides_as_far_as_gaps_ask_for(seed, tilt):
-    """Along x a body moves freely. Level faces it leaves as far apart as before, but for rounding; tilted ones open, as little as they need."""
+    """Along x a body moves freely. Level faces it leaves as far apart as before, but for rounding;
+    tilted ones open, as little as they need."""
     rng, face = np.random.default_rng(seed), tilt * np.array([0.0, 1.0, 2.0, 1.5])
     free = np.r_[np.cos(face), np.zeros(4), -np.sin(face)] / 2
     aside, G = np.eye(12) - np.outer(free, free), rng.normal(size=(12, 12))
-    loads = {"P": np.r_[np.zeros(8), 1.0, [-0.2] * 3], "a": 0.3 * rng.normal(size=12), "b": 0.3 * rng.normal(size=12)}
+    loads = {
+        "P": np.r_[np.zeros(8), 1.0, [-0.2] * 3],
+        "a": 0.3 * rng.normal(size=12),
+        "b": 0.3 * rng.normal(size=12),
+    }
     gap = 5.0 * (face > 0)
-    contact = fo.ContactSystem(aside @ (G @ G.T / 12 + np.eye(12)) @ aside, np.c_[np.arange(4.0), np.zeros((4, 2))], loads, gap=gap)
+    contact = fo.ContactSystem(
+        aside @ (G @ G.T / 12 + np.eye(12)) @ aside,
+        np.c_[np.arange(4.0), np.zeros((4, 2))],
+        loads,
+        gap=gap,
+    )
     cycle = fo.LoadCycle({"P": 1.0}, [{"a": 1.0}, {"b": 1.0}, {"a": -1.0, "b": -1.0}])
-    one, other = (fo.shakedown_limit(contact, cycle, 0.5, solver=solver) for solver in ("INTERIOR_POINT", "CLARABEL"))
+    one, other = (
+        fo.shakedown_limit(contact, cycle, 0.5, solver=solver)
+        for solver in ("INTERIOR_POINT", "CLARABEL")
+    )
     assert one.open.sum() == 3 and one.load_factor == pytest.approx(other.load_factor, rel=1e-8)
-    assert one.load_factor == pytest.approx(Oracle(contact, cycle, 0.5, one.open).largest(), rel=1e-6)
-    assert one.largest_slip == pytest.approx(other.largest_slip, rel=1e-6) and one.largest_slip < 1.0
+    assert one.load_factor == pytest.approx(
+        Oracle(contact, cycle, 0.5, one.open).largest(), rel=1e-6
+    )
+    assert (
+        one.largest_slip == pytest.approx(other.largest_slip, rel=1e-6) and one.largest_slip < 1.0
+    )
 
 
 def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(monkeypatch):
-    """Slip of node 0 lifts node 1, and nothing resists it: that the cycle presses node 1 shut at load factor 1 is no limit."""
+    """Slip of node 0 lifts node 1, and nothing resists it: that the cycle presses node 1 shut at
+    load factor 1 is no limit."""
     k, bonded = np.eye(3), {"P": ([0.0] * 3, [1.0, -1.0, 1.0]), "Q": ([0.0] * 3, [0.0, 1.0, 0.0])}
-    contact = fo.ContactSystem.from_blocks(k, [[0, 0, 0], [-1, 0, 0], [0, 0, 0]], k, [0.0, 1.0, 2.0], bonded)
-    task = with_open(pose(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 0.0}, {"Q": 1.0}]), 5.0), np.array([False, True, False]))
+    contact = fo.ContactSystem.from_blocks(
+        k, [[0, 0, 0], [-1, 0, 0], [0, 0, 0]], k, [0.0, 1.0, 2.0], bonded
+    )
+    task = with_open(
+        pose(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 0.0}, {"Q": 1.0}]), 5.0),
+        np.array([False, True, False]),
+    )
     assert not fo.shakedown_limit(contact, task.cycle, 0.5).load_factor <= 1.0
     assert not fo.ShakedownModel(contact, task.cycle).of_set(task).load_factor <= 1.0 + 1e-3
     told = []
@@ -51,7 +82,14 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
         """A load factor that is no limit, and the multipliers that come closest to a proof."""
         matrix, n = program.matrix.toarray(), len(program.cost)
         assert program.zero == 0
-        x = linprog(np.zeros(n), matrix, program.right, [program.cost], [-share / task.load_unit], bounds=[(None, None)] * n).x
+        x = linprog(
+            np.zeros(n),
+            matrix,
+            program.right,
+            [program.cost],
+            [-share / task.load_unit],
+            bounds=[(None, None)] * n,
+        ).x
         told.append(x)
         return "optimal", x, persuasive(program, x)
 
@@ -62,9 +100,17 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
             with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
                 fo.ShakedownModel(contact, task.cycle).of_set(task)
     assert len(told) == 6
-    within = pose(contact, task.cycle, 5.0, slip_bound=2.0)  # which lets node 0 lift node 1 by 2 more
-    limit = fo.ShakedownModel(contact, task.cycle, slip_bound=2.0).of_set(with_open(within, np.array([False, True, False])))
-    assert limit.load_factor == pytest.approx(3.0) and limit.slip[0] == pytest.approx(2.0) and limit.residual <= 1e-9
+    within = pose(
+        contact, task.cycle, 5.0, slip_bound=2.0
+    )  # which lets node 0 lift node 1 by 2 more
+    limit = fo.ShakedownModel(contact, task.cycle, slip_bound=2.0).of_set(
+        with_open(within, np.array([False, True, False]))
+    )
+    assert (
+        limit.load_factor == pytest.approx(3.0)
+        and limit.slip[0] == pytest.approx(2.0)
+        and limit.residual <= 1e-9
+    )
 
 
 @pytest.mark.parametrize("free", [0, 1, 7, 8, 9, 20, 29])
@@ -73,8 +119,16 @@ def test_planted_slides_are_found_with_the_compliance_of_the_others(free):
     turn = np.linalg.qr(rng.normal(size=(nodes, nodes)))[0]
     stiffness = np.where(np.arange(nodes) < free, 0.0, 10.0 ** rng.uniform(-4, 0, nodes))
     A = (turn * stiffness) @ turn.T
-    system = fo.ContactSystem.from_blocks((A + A.T) / 2, np.zeros_like(A), np.eye(nodes), np.arange(nodes), {"P": (np.zeros(nodes), np.ones(nodes))})
-    rigid, compliance = free_slips(pose(system, fo.LoadCycle({"P": 1.0}, [{"P": -0.1}, {"P": 0.1}]), 0.5))
+    system = fo.ContactSystem.from_blocks(
+        (A + A.T) / 2,
+        np.zeros_like(A),
+        np.eye(nodes),
+        np.arange(nodes),
+        {"P": (np.zeros(nodes), np.ones(nodes))},
+    )
+    rigid, compliance = free_slips(
+        pose(system, fo.LoadCycle({"P": 1.0}, [{"P": -0.1}, {"P": 0.1}]), 0.5)
+    )
     assert rigid.T @ rigid == pytest.approx(np.eye(free), abs=1e-13)
     assert rigid @ rigid.T == pytest.approx(turn[:, :free] @ turn[:, :free].T, abs=1e-10)
     forces = turn[:, free:]

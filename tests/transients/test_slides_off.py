@@ -1,4 +1,5 @@
-"""Bodies that friction alone cannot hold under the mean load: every question says so, in the plane and in space, and says it only of those."""
+"""Bodies that friction alone cannot hold under the mean load: every question says so, in the plane
+and in space, and says it only of those."""
 
 import re
 from dataclasses import replace
@@ -14,15 +15,24 @@ from helpers.cases import few
 PUNCH = fo.scenes.SquarePunch(elements=2, growth=3.0).condense()
 _X, _Y, _ = PUNCH.points.T
 _NONE = np.zeros_like(_X)
-PUNCH = fo.ContactSystem(PUNCH.S, PUNCH.points, {**PUNCH.bonded, "T": np.r_[-_Y, _X, _NONE], "M": np.r_[_NONE, _NONE, _X]}, width=PUNCH.width)
+PUNCH = fo.ContactSystem(
+    PUNCH.S,
+    PUNCH.points,
+    {**PUNCH.bonded, "T": np.r_[-_Y, _X, _NONE], "M": np.r_[_NONE, _NONE, _X]},
+    width=PUNCH.width,
+)
 SHEARED = [{"Qx": 0.1}, {"Qx": -0.1}]
 
 
 def guided(axes):
-    """One node that a support presses and nothing else holds, and its cycle: the mean shear is 0.5 at a pressure of 1."""
+    """One node that a support presses and nothing else holds, and its cycle: the mean shear is 0.5
+    at a pressure of 1."""
     still = [0.0] * (axes - 2)
     node = fo.ContactSystem(
-        np.diag([0.0] * (axes - 1) + [1.0]), np.zeros((1, axes)), {"m": [0.5, *still, 1.0], "a": [0.01, *still, 0.0]}, width=[1.0]
+        np.diag([0.0] * (axes - 1) + [1.0]),
+        np.zeros((1, axes)),
+        {"m": [0.5, *still, 1.0], "a": [0.01, *still, 0.0]},
+        width=[1.0],
     )
     return node, fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}])
 
@@ -30,26 +40,48 @@ def guided(axes):
 def beside(one, other):
     """Two bodies that do not touch each other."""
     n, parts = one.nodes, (slice(one.nodes), slice(one.nodes, None))
-    S, loads = np.zeros((3, 2 * n, 3, 2 * n)), {name + end: np.zeros((3, 2 * n)) for name in ("P", "Qx") for end in "12"}
+    S, loads = (
+        np.zeros((3, 2 * n, 3, 2 * n)),
+        {name + end: np.zeros((3, 2 * n)) for name in ("P", "Qx") for end in "12"},
+    )
     for end, body, at in zip("12", (one, other), parts, strict=True):
         S[:, at, :, at] = body.S.reshape(3, n, 3, n)
         for name in ("P", "Qx"):
             q, p = body.bonded[name]
             loads[name + end][:, at] = *q.T, p
     places = np.vstack([one.points, other.points + [5.0, 0.0, 0.0]])
-    return fo.ContactSystem(S.reshape(6 * n, -1), places, {name: load.ravel() for name, load in loads.items()}, width=np.r_[one.width, other.width])
+    return fo.ContactSystem(
+        S.reshape(6 * n, -1),
+        places,
+        {name: load.ravel() for name, load in loads.items()},
+        width=np.r_[one.width, other.width],
+    )
 
 
 CASES = {  # by hand: a pressure of 1 on 2 x 2, so that f P = 1.2 with f = 0.3
-    "node in the plane": (*guided(2), r"the body slides as a whole: the mean load has the shear force 0\.5 along \(-1, 0\), above f P = 0\.3;"),
-    "node in space": (*guided(3), r"the body slides as a whole: the mean load has the shear force 0\.5 along \(-1, 0, 0\), above f P = 0\.3;"),
+    "node in the plane": (
+        *guided(2),
+        r"the body slides as a whole: the mean load has the shear force 0\.5 along \(-1, 0\), above f P = 0\.3;",
+    ),
+    "node in space": (
+        *guided(3),
+        r"the body slides as a whole: the mean load has the shear force 0\.5 along \(-1, 0, 0\), above f P = 0\.3;",
+    ),
     "slides": (
         PUNCH,
         fo.LoadCycle({"P": 1.0, "Qx": 0.3, "Qy": 0.3}, SHEARED),
         r"the body slides as a whole: the mean load has the shear force 1\.697 along \(0\.707107, 0\.707107, 0\), above f P = 1\.2;",
     ),
-    "turns": (PUNCH, fo.LoadCycle({"P": 1.0, "T": 1.0}, SHEARED), "the body turns as a whole: the mean load drives it with "),
-    "tips": (PUNCH, fo.LoadCycle({"P": 1.0, "M": 3.0}, SHEARED), "the body lifts off or turns over.*: no pressure .* balances the mean load;"),
+    "turns": (
+        PUNCH,
+        fo.LoadCycle({"P": 1.0, "T": 1.0}, SHEARED),
+        "the body turns as a whole: the mean load drives it with ",
+    ),
+    "tips": (
+        PUNCH,
+        fo.LoadCycle({"P": 1.0, "M": 3.0}, SHEARED),
+        "the body lifts off or turns over.*: no pressure .* balances the mean load;",
+    ),
     "one of two bodies": (
         beside(PUNCH, PUNCH),
         fo.LoadCycle({"P1": 1.0, "P2": 1.0, "Qx2": 0.4}, [{"Qx1": 0.1}, {"Qx1": -0.1}]),
@@ -65,7 +97,9 @@ ANSWERS = {
 ENDS = {
     "march": lambda s, c, f: fo.march(s, c, f, 1.0),
     "steady_state": lambda s, c, f: fo.steady_state(s, c, f, 1.0),
-    "backbone_curve": lambda s, c, f: fo.backbone_curve(s, c, f, [1.0], natural_frequency=1.0 if s.compliance is None else None),
+    "backbone_curve": lambda s, c, f: fo.backbone_curve(
+        s, c, f, [1.0], natural_frequency=1.0 if s.compliance is None else None
+    ),
     "wear": lambda s, c, f: fo.wear(s, c, f, 1.0, coefficient=1e-3, cycles=10),
 }
 
@@ -75,7 +109,9 @@ ENDS = {
 def test_limits_are_answers_that_name_the_motion(question, case):
     system, cycle, said = CASES[case]
     found = ANSWERS[question](system, cycle, 0.3)
-    assert getattr(found, "kind", fo.LimitKind.NO_SAFE_SLIP) is fo.LimitKind.NO_SAFE_SLIP and not getattr(found, "exists", False)
+    assert getattr(
+        found, "kind", fo.LimitKind.NO_SAFE_SLIP
+    ) is fo.LimitKind.NO_SAFE_SLIP and not getattr(found, "exists", False)
     assert re.search(said, found.reason), found.reason
 
 
@@ -91,7 +127,9 @@ def test_transients_end_with_the_motion(question, case):
 def test_a_study_has_the_motion_in_its_rows(case):
     system, cycle, said = CASES[case]
     start = fo.starts.Start("own", "none", np.zeros(system.slip_shape))
-    (row,) = fo.dissipation_study(system, cycle, 0.3, [1.0], [start], progress=False).to_dict("records")
+    (row,) = fo.dissipation_study(system, cycle, 0.3, [1.0], [start], progress=False).to_dict(
+        "records"
+    )
     assert re.search(said, row["error"])
 
 
@@ -107,40 +145,67 @@ def test_a_cycle_slides_a_guided_node_off_where_its_shear_exceeds_friction():
     for axes in (2, 3):
         node, _ = guided(axes)
         still = [0.0] * (axes - 2)
-        node = fo.ContactSystem(node.S, node.points, {"m": [0.1, *still, 1.0], "a": [0.2, *still, 0.0]})
+        node = fo.ContactSystem(
+            node.S, node.points, {"m": [0.1, *still, 1.0], "a": [0.2, *still, 0.0]}
+        )
         cycle = fo.LoadCycle({"m": 1.0}, [{"a": 1.0}, {"a": -1.0}])
         assert fo.shakedown_limit(node, cycle, 0.3).load_factor == pytest.approx(1.0)
         assert fo.steady_state(node, cycle, 0.3, 0.999).outcome is fo.Outcome.SHAKEDOWN
-        said = "shear force of 0.3, of at most f p = 0.3" if axes == 2 else re.escape("the load at the corner (a = +1) has the shear force 0.3002")
+        said = (
+            "shear force of 0.3, of at most f p = 0.3"
+            if axes == 2
+            else re.escape("the load at the corner (a = +1) has the shear force 0.3002")
+        )
         with pytest.raises(fo.NoContinuation, match=said):
             fo.steady_state(node, cycle, 0.3, 1.001)
 
 
 def without_coupling(rng, axes):
-    """A contact whose pressures slip does not change, with slides that nothing resists, and its pressures by trying all sets of open nodes."""
+    """A contact whose pressures slip does not change, with slides that nothing resists, and its
+    pressures by trying all sets of open nodes."""
     n, t = 4, axes - 1
     slides = np.linalg.qr(rng.normal(size=(t * n, int(rng.integers(1, t + 1)))))[0]
     if rng.random() < 0.5:
         slides = np.kron(np.eye(t), np.ones((n, 1)))[:, : slides.shape[1]] / 2
     roots = rng.normal(size=(t * n, t * n)), rng.normal(size=(n, n))
     off, S = np.eye(t * n) - slides @ slides.T, np.zeros((axes * n, axes * n))
-    S[: t * n, : t * n], S[t * n :, t * n :] = off @ (roots[0] @ roots[0].T + np.eye(t * n)) @ off, roots[1] @ roots[1].T + 0.1 * np.eye(n)
+    S[: t * n, : t * n], S[t * n :, t * n :] = (
+        off @ (roots[0] @ roots[0].T + np.eye(t * n)) @ off,
+        roots[1] @ roots[1].T + 0.1 * np.eye(n),
+    )
     S, gap = (S + S.T) / 2, rng.uniform(0, 0.3, n) * (rng.random(n) < 0.3)
     load = {"m": np.r_[0.5 * rng.normal(size=t * n), rng.normal(size=n) + 1.2]}
-    points = np.c_[np.arange(n), rng.normal(size=(n, t))] * np.r_[1.0, np.zeros(t - 1) + (axes > 2), 0.0]
-    contact, p0 = fo.ContactSystem(S, points, load, gap=gap), load["m"][t * n :] - S[t * n :, t * n :] @ gap
+    points = (
+        np.c_[np.arange(n), rng.normal(size=(n, t))] * np.r_[1.0, np.zeros(t - 1) + (axes > 2), 0.0]
+    )
+    contact, p0 = (
+        fo.ContactSystem(S, points, load, gap=gap),
+        load["m"][t * n :] - S[t * n :, t * n :] @ gap,
+    )
     for choice in product((False, True), repeat=n):
         opened, w = np.array(choice), np.zeros(n)
         w[opened] = np.linalg.solve(contact.C[np.ix_(opened, opened)], -p0[opened])
         if w.min() >= 0 and (p0 + contact.C @ w).min() > -1e-9:
-            return contact, slides, np.where(opened, 0.0, p0 + contact.C @ w), load["m"][: t * n].reshape(t, n)
+            return (
+                contact,
+                slides,
+                np.where(opened, 0.0, p0 + contact.C @ w),
+                load["m"][: t * n].reshape(t, n),
+            )
     raise AssertionError
 
 
 def holds(slides, q0, p, f, strength):
-    """Whether shears of at most f p, or of the strength of the surface, have the resultants of the load."""
+    """Whether shears of at most f p, or of the strength of the surface, have the resultants of the
+    load."""
     q = cp.Variable(q0.shape)
-    problem = cp.Problem(cp.Minimize(0), [cp.norm(q, axis=0) <= np.minimum(f * p, strength), slides.T @ cp.vec(q - q0, order="C") == 0])
+    problem = cp.Problem(
+        cp.Minimize(0),
+        [
+            cp.norm(q, axis=0) <= np.minimum(f * p, strength),
+            slides.T @ cp.vec(q - q0, order="C") == 0,
+        ],
+    )
     return problem.solve(solver="CLARABEL") < np.inf
 
 
@@ -154,5 +219,7 @@ def test_random_contacts_slide_off_where_no_shears_balance_the_load_and_only_the
         first, second = (holds(slides, q0, p, by * f, by * strength) for by in (0.999, 1.001))
         if first is second and contact.bonded["m"][1].sum() > 0:
             seen.append(first)
-            assert ("as a whole" in fo.onset(contact, fo.LoadCycle({"m": 1.0}, [{"m": 0.1}]), f).reason) is not first
+            assert (
+                "as a whole" in fo.onset(contact, fo.LoadCycle({"m": 1.0}, [{"m": 0.1}]), f).reason
+            ) is not first
     assert 5 < sum(seen) < len(seen) - 5

@@ -1,4 +1,5 @@
-"""Gross sliding in space, named before a transient begins: against forces found by a cone program."""
+"""Gross sliding in space, named before a transient begins: against forces found by a cone
+program."""
 
 import re
 
@@ -16,20 +17,35 @@ SCENE = fo.scenes.SquarePunch(elements=2, growth=3.0)
 
 
 def test_a_punch_held_by_friction_alone_says_which_way_it_slides():
-    """By hand: a pressure of 1 on 2 x 2 and shears of 1.24 and 0.3 * sqrt(2) * 4 against f P = 1.2."""
+    """By hand: a pressure of 1 on 2 x 2 and shears of 1.24 and 0.3 * sqrt(2) * 4 against f P =
+    1.2."""
     system = SCENE.condense()
     turn = np.kron([[0, 1, 0], [-1, 0, 0], [0, 0, 1]], np.eye(9))  # the tangents by a right angle
-    loads, frames = {name: turn @ joined(*pair) for name, pair in system.bonded.items()}, system.frames[:, [1, 0, 2]] * [[1], [-1], [1]]
+    loads, frames = (
+        {name: turn @ joined(*pair) for name, pair in system.bonded.items()},
+        system.frames[:, [1, 0, 2]] * [[1], [-1], [1]],
+    )
     turned = fo.ContactSystem(turn @ system.S @ turn.T, system.points, loads, frames=frames)
-    for corner, along, demand in (({"Qx": -0.31}, "(-1, 0, 0)", 1.24), ({"Qx": 0.3, "Qy": 0.3}, "(0.707107, 0.707107, 0)", 1.697)):
+    for corner, along, demand in (
+        ({"Qx": -0.31}, "(-1, 0, 0)", 1.24),
+        ({"Qx": 0.3, "Qy": 0.3}, "(0.707107, 0.707107, 0)", 1.697),
+    ):
         cycle = fo.LoadCycle({"P": 1.0}, [{"Qx": 0.1}, corner])
         load = f"the load at the corner ({cycle.corner_names[1]})"
         told = f"the body slides as a whole: {load} has the shear force {demand} along {along}, above f P = 1.2;"
         for ask, contact in ((fo.march, system), (fo.steady_state, turned)):
             with pytest.raises(fo.NoContinuation, match=re.escape(told)):
                 ask(contact, cycle, 0.3, 1.0)
-    assert fo.march(system, fo.LoadCycle({"P": 1.0}, [{"Qx": 0.299}]), 0.3, 1.0, cycles=1, steps=2).residual <= 1e-9
-    with pytest.raises(fo.NoContinuation, match=r"^the body slides as a whole: the mean load has the shear force 1\.6 along"):
+    assert (
+        fo.march(
+            system, fo.LoadCycle({"P": 1.0}, [{"Qx": 0.299}]), 0.3, 1.0, cycles=1, steps=2
+        ).residual
+        <= 1e-9
+    )
+    with pytest.raises(
+        fo.NoContinuation,
+        match=r"^the body slides as a whole: the mean load has the shear force 1\.6 along",
+    ):
         fo.march(system, fo.LoadCycle({"P": 1.0, "Qx": 0.4}, [{"Qx": 0.1}]), 0.3, 1.0)
     with pytest.raises(fo.NoContinuation, match="the body lifts off or turns over"):
         fo.march(system, fo.LoadCycle({"P": 1.0}, [{"P": -1.5}]), 0.3, 1.0)
@@ -39,18 +55,26 @@ MOTIONS = [[0, 1, 2, 3, 4, 5], [0, 1, 2], [0, 2], [2], [0, 1, 5], [0, 1, 2, 5]]
 
 
 def contact(rng, motions):
-    """A random contact with rough faces whose body 1 has some of the six rigid motions, and loads that press and shear it."""
+    """A random contact with rough faces whose body 1 has some of the six rigid motions, and loads
+    that press and shear it."""
     n = int(rng.integers(3, 8))
-    points, normals = rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2], rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1]
+    points, normals = (
+        rng.uniform(-1, 1, (n, 3)) * [1, 1, 0.2],
+        rng.uniform(-0.4, 0.4, (n, 3)) + [0, 0, 1],
+    )
     frames = frames_of(normals)
     shifts = [np.tile(axis, (n, 1)) for axis in np.eye(3)]
     turns = [np.cross(axis, points) for axis in np.eye(3)]
-    rigid = np.column_stack([np.einsum("nak,nk->an", frames, motion).ravel() for motion in [*shifts, *turns]])[:, motions]
+    rigid = np.column_stack(
+        [np.einsum("nak,nk->an", frames, motion).ravel() for motion in [*shifts, *turns]]
+    )[:, motions]
     root = rng.normal(size=(3 * n, 3 * n))
     off = np.eye(3 * n) - rigid @ np.linalg.pinv(rigid)
     press = np.einsum("nak,k->an", frames, [0, 0, 1.0]).ravel()
     bonded = {"P": press, "Q": rng.normal(size=3 * n) + press * rng.uniform(-1, 1)}
-    return fo.ContactSystem(off @ (root @ root.T + np.eye(3 * n)) @ off, points, bonded, frames=frames), rigid
+    return fo.ContactSystem(
+        off @ (root @ root.T + np.eye(3 * n)) @ off, points, bonded, frames=frames
+    ), rigid
 
 
 @pytest.mark.parametrize("softer", [1e-6, 1e-13, 1e-18])
@@ -60,19 +84,37 @@ def test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one(softer):
     free, rigid = contact(rng, MOTIONS[1])
     n, held = free.nodes, np.eye(6) + 0.1
     both = np.zeros((3, n + 2, 3, n + 2))
-    both[:, :n, :, :n], both[:, n:, :, n:] = free.S.reshape(3, n, 3, n), softer * held.reshape(3, 2, 3, 2)
-    points, frames = np.vstack([free.points, [[5, 0, 0], [6, 0, 0]]]), np.concatenate([free.frames, [np.eye(3)] * 2])
-    system = fo.ContactSystem(both.reshape(3 * n + 6, -1), points, {"P": np.ones(3 * n + 6)}, frames=frames)
+    both[:, :n, :, :n], both[:, n:, :, n:] = (
+        free.S.reshape(3, n, 3, n),
+        softer * held.reshape(3, 2, 3, 2),
+    )
+    points, frames = (
+        np.vstack([free.points, [[5, 0, 0], [6, 0, 0]]]),
+        np.concatenate([free.frames, [np.eye(3)] * 2]),
+    )
+    system = fo.ContactSystem(
+        both.reshape(3 * n + 6, -1), points, {"P": np.ones(3 * n + 6)}, frames=frames
+    )
     found = rigid_motions(system.S, system.own_stiffness).reshape(3, n + 2, -1)
     assert found.shape[2] == rigid.shape[1] and np.abs(found[:, n:]).max() < 1e-12
-    assert np.abs(found[:, :n].reshape(3 * n, -1) - rigid @ (np.linalg.pinv(rigid) @ found[:, :n].reshape(3 * n, -1))).max() < 1e-9
+    assert (
+        np.abs(
+            found[:, :n].reshape(3 * n, -1)
+            - rigid @ (np.linalg.pinv(rigid) @ found[:, :n].reshape(3 * n, -1))
+        ).max()
+        < 1e-9
+    )
 
 
 def balance(system, rigid, friction, load):
-    """Status of the cone program for the smallest contact forces that balance a load in the rigid motions."""
+    """Status of the cone program for the smallest contact forces that balance a load in the rigid
+    motions."""
     q, p = cp.Variable((system.nodes, 2)), cp.Variable(system.nodes, nonneg=True)
     forces = cp.hstack([q[:, 0], q[:, 1], p])
-    problem = cp.Problem(cp.Minimize(cp.norm(forces)), [cp.norm(q, axis=1) <= cp.multiply(friction, p), rigid.T @ forces == rigid.T @ load])
+    problem = cp.Problem(
+        cp.Minimize(cp.norm(forces)),
+        [cp.norm(q, axis=1) <= cp.multiply(friction, p), rigid.T @ forces == rigid.T @ load],
+    )
     problem.solve(solver=cp.CLARABEL)
     return problem.status
 

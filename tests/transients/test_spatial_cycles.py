@@ -1,4 +1,5 @@
-"""Where the cycles of a transient in three dimensions lead: plain following of the same increments, and the exact path of plane contacts."""
+"""Where the cycles of a transient in three dimensions lead: plain following of the same increments,
+and the exact path of plane contacts."""
 
 import numpy as np
 import pytest
@@ -9,22 +10,56 @@ from helpers.cases import few
 from helpers.spatial import cycle, random_contact, single
 from helpers.systems import at_corners
 
-# Two nodes of a body that nothing but friction holds: stiffness of the slip between them and of their gaps.
+# Two nodes of a body that nothing but friction holds: stiffness of the slip between them and of
+# their gaps.
 FREE = [
-    np.array([[0.42, -0.12, 0.36, -0.22], [-0.12, 0.45, -0.13, 0.53], [0.36, -0.13, 0.62, -0.58], [-0.22, 0.53, -0.58, 1.5]]),
-    np.array([[0.59, 0.09, -0.08, -0.03], [0.09, 0.3, -0.38, -0.15], [-0.08, -0.38, 2.22, 0.08], [-0.03, -0.15, 0.08, 0.4]]),
+    np.array(
+        [
+            [0.42, -0.12, 0.36, -0.22],
+            [-0.12, 0.45, -0.13, 0.53],
+            [0.36, -0.13, 0.62, -0.58],
+            [-0.22, 0.53, -0.58, 1.5],
+        ]
+    ),
+    np.array(
+        [
+            [0.59, 0.09, -0.08, -0.03],
+            [0.09, 0.3, -0.38, -0.15],
+            [-0.08, -0.38, 2.22, 0.08],
+            [-0.03, -0.15, 0.08, 0.4],
+        ]
+    ),
 ]
-BETWEEN = np.array([[1, -1, 0, 0, 0, 0], [0, 0, 1, -1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 0, 1]], dtype=float)
+BETWEEN = np.array(
+    [[1, -1, 0, 0, 0, 0], [0, 0, 1, -1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 0, 1]], dtype=float
+)
 LOADS = [
-    {"P": [0, 0, 0, 0, 0.82, 0.49], "X": [1.26, -0.27, -0.85, 0.09, 0.91, 0.64], "Y": [2.01, 0.82, 0.05, -0.62, 0.55, 0.9]},
+    {
+        "P": [0, 0, 0, 0, 0.82, 0.49],
+        "X": [1.26, -0.27, -0.85, 0.09, 0.91, 0.64],
+        "Y": [2.01, 0.82, 0.05, -0.62, 0.55, 0.9],
+    },
     {"P": [0, 0, 0, 0, 0.85, 1.82], "X": [-0.77, -0.14, 0.57, -0.44, -0.37, 0.09]},
 ]
-TURNS = [[{"X": 1.0}, {"X": 0.31, "Y": 0.95}, {"X": -0.81, "Y": 0.59}, {"X": -0.81, "Y": -0.59}, {"X": 0.31, "Y": -0.95}], [{"X": 1.0}, {"X": -1.0}]]
-ENDS = [(0.8, 0.95, None, fo.Outcome.RATCHETING), (0.3, 0.995, [[-0.2, -0.82], [-0.72, -0.24]], fo.Outcome.CYCLIC_SLIP)]
+TURNS = [
+    [
+        {"X": 1.0},
+        {"X": 0.31, "Y": 0.95},
+        {"X": -0.81, "Y": 0.59},
+        {"X": -0.81, "Y": -0.59},
+        {"X": 0.31, "Y": -0.95},
+    ],
+    [{"X": 1.0}, {"X": -1.0}],
+]
+ENDS = [
+    (0.8, 0.95, None, fo.Outcome.RATCHETING),
+    (0.3, 0.995, [[-0.2, -0.82], [-0.72, -0.24]], fo.Outcome.CYCLIC_SLIP),
+]
 
 
 def unguided(rng, nodes, corners):
-    """Contact of a body that nothing but friction holds against sliding, its load cycle, friction, and a start of some slip scales."""
+    """Contact of a body that nothing but friction holds against sliding, its load cycle, friction,
+    and a start of some slip scales."""
     m = 3 * nodes
     G, slide = rng.normal(size=(m, m)), np.zeros((m, 2))
     slide[:nodes, 0] = slide[nodes : 2 * nodes, 1] = nodes**-0.5
@@ -32,12 +67,23 @@ def unguided(rng, nodes, corners):
     bonded = {"P": np.r_[np.zeros(2 * nodes), rng.uniform(0.3, 2.0, nodes)]}
     bonded |= {f"c{k}": rng.normal(size=m) for k in range(corners)}
     loads = fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)])
-    friction, start = float(rng.choice([0.2, 0.3, 0.5, 0.8])), rng.choice([0.0, 0.3, 1.0, 3.0]) * rng.normal(size=(nodes, 2))
-    return fo.ContactSystem(across @ (G @ G.T / m + 0.05 * np.eye(m)) @ across, rng.normal(size=(nodes, 3)), bonded), loads, friction, start
+    friction, start = (
+        float(rng.choice([0.2, 0.3, 0.5, 0.8])),
+        rng.choice([0.0, 0.3, 1.0, 3.0]) * rng.normal(size=(nodes, 2)),
+    )
+    return (
+        fo.ContactSystem(
+            across @ (G @ G.T / m + 0.05 * np.eye(m)) @ across, rng.normal(size=(nodes, 3)), bonded
+        ),
+        loads,
+        friction,
+        start,
+    )
 
 
 def embedded_case(seed):
-    """A random plane contact, the same in space with the slips along the directions (N, 2) that come last, loads, friction, a load factor."""
+    """A random plane contact, the same in space with the slips along the directions (N, 2) that
+    come last, loads, friction, a load factor."""
     rng = np.random.default_rng(seed)
     n = int(rng.choice([1, 2, 3, 5, 8]))
     G = rng.standard_normal((2 * n, 2 * n))
@@ -50,9 +96,18 @@ def embedded_case(seed):
     kept = np.r_[:n, 2 * n : 3 * n]
     solid[np.ix_(kept, kept)] = S
     bonded = {"P": (rng.standard_normal(n) * 0.1, rng.uniform(0.5, 2, n))}
-    bonded |= {f"x{k}": (rng.standard_normal(n), rng.standard_normal(n) * rng.choice([0, 0.5])) for k in range(int(rng.integers(2, 5)))}
-    friction = float(rng.choice([0.2, 0.4, 0.7])) if rng.random() < 0.7 else rng.uniform(0.1, 0.8, n)
-    angle, i, turn = rng.uniform(0, 2 * np.pi, n) if rng.random() < 0.6 else np.zeros(n), np.arange(n), np.eye(3 * n)
+    bonded |= {
+        f"x{k}": (rng.standard_normal(n), rng.standard_normal(n) * rng.choice([0, 0.5]))
+        for k in range(int(rng.integers(2, 5)))
+    }
+    friction = (
+        float(rng.choice([0.2, 0.4, 0.7])) if rng.random() < 0.7 else rng.uniform(0.1, 0.8, n)
+    )
+    angle, i, turn = (
+        rng.uniform(0, 2 * np.pi, n) if rng.random() < 0.6 else np.zeros(n),
+        np.arange(n),
+        np.eye(3 * n),
+    )
     turn[i, i] = turn[n + i, n + i] = np.cos(angle)
     turn[i, n + i], turn[n + i, i] = np.sin(angle), -np.sin(angle)
     rng.standard_normal((n, 3))
@@ -61,7 +116,9 @@ def embedded_case(seed):
     space = fo.ContactSystem(turn @ solid @ turn.T, np.c_[i, i * 0, i * 0], in_space)
     loads = fo.LoadCycle({"P": 1.0}, [{name: 1.0} for name in bonded if name != "P"])
     limit = fo.shakedown_limit(plane, loads, friction).load_factor
-    at = (limit if np.isfinite(limit) and limit > 0 else 1.0) * float(rng.choice([0.5, 0.9, 1.05, 1.5]))
+    at = (limit if np.isfinite(limit) and limit > 0 else 1.0) * float(
+        rng.choice([0.5, 0.9, 1.05, 1.5])
+    )
     return plane, space, loads, friction, at, np.c_[np.cos(angle), -np.sin(angle)]
 
 
@@ -73,9 +130,18 @@ def corner_slips(path):
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_far_safe_slip_is_not_the_end_of_cycles_that_go_elsewhere(which):
     friction, ratio, start, outcome = ENDS[which]
-    contact = fo.ContactSystem(BETWEEN.T @ FREE[which] @ BETWEEN, [[0, 0, 0], [1, 0, 0]], {k: np.array(r, float) for k, r in LOADS[which].items()})
+    contact = fo.ContactSystem(
+        BETWEEN.T @ FREE[which] @ BETWEEN,
+        [[0, 0, 0], [1, 0, 0]],
+        {k: np.array(r, float) for k, r in LOADS[which].items()},
+    )
     loads = fo.LoadCycle({"P": 1.0}, TURNS[which])
-    problem = contact, loads, friction, ratio * fo.shakedown_limit(contact, loads, friction).load_factor
+    problem = (
+        contact,
+        loads,
+        friction,
+        ratio * fo.shakedown_limit(contact, loads, friction).load_factor,
+    )
     path = fo.march(*problem, initial_slip=start, steps=4, cycles=150)
     steady = fo.steady_state(*problem, initial_slip=start, steps=4)
     assert steady.outcome is outcome and steady.period == 1 and steady.work_error <= 1e-9
@@ -86,40 +152,76 @@ def test_a_far_safe_slip_is_not_the_end_of_cycles_that_go_elsewhere(which):
 
 @pytest.mark.parametrize("seed", [7, 9, 23, 53])
 def test_the_steady_state_of_random_unguided_contacts_is_that_of_plain_following(seed):
-    contact, loads, friction, start = unguided(np.random.default_rng(seed), 2 + seed % 2, 2 + seed // 2 % 2)
+    contact, loads, friction, start = unguided(
+        np.random.default_rng(seed), 2 + seed % 2, 2 + seed // 2 % 2
+    )
     at = (0.95, 0.99)[seed // 4 % 2] * fo.shakedown_limit(contact, loads, friction).load_factor
     path = fo.march(contact, loads, friction, at, initial_slip=start, steps=4, cycles=60)
-    steady, works = fo.steady_state(contact, loads, friction, at, initial_slip=start, steps=4), path.cycle_work.sum(axis=1)
+    steady, works = (
+        fo.steady_state(contact, loads, friction, at, initial_slip=start, steps=4),
+        path.cycle_work.sum(axis=1),
+    )
     assert works[-1] == pytest.approx(works[-2], rel=1e-7)
     assert steady.dissipation == pytest.approx(works[-1], rel=1e-6)
     ends = corner_slips(path)[:: len(loads.corners)]
     drift = np.abs(ends[-1] - ends[-2]).max()
-    assert (steady.outcome is fo.Outcome.RATCHETING) == (drift > 1e-3) and (drift > 1e-3 or steady.slip == pytest.approx(ends[-1], abs=1e-5))
+    assert (steady.outcome is fo.Outcome.RATCHETING) == (drift > 1e-3) and (
+        drift > 1e-3 or steady.slip == pytest.approx(ends[-1], abs=1e-5)
+    )
 
 
 @pytest.mark.parametrize(
     ("seed", "ratio", "off", "cycles"),
-    few([(53, 1.15, 1e-9, 300), (52, 1.4, 1e-10, 300), (59, 1.15, 1e-9, 350), (6, 1.15, 1e-11, 450), (24, 1.15, 1e-9, 1000)]),
+    few(
+        [
+            (53, 1.15, 1e-9, 300),
+            (52, 1.4, 1e-10, 300),
+            (59, 1.15, 1e-9, 350),
+            (6, 1.15, 1e-11, 450),
+            (24, 1.15, 1e-9, 1000),
+        ]
+    ),
 )
-def test_slip_that_comes_slowly_to_one_of_many_steady_states_tells_how_far_off_its_work_is(seed, ratio, off, cycles):
+def test_slip_that_comes_slowly_to_one_of_many_steady_states_tells_how_far_off_its_work_is(
+    seed, ratio, off, cycles
+):
     """Its works of later cycles differ from those told by up to 1e-7 of themselves."""
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, int(rng.integers(2, 6)))
     at = ratio * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
-    steady, works = fo.steady_state(contact, cycle(), 0.5, at), fo.march(contact, cycle(), 0.5, at, cycles=cycles).cycle_work.sum(axis=1)
+    steady, works = (
+        fo.steady_state(contact, cycle(), 0.5, at),
+        fo.march(contact, cycle(), 0.5, at, cycles=cycles).cycle_work.sum(axis=1),
+    )
     assert works[-1] == pytest.approx(works[-100], rel=1e-9)
-    assert steady.extrapolated and off < abs(steady.dissipation / works[-1] - 1) <= steady.work_error < 1e-5
+    assert (
+        steady.extrapolated
+        and off < abs(steady.dissipation / works[-1] - 1) <= steady.work_error < 1e-5
+    )
 
 
 @pytest.mark.parametrize("seed", [2, 38, 56, 149, 128])
 def test_slip_whose_last_events_are_yet_to_come_tells_how_far_off_its_work_is(seed):
-    """Some nodes still slip or open in the last returns and not in the steady state, or the other way: those events move it. None in the last."""
+    """Some nodes still slip or open in the last returns and not in the steady state, or the other
+    way: those events move it. None in the last."""
     rng = np.random.default_rng(seed)
-    nodes, friction, share = int(rng.integers(2, 13)), float(rng.uniform(0.1, 0.6)), float(rng.choice([0.8, 0.95, 1.05, 1.2, 2.0]))
+    nodes, friction, share = (
+        int(rng.integers(2, 13)),
+        float(rng.uniform(0.1, 0.6)),
+        float(rng.choice([0.8, 0.95, 1.05, 1.2, 2.0])),
+    )
     contact = random_contact(rng, nodes)
     contact = contact.with_gap(np.where(rng.random(nodes) < 0.4, 0.3 * rng.random(nodes), 0))
-    problem = contact, cycle(2), friction, share * fo.shakedown_limit(contact, cycle(2), friction).load_factor
-    steady, works = fo.steady_state(*problem, steps=8), fo.march(*problem, steps=8, cycles=120).cycle_work.sum(axis=1)
+    problem = (
+        contact,
+        cycle(2),
+        friction,
+        share * fo.shakedown_limit(contact, cycle(2), friction).load_factor,
+    )
+    steady, works = (
+        fo.steady_state(*problem, steps=8),
+        fo.march(*problem, steps=8, cycles=120).cycle_work.sum(axis=1),
+    )
     assert works[-1] == pytest.approx(works[-20], rel=1e-9)
     assert 1e-9 < abs(steady.dissipation / works[-1] - 1) <= steady.work_error < 1e-5
 
@@ -132,47 +234,92 @@ def test_nodes_that_stop_before_the_limit_or_have_stopped_leave_no_error_untold(
     friction = rng.uniform(0.2, 0.8, nodes) if seed % 4 else float(rng.uniform(0.2, 0.8))
     if steps == 2:
         contact = contact.with_gap(np.where(rng.random(nodes) < 0.4, 0.3 * rng.random(nodes), 0))
-    problem = contact, cycle(2), friction, share * fo.shakedown_limit(contact, cycle(2), friction).load_factor
-    steady, works = fo.steady_state(*problem, steps=steps), fo.march(*problem, steps=steps, cycles=500).cycle_work.sum(axis=1)
+    problem = (
+        contact,
+        cycle(2),
+        friction,
+        share * fo.shakedown_limit(contact, cycle(2), friction).load_factor,
+    )
+    steady, works = (
+        fo.steady_state(*problem, steps=steps),
+        fo.march(*problem, steps=steps, cycles=500).cycle_work.sum(axis=1),
+    )
     assert works[-1] == pytest.approx(works[-20], rel=1e-9)
     assert abs(steady.dissipation / works[-1] - 1) <= max(1e-9, steady.work_error) < 1e-5
 
 
 def test_a_single_node_on_its_own_stiffness_never_ratchets():
-    """A drift would stress it; here its slip goes to rest slowly, just below the load factor from which on some start makes it slip for ever."""
+    """A drift would stress it; here its slip goes to rest slowly, just below the load factor from
+    which on some start makes it slip for ever."""
     S = np.array([[1.1854, -0.1615, 0.5329], [-0.1615, 1.2455, -1.0787], [0.5329, -1.0787, 3.149]])
     rows = [[0.7236, -0.3088, 0.099], [-1.2535, 0.3448, -0.0804], [0.5298, -0.036, -0.0186]]
-    contact = fo.ContactSystem(S, [[0, 0, 0]], {"P": [0, 0, 1.3017]} | {f"c{k}": row for k, row in enumerate(rows)})
+    contact = fo.ContactSystem(
+        S, [[0, 0, 0]], {"P": [0, 0, 1.3017]} | {f"c{k}": row for k, row in enumerate(rows)}
+    )
     loads = fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(3)])
-    steady = fo.steady_state(contact, loads, 0.4717, 0.626, initial_slip=[[0.2351, 2.1881]], steps=2)
+    steady = fo.steady_state(
+        contact, loads, 0.4717, 0.626, initial_slip=[[0.2351, 2.1881]], steps=2
+    )
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
-    assert fo.march(contact, loads, 0.4717, 0.626, initial_slip=steady.slip, cycles=2, steps=2).work[-1, 0] < 1e-8
+    assert (
+        fo.march(contact, loads, 0.4717, 0.626, initial_slip=steady.slip, cycles=2, steps=2).work[
+            -1, 0
+        ]
+        < 1e-8
+    )
 
 
-@pytest.mark.parametrize(("seed", "steps"), [(30, 2), (30, 20), (19, 4), (19, 20), (29, 20), (4, 10), (6, 20), (64, 4)])
-def test_the_error_of_increments_is_at_most_what_a_steady_state_tells_and_five_times_what_a_transient_does(seed, steps):
-    """The exact path of a plane contact tells the true one, also where all numbers of increments have the same error."""
+@pytest.mark.parametrize(
+    ("seed", "steps"), [(30, 2), (30, 20), (19, 4), (19, 20), (29, 20), (4, 10), (6, 20), (64, 4)]
+)
+def test_the_error_of_increments_is_at_most_what_a_steady_state_tells_and_five_times_what_a_transient_does(
+    seed, steps
+):
+    """The exact path of a plane contact tells the true one, also where all numbers of increments
+    have the same error."""
     plane, solid, loads, friction, at, turned = embedded_case(seed)
-    exact, steady = fo.steady_state(plane, loads, friction, at), fo.steady_state(solid, loads, friction, at, steps=steps)
+    exact, steady = (
+        fo.steady_state(plane, loads, friction, at),
+        fo.steady_state(solid, loads, friction, at, steps=steps),
+    )
     assert steady.outcome is exact.outcome is fo.Outcome.CYCLIC_SLIP
     assert 1e-9 < abs(exact.dissipation / steady.dissipation - 1) < steady.step_error
-    way, path = fo.march(plane, loads, friction, at, cycles=3), fo.march(solid, loads, friction, at, cycles=3, steps=steps)
-    length = max(float(np.abs(way.bonded_p).max()), float(np.abs(way.bonded_q).max())) / solid.stiffness_scale
-    assert np.abs(corner_slips(path) - corner_slips(way)[..., None] * turned).max() / length < 5 * path.step_error + 1e-9
+    way, path = (
+        fo.march(plane, loads, friction, at, cycles=3),
+        fo.march(solid, loads, friction, at, cycles=3, steps=steps),
+    )
+    length = (
+        max(float(np.abs(way.bonded_p).max()), float(np.abs(way.bonded_q).max()))
+        / solid.stiffness_scale
+    )
+    assert (
+        np.abs(corner_slips(path) - corner_slips(way)[..., None] * turned).max() / length
+        < 5 * path.step_error + 1e-9
+    )
 
 
 def test_increments_that_have_several_times_the_work_say_so():
-    """One node at twice its limit, where two increments from corner to corner have almost five times the work."""
+    """One node at twice its limit, where two increments from corner to corner have almost five
+    times the work."""
     bonded = {"P": ([0.0], [1.0]), "Q": ([-0.963], [-0.385]), "R": ([-0.545], [-0.323])}
     node = fo.ContactSystem.from_blocks([[1.0]], [[-0.3]], [[1.0]], [0.0], bonded)
     loads = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"R": 1.0}])
     at = 2 * fo.shakedown_limit(node, loads, 0.5).load_factor
-    exact, steady = fo.steady_state(node, loads, 0.5, at), fo.steady_state(node, loads, 0.5, at, steps=2)
-    assert 4 < steady.dissipation / exact.dissipation and 1 - exact.dissipation / steady.dissipation < steady.step_error
+    exact, steady = (
+        fo.steady_state(node, loads, 0.5, at),
+        fo.steady_state(node, loads, 0.5, at, steps=2),
+    )
+    assert (
+        4 < steady.dissipation / exact.dissipation
+        and 1 - exact.dissipation / steady.dissipation < steady.step_error
+    )
 
 
 def test_other_increments_without_an_answer_leave_the_error_unknown(monkeypatch):
-    loads, along = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), fo.increments.NewtonIncrement.along
+    loads, along = (
+        fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]),
+        fo.increments.NewtonIncrement.along,
+    )
 
     def failing(self, u, ahead):
         if len(ahead) not in (1, 4):  # increments from corner to corner, or to a state
@@ -193,24 +340,42 @@ def test_a_node_does_no_work_while_it_is_open():
 
 @pytest.mark.parametrize("steps", [None, 2, 7])
 def test_what_a_node_does_in_an_increment_in_which_it_opens_or_closes_is_in_doubt(steps):
-    """All numbers of increments have the same error: in one it slides and opens, or comes down at another slip than the one before."""
-    plane = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
+    """All numbers of increments have the same error: in one it slides and opens, or comes down at
+    another slip than the one before."""
+    plane = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])}
+    )
     slides = fo.LoadCycle({"P": 0.5}, [{"P": -0.48}, {"P": -0.48, "X": 0.03}, {"P": -1.5}])
-    exact, steady = fo.steady_state(plane, slides, 2.0, 1.0), fo.steady_state(single(), slides, 2.0, 1.0, steps=steps)
+    exact, steady = (
+        fo.steady_state(plane, slides, 2.0, 1.0),
+        fo.steady_state(single(), slides, 2.0, 1.0, steps=steps),
+    )
     assert exact.dissipation > 4e-4 and steady.dissipation == 0 and steady.step_error == np.inf
     comes_down = fo.LoadCycle({"P": 1.0}, [{"P": -1.02}, {"X": 1.0}])
-    way, path = fo.march(plane, comes_down, 2.0, 1.0, cycles=1), fo.march(single(), comes_down, 2.0, 1.0, cycles=1, steps=steps)
+    way, path = (
+        fo.march(plane, comes_down, 2.0, 1.0, cycles=1),
+        fo.march(single(), comes_down, 2.0, 1.0, cycles=1, steps=steps),
+    )
     assert way.slip[-1, 0] == pytest.approx(-0.02 / 1.02)
     assert np.abs(path.slip[-1, 0] - [way.slip[-1, 0], 0.0]).max() / 1.02 <= path.step_error + 1e-12
 
 
 def test_what_is_known_when_cycles_run_out_is_in_the_error():
     contact, loads, friction, start = unguided(np.random.default_rng(9), 3, 2)
-    problem = contact, loads, friction, 0.95 * fo.shakedown_limit(contact, loads, friction).load_factor
+    problem = (
+        contact,
+        loads,
+        friction,
+        0.95 * fo.shakedown_limit(contact, loads, friction).load_factor,
+    )
     path = fo.march(*problem, initial_slip=start, steps=4, cycles=3)
-    with pytest.raises(fo.NoContinuation, match=r"within . of most_cycles = 3 cycles \(the slip changes by") as told:
+    with pytest.raises(
+        fo.NoContinuation, match=r"within . of most_cycles = 3 cycles \(the slip changes by"
+    ) as told:
         fo.steady_state(*problem, initial_slip=start, steps=4, most_cycles=3)
-    assert np.array_equal(told.value.slip, path.slip[-1]) and np.array_equal(told.value.gap, path.gap[-1])
+    assert np.array_equal(told.value.slip, path.slip[-1]) and np.array_equal(
+        told.value.gap, path.gap[-1]
+    )
     assert told.value.work == pytest.approx(path.cycle_work.sum(axis=1), rel=1e-12)
 
 
@@ -231,7 +396,9 @@ def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
             seen.append(self.show)
 
     monkeypatch.setattr(asked, "bar_of", Bar)
-    steady = fo.steady_state(random_contact(np.random.default_rng(7), 4), cycle(), 0.5, 0.3, steps=2, progress=False)
+    steady = fo.steady_state(
+        random_contact(np.random.default_rng(7), 4), cycle(), 0.5, 0.3, steps=2, progress=False
+    )
     assert len(seen) > steady.cycles and not any(seen)
     with pytest.raises(fo.ModelError, match="progress"):
         fo.steady_state(single(), fo.LoadCycle({"P": 1.0}, [{"X": 1.0}]), 0.5, 0.3, progress="yes")
@@ -239,7 +406,9 @@ def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
 
 def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_plane():
     loads = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
-    plane = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])})
+    plane = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "X": ([1.0], [0.0])}
+    )
     for contact in (single(), plane):
         steady = fo.steady_state(contact, loads, 0.0, 1.0)
         assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
@@ -247,7 +416,8 @@ def test_a_node_without_friction_moves_without_an_end_and_is_at_rest_as_in_the_p
 
 @pytest.mark.parametrize(("seed", "ratio"), [(39, 0.9015625), (55, 0.8875)])
 def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
-    """By plain following: each cycle has less work than the one before, and in the end less than a millionth of the first one's."""
+    """By plain following: each cycle has less work than the one before, and in the end less than a
+    millionth of the first one's."""
     rng, nodes = np.random.default_rng(seed), 2 + seed % 2
     contact, loads = random_contact(rng, nodes), cycle(nodes)
     asked = contact, loads, 0.5, ratio * fo.shakedown_limit(contact, loads, 0.5).load_factor

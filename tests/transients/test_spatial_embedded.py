@@ -1,4 +1,5 @@
-"""Plane contacts embedded in space have the plane's answers, at nodes without friction or pressure too."""
+"""Plane contacts embedded in space have the plane's answers, at nodes without friction or pressure
+too."""
 
 import numpy as np
 import pytest
@@ -19,7 +20,8 @@ OPPOSED = [{"a": 1.0}, {"a": -1.0}]
 
 @pytest.mark.parametrize("seed", [0, 3519, 17821, 21577])
 def test_several_slides_that_nothing_resists_leave_the_limit_of_the_plane(seed):
-    """The body slides along the plane, and nodes move freely across it. In all but the first LAPACK does not find these slides alone."""
+    """The body slides along the plane, and nodes move freely across it. In all but the first LAPACK
+    does not find these slides alone."""
     A = [[2.0, -1.0, -1.0], [-1.0, 2.0, -1.0], [-1.0, -1.0, 2.0]]
     bonded = {"P": (np.zeros(3), np.ones(3)), "Q": ([1.0, 0.5, -1.5], np.zeros(3))}
     flat = fo.ContactSystem.from_blocks(A, np.zeros((3, 3)), np.eye(3), range(3), bonded)
@@ -30,10 +32,14 @@ def test_several_slides_that_nothing_resists_leave_the_limit_of_the_plane(seed):
 
 def test_the_unit_of_a_margin_without_pressure_is_that_of_the_plane():
     bonded = {"mean": ([0.6, -0.2], [0.0, 0.0]), "a": ([1.0, 0.3], [0.5, 0.4])}
-    flat = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
+    flat = fo.ContactSystem.from_blocks(
+        [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], bonded
+    )
     solid, _ = embedded(flat, np.random.default_rng(0))
     loads = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}])
-    assert fo.safe_slip(solid, loads, 0.3, 0.2).margin == pytest.approx(fo.safe_slip(flat, loads, 0.3, 0.2).margin, rel=1e-7)
+    assert fo.safe_slip(solid, loads, 0.3, 0.2).margin == pytest.approx(
+        fo.safe_slip(flat, loads, 0.3, 0.2).margin, rel=1e-7
+    )
 
 
 @settings(max_examples=few(12))
@@ -44,7 +50,12 @@ def test_smooth_nodes_whose_shear_is_steady_have_the_limit_that_polygons_find(se
     contact = random_contact(rng, n)
     f = rng.uniform(0.2, 1.0, n) * (np.arange(n) != rng.integers(n))
     steady = np.tile(f > 0, 2)
-    contact = contact.with_bonded({name: np.r_[vectors(contact)[name][: 2 * n] * steady, vectors(contact)[name][2 * n :]] for name in "ab"})
+    contact = contact.with_bonded(
+        {
+            name: np.r_[vectors(contact)[name][: 2 * n] * steady, vectors(contact)[name][2 * n :]]
+            for name in "ab"
+        }
+    )
     loads = fo.LoadCycle({"mean": 1.0}, CORNERS)
     limit, known = fo.shakedown_limit(contact, loads, f), polygon_limit(contact, loads, f)
     if np.isfinite(limit.load_factor):
@@ -59,25 +70,56 @@ def test_smooth_nodes_whose_shear_is_steady_have_the_limit_that_polygons_find(se
 @pytest.mark.parametrize(
     ("friction", "pressure", "corners", "why"),
     [
-        ([0.0, 0.5], [1.0, 1.0], [{"X": 1.0}, {"X": -0.3}], "node 0 has no friction, and the cyclic load shears it"),
-        (0.5, [1.0, 0.0], [{"X": 1.0}, {"X": -0.3}], "node 1 carries no pressure under the mean load, and the cyclic load shears it"),
-        (0.5, [1.0, 0.0], [{"Z": 1.0}, {}], "node 1 carries no pressure under the mean load, and the cyclic load lifts it"),
+        (
+            [0.0, 0.5],
+            [1.0, 1.0],
+            [{"X": 1.0}, {"X": -0.3}],
+            "node 0 has no friction, and the cyclic load shears it",
+        ),
+        (
+            0.5,
+            [1.0, 0.0],
+            [{"X": 1.0}, {"X": -0.3}],
+            "node 1 carries no pressure under the mean load, and the cyclic load shears it",
+        ),
+        (
+            0.5,
+            [1.0, 0.0],
+            [{"Z": 1.0}, {}],
+            "node 1 carries no pressure under the mean load, and the cyclic load lifts it",
+        ),
     ],
 )
 def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, corners, why):
-    bonded = {"P": np.r_[0.1, -0.2, 0.0, 0.1, pressure], "X": [1.0, 1.0, 0.5, 0.2, 0, 0], "Z": [0, 0, 0, 0, 0.1, -0.2]}
+    bonded = {
+        "P": np.r_[0.1, -0.2, 0.0, 0.1, pressure],
+        "X": [1.0, 1.0, 0.5, 0.2, 0, 0],
+        "Z": [0, 0, 0, 0, 0.1, -0.2],
+    }
     S = np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]])
     asked = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded), fo.LoadCycle({"P": 1.0}, corners)
     limit = fo.ShakedownModel(*asked).of_set(pose(*asked, friction))  # all nodes closed
-    assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE) and limit.reason.endswith(why)
-    assert limit.bound == pytest.approx(0.0, abs=1e-12) and set(limit.mechanism["node"]) == {int(why[5])}
+    assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE) and limit.reason.endswith(
+        why
+    )
+    assert limit.bound == pytest.approx(0.0, abs=1e-12) and set(limit.mechanism["node"]) == {
+        int(why[5])
+    }
 
 
 def test_a_smooth_node_in_a_contact_that_nothing_makes_safe_leaves_no_limit():
     bonded = {"P": [0, 0, 0, 0, -1, -1], "X": [1, 1, 0, 0, 0, 0]}
-    pulled = fo.ContactSystem(np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]]), [[0, 0, 0], [1, 0, 0]], bonded)
-    limit = fo.shakedown_limit(pulled, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.0, 0.5])
-    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and np.isnan(limit.load_factor) and "pulls the bodies apart" in limit.reason
+    pulled = fo.ContactSystem(
+        np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]]), [[0, 0, 0], [1, 0, 0]], bonded
+    )
+    limit = fo.shakedown_limit(
+        pulled, fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}]), [0.0, 0.5]
+    )
+    assert (
+        limit.kind is fo.LimitKind.NO_SAFE_SLIP
+        and np.isnan(limit.load_factor)
+        and "pulls the bodies apart" in limit.reason
+    )
 
 
 def test_the_slip_at_a_limit_stays_within_every_circle_to_rounding():
@@ -92,29 +134,48 @@ def test_the_slip_at_a_limit_stays_within_every_circle_to_rounding():
 def graded(rng, nodes):
     """A random contact, and (3N,) by which the root of each direction's stiffness is multiplied."""
     contact, size = random_contact(rng, nodes, 1.0), 10.0 ** rng.uniform(-2, 2, 3 * nodes)
-    return fo.ContactSystem(contact.S * np.outer(size, size), contact.points, dict(contact.bonded)), size
+    return fo.ContactSystem(
+        contact.S * np.outer(size, size), contact.points, dict(contact.bonded)
+    ), size
 
 
 @pytest.mark.parametrize("seed", [4, 9, 20, 22])
 def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
-    """Each tangent and normal has a stiffness of its own, over eight decades; the safe slip and the mechanism are judged by the entries of S."""
+    """Each tangent and normal has a stiffness of its own, over eight decades; the safe slip and the
+    mechanism are judged by the entries of S."""
     rng = np.random.default_rng(seed)
     contact, size = graded(rng, int(rng.integers(4, 13)))
     f, n = rng.uniform(0.2, 1.5, contact.nodes), contact.nodes
     limit, loads = fo.shakedown_limit(contact, cycle(), f), vectors(contact)
     finite = np.isfinite(limit.load_factor)
-    at, slip = (limit.load_factor, limit.slip) if finite else (1e3, fo.safe_slip(contact, cycle(), f, 1e3).slip)
-    r = np.array([loads["mean"] + at * sum(by * loads[name] for name, by in corner.items()) for corner in cycle().corners])
+    at, slip = (
+        (limit.load_factor, limit.slip)
+        if finite
+        else (1e3, fo.safe_slip(contact, cycle(), f, 1e3).slip)
+    )
+    r = np.array(
+        [
+            loads["mean"] + at * sum(by * loads[name] for name, by in corner.items())
+            for corner in cycle().corners
+        ]
+    )
     q, p = parted(r + contact.S[:, : 2 * n] @ slip.T.ravel(), 3)
-    assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-8 * max(at, 1.0) * np.abs(loads["mean"][2 * n :]).mean()
+    assert (np.linalg.norm(q, axis=-1) - f * p).max() <= 1e-8 * max(at, 1.0) * np.abs(
+        loads["mean"][2 * n :]
+    ).mean()
     if finite:
         motion = limit._motion
         d, lift = np.split(motion.moves.sum(axis=0).ravel(), [2 * n])
-        assert np.abs((contact.A @ d + contact.B.T @ lift) / size[: 2 * n]).max() <= 1e-8 * np.abs(lift * size[2 * n :]).max()
+        assert (
+            np.abs((contact.A @ d + contact.B.T @ lift) / size[: 2 * n]).max()
+            <= 1e-8 * np.abs(lift * size[2 * n :]).max()
+        )
         moves = motion.moves.reshape(len(motion.moves), -1)
         by_corner = [sum(by * loads[name] for name, by in each.items()) for each in cycle().corners]
         drive = -np.sum(moves * by_corner)
-        assert moves.sum(axis=0) @ loads["mean"] / drive == pytest.approx(limit.load_factor, rel=1e-8)
+        assert moves.sum(axis=0) @ loads["mean"] / drive == pytest.approx(
+            limit.load_factor, rel=1e-8
+        )
 
 
 @pytest.mark.parametrize("seed", [2, 13, 32, 86])
@@ -126,6 +187,9 @@ def test_increments_of_directions_of_very_unlike_stiffness_are_found(seed):
     found = fo.increments.NewtonIncrement(contact, f).solve(np.zeros((n, 2)), parted(load, 3))
     q, p = parted(load + contact.S @ np.r_[found.slip.T.ravel(), found.gap], 3)
     force, slid = np.abs(load[2 * n :]).mean(), np.linalg.norm(found.slip, axis=1)
-    assert max((np.linalg.norm(q, axis=1) - f * p).max(), -p.min(), (p * (found.gap > 0)).max()) <= 1e-8 * force
+    assert (
+        max((np.linalg.norm(q, axis=1) - f * p).max(), -p.min(), (p * (found.gap > 0)).max())
+        <= 1e-8 * force
+    )
     opposed = np.sum(q * found.slip, axis=1) + f * p * slid  # friction opposes slip, with f p
     assert np.abs(opposed / np.where(slid > 0, slid, 1.0)).max() <= 1e-8 * force

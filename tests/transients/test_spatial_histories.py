@@ -1,4 +1,5 @@
-"""What follows from many transients, in space: the answers of the plane, closed forms of one node, and finite differences."""
+"""What follows from many transients, in space: the answers of the plane, closed forms of one node,
+and finite differences."""
 
 from copy import copy
 from dataclasses import replace
@@ -30,7 +31,9 @@ def test_the_derivative_of_a_cycle_of_increments_is_that_of_differences(seed, ra
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 4)
     load_factor = ratio * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
-    path = path_of(contact, cycle(), 0.5, load_factor, 0.3 * rng.normal(size=(4, 2)), steps=5).start()
+    path = path_of(
+        contact, cycle(), 0.5, load_factor, 0.3 * rng.normal(size=(4, 2)), steps=5
+    ).start()
     state, path = settled(path)
     assert state.outcome is fo.Outcome.CYCLIC_SLIP and np.isinf(state.step_error)
     one = increment_map(path)
@@ -42,7 +45,9 @@ def test_the_derivative_of_a_cycle_of_increments_is_that_of_differences(seed, ra
             u = path.state.u + size * slip
             other.state = path.state._replace(u=u, r=path.bonded + contact.S @ u)
             ends.append(other.cycle_on(1))
-        u, work = ((getattr(ends[0], name) - getattr(ends[1], name)) / 2e-6 for name in ("u", "work"))
+        u, work = (
+            (getattr(ends[0], name) - getattr(ends[1], name)) / 2e-6 for name in ("u", "work")
+        )
         assert one.derivative @ slip == pytest.approx(u[-1], abs=1e-7)
         assert one.work_gradient @ slip == pytest.approx(work.sum(), abs=1e-7)
 
@@ -51,14 +56,18 @@ def test_tangents_touch_the_bound_where_the_shear_points():
     q = np.array([[[3.0, 0.0], [4.0, 0.0]]])
     ways = np.array(_tangents(q))
     assert (ways * q).sum(axis=2).max(axis=0).tolist() == [[5.0, 0.0]]
-    assert np.linalg.norm(ways, axis=2) == pytest.approx(np.ones((4, 1, 2))) and ways.sum(axis=0) == pytest.approx(np.zeros((1, 2, 2)))
+    assert np.linalg.norm(ways, axis=2) == pytest.approx(np.ones((4, 1, 2))) and ways.sum(
+        axis=0
+    ) == pytest.approx(np.zeros((1, 2, 2)))
 
 
 def test_a_node_that_is_assembled_slips_by_what_friction_lacks():
     """Unit stiffness, shear (3, 4), bound 2: it slips against the shear by 5 - 2."""
     node = single(friction_bound=4.0)
     loads = fo.LoadCycle({"P": 1.0, "X": 3.0, "Y": 4.0}, [{"X": 1.0}, {"X": -1.0}])
-    assert fo.starts.assembled_slip(node, loads, 0.5) == pytest.approx(-3.0 * np.array([[0.6, 0.8]]), abs=1e-5)
+    assert fo.starts.assembled_slip(node, loads, 0.5) == pytest.approx(
+        -3.0 * np.array([[0.6, 0.8]]), abs=1e-5
+    )
     assert fo.starts.assembled_slip(node, loads, 2.0) == pytest.approx(np.zeros((1, 2)))
 
 
@@ -67,27 +76,46 @@ def in_both(ask, *given, **options):
     return ask(PAIR, *given, **options), ask(SOLID, *given, **options, steps=2)
 
 
-@pytest.mark.parametrize(("start", "steps"), [("worst", ()), ("worst", [LoadStep({"mean": 0.2})]), ("assembled", ())])
+@pytest.mark.parametrize(
+    ("start", "steps"), [("worst", ()), ("worst", [LoadStep({"mean": 0.2})]), ("assembled", ())]
+)
 def test_limits_after_protocols_are_those_of_the_plane(start, steps):
-    plane, space = in_both(fo.limit_after_protocol, CYCLE, 0.6, start=start, protocol=steps, scan=2, tolerance=0.05)
+    plane, space = in_both(
+        fo.limit_after_protocol, CYCLE, 0.6, start=start, protocol=steps, scan=2, tolerance=0.05
+    )
     assert space.load_factor == pytest.approx(plane.load_factor, abs=0.06 * plane.shakedown_limit)
     assert space.starts.shape[1:] == (2, 2) and space.residual <= 1e-9
 
 
 def test_the_least_excursion_is_that_of_the_plane():
     plane, space = in_both(fo.least_excursion, CYCLE, 0.6, 0.6, excursion={"mean": -0.95})
-    assert 0 < space.share < 1 and space.share == pytest.approx(plane.share, abs=0.02) and space.sampled == 60
+    assert (
+        0 < space.share < 1
+        and space.share == pytest.approx(plane.share, abs=0.02)
+        and space.sampled == 60
+    )
 
 
 def test_the_range_is_that_of_the_plane():
-    """In the plane by the exact path and by increments, and in space, where slips across the plane have no part in the least and the most work."""
+    """In the plane by the exact path and by increments, and in space, where slips across the plane
+    have no part in the least and the most work."""
     asked = CYCLE, 0.6, 0.65
-    ways = (PAIR, {}), (PAIR, {"steps": 12}), (SOLID, {"steps": 6})  # of twelve increments the search makes five
+    ways = (
+        (PAIR, {}),
+        (PAIR, {"steps": 12}),
+        (SOLID, {"steps": 6}),
+    )  # of twelve increments the search makes five
     plane, many, space = (fo.dissipation_range(contact, *asked, **how) for contact, how in ways)
     for found in (many, space):
-        assert found.most == pytest.approx(plane.most, rel=0.03) and found.least == plane.least == 0.0
+        assert (
+            found.most == pytest.approx(plane.most, rel=0.03) and found.least == plane.least == 0.0
+        )
         assert 0 < found.most_state.step_error < 0.1 and found.residual <= 1e-9
-    assert {state.steps for state in many.steady_states} == {12} == {many.least_state.steps, many.most_state.steps}
+    assert (
+        {state.steps for state in many.steady_states}
+        == {12}
+        == {many.least_state.steps, many.most_state.steps}
+    )
     reached = fo.steady_state(SOLID, CYCLE, 0.6, 0.65, initial_slip=space.worst_start, steps=6)
     assert reached.dissipation == space.most and "local extreme" in set(space.to_frame()["end"])
 
@@ -102,22 +130,35 @@ def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increme
     monkeypatch.setattr(Search, "follow", none_in_five)
     monkeypatch.setattr("frictopt.study.range_search._AROUND", (8, 24))
     found = fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65, steps=10)
-    assert found.most == pytest.approx(fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03) and "failed" not in repr(found)
+    assert found.most == pytest.approx(
+        fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03
+    ) and "failed" not in repr(found)
     assert found.to_frame()["start"].str.startswith("around").any()
     first, *others = found._orbits
-    assert f"failed=1 of {1 + len(others)} " in repr(replace(found, _orbits=(replace(first, state=None), *others)))
+    assert f"failed=1 of {1 + len(others)} " in repr(
+        replace(found, _orbits=(replace(first, state=None), *others))
+    )
 
 
 @pytest.mark.parametrize("seed", few(range(4)))
 def test_a_rough_transient_has_the_work_of_the_settled_one_but_for_a_share(seed):
-    """Its last cycle is taken for the steady one when later ones change the work by a thousandth; it makes fewer of them."""
+    """Its last cycle is taken for the steady one when later ones change the work by a thousandth;
+    it makes fewer of them."""
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, 6)
-    asked = pose(contact, cycle(), 0.5), (0.95 + 0.1 * seed) * fo.shakedown_limit(contact, cycle(), 0.5).load_factor
+    asked = (
+        pose(contact, cycle(), 0.5),
+        (0.95 + 0.1 * seed) * fo.shakedown_limit(contact, cycle(), 0.5).load_factor,
+    )
     start = rng.normal(size=(6, 2))
-    rough, settled = (Search(*asked, 5, rough=how).follow("random", start).state for how in (True, False))
+    rough, settled = (
+        Search(*asked, 5, rough=how).follow("random", start).state for how in (True, False)
+    )
     assert settled.dissipation > 0 and rough.cycles < settled.cycles
-    assert rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3) and 0 < rough.work_error < 1e-3
+    assert (
+        rough.dissipation == pytest.approx(settled.dissipation, rel=5e-3)
+        and 0 < rough.work_error < 1e-3
+    )
 
 
 @pytest.fixture(scope="module")
@@ -131,8 +172,14 @@ def free(few_starts):
 @pytest.mark.usefixtures("no_figures_stay_open")
 def test_a_range_is_drawn_as_maps_of_both_its_ends(free):
     _, found = free
-    for axes, name, steady in zip(found.plot(), ("least", "most"), (found.least_state, found.most_state), strict=True):
-        shown = next(points.get_array() for points in axes.collections if isinstance(points, PathCollection) and points.get_array() is not None)
+    for axes, name, steady in zip(
+        found.plot(), ("least", "most"), (found.least_state, found.most_state), strict=True
+    ):
+        shown = next(
+            points.get_array()
+            for points in axes.collections
+            if isinstance(points, PathCollection) and points.get_array() is not None
+        )
         assert np.allclose(shown, steady.dissipation_per_node, rtol=1e-12)
         assert f"{name} work found, $W = {steady.dissipation:.4g}$" in axes.get_title()
 
@@ -152,33 +199,51 @@ def test_the_search_in_space_finds_more_than_its_starts_and_no_sample_more(free)
 def test_a_bound_on_the_slip_holds_for_the_starts_of_the_range(free):
     asked, span = free
     bound = fo.dissipation_range(*asked, slip_bound=0.2, steps=2)
-    assert np.linalg.norm(bound.worst_start, axis=1).max() <= 0.2 * (1 + 1e-9) < np.linalg.norm(span.worst_start, axis=1).max()
+    assert (
+        np.linalg.norm(bound.worst_start, axis=1).max()
+        <= 0.2 * (1 + 1e-9)
+        < np.linalg.norm(span.worst_start, axis=1).max()
+    )
     assert bound.most <= span.most
 
 
 @pytest.mark.slow
 def test_a_backbone_curve_has_the_range_of_the_plane():
     mode = {"natural_frequency": 10.0**-0.5 / (2 * np.pi), "steps": 2, "range": True}
-    curves = [fo.backbone_curve(replace(contact, compliance=10.0 * np.eye(2)), CYCLE, 0.6, [0.8], **mode) for contact in (PAIR, SOLID)]
-    plane, space = (curve.to_frame().drop(columns=["exponent", "outcome"]).to_numpy() for curve in curves)
-    assert space == pytest.approx(plane, rel=2e-3, abs=1e-12, nan_ok=True)  # the motion is not known
+    curves = [
+        fo.backbone_curve(replace(contact, compliance=10.0 * np.eye(2)), CYCLE, 0.6, [0.8], **mode)
+        for contact in (PAIR, SOLID)
+    ]
+    plane, space = (
+        curve.to_frame().drop(columns=["exponent", "outcome"]).to_numpy() for curve in curves
+    )
+    assert space == pytest.approx(
+        plane, rel=2e-3, abs=1e-12, nan_ok=True
+    )  # the motion is not known
     assert curves[1].guaranteed_limit == pytest.approx(curves[0].guaranteed_limit, rel=1e-7)
 
 
 def test_random_slips_are_smooth_and_rough_without_a_slide():
-    grid = np.stack(np.meshgrid(np.linspace(0, 3, 12), np.linspace(-1, 1, 12), [1e-17]), axis=-1).reshape(-1, 3)
+    grid = np.stack(
+        np.meshgrid(np.linspace(0, 3, 12), np.linspace(-1, 1, 12), [1e-17]), axis=-1
+    ).reshape(-1, 3)
     contact = fo.ContactSystem(np.eye(3 * 144), grid, {"P": np.ones(3 * 144)})
     starts = fo.starts.random_slips(contact, [0.1, 2.0], 3)
     assert len(starts) == 12 and smooth_modes(contact).shape == (144, 27)
     for start in starts:
-        assert start.slip.shape == (144, 2) and start.slip.mean(axis=0) == pytest.approx(np.zeros(2), abs=1e-12)
+        assert start.slip.shape == (144, 2) and start.slip.mean(axis=0) == pytest.approx(
+            np.zeros(2), abs=1e-12
+        )
         assert np.sqrt((start.slip**2).mean()) == pytest.approx(float(start.name.split()[1]))
         field = start.slip.reshape(12, 12, 2)
-        assert (np.abs(np.diff(field, axis=0)).mean() < 0.9 * np.abs(start.slip).mean()) == (start.family == "smooth")
+        assert (np.abs(np.diff(field, axis=0)).mean() < 0.9 * np.abs(start.slip).mean()) == (
+            start.family == "smooth"
+        )
 
 
 def test_no_cycle_in_space_slips_less_than_is_proven():
-    """The states at the corners of cycles from random starts, against the weighted sum, and against the least sum of slips."""
+    """The states at the corners of cycles from random starts, against the weighted sum, and against
+    the least sum of slips."""
     found = 0
     for seed in range(6):
         rng = np.random.default_rng(seed)
@@ -186,7 +251,15 @@ def test_no_cycle_in_space_slips_less_than_is_proven():
         limit = fo.shakedown_limit(contact, loads, 0.5)
         for ratio in (1.01, 1.5):
             least = limit.least_slip(ratio * limit.load_factor)
-            path = fo.march(contact, loads, 0.5, least.load_factor, cycles=2, initial_slip=rng.normal(size=(3, 2)), steps=4)
+            path = fo.march(
+                contact,
+                loads,
+                0.5,
+                least.load_factor,
+                cycles=2,
+                initial_slip=rng.normal(size=(3, 2)),
+                steps=4,
+            )
             last = slice(-4 * len(loads.corners) + 3, None, 4)
             slip, gap = path.slip[last], path.gap[last]
             assert least.of(slip, gap) >= least.bound * (1 - 1e-9) and least.residual <= 1e-9
@@ -198,20 +271,30 @@ def test_no_cycle_in_space_slips_less_than_is_proven():
 
 
 def test_the_least_slip_is_that_of_the_plane():
-    plane, space = (fo.shakedown_limit(contact, CYCLE, 0.6).least_slip(1.0) for contact in (PAIR, SOLID))
+    plane, space = (
+        fo.shakedown_limit(contact, CYCLE, 0.6).least_slip(1.0) for contact in (PAIR, SOLID)
+    )
     assert (space.bound, space.total) == pytest.approx((plane.bound, plane.total), rel=1e-7)
     assert space.weight == pytest.approx(plane.weight, rel=1e-6)
     table = space.to_frame()
     named = [f"g{way} at {name}" for name in CYCLE.corner_names for way in (1, 2)]
     assert table.columns.tolist() == [*"node x y z weight alone".split(), *named]
-    assert table["alone"].to_numpy() == pytest.approx(plane.to_frame()["alone"].to_numpy(), rel=1e-6)
+    assert table["alone"].to_numpy() == pytest.approx(
+        plane.to_frame()["alone"].to_numpy(), rel=1e-6
+    )
 
 
 def test_rows_in_space_are_those_of_single_calls_also_where_they_fail():
-    """A start beyond what rounding leaves fails; in space work is force times length, so that W E*/P^2 is no number of its own."""
+    """A start beyond what rounding leaves fails; in space work is force times length, so that W
+    E*/P^2 is no number of its own."""
     solid, loads = replace(random_contact(np.random.default_rng(1), 2), E_star=3.0), cycle(2)
     slips = np.array([[[0.3, -0.1], [0.0, 0.2]], np.full((2, 2), 1e25)])
-    table = fo.dissipation_study(solid, loads, 0.5, [1.3 * fo.shakedown_limit(solid, loads, 0.5).load_factor], slips)
+    table = fo.dissipation_study(
+        solid, loads, 0.5, [1.3 * fo.shakedown_limit(solid, loads, 0.5).load_factor], slips
+    )
     single = fo.steady_state(solid, loads, 0.5, table.load_factor[0], initial_slip=slips[0])
-    assert table.outcome.tolist() == [single.outcome.name, "FAILED"] and table.dissipation[0] == single.dissipation > 0
+    assert (
+        table.outcome.tolist() == [single.outcome.name, "FAILED"]
+        and table.dissipation[0] == single.dissipation > 0
+    )
     assert table.engine.tolist() == [single.engine] * 2 and table.dissipation_scaled.isna().all()

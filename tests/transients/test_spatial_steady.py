@@ -1,4 +1,5 @@
-"""Transients and steady states in three dimensions: closed forms, the plane, limits, and the error of the increments."""
+"""Transients and steady states in three dimensions: closed forms, the plane, limits, and the error
+of the increments."""
 
 import re
 
@@ -15,7 +16,9 @@ TO_AND_FRO = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
 
 @pytest.mark.parametrize("load_factor", [0.3, 0.7, 1.5])
 def test_one_node_dissipates_as_in_closed_form(load_factor):
-    known = single_node_dissipation(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=load_factor)
+    known = single_node_dissipation(
+        A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=load_factor
+    )
     steady = fo.steady_state(single(), TO_AND_FRO, 0.5, load_factor, steps=2)
     assert steady.dissipation == pytest.approx(known, abs=1e-12) and steady.step_error < 1e-12
     path = fo.march(single(), TO_AND_FRO, 0.5, load_factor, cycles=3, steps=2)
@@ -23,20 +26,31 @@ def test_one_node_dissipates_as_in_closed_form(load_factor):
 
 
 def sphere(cells, shear, nu=0.0):
-    """Work of friction per cycle of a sphere under a shear force of about `shear` times f P, over that of Mindlin and Deresiewicz."""
+    """Work of friction per cycle of a sphere under a shear force of about `shear` times f P, over
+    that of Mindlin and Deresiewicz."""
     R, E, f = 5.0, 1.0, 0.5
     system = fo.ContactSystem(**half_space_contact(cells, half_length=1.12, R=R, E=E, nu=nu))
     P, G = E / (1.5 * R * (1 - nu**2)), E / (2 * (1 + nu))
     shift = 3 * f * P / 16 * 2 * (2 - nu) / G * (1 - (1 - shear) ** (2 / 3))
-    path = fo.march(system, fo.LoadCycle({"approach": 1 / R}, [{"x": 1.0}, {"x": -1.0}]), f, shift, cycles=2, steps=2)
+    path = fo.march(
+        system,
+        fo.LoadCycle({"approach": 1 / R}, [{"x": 1.0}, {"x": -1.0}]),
+        f,
+        shift,
+        cycles=2,
+        steps=2,
+    )
     at = int(np.flatnonzero(path.time == 1)[0])
     ball = SphereContact(float(path.p[at].sum()), R, E, nu, f)
-    assert ball.half_width == pytest.approx(1.0, rel=5e-3) and path.slip[at, :, 0].sum() > 0  # towards +x, as the load case says
+    assert (
+        ball.half_width == pytest.approx(1.0, rel=5e-3) and path.slip[at, :, 0].sum() > 0
+    )  # towards +x, as the load case says
     return path.cycle_work[-1].sum() / ball.dissipation(abs(path.q[at, :, 0].sum()))
 
 
 def scatter(sizes, shear):
-    """Root mean square of the error over meshes of nearly the same size: their edges lie differently on the circle."""
+    """Root mean square of the error over meshes of nearly the same size: their edges lie
+    differently on the circle."""
     return float(np.sqrt(np.mean([(sphere(cells, shear) - 1) ** 2 for cells in sizes])))
 
 
@@ -53,14 +67,26 @@ def test_small_shear_goes_with_its_third_power():
 
 
 def walking(spring=0.0):
-    """Two nodes that slide together, against a spring: while one is pressed it holds, and the other one is dragged on (a walk)."""
+    """Two nodes that slide together, against a spring: while one is pressed it holds, and the other
+    one is dragged on (a walk)."""
     A = np.array([[1.0, -1.0], [-1.0, 1.0]]) + spring * np.eye(2)
     S = np.zeros((6, 6))
     S[:2, :2] = S[2:4, 2:4] = A
     S[4:, 4:] = np.eye(2)
-    bonded = {"P": [0, 0, 0, 0, 1, 1], "left": [0, 0, 0, 0, 0.9, -0.9], "stretch": [1, -1, 0, 0, 0, 0]}
-    corners = [{"left": 1.0}, {"left": 1.0, "stretch": 0.8}, {"left": -1.0, "stretch": 0.8}, {"left": -1.0}]
-    walker = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], {name: np.array(r, dtype=float) for name, r in bonded.items()})
+    bonded = {
+        "P": [0, 0, 0, 0, 1, 1],
+        "left": [0, 0, 0, 0, 0.9, -0.9],
+        "stretch": [1, -1, 0, 0, 0, 0],
+    }
+    corners = [
+        {"left": 1.0},
+        {"left": 1.0, "stretch": 0.8},
+        {"left": -1.0, "stretch": 0.8},
+        {"left": -1.0},
+    ]
+    walker = fo.ContactSystem(
+        S, [[0, 0, 0], [1, 0, 0]], {name: np.array(r, dtype=float) for name, r in bonded.items()}
+    )
     return walker, fo.LoadCycle({"P": 1.0}, corners), 0.4, 1.0
 
 
@@ -69,7 +95,10 @@ def test_a_free_contact_that_is_pushed_round_ratchets():
     assert steady.outcome is fo.Outcome.RATCHETING and steady.dissipation > 0
     path = fo.march(*walking(), cycles=4, steps=4)
     ends = path.slip[np.isin(path.time, [4.0, 8.0, 12.0, 16.0])]
-    assert np.ptp(np.diff(ends, axis=0), axis=0).max() < 1e-9 and np.abs(np.diff(ends, axis=0)).max() > 0.1
+    assert (
+        np.ptp(np.diff(ends, axis=0), axis=0).max() < 1e-9
+        and np.abs(np.diff(ends, axis=0)).max() > 0.1
+    )
 
 
 @pytest.mark.parametrize("most", [1, 3, 40])
@@ -80,29 +109,60 @@ def test_a_walk_against_a_weak_spring_is_called_a_drift_once_an_extrapolation_fa
     decay = np.abs(steps[-1] - steps[-2]).max() / np.abs(steps[-1]).max()
     with pytest.raises(fo.NoContinuation) as told:
         fo.steady_state(*problem, steps=4, most_cycles=most)
-    drift = re.search(r"changes by only (\S+) of itself: .*; guide it by a Support", str(told.value))
-    assert (float(drift[1]) == pytest.approx(decay, rel=0.05)) if most == 40 else "allow more" in str(told.value)
+    drift = re.search(
+        r"changes by only (\S+) of itself: .*; guide it by a Support", str(told.value)
+    )
+    assert (
+        (float(drift[1]) == pytest.approx(decay, rel=0.05))
+        if most == 40
+        else "allow more" in str(told.value)
+    )
 
 
 def test_a_study_runs_from_every_kind_of_start():
     contact = random_contact(np.random.default_rng(4), 3)
     limit = fo.shakedown_limit(contact, cycle(2), 0.5).load_factor
-    starts = fo.starts.safe_slips() + fo.starts.overloads([2.0]) + fo.starts.given_slips(0.1 * np.ones((1, 3, 2)))
-    table = fo.dissipation_study(contact, cycle(2), 0.5, [0.5 * limit, 1.2 * limit], starts, progress=False)
-    assert (table["shakedown_limit"] == limit).all() and len(table) == 6 and (table["engine"] == "newton").all() and (table["error"] == "").all()
+    starts = (
+        fo.starts.safe_slips()
+        + fo.starts.overloads([2.0])
+        + fo.starts.given_slips(0.1 * np.ones((1, 3, 2)))
+    )
+    table = fo.dissipation_study(
+        contact, cycle(2), 0.5, [0.5 * limit, 1.2 * limit], starts, progress=False
+    )
+    assert (
+        (table["shakedown_limit"] == limit).all()
+        and len(table) == 6
+        and (table["engine"] == "newton").all()
+        and (table["error"] == "").all()
+    )
     for row in table.itertuples():
-        assert (row.dissipation > 0) == (row.outcome == "CYCLIC_SLIP") and (row.dissipation > 0 or row.load_ratio < 1)
+        assert (row.dissipation > 0) == (row.outcome == "CYCLIC_SLIP") and (
+            row.dissipation > 0 or row.load_ratio < 1
+        )
 
 
 WALKING = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}, {"X": 0.1}], fixed=[{"Y": 0.1}, {}])
 
 
 @refused(
-    (lambda: fo.guaranteed_limit(single(), WALKING, 0.5), "cycle: its fixed parts differ, of a contact in space"),
-    (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"), "engine: 'path'.*the friction circle is curved"),
+    (
+        lambda: fo.guaranteed_limit(single(), WALKING, 0.5),
+        "cycle: its fixed parts differ, of a contact in space",
+    ),
+    (
+        lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"),
+        "engine: 'path'.*the friction circle is curved",
+    ),
     (lambda: fo.steady_state(single(), cycle(), 0.5, 1.0, steps=0), "steps: 0"),
-    (lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"), "engine: 'milp'.*the friction circle is curved"),
-    (lambda: fo.march(single(), fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0), "mean: the mean load has no normal reactions"),
+    (
+        lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"),
+        "engine: 'milp'.*the friction circle is curved",
+    ),
+    (
+        lambda: fo.march(single(), fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0),
+        "mean: the mean load has no normal reactions",
+    ),
 )
 def test_what_is_not_answered_is_refused_by_name_and_says_why(ask):
     ask()

@@ -1,4 +1,5 @@
-"""A transient that begins from an earlier state goes on as if it had never stopped, with nodes that are open too."""
+"""A transient that begins from an earlier state goes on as if it had never stopped, with nodes that
+are open too."""
 
 import numpy as np
 import pytest
@@ -19,22 +20,41 @@ def whole(rounded, paper_cycle):
 
 
 def same_end(one, other, size):
-    return max(np.abs(getattr(one, name)[-1] - getattr(other, name)[-1]).max() for name in ("slip", "gap", "q", "p")) <= 1e-10 * size
+    return (
+        max(
+            np.abs(getattr(one, name)[-1] - getattr(other, name)[-1]).max()
+            for name in ("slip", "gap", "q", "p")
+        )
+        <= 1e-10 * size
+    )
 
 
-def test_it_goes_on_from_the_middle_of_a_segment_from_a_corner_and_from_the_mean_load(rounded, paper_cycle, whole):
+def test_it_goes_on_from_the_middle_of_a_segment_from_a_corner_and_from_the_mean_load(
+    rounded, paper_cycle, whole
+):
     size = float(np.abs(whole.p).max())
     inside = [int(np.argmin(np.abs(whole.time - time))) for time in (0.5, 1.4, 2.6)]
     corners = [int(np.flatnonzero(whole.time == number)[-1]) for number in (0, 1, 2, 3)]
     for row in inside + corners:
         state = whole.state_at(row)
-        done = int(whole.time[row]) // 2 + (state.next_corner > 0)  # the state's own cycle ends in any case
+        done = int(whole.time[row]) // 2 + (
+            state.next_corner > 0
+        )  # the state's own cycle ends in any case
         again = fo.march(rounded, paper_cycle, 0.6, 1.5, initial_state=state, cycles=3 - done)
-        assert again.time[0] == state.next_corner and again.time[-1] == 2 * (3 - done) + 2 * (state.next_corner > 0)
+        assert again.time[0] == state.next_corner and again.time[-1] == 2 * (3 - done) + 2 * (
+            state.next_corner > 0
+        )
         assert again.residual < 1e-9 and same_end(whole, again, size)
-        assert np.array_equal(again.slip[0], whole.slip[row]) and again.cycle_work.shape == (3 - done, 25)
-        part = int(row in inside and state.next_corner == 0)  # of that cycle what is left is followed
-        assert np.allclose(again.cycle_work[part:], whole.cycle_work[done + part :], rtol=1e-8, atol=1e-12)
+        assert np.array_equal(again.slip[0], whole.slip[row]) and again.cycle_work.shape == (
+            3 - done,
+            25,
+        )
+        part = int(
+            row in inside and state.next_corner == 0
+        )  # of that cycle what is left is followed
+        assert np.allclose(
+            again.cycle_work[part:], whole.cycle_work[done + part :], rtol=1e-8, atol=1e-12
+        )
 
 
 @pytest.mark.parametrize("seed", few(range(10)))
@@ -43,14 +63,24 @@ def test_random_contacts_go_on_from_any_state(seed):
     contact = random_system(rng, 3).with_gap(0.3 * rng.random(3) * (rng.random(3) < 0.5))
     whole = fo.march(contact, THREE, 0.3, 1.0, initial_slip=rng.normal(size=3), cycles=2)
     for row in np.flatnonzero((whole.time >= 0) & (whole.time < 3)):
-        again = fo.march(contact, THREE, 0.3, 1.0, initial_state=whole.state_at(int(row)), cycles=1 + (whole.time[row] == 0))
+        again = fo.march(
+            contact,
+            THREE,
+            0.3,
+            1.0,
+            initial_state=whole.state_at(int(row)),
+            cycles=1 + (whole.time[row] == 0),
+        )
         assert same_end(whole, again, 1.0)
 
 
 def test_increments_go_on_from_a_state(rounded, paper_cycle, whole):
     state = whole.state_at(int(np.flatnonzero(whole.time == 3)[-1]))
     options = {"initial_state": state, "cycles": 1, "engine": "qp", "steps": 3}
-    assert np.abs(fo.march(rounded, paper_cycle, 0.6, 1.5, **options).slip[-1] - whole.slip[-1]).max() < 1e-2 * np.abs(whole.slip[-1]).max()
+    assert (
+        np.abs(fo.march(rounded, paper_cycle, 0.6, 1.5, **options).slip[-1] - whole.slip[-1]).max()
+        < 1e-2 * np.abs(whole.slip[-1]).max()
+    )
 
 
 def test_a_steady_state_begins_from_the_end_of_another(rounded, paper_cycle):
@@ -62,13 +92,23 @@ def test_a_steady_state_begins_from_the_end_of_another(rounded, paper_cycle):
     # the history counts: after the larger load the contact rests at another slip than from no slip
     rests = fo.steady_state(rounded, paper_cycle, 0.6, 0.5, initial_state=above.state)
     assert rests.outcome is fo.Outcome.SHAKEDOWN and np.abs(rests.slip - below.slip).max() > 1e-3
-    assert np.allclose(fo.steady_state(rounded, paper_cycle, 0.6, 0.5, initial_state=rests.state).slip, rests.slip, rtol=0, atol=1e-12)
+    assert np.allclose(
+        fo.steady_state(rounded, paper_cycle, 0.6, 0.5, initial_state=rests.state).slip,
+        rests.slip,
+        rtol=0,
+        atol=1e-12,
+    )
 
 
 def test_a_study_begins_from_a_state(rounded, paper_cycle, tmp_path):
     above = fo.steady_state(rounded, paper_cycle, 0.6, 1.5)
-    starts = [fo.starts.Start("earlier", "after the larger load", state=above.state), *fo.starts.no_slip()]
-    table = fo.dissipation_study(rounded, paper_cycle, 0.6, [0.7, 1.5], starts, store=tmp_path / "runs", progress=False)
+    starts = [
+        fo.starts.Start("earlier", "after the larger load", state=above.state),
+        *fo.starts.no_slip(),
+    ]
+    table = fo.dissipation_study(
+        rounded, paper_cycle, 0.6, [0.7, 1.5], starts, store=tmp_path / "runs", progress=False
+    )
     for row in table.itertuples():
         begin = {"initial_state": above.state} if row.family == "earlier" else {}
         steady = fo.steady_state(rounded, paper_cycle, 0.6, row.load_factor, **begin)
@@ -86,8 +126,14 @@ def one_node():
     [
         ("violates the contact law by", lambda: fo.ContactState([5.0], [0.0], [0.0], [1.0])),
         ("violates the contact law by", lambda: fo.ContactState([0.0], [1.0], [0.0], [1.0])),
-        (r"its slip has the shape \(2,\), that of the contact \(1,\)", lambda: fo.ContactState([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0])),
-        ("next corner is 2, the load cycle has the corners 0 to 1", lambda: fo.ContactState([0.0], [0.0], [0.0], [1.0], 2)),
+        (
+            r"its slip has the shape \(2,\), that of the contact \(1,\)",
+            lambda: fo.ContactState([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]),
+        ),
+        (
+            "next corner is 2, the load cycle has the corners 0 to 1",
+            lambda: fo.ContactState([0.0], [0.0], [0.0], [1.0], 2),
+        ),
         ("a str; give a ContactState", lambda: "state"),
         ("stresses the contact", lambda: fo.ContactState([1e40], [0.0], [0.0], [1.0])),
     ],
@@ -106,7 +152,13 @@ def test_a_slip_and_a_state_are_one_too_many():
     with pytest.raises(fo.ModelError, match="two of slip"):
         fo.starts.Start("a", "b", slip=[0.0], state=state)
     with pytest.raises(fo.ModelError, match=r"start 'b' has a slip of shape \(1,\)"):
-        fo.dissipation_study(random_system(np.random.default_rng(0), 2), CYCLE, 0.5, [0.1], [fo.starts.Start("a", "b", state=state)])
+        fo.dissipation_study(
+            random_system(np.random.default_rng(0), 2),
+            CYCLE,
+            0.5,
+            [0.1],
+            [fo.starts.Start("a", "b", state=state)],
+        )
 
 
 def test_no_state_stands_before_the_mean_load():
@@ -118,12 +170,18 @@ def test_no_state_stands_before_the_mean_load():
 
 
 def test_the_table_of_a_state():
-    assert fo.ContactState([0.5], [0.1], [0.0], [1.0]).to_frame().to_dict("list") == {"node": [0], "slip": [0.5], "gap": [0.1]}
+    assert fo.ContactState([0.5], [0.1], [0.0], [1.0]).to_frame().to_dict("list") == {
+        "node": [0],
+        "slip": [0.5],
+        "gap": [0.1],
+    }
 
 
 def test_of_a_gap_and_a_pressure_the_smaller_one_is_rounding():
     contact = one_node()
-    pressed = fo.steady_state(contact, CYCLE, 0.5, 0.1, initial_state=fo.ContactState([0.0], [1e-15], [0.0], [1.0]))
+    pressed = fo.steady_state(
+        contact, CYCLE, 0.5, 0.1, initial_state=fo.ContactState([0.0], [1e-15], [0.0], [1.0])
+    )
     assert pressed.outcome is fo.Outcome.SHAKEDOWN and not pressed.state.gap.any()
 
 
@@ -131,19 +189,34 @@ def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, p
     for row in np.flatnonzero(whole.time >= 0).tolist():
         state = whole.state_at(row)
         loads = paper_cycle.corner_names[int(np.floor(whole.time[row] + 1e-9)) % 2]
-        assert state.next_loads == loads == paper_cycle.corner_names[state.next_corner] and f"next_corner={loads!r}" in repr(state)
+        assert state.next_loads == loads == paper_cycle.corner_names[
+            state.next_corner
+        ] and f"next_corner={loads!r}" in repr(state)
     cycle = fo.LoadCycle(paper_cycle.mean, paper_cycle.corners[::-1])
-    states = fo.steady_state(rounded, cycle, 0.6, 0.2).state, fo.shakedown_limit(rounded, cycle, 0.6).state
+    states = (
+        fo.steady_state(rounded, cycle, 0.6, 0.2).state,
+        fo.shakedown_limit(rounded, cycle, 0.6).state,
+    )
     assert {state.next_loads for state in states} == {cycle.corner_names[0]} != {loads}
     assert "next_corner=1)" in repr(fo.ContactState([0.0], [0.0], [0.0], [1.0], 1))
     with pytest.raises(fo.ModelError, match=r"next_loads: .* is no text"):
         fo.ContactState([0.0], [0.0], [0.0], [1.0], next_loads={"sigma": 1.0})
-    with pytest.raises(fo.ModelError, match=r"its next corner is 2 \(cyclic = \+1\), the load cycle has the corners 0 to 1"):
-        fo.march(one_node(), CYCLE, 0.5, 0.1, initial_state=fo.march(one_node(), THREE, 0.5, 0.1, cycles=1).state_at(-2))
+    with pytest.raises(
+        fo.ModelError,
+        match=r"its next corner is 2 \(cyclic = \+1\), the load cycle has the corners 0 to 1",
+    ):
+        fo.march(
+            one_node(),
+            CYCLE,
+            0.5,
+            0.1,
+            initial_state=fo.march(one_node(), THREE, 0.5, 0.1, cycles=1).state_at(-2),
+        )
 
 
 def nearly_free(rng, nodes):
-    """A random contact whose common slip has next to no stiffness: its slips are large, and rounding of forces moves them."""
+    """A random contact whose common slip has next to no stiffness: its slips are large, and
+    rounding of forces moves them."""
     contact, common = random_system(rng, nodes), np.r_[np.ones(nodes), np.zeros(nodes)]
     held = contact.S @ common
     S = contact.S - np.outer(held, held) / (common @ held) * (1 - 10.0 ** rng.uniform(-8, -4))
@@ -155,13 +228,20 @@ def test_the_states_of_each_steady_state_are_found_and_in_equilibrium():
     accepted = 0
     for seed in [68, 150, 189, 192, 243, 245, 261, *range(few(60))]:
         rng = np.random.default_rng(seed)
-        contact, friction, load_factor = nearly_free(rng, int(rng.integers(2, 9))), rng.uniform(0.2, 0.8), float(rng.uniform(0.5, 3.0))
+        contact, friction, load_factor = (
+            nearly_free(rng, int(rng.integers(2, 9))),
+            rng.uniform(0.2, 0.8),
+            float(rng.uniform(0.5, 3.0)),
+        )
         try:
             steady = fo.steady_state(contact, CYCLE, friction, load_factor, most_cycles=300)
         except (fo.NoContinuation, fo.SolverError):
             continue
         path = steady.states()
-        u, r, load = (np.hstack(parts) for parts in ((path.slip, path.gap), (path.q, path.p), (path.bonded_q, path.bonded_p)))
+        u, r, load = (
+            np.hstack(parts)
+            for parts in ((path.slip, path.gap), (path.q, path.p), (path.bonded_q, path.bonded_p))
+        )
         assert np.abs(r - load - u @ contact.S).max() < 1e-10 * np.abs(load).max()
         assert path.work[-1].sum() == pytest.approx(steady.dissipation, rel=1e-7, abs=1e-9)
         accepted += 1

@@ -1,4 +1,5 @@
-"""What increments in space leave in the work of friction, and what the result tells of it: against many more increments, extrapolated."""
+"""What increments in space leave in the work of friction, and what the result tells of it: against
+many more increments, extrapolated."""
 
 from pathlib import Path
 
@@ -11,24 +12,51 @@ from helpers.spatial import cycle, random_contact, single
 from helpers.systems import random_system
 
 LAP = Path(__file__).parents[2] / "docs" / "tutorial" / "lap.msh"
-HARD = [1, 11, 14, 16, 23, 29, 31, 35, 36, 38]  # slow decay, nodes that slip in the first cycles alone, errors that cancel, slip close to a corner
+HARD = [
+    1,
+    11,
+    14,
+    16,
+    23,
+    29,
+    31,
+    35,
+    36,
+    38,
+    # slow decay, nodes that slip in the first cycles alone, errors that cancel, slip close to a corner
+]
 
 
 def problem(seed):
     rng = np.random.default_rng(seed)
-    contact, friction, loads = random_contact(rng, int(rng.integers(1, 6))), float(rng.choice([0.2, 0.35, 0.5])), cycle(int(rng.integers(2, 4)))
+    contact, friction, loads = (
+        random_contact(rng, int(rng.integers(1, 6))),
+        float(rng.choice([0.2, 0.35, 0.5])),
+        cycle(int(rng.integers(2, 4))),
+    )
     ratio = float(rng.choice([1.05, 1.15, 1.3, 1.6, 2.0]))
-    return contact, loads, friction, ratio * fo.shakedown_limit(contact, loads, friction).load_factor
+    return (
+        contact,
+        loads,
+        friction,
+        ratio * fo.shakedown_limit(contact, loads, friction).load_factor,
+    )
 
 
 def told_over_true(asked, numbers, many):
-    """Told over true errors with some numbers of increments, inf where none is true or known; the true work extrapolates `many` and twice as many."""
+    """Told over true errors with some numbers of increments, inf where none is true or known; the
+    true work extrapolates `many` and twice as many."""
     fine = fo.steady_state(*asked, steps=many, progress=False)
     finest = fo.steady_state(*asked, steps=2 * many, initial_state=fine.state, progress=False)
     work = 2 * finest.dissipation - fine.dissipation
     states = [fo.steady_state(*asked, steps=steps, progress=False) for steps in numbers]
     true = np.array([abs(work - state.dissipation) for state in states])
-    told = np.array([state.step_error * state.dissipation if np.isfinite(state.step_error) else np.inf for state in states])
+    told = np.array(
+        [
+            state.step_error * state.dissipation if np.isfinite(state.step_error) else np.inf
+            for state in states
+        ]
+    )
     return np.where(true > 1e-9 * work, told / np.maximum(true, 1e-9 * work), np.inf)
 
 
@@ -58,12 +86,15 @@ def test_the_error_told_of_the_bolted_lap_joint_is_not_below_the_true_one():
             "side": [fo.Traction("upper", "right", y=0.5)],
         },
     )
-    loads = fo.LoadCycle({"preload": 1.0}, [{"pull": 1.0, "side": 1.0}, {"pull": -1.0, "side": -1.0}])
+    loads = fo.LoadCycle(
+        {"preload": 1.0}, [{"pull": 1.0, "side": 1.0}, {"pull": -1.0, "side": -1.0}]
+    )
     assert min(told_over_true((model.condense(), loads, 0.3, 1.0), [2, 4], 16)) >= 1
 
 
 def work_of_a_rope(corners, cycles=20000):
-    """Work per cycle of a node on a rope of length 1 behind a point that goes round some corners: segment by segment a tractrix, in closed form."""
+    """Work per cycle of a node on a rope of length 1 behind a point that goes round some corners:
+    segment by segment a tractrix, in closed form."""
     node, last = np.zeros(2), np.inf
     for _ in range(cycles):
         way = 0.0
@@ -72,13 +103,17 @@ def work_of_a_rope(corners, cycles=20000):
             along = (end - begin) / length
             arm = begin - node
             aside = arm - (arm @ along) * along
-            slack = max(np.sqrt(max(1 - aside @ aside, 0.0)) - arm @ along, 0.0)  # way until the rope is taut
+            slack = max(
+                np.sqrt(max(1 - aside @ aside, 0.0)) - arm @ along, 0.0
+            )  # way until the rope is taut
             if slack >= length:
                 continue
             rope = begin + slack * along - node
             across = rope - (rope @ along) * along
             sine = np.linalg.norm(across)
-            angle = 2 * np.arctan(np.tan(np.arctan2(sine, rope @ along) / 2) * np.exp(slack - length))
+            angle = 2 * np.arctan(
+                np.tan(np.arctan2(sine, rope @ along) / 2) * np.exp(slack - length)
+            )
             way += np.log(sine / np.sin(angle))
             node = end - np.cos(angle) * along - np.sin(angle) * across / sine
         if abs(way - last) <= 1e-13 * way:
@@ -90,34 +125,52 @@ def work_of_a_rope(corners, cycles=20000):
 @pytest.mark.parametrize("count", [3, 4, 6])
 @pytest.mark.parametrize("factor", [1.00001, 1.0003, 1.002, 1.005])
 def test_the_error_told_next_to_the_limit_is_not_below_the_true_one(count, factor):
-    """One node, which slips shortly before each corner alone: increments from corner to corner are much longer than the way on which it slips."""
+    """One node, which slips shortly before each corner alone: increments from corner to corner are
+    much longer than the way on which it slips."""
     angles = 2 * np.pi * np.arange(count) / count
-    loads = fo.LoadCycle({"P": 1.0}, [{"X": float(np.cos(angle)), "Y": float(np.sin(angle))} for angle in angles])
+    loads = fo.LoadCycle(
+        {"P": 1.0}, [{"X": float(np.cos(angle)), "Y": float(np.sin(angle))} for angle in angles]
+    )
     work = work_of_a_rope(factor * np.column_stack([np.cos(angles), np.sin(angles)]))
     for steps in (1, 4, 20):
         steady = fo.steady_state(single(), loads, 1.0, factor, steps=steps, progress=False)
-        assert abs(steady.dissipation / work - 1) < steady.step_error < 3 * abs(steady.dissipation / work - 1)
+        assert (
+            abs(steady.dissipation / work - 1)
+            < steady.step_error
+            < 3 * abs(steady.dissipation / work - 1)
+        )
 
 
 @pytest.mark.parametrize("seed", few(range(5)))
 def test_the_error_told_of_a_plane_contact_in_space_is_not_below_the_true_one(seed):
-    """The plane contact has an exact path; in space the same nodes go in increments, along a direction that is turned."""
+    """The plane contact has an exact path; in space the same nodes go in increments, along a
+    direction that is turned."""
     rng = np.random.default_rng(seed)
     plane = random_system(rng, int(rng.integers(1, 4)))
     n, angle = plane.nodes, float(rng.uniform(0, 6))
-    turn = np.kron([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]], np.eye(n))
+    turn = np.kron(
+        [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]],
+        np.eye(n),
+    )
     S = np.zeros((3 * n, 3 * n))
     S[n : 2 * n, n : 2 * n] = plane.A
     own = np.r_[0:n, 2 * n : 3 * n]
     S[np.ix_(own, own)] = plane.S
-    bonded = {name: turn @ np.concatenate([q, np.zeros(n), p]) for name, (q, p) in plane.bonded.items()}
-    space = fo.ContactSystem(turn @ S @ turn.T, np.column_stack([plane.x, np.zeros((n, 2))]), bonded)
+    bonded = {
+        name: turn @ np.concatenate([q, np.zeros(n), p]) for name, (q, p) in plane.bonded.items()
+    }
+    space = fo.ContactSystem(
+        turn @ S @ turn.T, np.column_stack([plane.x, np.zeros((n, 2))]), bonded
+    )
     loads = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
     limit = fo.shakedown_limit(plane, loads, 0.4).load_factor
     for ratio in (1.002, 1.02, 1.2):
         exact = fo.steady_state(plane, loads, 0.4, ratio * limit, progress=False)
         steady = fo.steady_state(space, loads, 0.4, ratio * limit, steps=4, progress=False)
-        assert abs(exact.dissipation - steady.dissipation) <= steady.step_error * steady.dissipation + 1e-9 * exact.dissipation
+        assert (
+            abs(exact.dissipation - steady.dissipation)
+            <= steady.step_error * steady.dissipation + 1e-9 * exact.dissipation
+        )
 
 
 def test_a_contact_at_rest_has_no_error():

@@ -1,4 +1,5 @@
-"""The work of friction is physics: it does not know from which side a contact is looked at, in which units, or how it was computed."""
+"""The work of friction is physics: it does not know from which side a contact is looked at, in
+which units, or how it was computed."""
 
 import numpy as np
 import pytest
@@ -14,10 +15,16 @@ def cycle_with_shear(Q):
 
 
 def work_from_states(path):
-    """(cycles, N) work of friction from reactions and slips alone, both linear from state to state: the integral of -q dv."""
+    """(cycles, N) work of friction from reactions and slips alone, both linear from state to state:
+    the integral of -q dv."""
     spent = -(path.q[1:] + path.q[:-1]) / 2 * np.diff(path.slip, axis=0)
     so_far = np.vstack([0 * spent[:1], np.cumsum(spent, axis=0)])
-    ends = np.searchsorted(path.time, np.arange(0, path.time[-1] + 0.5, len(path.cycle.corners)) + 1e-9) - 1
+    ends = (
+        np.searchsorted(
+            path.time, np.arange(0, path.time[-1] + 0.5, len(path.cycle.corners)) + 1e-9
+        )
+        - 1
+    )
     return np.diff(so_far[ends], axis=0)
 
 
@@ -31,14 +38,18 @@ def test_work_is_that_of_the_reactions_on_the_slips(punch, Q):
     assert (np.diff(path.work, axis=0) >= -1e-15).all()
     assert np.abs(path.energy_error).max() < 1e-10 * expected.sum()
     steady = fo.steady_state(contact, cycle_with_shear(Q), 0.5, 0.69)
-    assert steady.dissipation_per_node == pytest.approx(expected[-1], rel=1e-6, abs=1e-9 * steady.dissipation)
+    assert steady.dissipation_per_node == pytest.approx(
+        expected[-1], rel=1e-6, abs=1e-9 * steady.dissipation
+    )
 
 
 @pytest.mark.parametrize("node", [0, 30, 59])
 def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
-    """60 nodes that do not feel each other, A = 1, f p = 1/2. q^w = 3/4 s at one of them: it slips by 1/2 each way, W = 1/2, wherever it is.
+    """60 nodes that do not feel each other, A = 1, f p = 1/2. q^w = 3/4 s at one of them: it slips
+    by 1/2 each way, W = 1/2, wherever it is.
 
-    Its counterpart on the other side keeps a slip of -1/4, the mirror image of its own in the last two segments, which other loads leave alone.
+    Its counterpart on the other side keeps a slip of -1/4, the mirror image of its own in the last
+    two segments, which other loads leave alone.
     """
     n = 60
     identity, none, shape = np.eye(n), np.zeros(n), np.linspace(-0.1, 0.1, n)
@@ -51,7 +62,8 @@ def test_one_node_that_rubs_beside_others_that_came_to_rest(node):
 
 
 def test_a_steady_state_is_the_one_that_the_cycles_come_to():
-    """Others are steady as well, next to it: coming back to itself does not make a state that of this start. After 20 cycles this one has settled."""
+    """Others are steady as well, next to it: coming back to itself does not make a state that of
+    this start. After 20 cycles this one has settled."""
     A = 2.2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
     B = 0.4 * (np.eye(3, k=1) - np.eye(3, k=-1))
     loads = {
@@ -60,7 +72,10 @@ def test_a_steady_state_is_the_one_that_the_cycles_come_to():
         "b": ([1.9426, -0.4638, 1.2569], [-0.8819, 0.0319, 0.4238]),
     }
     contact = fo.ContactSystem.from_blocks(A, B, A + 0.5 * np.eye(3), np.arange(3.0), loads)
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 0.93, "b": -1.3972}, {"a": -0.2141, "b": -2.1851}, {"a": -0.22, "b": 0.2561}])
+    cycle = fo.LoadCycle(
+        {"mean": 1.0},
+        [{"a": 0.93, "b": -1.3972}, {"a": -0.2141, "b": -2.1851}, {"a": -0.22, "b": 0.2561}],
+    )
     start = np.array([-5.4455, 2.4687, -5.4534])
     steady = fo.steady_state(contact, cycle, 0.5354, 0.3966, initial_slip=start)
     path = fo.march(contact, cycle, 0.5354, 0.3966, initial_slip=start, cycles=60)

@@ -35,13 +35,25 @@ class LinearProgram:
         arrays = reduced.arrays
         none = np.full(len(arrays.right), -np.inf)
         floor = np.r_[arrays.right[: arrays.zero], none[arrays.zero :]]
-        return cls(reduced.cost_unit * arrays.cost, csc_matrix(arrays.matrix), arrays.right, np.full(len(arrays.cost), -np.inf), floor)
+        return cls(
+            reduced.cost_unit * arrays.cost,
+            csc_matrix(arrays.matrix),
+            arrays.right,
+            np.full(len(arrays.cost), -np.inf),
+            floor,
+        )
 
     @classmethod
     def maximum(cls, matrix: Array, right: Array) -> "LinearProgram":
         """Maximise the last unknown subject to `matrix z >= right`."""
         cost = -np.eye(matrix.shape[1])[-1]
-        return cls(cost, csc_matrix(-matrix), -right, np.full(len(cost), -np.inf), np.full(len(right), -np.inf))
+        return cls(
+            cost,
+            csc_matrix(-matrix),
+            -right,
+            np.full(len(cost), -np.inf),
+            np.full(len(right), -np.inf),
+        )
 
     @cached_property
     def with_bounds(self) -> tuple[csc_matrix, Array]:
@@ -63,10 +75,18 @@ def highs(program: LinearProgram, options: dict[str, Any]) -> Any:
     model = highspy.HighsModel()
     lp = model.lp_
     lp.num_row_, lp.num_col_ = program.matrix.shape
-    lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.lower, np.full(len(program.cost), np.inf)
+    lp.col_cost_, lp.col_lower_, lp.col_upper_ = (
+        program.cost,
+        program.lower,
+        np.full(len(program.cost), np.inf),
+    )
     lp.row_lower_, lp.row_upper_ = program.floor, program.right
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = program.matrix.indptr, program.matrix.indices, program.matrix.data
+    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = (
+        program.matrix.indptr,
+        program.matrix.indices,
+        program.matrix.data,
+    )
     solver = highspy.Highs()
     for name, value in {"output_flag": False, **options}.items():
         solver.setOptionValue(name, value)
@@ -84,7 +104,10 @@ def highs_cost(solver: Any) -> float:
 def highs_vertex(solver: Any) -> Array:
     """Rows that hold as equations at the vertex that HiGHS found."""
     basic = installed("highspy").HighsBasisStatus.kBasic
-    return np.array([row for row, status in enumerate(solver.getBasis().row_status) if status != basic], dtype=int)
+    return np.array(
+        [row for row, status in enumerate(solver.getBasis().row_status) if status != basic],
+        dtype=int,
+    )
 
 
 def clarabel(program: LinearProgram, tolerance: float) -> float:
@@ -96,10 +119,14 @@ def clarabel(program: LinearProgram, tolerance: float) -> float:
         No optimum, not even an inaccurate one.
     """
     matrix, right = program.with_bounds
-    return clarabel_cone(program.cost, matrix, right, [installed("clarabel").NonnegativeConeT(len(right))], tolerance)
+    return clarabel_cone(
+        program.cost, matrix, right, [installed("clarabel").NonnegativeConeT(len(right))], tolerance
+    )
 
 
-def clarabel_cone(cost: Array, matrix: csc_matrix, right: Array, cones: list[Any], tolerance: float) -> float:
+def clarabel_cone(
+    cost: Array, matrix: csc_matrix, right: Array, cones: list[Any], tolerance: float
+) -> float:
     """Optimal cost of a cone program by Clarabel, one thread, with one tolerance for all it asks for.
 
     Raises
@@ -111,7 +138,9 @@ def clarabel_cone(cost: Array, matrix: csc_matrix, right: Array, cones: list[Any
     settings = package.DefaultSettings()
     settings.verbose, settings.max_threads = False, 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
-    answer = package.DefaultSolver(csc_matrix((len(cost),) * 2), cost, matrix, right, cones, settings).solve()
+    answer = package.DefaultSolver(
+        csc_matrix((len(cost),) * 2), cost, matrix, right, cones, settings
+    ).solve()
     _accept(str(answer.status) in ("Solved", "AlmostSolved"), answer.status)
     return float(answer.obj_val)
 
@@ -126,23 +155,62 @@ def osqp(program: LinearProgram, tolerance: float) -> float:
     """
     matrix, right = program.with_bounds
     solver = installed("osqp").OSQP()
-    tolerances = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 20000, "polishing": True, "verbose": False}
-    solver.setup(csc_matrix((len(program.cost),) * 2), program.cost, matrix, np.full(len(right), -np.inf), right, **tolerances)
+    tolerances = {
+        "eps_abs": tolerance,
+        "eps_rel": tolerance,
+        "max_iter": 20000,
+        "polishing": True,
+        "verbose": False,
+    }
+    solver.setup(
+        csc_matrix((len(program.cost),) * 2),
+        program.cost,
+        matrix,
+        np.full(len(right), -np.inf),
+        right,
+        **tolerances,
+    )
     answer = solver.solve(raise_error=False)
     _accept(str(answer.info.status).startswith("solved"), answer.info.status)
     return float(program.cost @ answer.x)
 
 
-def methods(program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]) -> Iterator[Method]:
+def methods(
+    program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]
+) -> Iterator[Method]:
     """Direct calls of the solvers at these tolerances, of HiGHS also with its defaults and other options; `error` compares the optimal cost."""
     settings = {"defaults": {}, "primal simplex": SIMPLEX}
     for tolerance in tolerances:
-        settings[f"{tolerance:.0e}"] = {"primal_feasibility_tolerance": tolerance, "dual_feasibility_tolerance": tolerance}
+        settings[f"{tolerance:.0e}"] = {
+            "primal_feasibility_tolerance": tolerance,
+            "dual_feasibility_tolerance": tolerance,
+        }
     for name, options in settings.items():
-        yield Method("HiGHS", "options or tolerance", name, partial(highs, program, options), lambda made: error(highs_cost(made)), rival="highspy")
+        yield Method(
+            "HiGHS",
+            "options or tolerance",
+            name,
+            partial(highs, program, options),
+            lambda made: error(highs_cost(made)),
+            rival="highspy",
+        )
     for tolerance in tolerances:
-        yield Method("Clarabel", "tolerance", f"{tolerance:.0e}", partial(clarabel, program, tolerance), error, rival="clarabel")
-        yield Method("OSQP", "tolerance", f"{tolerance:.0e}", partial(osqp, program, tolerance), error, rival="osqp")
+        yield Method(
+            "Clarabel",
+            "tolerance",
+            f"{tolerance:.0e}",
+            partial(clarabel, program, tolerance),
+            error,
+            rival="clarabel",
+        )
+        yield Method(
+            "OSQP",
+            "tolerance",
+            f"{tolerance:.0e}",
+            partial(osqp, program, tolerance),
+            error,
+            rival="osqp",
+        )
 
 
 def _accept(solved: bool, status: Any) -> None:

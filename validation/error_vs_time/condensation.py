@@ -20,7 +20,11 @@ Blocks = tuple[Any, Any, Array]
 
 ORDERINGS: dict[str, dict[str, Any]] = {
     "COLAMD": {"permc_spec": "COLAMD"},  # scipy's default
-    "MMD_AT_PLUS_A": {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}},
+    "MMD_AT_PLUS_A": {
+        "permc_spec": "MMD_AT_PLUS_A",
+        "diag_pivot_thresh": 0.0,
+        "options": {"SymmetricMode": True},
+    },
 }
 """Orderings of scipy's sparse factorisation, with the options that suit each."""
 
@@ -31,20 +35,25 @@ _ROUNDS = 3  # solutions with residuals in extended precision; each gains some t
 def assembled(scene: fo.scenes.PunchOnHalfPlane) -> Blocks:
     """The glued stiffness of a scene on rollers by scikit-fem alone, in the package's meshes.
 
-    Unknowns are the displacements of the block, those of the punch off the interface, and on the interface those relative to the block, which are
-    kept: first all in x, then all in y.
+    Unknowns are the displacements of the block, those of the punch off the interface, and on the
+    interface those relative to the block, which are kept: first all in x, then all in y.
 
     Returns
     -------
     tuple
-        Stiffness of the eliminated unknowns, its coupling to the kept ones, and the stiffness of those.
+        Stiffness of the eliminated unknowns, its coupling to the kept ones, and the stiffness of
+        those.
     """
     model = scene.model()
-    (block, K_block), (punch, K_punch) = (_stiffness(body) for body in (model.bodies["block"], model.bodies["punch"]))
+    (block, K_block), (punch, K_punch) = (
+        _stiffness(body) for body in (model.bodies["block"], model.bodies["punch"])
+    )
     below, kept = (body.nodal_dofs[:, _contact(body.mesh)].ravel() for body in (block, punch))
     follows = csr_matrix((np.ones(len(kept)), (kept, below)), shape=(punch.N, block.N))
     motion = hstack([follows, identity(punch.N)]).tocsr()
-    K = (block_diag([K_block, csr_matrix((punch.N, punch.N))]) + motion.T @ K_punch @ motion).tocsr()
+    K = (
+        block_diag([K_block, csr_matrix((punch.N, punch.N))]) + motion.T @ K_punch @ motion
+    ).tocsr()
     bottom = block.mesh.p[1] == -scene.block_depth
     held = np.r_[block.nodal_dofs[1, bottom], block.nodal_dofs[0, bottom & (block.mesh.p[0] == 0)]]
     kept = block.N + kept
@@ -60,7 +69,9 @@ def _contact(mesh: Any) -> Any:
 
 def _stiffness(body: fo.Body) -> tuple[Any, Any]:
     basis = Basis(body.mesh, ElementVector(ElementQuad1()))
-    return basis, linear_elasticity(*lame_parameters(body.material.E, body.material.nu)).assemble(basis)
+    return basis, linear_elasticity(*lame_parameters(body.material.E, body.material.nu)).assemble(
+        basis
+    )
 
 
 def multiple_right_hand_sides(blocks: Blocks, ordering: str) -> Array:
@@ -86,8 +97,9 @@ def refined_stiffness(blocks: Blocks) -> Array:
 def corner_exponent(system: fo.ContactSystem, corner_size: float) -> float:
     """Exponent of the stronger singular mode of the bonded corner, fitted to the reactions under the load case "P".
 
-    The weaker mode is taken out by its ratio of shear to pressure: `P r2 - Q`, with P and Q the forces between the corner and r, has the stronger
-    one alone, and grows as r to its exponent. Fitted from half to twice the geometric mean of corner element and half-width a, which is many
+    The weaker mode is taken out by its ratio of shear to pressure: `P r2 - Q`, with P and Q the
+    forces between the corner and r, has the stronger one alone, and grows as r to its exponent.
+    Fitted from half to twice the geometric mean of corner element and half-width a, which is many
     elements and still close to the corner.
     """
     q, p = system.bonded["P"]
@@ -109,20 +121,43 @@ def questions(parameters: Parameters) -> Iterator[Question]:
         for elements in parameters.mesh_elements:
             scene = fo.scenes.PunchOnHalfPlane(elements=elements, grading=grading)
             error = partial(_exponent_error, exact, scene.corner_size)
-            methods.append(Method("frictopt", f"elements, grading {grading:g}", f"{elements}", scene.condense, error))
-    # reference: exponent 0.5445 of the bonded corner of a square punch (closed form), which the reactions near the corner must show
+            methods.append(
+                Method(
+                    "frictopt",
+                    f"elements, grading {grading:g}",
+                    f"{elements}",
+                    scene.condense,
+                    error,
+                )
+            )
+    # reference: exponent 0.5445 of the bonded corner of a square punch (closed form), which the
+    # reactions near the corner must show
     yield Question("condensation", "corner exponent", "paper's scene, any mesh", 0, methods)
 
 
 def _elimination(elements: int) -> Question:
     scene = fo.scenes.PunchOnHalfPlane(elements=elements)
     error = partial(_stiffness_error, refined_stiffness(assembled(scene)))
-    methods = [Method("frictopt", "ordering", "nested dissection", scene.condense, lambda system: error(system.S))]
+    methods = [
+        Method(
+            "frictopt",
+            "ordering",
+            "nested dissection",
+            scene.condense,
+            lambda system: error(system.S),
+        )
+    ]
     for ordering in ORDERINGS:
         run = partial(_plain, scene, ordering)
-        methods.append(Method("scipy, one right-hand side each", "ordering", ordering, run, error, rival="scipy"))
+        methods.append(
+            Method(
+                "scipy, one right-hand side each", "ordering", ordering, run, error, rival="scipy"
+            )
+        )
     # reference: the same solutions refined by residuals in extended precision
-    return Question("condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, methods)
+    return Question(
+        "condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, methods
+    )
 
 
 def _plain(scene: fo.scenes.PunchOnHalfPlane, ordering: str) -> Array:

@@ -27,7 +27,9 @@ class FrozenBounds:
         n, self._f, self._scale = system.nodes, friction, system.stiffness_scale
         one, self._S = eye_array(n), system.S / system.stiffness_scale
         self._P = csc_matrix(triu(block_diag([self._S, csc_matrix((n, n))])))
-        self._rows = csc_matrix(block_array([[None, -one, None], [one, None, -one], [-one, None, -one]]))  # rows x <= 0
+        self._rows = csc_matrix(
+            block_array([[None, -one, None], [one, None, -one], [-one, None, -one]])
+        )  # rows x <= 0
 
     def osqp(self, slip: Array, bonded: Array, tolerance: float) -> Array:
         """(N,) slip after the increment from a slip (N,) to a load with these bonded reactions (2N,): one factorisation, warm starts.
@@ -38,7 +40,12 @@ class FrozenBounds:
             No optimum in 100,000 iterations, or bounds that do not settle.
         """
         none, solver = np.zeros(len(self._rows.indptr) - 1), installed("osqp").OSQP()
-        options = {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 100_000, "verbose": False}
+        options = {
+            "eps_abs": tolerance,
+            "eps_rel": tolerance,
+            "max_iter": 100_000,
+            "verbose": False,
+        }
         solver.setup(self._P, none, self._rows, np.full(len(none), -np.inf), none, **options)
 
         def solved(cost: Array) -> Array:
@@ -63,13 +70,17 @@ class FrozenBounds:
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
 
         def solved(cost: Array) -> Array:
-            answer = package.DefaultSolver(self._P, cost, self._rows, none, [package.NonnegativeConeT(len(none))], settings).solve()
+            answer = package.DefaultSolver(
+                self._P, cost, self._rows, none, [package.NonnegativeConeT(len(none))], settings
+            ).solve()
             _accept(str(answer.status), "Solved")
             return np.asarray(answer.x)
 
         return self._settled(slip, bonded, tolerance, solved)
 
-    def _settled(self, slip: Array, bonded: Array, tolerance: float, solved: Callable[[Array], Array]) -> Array:
+    def _settled(
+        self, slip: Array, bonded: Array, tolerance: float, solved: Callable[[Array], Array]
+    ) -> Array:
         n = len(slip)
         force = float(np.abs(bonded[n:]).mean())
         trial = bonded / force + self._S[:, :n] @ slip * self._scale / force

@@ -30,7 +30,10 @@ class Lemke:
         self._force, self._length = force, force / system.stiffness_scale
         A, B, C, f = system.A, system.B, system.C, friction
         plus, minus = A + f * B, A - f * B
-        self._M = np.block([[C, B, -B], [f * C + B.T, plus, -plus], [f * C - B.T, -minus, minus]]) / system.stiffness_scale
+        self._M = (
+            np.block([[C, B, -B], [f * C + B.T, plus, -plus], [f * C - B.T, -minus, minus]])
+            / system.stiffness_scale
+        )
 
     def increment(self, v: Array, bonded: Array) -> tuple[Array, Array]:
         """(N,) slip and pressure after the increment from the slip v to a load with these bonded reactions (2N,).
@@ -53,7 +56,8 @@ class Lemke:
     def cycle_work(self, start: Array, loads: list[Array], steps: int, corners: int) -> float:
         """Work of friction in the last `corners` segments of a load path through loads (2N,), with so many increments each.
 
-        The friction force of an increment is that of the mean of its two pressures. The load path begins with the slip `start` (N,).
+        The friction force of an increment is that of the mean of its two pressures. The load path
+        begins with the slip `start` (N,).
         """
         v, p, total = start, loads[0][self._n :] + self._S[self._n :, : self._n] @ start, 0.0
         for number, (before, after) in enumerate(pairwise(loads)):

@@ -12,7 +12,14 @@ from scipy.sparse import csc_matrix
 import frictopt as fo
 from frictopt.solve import LP_SOLVERS
 from studies.paper import LOADS
-from validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, highs, highs_cost, highs_vertex, methods
+from validation.error_vs_time.bare_lp import (
+    SIMPLEX,
+    LinearProgram,
+    highs,
+    highs_cost,
+    highs_vertex,
+    methods,
+)
 from validation.error_vs_time.exact import exact_guaranteed_limit, fractions, largest, safe_rows
 from validation.error_vs_time.methods import Method, Question, relative
 from validation.error_vs_time.parameters import Parameters, Scene
@@ -32,9 +39,15 @@ def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
 
 def exact_onset(system: fo.ContactSystem, friction: float) -> float:
     """Load factor of the first slip of the bonded contact as the bulk is pressed, in rational arithmetic; the mean load alone must not slip it."""
-    (q0, p0), (q1, p1) = ([fractions(values) for values in system.reaction(loads)] for loads in (LOADS.mean, _DIRECTION))
+    (q0, p0), (q1, p1) = (
+        [fractions(values) for values in system.reaction(loads)]
+        for loads in (LOADS.mean, _DIRECTION)
+    )
     f = Fraction(friction)
-    slacks, rates = np.concatenate([q0 + f * p0, f * p0 - q0]), np.concatenate([q1 + f * p1, f * p1 - q1])
+    slacks, rates = (
+        np.concatenate([q0 + f * p0, f * p0 - q0]),
+        np.concatenate([q1 + f * p1, f * p1 - q1]),
+    )
     return float(min(-slack / rate for slack, rate in zip(slacks, rates, strict=True) if rate < 0))
 
 
@@ -47,20 +60,34 @@ def exact_limit(system: fo.ContactSystem, friction: float) -> float:
 def exact_largest_margin(system: fo.ContactSystem, friction: float, load_factor: float) -> float:
     """Largest margin of a safe slip under bulk stress, in rational arithmetic."""
     slips, mean, cyclic, bound = safe_rows(system, LOADS, friction)
-    return _largest(slips, np.array([-bound] * len(mean), dtype=object), mean + Fraction(load_factor) * cyclic)
+    return _largest(
+        slips, np.array([-bound] * len(mean), dtype=object), mean + Fraction(load_factor) * cyclic
+    )
 
 
 def _largest(*program: Array) -> float:
     """Largest z of `slips v + last z >= right`, from the vertex that HiGHS finds."""
-    slips, last, right = (values.astype(float) / np.abs(values.astype(float)).max() for values in program)
-    active = highs_vertex(highs(LinearProgram.maximum(np.column_stack([slips, last]), right), SIMPLEX))
+    slips, last, right = (
+        values.astype(float) / np.abs(values.astype(float)).max() for values in program
+    )
+    active = highs_vertex(
+        highs(LinearProgram.maximum(np.column_stack([slips, last]), right), SIMPLEX)
+    )
     return largest(np.column_stack(program[:2]), program[2], active)
 
 
 def _onset(parameters: Parameters, scene: Scene) -> Question:
-    run = partial(fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction)
+    run = partial(
+        fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction
+    )
     exact = exact_onset(scene.system, parameters.friction)
-    method = Method("frictopt", "none", "closed form", run, relative(exact, lambda onset: onset.slip.load_factor))
+    method = Method(
+        "frictopt",
+        "none",
+        "closed form",
+        run,
+        relative(exact, lambda onset: onset.slip.load_factor),
+    )
     return Question("onset", "load factor of first slip", scene.name, scene.system.nodes, [method])
 
 
@@ -73,22 +100,42 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
     lean = fo.ShakedownModel(system, LOADS)
     lean.solve(friction)
 
-    runs = [("first time", "HIGHS", first), *(("compiled", solver, partial(model.solve, friction)) for solver, model in compiled.items())]
+    runs = [
+        ("first time", "HIGHS", first),
+        *(
+            ("compiled", solver, partial(model.solve, friction))
+            for solver, model in compiled.items()
+        ),
+    ]
     runs.append(("compiled, nothing left out", "HIGHS", partial(kept.solve, friction)))
     error = relative(exact, lambda limit: limit.load_factor)
     ours = [Method(f"frictopt, {name}", "solver", solver, run, error) for name, solver, run in runs]
-    bare = methods(LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost))
+    bare = methods(
+        LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost)
+    )
     return Question("lambda_2", "load factor", scene.name, system.nodes, [*ours, *bare])
 
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
-    system, friction, factor = scene.system, parameters.friction, parameters.margin_share * scene.limit
+    system, friction, factor = (
+        scene.system,
+        parameters.friction,
+        parameters.margin_share * scene.limit,
+    )
     exact = exact_largest_margin(system, friction, factor)
-    ask, error = partial(fo.safe_slip, system, LOADS, friction, factor), relative(exact, lambda safe: safe.margin)
-    ours = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in LP_SOLVERS]
+    ask, error = (
+        partial(fo.safe_slip, system, LOADS, friction, factor),
+        relative(exact, lambda safe: safe.margin),
+    )
+    ours = [
+        Method("frictopt", "solver", solver, partial(ask, solver=solver), error)
+        for solver in LP_SOLVERS
+    ]
     lean = fo.SafeSlipModel(system, LOADS)
     lean.solve(friction, factor)
-    bare = methods(LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost))
+    bare = methods(
+        LinearProgram.of(lean), parameters.tolerances, relative(exact, lambda cost: -cost)
+    )
     return Question("safe slip", "margin", scene.name, system.nodes, [*ours, *bare])
 
 
@@ -103,7 +150,8 @@ class NodePrograms:
     Attributes
     ----------
     programs
-        Node -> its linear program; the load factor is the last unknown, after the slips, which add up to zero.
+        Node -> its linear program; the load factor is the last unknown, after the slips, which add
+        up to zero.
     load_unit
         Unit of the load factor.
     """
@@ -114,15 +162,22 @@ class NodePrograms:
     @classmethod
     def of(cls, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> "NodePrograms":
         """The programs of a contact."""
-        n, (slips, mean, cyclic) = system.nodes, (rows.astype(float) for rows in safe_rows(system, cycle, friction)[:3])
+        n, (slips, mean, cyclic) = (
+            system.nodes,
+            (rows.astype(float) for rows in safe_rows(system, cycle, friction)[:3]),
+        )
         load_unit = np.abs(mean).max() / np.abs(cyclic).max()
-        matrix = csc_matrix(np.column_stack([-slips / np.abs(slips).max(), cyclic / np.abs(cyclic).max()]))
+        matrix = csc_matrix(
+            np.column_stack([-slips / np.abs(slips).max(), cyclic / np.abs(cyclic).max()])
+        )
         right = -mean / np.abs(mean).max()
         cost = np.eye(n)[-1]
         lower = np.where(cost > 0, 0.0, -np.inf)
         programs = {}
         q, p = cycle.corner_reactions(system)
-        for node in np.flatnonzero((q + friction * p).argmin(axis=0) != (friction * p - q).argmin(axis=0)).tolist():
+        for node in np.flatnonzero(
+            (q + friction * p).argmin(axis=0) != (friction * p - q).argmin(axis=0)
+        ).tolist():
             floor = np.full(len(right), -np.inf)
             floor[[node, n + node]] = right[[node, n + node]]
             programs[node] = LinearProgram(cost, matrix, right, lower, floor)
@@ -153,10 +208,25 @@ def _guaranteed(parameters: Parameters, scene: Scene) -> Question:
     bare, model = NodePrograms.of(system, LOADS, friction), fo.GuaranteedModel(system, LOADS)
     exact = exact_least(system, friction)
 
-    runs = {"first time": partial(fo.guaranteed_limit, system, LOADS, friction), "compiled": partial(model.solve, friction)}
-    methods = [Method(f"frictopt, {name}", "solver", "HIGHS", run, relative(exact, lambda limit: limit.load_factor)) for name, run in runs.items()]
+    runs = {
+        "first time": partial(fo.guaranteed_limit, system, LOADS, friction),
+        "compiled": partial(model.solve, friction),
+    }
+    methods = [
+        Method(
+            f"frictopt, {name}",
+            "solver",
+            "HIGHS",
+            run,
+            relative(exact, lambda limit: limit.load_factor),
+        )
+        for name, run in runs.items()
+    ]
     for name, options in OPTIONS.items():
         run, error = partial(bare.least, options), relative(exact, lambda found: found[0])
-        methods.append(Method("HiGHS, a program for each node", "options", name, run, error, rival="highspy"))
-    # reference: vertex of the program of its node in rational arithmetic, refined to 40 digits and proven optimal
+        methods.append(
+            Method("HiGHS, a program for each node", "options", name, run, error, rival="highspy")
+        )
+    # reference: vertex of the program of its node in rational arithmetic, refined to 40 digits and
+    # proven optimal
     return Question("lambda_1", "upper bound", scene.name, system.nodes, methods)

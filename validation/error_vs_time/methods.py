@@ -88,15 +88,24 @@ def installed(name: str) -> Any:
 
 def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
     """One row per method whose package is installed: its error, its run time, and whether no other method beats it."""
-    rows = [_row(question, method, repetitions) for method in question.methods if not method.rival or installed(method.rival)]
-    front = not_dominated(np.array([row["seconds"] for row in rows]), np.array([max(row["error"], ROUNDING) for row in rows]))
+    rows = [
+        _row(question, method, repetitions)
+        for method in question.methods
+        if not method.rival or installed(method.rival)
+    ]
+    front = not_dominated(
+        np.array([row["seconds"] for row in rows]),
+        np.array([max(row["error"], ROUNDING) for row in rows]),
+    )
     for row, on_front in zip(rows, front, strict=True):
         row["on_front"] = bool(on_front)
         row["ahead"] = bool(on_front and row["rival"])
     return rows
 
 
-def not_dominated(seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def not_dominated(
+    seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]
+) -> np.ndarray[Any, Any]:
     """(n,) whether no other answer beats each one: none is as fast and as accurate, and better in one of the two.
 
     Of equal answers only the first one is kept; a method without an answer (inf) is never kept.
@@ -110,8 +119,12 @@ def not_dominated(seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]) ->
 
 
 def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]:
-    named = {name: getattr(question, name) for name in ("computation", "quantity", "scene", "nodes")}
-    named |= {"method": method.name} | {name: getattr(method, name) for name in ("rival", "knob", "setting")}
+    named = {
+        name: getattr(question, name) for name in ("computation", "quantity", "scene", "nodes")
+    }
+    named |= {"method": method.name} | {
+        name: getattr(method, name) for name in ("rival", "knob", "setting")
+    }
     try:
         run = timed(method.run, repetitions)
         error = float(method.error(run.answer))

@@ -16,7 +16,9 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
     installed = ", ".join(f"{name} {number}" for name, number in error.attrs["rivals"].items())
     missing = ", ".join(error.attrs["absent"]) or "none"
     head = f"{error.attrs['machine']}; medians of processor times; rivals: {installed}; not installed and skipped: {missing}."
-    return "\n\n".join(["", head, fronts(error), increments(error), calls(error), law(tables["limits_corner"])])
+    return "\n\n".join(
+        ["", head, fronts(error), increments(error), calls(error), law(tables["limits_corner"])]
+    )
 
 
 def fronts(table: pd.DataFrame) -> str:
@@ -24,8 +26,18 @@ def fronts(table: pd.DataFrame) -> str:
     rows = []
     for question in _shown(table):
         ours, rivals = _best(question), question[question["rival"] != ""]
-        rows.append([_name(ours), f"{_way(ours)}: {_cost(ours)}", _rival(rivals, ours), _ahead(rivals)])
-    return markdown(["computation", "frictopt: error, time", "fastest rival as accurate", "rivals ahead of frictopt"], rows)
+        rows.append(
+            [_name(ours), f"{_way(ours)}: {_cost(ours)}", _rival(rivals, ours), _ahead(rivals)]
+        )
+    return markdown(
+        [
+            "computation",
+            "frictopt: error, time",
+            "fastest rival as accurate",
+            "rivals ahead of frictopt",
+        ],
+        rows,
+    )
 
 
 def increments(table: pd.DataFrame) -> str:
@@ -41,16 +53,27 @@ def increments(table: pd.DataFrame) -> str:
 
 def calls(table: pd.DataFrame) -> str:
     """First calls, which build their model, and others on the same model, on the finest mesh in the plane, in ms."""
-    asked = table[table["method"].isin(["frictopt, first time", "frictopt, compiled"]) & (table["setting"] == "HIGHS")]
-    finest = asked[asked["nodes"] == asked["nodes"].max()].pivot(index="computation", columns="method", values="seconds")
-    rows = [[str(row.Index), *(two_digits(1e3 * seconds) for seconds in row[:0:-1])] for row in finest.itertuples()]
+    asked = table[
+        table["method"].isin(["frictopt, first time", "frictopt, compiled"])
+        & (table["setting"] == "HIGHS")
+    ]
+    finest = asked[asked["nodes"] == asked["nodes"].max()].pivot(
+        index="computation", columns="method", values="seconds"
+    )
+    rows = [
+        [str(row.Index), *(two_digits(1e3 * seconds) for seconds in row[:0:-1])]
+        for row in finest.itertuples()
+    ]
     return markdown([f"ms, N = {asked['nodes'].max()}", "first call", "second call"], rows)
 
 
 def law(table: pd.DataFrame) -> str:
     """Exponent of the shakedown limit in the size of the corner element: closed form, and between the two finest meshes."""
     finest = corner_law(table).groupby("friction").last()
-    rows = [[f"{row.Index:g}", f"{row.expected:.3f}", f"{row.exponent:.3f}"] for row in finest.itertuples()]
+    rows = [
+        [f"{row.Index:g}", f"{row.expected:.3f}", f"{row.exponent:.3f}"]
+        for row in finest.itertuples()
+    ]
     return markdown(["f", "expected exponent", "between the two finest meshes"], rows)
 
 
@@ -60,7 +83,9 @@ def _questions(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
 
 def _shown(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
     for question in _questions(table):
-        alike = (table[["computation", "quantity"]] == question[["computation", "quantity"]].iloc[0]).all(axis=1)
+        alike = (
+            table[["computation", "quantity"]] == question[["computation", "quantity"]].iloc[0]
+        ).all(axis=1)
         sizes = table.loc[alike & (table["nodes"] > 0), "nodes"]
         if question["nodes"].iloc[0] in {0, sizes.min(), sizes.max()}:
             yield question
@@ -100,7 +125,11 @@ def _name(row: Any) -> str:
 
 
 def _way(row: Any) -> str:
-    return f"{row.knob} {row.setting}" if row.nodes == 0 else row.method.removeprefix("frictopt").lstrip(", ") or row.setting
+    return (
+        f"{row.knob} {row.setting}"
+        if row.nodes == 0
+        else row.method.removeprefix("frictopt").lstrip(", ") or row.setting
+    )
 
 
 def _cost(row: Any) -> str:

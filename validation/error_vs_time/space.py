@@ -15,7 +15,14 @@ from validation.error_vs_time.bare_lp import clarabel_cone
 from validation.error_vs_time.limits import exact_largest_margin, exact_least, exact_limit
 from validation.error_vs_time.methods import Method, Question, installed, relative
 from validation.error_vs_time.parameters import Parameters, Scene
-from validation.error_vs_time.transients import CYCLES, STEPS, in_steps, last_work, posed, start_slip
+from validation.error_vs_time.transients import (
+    CYCLES,
+    STEPS,
+    in_steps,
+    last_work,
+    posed,
+    start_slip,
+)
 from validation.fuzz.embedded import embedded
 
 Array = np.ndarray[Any, Any]
@@ -24,7 +31,9 @@ _SHEAR = 0.8  # of the sphere, over the friction bound
 _RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
 
 
-InSpace = tuple[fo.ContactSystem, Array]  # the contact in three dimensions, and the unit vectors (N, 2) along which the plane slips
+InSpace = tuple[
+    fo.ContactSystem, Array
+]  # the contact in three dimensions, and the unit vectors (N, 2) along which the plane slips
 
 
 def in_space(parameters: Parameters, scene: Scene) -> InSpace:
@@ -47,7 +56,9 @@ def spheres(parameters: Parameters) -> Question:
     """Work in the second cycle of a sphere, over the cells on the diameter of its grid."""
     E, f, nu = 1.0, 0.5, 0.0
     P = E / (1.5 * _RADIUS)  # makes a contact of radius one
-    far = 3 * f * P / 8 * 2 / E * 2 * (1 - (1 - _SHEAR) ** (2 / 3))  # motion of the far end under that shear (Mindlin and Deresiewicz)
+    far = (
+        3 * f * P / 8 * 2 / E * 2 * (1 - (1 - _SHEAR) ** (2 / 3))
+    )  # motion of the far end under that shear (Mindlin and Deresiewicz)
 
     def followed(cells: int) -> Any:
         arrays: Any = half_space_contact(cells, _WIDTH, _RADIUS, E, nu)
@@ -60,16 +71,27 @@ def spheres(parameters: Parameters) -> Question:
         ball = SphereContact(float(path.p[corner].sum()), _RADIUS, E, nu, f)
         return abs(last_work(path) / ball.dissipation(abs(float(path.q[corner, :, 0].sum()))) - 1)
 
-    methods = [Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error) for n in parameters.sphere_cells]
+    methods = [
+        Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error)
+        for n in parameters.sphere_cells
+    ]
     # reference: closed form of Mindlin and Deresiewicz, with the forces of the mesh
-    return Question("transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, methods)
+    return Question(
+        "transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, methods
+    )
 
 
 def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     system, friction = space[0], parameters.friction
-    exact, ask = exact_limit(scene.system, friction), partial(fo.shakedown_limit, system, LOADS, friction)
+    exact, ask = (
+        exact_limit(scene.system, friction),
+        partial(fo.shakedown_limit, system, LOADS, friction),
+    )
     error = relative(exact, lambda limit: limit.load_factor)
-    methods = [Method("frictopt", "solver", solver, partial(ask, solver=solver), error) for solver in ("CLARABEL", "CLARABEL_DIRECT")]
+    methods = [
+        Method("frictopt", "solver", solver, partial(ask, solver=solver), error)
+        for solver in ("CLARABEL", "CLARABEL_DIRECT")
+    ]
     model = fo.ShakedownModel(system, LOADS)
     model.solve(friction)
     (program,) = model._programs.values()
@@ -77,7 +99,14 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     for tolerance in parameters.tolerances:
         bare = partial(_clarabel, reduced.arrays.widened, tolerance)
         methods.append(
-            Method("Clarabel", "tolerance", f"{tolerance:.0e}", bare, relative(exact, lambda cost: -cost * reduced.cost_unit), rival="clarabel")
+            Method(
+                "Clarabel",
+                "tolerance",
+                f"{tolerance:.0e}",
+                bare,
+                relative(exact, lambda cost: -cost * reduced.cost_unit),
+                rival="clarabel",
+            )
         )
     return Question("lambda_2, 3-D", "load factor", _name(scene), system.nodes, methods)
 
@@ -85,22 +114,43 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
 def _clarabel(program: Arrays, tolerance: float) -> float:
     """Optimal cost of a cone program as our own solvers take it."""
     package, linear = installed("clarabel"), int((program.sizes == 1).sum())
-    cones = [package.ZeroConeT(program.zero), package.NonnegativeConeT(linear), *map(package.SecondOrderConeT, program.sizes[linear:].tolist())]
+    cones = [
+        package.ZeroConeT(program.zero),
+        package.NonnegativeConeT(linear),
+        *map(package.SecondOrderConeT, program.sizes[linear:].tolist()),
+    ]
     return clarabel_cone(program.cost, csc_matrix(program.matrix), program.right, cones, tolerance)
 
 
 def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     """From the state at the first corner, above the shakedown limit, to the second corner at once."""
-    n, (path, exact), (system, along) = scene.system.nodes, posed(parameters, scene, parameters.overload), space
-    before, after, q = (values[:, None] * along for values in (path.state.u[:n], exact, path.corners[1][:n]))
+    n, (path, exact), (system, along) = (
+        scene.system.nodes,
+        posed(parameters, scene, parameters.overload),
+        space,
+    )
+    before, after, q = (
+        values[:, None] * along for values in (path.state.u[:n], exact, path.corners[1][:n])
+    )
     bonded = q, path.corners[1][n:]
 
     def error(found: fo.increments.Increment) -> float:
         return float(np.abs(found.slip - after).max() / np.abs(after - before).max())
 
     methods = []
-    for engine, kind in (("newton", fo.increments.NewtonIncrement), ("cones", fo.increments.FrozenBoundIncrement)):
-        methods.append(Method("frictopt", "engine", engine, partial(kind(system, parameters.friction).solve, before, bonded), error))
+    for engine, kind in (
+        ("newton", fo.increments.NewtonIncrement),
+        ("cones", fo.increments.FrozenBoundIncrement),
+    ):
+        methods.append(
+            Method(
+                "frictopt",
+                "engine",
+                engine,
+                partial(kind(system, parameters.friction).solve, before, bonded),
+                error,
+            )
+        )
     return Question("increment, 3-D", "slip", _name(scene), n, methods)
 
 
@@ -109,18 +159,36 @@ def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question
     exact = last_work(fo.march(scene.system, LOADS, friction, factor, cycles=CYCLES))
     march = partial(fo.march, space[0], LOADS, friction, factor, cycles=CYCLES)
     methods = in_steps("frictopt, newton", march, parameters.space_steps, exact)
-    return Question("transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, methods)
+    return Question(
+        "transient, 3-D", "work in the second cycle", _name(scene), scene.system.nodes, methods
+    )
 
 
 def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     friction, factor = parameters.friction, parameters.steady_overload * scene.limit
     start = start_slip(parameters, scene.system)
-    exact = last_work(fo.march(scene.system, LOADS, friction, factor, initial_slip=start, cycles=parameters.reference_cycles))
-    steady = partial(fo.steady_state, space[0], LOADS, friction, factor, initial_slip=start[:, None] * space[1])
+    exact = last_work(
+        fo.march(
+            scene.system,
+            LOADS,
+            friction,
+            factor,
+            initial_slip=start,
+            cycles=parameters.reference_cycles,
+        )
+    )
+    steady = partial(
+        fo.steady_state, space[0], LOADS, friction, factor, initial_slip=start[:, None] * space[1]
+    )
     error = relative(exact, lambda made: made.dissipation)
-    methods = [Method("frictopt, newton", STEPS, f"{n}", partial(steady, steps=n), error) for n in parameters.space_steps]
+    methods = [
+        Method("frictopt, newton", STEPS, f"{n}", partial(steady, steps=n), error)
+        for n in parameters.space_steps
+    ]
     # reference: work in cycle reference_cycles of the plane's exact path
-    return Question("steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, methods)
+    return Question(
+        "steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, methods
+    )
 
 
 def _name(scene: Scene) -> str:
@@ -129,38 +197,70 @@ def _name(scene: Scene) -> str:
 
 _ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
 _PROVEN = 1e-4  # tolerance of a limit after protocol
-_HALF = 0.6  # of the side of the sphere's grid, over the radius of its contact: every node is pressed
+_HALF = (
+    0.6  # of the side of the sphere's grid, over the radius of its contact: every node is pressed
+)
 _RAYS = 64  # on which a region is compared with its closed form
 
 
-def _answers(parameters: Parameters, scene: Scene, system: fo.ContactSystem, elements: int) -> Iterator[Question]:
+def _answers(
+    parameters: Parameters, scene: Scene, system: fo.ContactSystem, elements: int
+) -> Iterator[Question]:
     """Limits whose answers are those of the plane, and on the coarsest mesh two that follow transients."""
     plane, friction = scene.system, parameters.friction
     name, n = _name(scene), plane.nodes
 
     def question(computation: str, quantity: str, run: Any, value: Any, exact: float) -> Question:
-        return Question(computation, quantity, name, n, [Method("frictopt", "none", "default", run, relative(exact, value))])
+        return Question(
+            computation,
+            quantity,
+            name,
+            n,
+            [Method("frictopt", "none", "default", run, relative(exact, value))],
+        )
 
-    rubbing, factor, above = parameters.guaranteed_friction, parameters.margin_share * scene.limit, _ABOVE * scene.limit
+    rubbing, factor, above = (
+        parameters.guaranteed_friction,
+        parameters.margin_share * scene.limit,
+        _ABOVE * scene.limit,
+    )
     run: Any = partial(fo.guaranteed_limit, system, LOADS, rubbing)
-    yield question("lambda_1, 3-D", "upper bound", run, lambda limit: limit.load_factor, exact_least(plane, rubbing))
+    yield question(
+        "lambda_1, 3-D",
+        "upper bound",
+        run,
+        lambda limit: limit.load_factor,
+        exact_least(plane, rubbing),
+    )
 
-    run, exact = partial(fo.safe_slip, system, LOADS, friction, factor), exact_largest_margin(plane, friction, factor)
+    run, exact = (
+        partial(fo.safe_slip, system, LOADS, friction, factor),
+        exact_largest_margin(plane, friction, factor),
+    )
     yield question("safe slip, 3-D", "margin", run, lambda safe: safe.margin, exact)
 
     run = partial(fo.required_friction, system, LOADS, exact_limit(plane, friction))
     # reference: the friction at which the plane's limit is that load factor
-    yield question("required friction, 3-D", "coefficient", run, lambda found: found.required, friction)
+    yield question(
+        "required friction, 3-D", "coefficient", run, lambda found: found.required, friction
+    )
 
     run = partial(fo.shakedown_limit(system, LOADS, friction).least_slip, above)
     exact = fo.shakedown_limit(plane, LOADS, friction).least_slip(above).bound
-    yield question("least slip, 3-D", "bound, the limit given", run, lambda least: least.bound, exact)
+    yield question(
+        "least slip, 3-D", "bound, the limit given", run, lambda least: least.bound, exact
+    )
 
     if elements == min(parameters.space_elements):
         exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
-        ask, steps = partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN), parameters.search_steps
+        ask, steps = (
+            partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN),
+            parameters.search_steps,
+        )
         error = relative(exact, lambda found: found.load_factor)
-        methods = [Method("frictopt", STEPS, f"{many}", partial(ask, steps=many), error) for many in steps]
+        methods = [
+            Method("frictopt", STEPS, f"{many}", partial(ask, steps=many), error) for many in steps
+        ]
         yield Question("limit after protocol, 3-D", "load factor", name, n, methods)
 
         asked = LOADS, friction, parameters.overload * scene.limit
@@ -169,7 +269,16 @@ def _answers(parameters: Parameters, scene: Scene, system: fo.ContactSystem, ele
         def off(found: fo.results.DissipationRange) -> float:
             return max(abs(found.least / span.least - 1), abs(found.most / span.most - 1))
 
-        methods = [Method("frictopt", STEPS, f"{many}", partial(fo.dissipation_range, system, *asked, steps=many), off) for many in steps]
+        methods = [
+            Method(
+                "frictopt",
+                STEPS,
+                f"{many}",
+                partial(fo.dissipation_range, system, *asked, steps=many),
+                off,
+            )
+            for many in steps
+        ]
         yield Question("range of dissipation, 3-D", "least and most work", name, n, methods)
 
 
@@ -186,7 +295,10 @@ def amplitudes(parameters: Parameters) -> Question:
             ray = np.array([np.cos(angle), np.sin(angle)])
             q = region.cycle(*ray).corner_reactions(system)[0]
             exact = smallest_circle_limit(pressure, q, friction)
-            reach = [_crossing(one, other, ray) for one, other in zip(region.vertices, region.vertices[1:], strict=False)]
+            reach = [
+                _crossing(one, other, ray)
+                for one, other in zip(region.vertices, region.vertices[1:], strict=False)
+            ]
             found.append(1 - min(reach) / exact)
         return float(np.max(np.abs(found)))
 
@@ -194,7 +306,9 @@ def amplitudes(parameters: Parameters) -> Question:
     for tolerance in parameters.region_tolerances:
         run = partial(fo.safe_region, system, mean, ["x", "y"], friction, tolerance=tolerance)
         methods.append(Method("frictopt", "tolerance", f"{tolerance:.0e}", run, shortfall))
-    return Question("safe region, 3-D", "amplitudes", "sphere on a half-space", system.nodes, methods)
+    return Question(
+        "safe region, 3-D", "amplitudes", "sphere on a half-space", system.nodes, methods
+    )
 
 
 def _crossing(one: Any, other: Any, ray: Any) -> float:

@@ -1,9 +1,10 @@
 """Error against run time of every computation, for several settings of its accuracy, compared with other packages in the same run.
 
-Run with `python -m studies error_vs_time [--quick]`; it writes its tables and prints them in short form. Errors are measured against references
-that are independent of the package: closed forms, linear programs and increments in rational arithmetic, elimination in extended precision, and for
-the mesh the singular exponents of the corner. Its times depend on the machine. To add a computation: a function that yields its `Question`, called
-by `study.questions`.
+Run with `python -m studies error_vs_time [--quick]`; it writes its tables and prints them in short
+form. Errors are measured against references that are independent of the package: closed forms,
+linear programs and increments in rational arithmetic, elimination in extended precision, and for
+the mesh the singular exponents of the corner. Its times depend on the machine. To add a
+computation: a function that yields its `Question`, called by `study.questions`.
 """
 
 from collections.abc import Iterator
@@ -70,5 +71,20 @@ _ERROR = {
     "on_front": "no other method is as fast and as accurate, and better in one of the two; errors below 1e-12 count as equal",
     "ahead": "a rival on the front: frictopt has no answer as fast and as accurate",
 }
-ERROR = Table("error_vs_time", "one method with one setting for one question", _ERROR, full=FULL, quick=QUICK, compute=error_against_time, alone=True)
-STUDY = Study("validation.error_vs_time", __doc__, "coarse meshes and few settings, in seconds", (ERROR,), report, needs=(CORNER,))
+ERROR = Table(
+    "error_vs_time",
+    "one method with one setting for one question",
+    _ERROR,
+    full=FULL,
+    quick=QUICK,
+    compute=error_against_time,
+    alone=True,
+)
+STUDY = Study(
+    "validation.error_vs_time",
+    __doc__,
+    "coarse meshes and few settings, in seconds",
+    (ERROR,),
+    report,
+    needs=(CORNER,),
+)

@@ -14,7 +14,14 @@ from validation.error_vs_time.exact import exact_increment
 from validation.error_vs_time.frozen import FrozenBounds
 from validation.error_vs_time.lemke import Lemke
 from validation.error_vs_time.methods import Method, Question, installed, relative
-from validation.error_vs_time.parameters import CYLINDER, CYLINDER_LOADS, SHEAR, Parameters, Scene, cylinder
+from validation.error_vs_time.parameters import (
+    CYLINDER,
+    CYLINDER_LOADS,
+    SHEAR,
+    Parameters,
+    Scene,
+    cylinder,
+)
 from validation.oracles import corner_loads
 
 Array = np.ndarray[Any, Any]
@@ -33,7 +40,10 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
 
 def increments(parameters: Parameters, scene: Scene) -> Iterator[Question]:
     """One increment on one mesh, in which few nodes slip, and in which most do."""
-    for quantity, overload in (("slip of few nodes", parameters.steady_overload), ("slip of most nodes", parameters.overload)):
+    for quantity, overload in (
+        ("slip of few nodes", parameters.steady_overload),
+        ("slip of most nodes", parameters.overload),
+    ):
         yield _increment(parameters, scene, quantity, overload)
 
 
@@ -41,18 +51,35 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
     """The same two on a scene with a closed form, over its number of cells."""
     asked = CYLINDER_LOADS, CYLINDER.f, SHEAR
     for computation, quantity, ask, work in (
-        ("transient", "work in the second cycle", lambda cells: fo.march(cylinder(cells), *asked, cycles=CYCLES), last_work),
-        ("steady state", "work in a cycle", lambda cells: fo.steady_state(cylinder(cells), *asked), lambda state: state.dissipation),
+        (
+            "transient",
+            "work in the second cycle",
+            lambda cells: fo.march(cylinder(cells), *asked, cycles=CYCLES),
+            last_work,
+        ),
+        (
+            "steady state",
+            "work in a cycle",
+            lambda cells: fo.steady_state(cylinder(cells), *asked),
+            lambda state: state.dissipation,
+        ),
     ):
         error = relative(CYLINDER.dissipation(SHEAR), work)
-        methods = [Method("frictopt", "cells", f"{cells}", partial(ask, cells), error) for cells in parameters.cells]
+        methods = [
+            Method("frictopt", "cells", f"{cells}", partial(ask, cells), error)
+            for cells in parameters.cells
+        ]
         yield Question(computation, quantity, "cylinder on a half-plane", 0, methods)
 
 
 def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
     """(N,) initial slip: random coefficients of the six lowest Chebyshev polynomials, times the slip scale of the study."""
     modes = np.polynomial.chebyshev.chebvander(system.x / system.x[-1], 6)[:, 1:]
-    return np.asarray(parameters.start * modes @ np.random.default_rng(parameters.seed).normal(size=modes.shape[1]))
+    return np.asarray(
+        parameters.start
+        * modes
+        @ np.random.default_rng(parameters.seed).normal(size=modes.shape[1])
+    )
 
 
 def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
@@ -60,7 +87,10 @@ def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
     march = partial(fo.march, system, LOADS, friction, factor, cycles=CYCLES)
     exact = last_work(march())
     methods = [Method("frictopt, exact path", "none", "events", march, _energy_error)]
-    for engine, counts in (("qp", parameters.steps), ("milp", parameters.milp_steps if elements in parameters.milp_elements else ())):
+    for engine, counts in (
+        ("qp", parameters.steps),
+        ("milp", parameters.milp_steps if elements in parameters.milp_elements else ()),
+    ):
         methods += in_steps(f"frictopt, {engine}", partial(march, engine=engine), counts, exact)
     methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), CYCLES, exact)
     # reference: exact path; that of the path itself is its largest energy residual over the work
@@ -68,36 +98,69 @@ def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
 
 
 def _steady(parameters: Parameters, scene: Scene) -> Question:
-    system, friction, factor = scene.system, parameters.friction, parameters.steady_overload * scene.limit
+    system, friction, factor = (
+        scene.system,
+        parameters.friction,
+        parameters.steady_overload * scene.limit,
+    )
     start = start_slip(parameters, system)
     march = partial(fo.march, system, LOADS, friction, factor, initial_slip=start)
     exact = last_work(march(cycles=parameters.reference_cycles))
-    run, error = partial(fo.steady_state, system, LOADS, friction, factor, initial_slip=start), relative(exact, last_work)
-    methods = [Method("frictopt, proven", "none", "proof", run, relative(exact, lambda state: state.dissipation))]
-    methods += [Method("frictopt, so many cycles", "cycles", f"{n}", partial(march, cycles=n), error) for n in parameters.steady_cycles]
+    run, error = (
+        partial(fo.steady_state, system, LOADS, friction, factor, initial_slip=start),
+        relative(exact, last_work),
+    )
+    methods = [
+        Method(
+            "frictopt, proven",
+            "none",
+            "proof",
+            run,
+            relative(exact, lambda state: state.dissipation),
+        )
+    ]
+    methods += [
+        Method("frictopt, so many cycles", "cycles", f"{n}", partial(march, cycles=n), error)
+        for n in parameters.steady_cycles
+    ]
     methods += _lemke(parameters, scene, factor, start, max(parameters.steady_cycles), exact)
     # reference: work in cycle reference_cycles of the exact path
     return Question("steady state", "work in a cycle", scene.name, system.nodes, methods)
 
 
-def _lemke(parameters: Parameters, scene: Scene, factor: float, start: Array, cycles: int, exact: float) -> Iterator[Method]:
+def _lemke(
+    parameters: Parameters, scene: Scene, factor: float, start: Array, cycles: int, exact: float
+) -> Iterator[Method]:
     """Lemke's method over that many cycles."""
     if installed("quantecon") is None:
         return
     system = scene.system
     mean, corners = corner_loads(system, LOADS, factor)
     force = float(np.abs(mean[system.nodes :]).mean())
-    carried = np.r_[np.zeros(system.nodes), np.full(system.nodes, force)] - system.S[:, : system.nodes] @ start
+    carried = (
+        np.r_[np.zeros(system.nodes), np.full(system.nodes, force)]
+        - system.S[:, : system.nodes] @ start
+    )
     loads = [carried, mean, *corners * cycles]
     rival = Lemke(system, parameters.friction, force)
     for steps in parameters.steps:
         run = partial(rival.cycle_work, start, loads, steps, len(corners))
-        yield Method(f"Lemke, {cycles} cycles", STEPS, f"{steps}", run, relative(exact, float), rival="quantecon")
+        yield Method(
+            f"Lemke, {cycles} cycles",
+            STEPS,
+            f"{steps}",
+            run,
+            relative(exact, float),
+            rival="quantecon",
+        )
 
 
 def in_steps(name: str, march: Any, counts: Sequence[int], exact: float) -> list[Method]:
     """Transients in so many increments, and the error of the work in their last cycle."""
-    return [Method(name, STEPS, f"{steps}", partial(march, steps=steps), relative(exact, last_work)) for steps in counts]
+    return [
+        Method(name, STEPS, f"{steps}", partial(march, steps=steps), relative(exact, last_work))
+        for steps in counts
+    ]
 
 
 def last_work(path: fo.results.Trajectory) -> float:
@@ -125,28 +188,76 @@ def _increment(parameters: Parameters, scene: Scene, quantity: str, overload: fl
     path, exact = posed(parameters, scene, overload)
     before, bonded = path.state.u.copy(), path.corners[1]
     slip, pair = before[:n], (bonded[:n], bonded[n:])
-    engines = {"frozen bounds (QP)": ("OSQP, Newton", FrozenBoundIncrement), "newton": ("steps", NewtonIncrement)}
+    engines = {
+        "frozen bounds (QP)": ("OSQP, Newton", FrozenBoundIncrement),
+        "newton": ("steps", NewtonIncrement),
+    }
 
     def error(found: Array) -> float:
         return float(np.abs(found - exact).max() / np.abs(exact - slip).max())
 
     def ours(method: str, solver: str, engine: Any) -> Method:
-        return Method(method, "solver", solver, partial(engine.solve, slip, pair), lambda made: error(made.slip))
+        return Method(
+            method,
+            "solver",
+            solver,
+            partial(engine.solve, slip, pair),
+            lambda made: error(made.slip),
+        )
 
-    methods = [ours(f"frictopt, {name}", way, engine(system, friction)) for name, (way, engine) in engines.items()]
-    methods.append(Method("frictopt, exact path", "none", "events", partial(_followed, path, before), lambda u: error(u[:n])))
+    methods = [
+        ours(f"frictopt, {name}", way, engine(system, friction))
+        for name, (way, engine) in engines.items()
+    ]
+    methods.append(
+        Method(
+            "frictopt, exact path",
+            "none",
+            "events",
+            partial(_followed, path, before),
+            lambda u: error(u[:n]),
+        )
+    )
     if n <= max(parameters.milp_elements) + 1:
-        methods.append(ours("frictopt, complementarity (MILP)", "HIGHS, Newton", ExactIncrement(system, friction)))
+        methods.append(
+            ours(
+                "frictopt, complementarity (MILP)",
+                "HIGHS, Newton",
+                ExactIncrement(system, friction),
+            )
+        )
     bare = FrozenBounds(system, friction)
     every = parameters.increment_tolerances
-    for name, way, tolerances in (("OSQP", bare.osqp, every), ("Clarabel", bare.clarabel, every if n < _LARGE else every[::4])):
+    for name, way, tolerances in (
+        ("OSQP", bare.osqp, every),
+        ("Clarabel", bare.clarabel, every if n < _LARGE else every[::4]),
+    ):
         for tolerance in tolerances:
             run = partial(way, slip, bonded, tolerance)
-            methods.append(Method(f"{name}, frozen bounds", "tolerance", f"{tolerance:.0e}", run, error, rival=name.lower()))
+            methods.append(
+                Method(
+                    f"{name}, frozen bounds",
+                    "tolerance",
+                    f"{tolerance:.0e}",
+                    run,
+                    error,
+                    rival=name.lower(),
+                )
+            )
     if installed("quantecon"):
         lemke = Lemke(system, friction, float(np.abs(bonded[n:]).mean()))
-        methods.append(Method("Lemke", "none", "pivots", partial(lemke.increment, slip, bonded), lambda made: error(made[0]), rival="quantecon"))
-    # reference: linear system of the final statuses in rational arithmetic, refined to 40 digits; the contact law checked on it
+        methods.append(
+            Method(
+                "Lemke",
+                "none",
+                "pivots",
+                partial(lemke.increment, slip, bonded),
+                lambda made: error(made[0]),
+                rival="quantecon",
+            )
+        )
+    # reference: linear system of the final statuses in rational arithmetic, refined to 40 digits;
+    # the contact law checked on it
     return Question("increment", quantity, scene.name, n, methods)
 
 

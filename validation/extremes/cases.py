@@ -15,7 +15,17 @@ from validation import oracles
 from validation.extremes.designs import design_probes
 from validation.extremes.guarantees import guaranteed_corners, guaranteed_probe, guaranteed_units
 from validation.extremes.patterns import pattern_probes
-from validation.extremes.probes import SHEAR, Answer, Probe, Sizes, loose, nearly_separated, one_node, punch_in_units, shakedown
+from validation.extremes.probes import (
+    SHEAR,
+    Answer,
+    Probe,
+    Sizes,
+    loose,
+    nearly_separated,
+    one_node,
+    punch_in_units,
+    shakedown,
+)
 from validation.extremes.ranges import range_probes
 from validation.extremes.space import space_probes
 
@@ -26,12 +36,32 @@ _DENSE = 300  # elements up to which the plain linear program is solved: it take
 
 def probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
-    own = _friction, _stiffness, _surface, _poisson, _grading, _unit, _near_limit, _free_punch, _critical, _separation, _nodes, _corners, _cycles
+    own = (
+        _friction,
+        _stiffness,
+        _surface,
+        _poisson,
+        _grading,
+        _unit,
+        _near_limit,
+        _free_punch,
+        _critical,
+        _separation,
+        _nodes,
+        _corners,
+        _cycles,
+    )
     for part in (*own, pattern_probes, range_probes, design_probes, space_probes):
         yield from part(sizes)
 
 
-def _steady(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, start: Any = None) -> Answer:
+def _steady(
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    friction: Any,
+    load_factor: float,
+    start: Any = None,
+) -> Answer:
     steady = fo.steady_state(system, cycle, friction, load_factor, initial_slip=start)
     return Answer(steady.dissipation, steady.residual, "exact path")
 
@@ -40,37 +70,84 @@ def _work_unit(system: fo.ContactSystem, cycle: fo.LoadCycle) -> float:
     return float(np.prod(oracles.units(system, cycle)))
 
 
-def _brute(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, cycles: int = 100) -> float | None:
+def _brute(
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    friction: Any,
+    load_factor: float,
+    cycles: int = 100,
+) -> float | None:
     """Work of the last of many cycles; None where it still changes."""
-    *_, before, last = fo.march(system, cycle, friction, load_factor, cycles=cycles).cycle_work.sum(axis=1)
+    *_, before, last = fo.march(system, cycle, friction, load_factor, cycles=cycles).cycle_work.sum(
+        axis=1
+    )
     return float(last) if abs(last - before) <= 1e-10 * _work_unit(system, cycle) else None
 
 
-def _steady_probe(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Probe:
-    ask, brute = partial(_steady, system, cycle, friction, load_factor), partial(_brute, system, cycle, friction, load_factor)
-    return Probe(extreme, value, "steady state", ask, brute, "100 cycles followed", floor=1e-2 * _work_unit(system, cycle))
+def _steady_probe(
+    extreme: str,
+    value: str,
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    friction: Any,
+    load_factor: float,
+) -> Probe:
+    ask, brute = (
+        partial(_steady, system, cycle, friction, load_factor),
+        partial(_brute, system, cycle, friction, load_factor),
+    )
+    return Probe(
+        extreme,
+        value,
+        "steady state",
+        ask,
+        brute,
+        "100 cycles followed",
+        floor=1e-2 * _work_unit(system, cycle),
+    )
 
 
-def _limit_probe(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Probe:
-    ask, plain = partial(shakedown, system, cycle, friction), partial(_plain, system, cycle, friction)
+def _limit_probe(
+    extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
+) -> Probe:
+    ask, plain = (
+        partial(shakedown, system, cycle, friction),
+        partial(_plain, system, cycle, friction),
+    )
     return Probe(extreme, value, "shakedown limit", ask, plain, _LP)
 
 
-def _exists(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
+def _exists(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
+) -> Answer:
     safe = fo.safe_slip(system, cycle, friction, load_factor)
     return Answer.of(safe, float(safe.exists))
 
 
-def _increment(engine: Any, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
+def _increment(
+    engine: Any, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
+) -> Answer:
     load = oracles.corner_loads(system, cycle, load_factor)[1][1]
     found = engine(system, friction).solve(np.zeros(system.nodes), np.split(load, 2))
-    return Answer(float(found.q @ np.arange(1, system.nodes + 1)) / oracles.units(system, cycle)[0], found.residual, found.record.solver)
+    return Answer(
+        float(found.q @ np.arange(1, system.nodes + 1)) / oracles.units(system, cycle)[0],
+        found.residual,
+        found.record.solver,
+    )
 
 
-def _tried(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> float | None:
+def _tried(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
+) -> float | None:
     load = oracles.corner_loads(system, cycle, load_factor)[1][1]
-    states = oracles.Stepper(system, cycle, np.broadcast_to(friction, system.nodes)).states(np.zeros(system.nodes), load)
-    return float(states[0][1][: system.nodes] @ np.arange(1, system.nodes + 1)) if len(states) == 1 else None
+    states = oracles.Stepper(system, cycle, np.broadcast_to(friction, system.nodes)).states(
+        np.zeros(system.nodes), load
+    )
+    return (
+        float(states[0][1][: system.nodes] @ np.arange(1, system.nodes + 1))
+        if len(states) == 1
+        else None
+    )
 
 
 def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
@@ -78,35 +155,60 @@ def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> floa
 
 
 def _friction(sizes: Sizes) -> Iterator[Probe]:
-    system, small = (fo.scenes.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2))
+    system, small = (
+        fo.scenes.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2)
+    )
     for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
         yield _limit_probe("friction", f"{f:g}", system, LOADS, f)
         yield guaranteed_probe("friction", f"{f:g}", lambda: system, system.nodes, friction=f)
         yield _steady_probe("friction", f"{f:g}", system, LOADS, f, 3.0)
         for engine in (ExactIncrement, FrozenBoundIncrement):
-            ask, tried = partial(_increment, engine, small, LOADS, f, 3.0), partial(_tried, small, LOADS, f, 3.0)
-            yield Probe("friction", f"{f:g}", f"increment, {engine.__name__}", ask, tried, "all statuses tried")
+            ask, tried = (
+                partial(_increment, engine, small, LOADS, f, 3.0),
+                partial(_tried, small, LOADS, f, 3.0),
+            )
+            yield Probe(
+                "friction",
+                f"{f:g}",
+                f"increment, {engine.__name__}",
+                ask,
+                tried,
+                "all statuses tried",
+            )
 
 
-def _scene_probes(extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, most_guaranteed: int) -> Iterator[Probe]:
+def _scene_probes(
+    extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, most_guaranteed: int
+) -> Iterator[Probe]:
     """Balance of the condensed reactions, and the limits."""
     system = cache(scene.condense)
 
     def balance() -> Answer:
         shear = float(-system().bonded["Q"][0].sum() / (2 * scene.half_width))
-        return Answer(shear, float(abs(system().bonded["P"][1].sum() / (2 * scene.half_width) - 1)), "SuperLU")
+        return Answer(
+            shear, float(abs(system().bonded["P"][1].sum() / (2 * scene.half_width) - 1)), "SuperLU"
+        )
 
     yield Probe(extreme, value, "condensation", balance, lambda: 1.0, "equilibrium of the punch")
     plain = (lambda: _plain(system(), LOADS, 0.7)) if scene.elements <= _DENSE else None
-    yield Probe(extreme, value, "shakedown limit", lambda: shakedown(system(), LOADS, 0.7), plain, _LP)
+    yield Probe(
+        extreme, value, "shakedown limit", lambda: shakedown(system(), LOADS, 0.7), plain, _LP
+    )
     if scene.elements <= most_guaranteed:
         yield guaranteed_probe(extreme, value, system, scene.elements + 1)
 
 
 def _stiffness(sizes: Sizes) -> Iterator[Probe]:
     for ratio in (1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12):
-        scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio))
-        yield from _scene_probes("stiffness of the punch over that of the block", f"{ratio:g}", scene, sizes.most_guaranteed)
+        scene = fo.scenes.PunchOnHalfPlane(
+            elements=sizes.elements, growth=1.3, punch_material=fo.Material(ratio)
+        )
+        yield from _scene_probes(
+            "stiffness of the punch over that of the block",
+            f"{ratio:g}",
+            scene,
+            sizes.most_guaranteed,
+        )
 
 
 def _surface(sizes: Sizes) -> Iterator[Probe]:
@@ -116,27 +218,51 @@ def _surface(sizes: Sizes) -> Iterator[Probe]:
         stiffness = ratio * float(system.E_star or np.nan) / scene.half_width
         soft = system.with_contact_stiffness(tangential=stiffness, normal=stiffness)
         for cycle, load in ((LOADS, "stretched"), (SHEAR, "sheared")):
-            yield _limit_probe("stiffness of the surface over E* / a", f"{ratio:g}, {load}", soft, cycle, 0.7)
-        yield _steady_probe("stiffness of the surface over E* / a", f"{ratio:g}", soft, LOADS, 0.7, 3.0)
+            yield _limit_probe(
+                "stiffness of the surface over E* / a", f"{ratio:g}, {load}", soft, cycle, 0.7
+            )
+        yield _steady_probe(
+            "stiffness of the surface over E* / a", f"{ratio:g}", soft, LOADS, 0.7, 3.0
+        )
 
 
 def _poisson(sizes: Sizes) -> Iterator[Probe]:
     def scene(nu: float, element: Any) -> fo.scenes.PunchOnHalfPlane:
         material = fo.Material(nu=nu)
-        return fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3, punch_material=material, block_material=material, element=element)
+        return fo.scenes.PunchOnHalfPlane(
+            elements=sizes.elements,
+            growth=1.3,
+            punch_material=material,
+            block_material=material,
+            element=element,
+        )
 
     base = shakedown(scene(0.1, "mean_dilatation").condense(), LOADS, 0.7).number
     for element in ("linear", "mean_dilatation"):
         for nu in (-0.9, 0.0, 0.3, 0.45, 0.49, 0.499, 0.4999):
-            ask = partial(lambda nu, element: shakedown(scene(nu, element).condense(), LOADS, 0.7), nu, element)
+            ask = partial(
+                lambda nu, element: shakedown(scene(nu, element).condense(), LOADS, 0.7),
+                nu,
+                element,
+            )
             known = "that of nu = 0.1, since stresses of similar bodies do not depend on nu: the error is that of the mesh"
-            yield Probe("Poisson's ratio", f"{nu:g}", f"shakedown limit, element {element}", ask, lambda: base, known, np.inf)
+            yield Probe(
+                "Poisson's ratio",
+                f"{nu:g}",
+                f"shakedown limit, element {element}",
+                ask,
+                lambda: base,
+                known,
+                np.inf,
+            )
 
 
 def _grading(sizes: Sizes) -> Iterator[Probe]:
     for grading in sizes.gradings:
         scene = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.5, grading=grading)
-        yield from _scene_probes("grading of the contact", f"{grading:g}", scene, sizes.most_guaranteed)
+        yield from _scene_probes(
+            "grading of the contact", f"{grading:g}", scene, sizes.most_guaranteed
+        )
 
 
 def _unit(sizes: Sizes) -> Iterator[Probe]:
@@ -150,8 +276,22 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
             value = f"force {force:g}, length {length:g}"
-            yield Probe("units", value, "shakedown limit", partial(limit, force, length), lambda: limit(1.0, 1.0).number, "units of 1")
-            yield Probe("units", value, "steady state", partial(work, force, length), lambda: work(1.0, 1.0).number, "units of 1")
+            yield Probe(
+                "units",
+                value,
+                "shakedown limit",
+                partial(limit, force, length),
+                lambda: limit(1.0, 1.0).number,
+                "units of 1",
+            )
+            yield Probe(
+                "units",
+                value,
+                "steady state",
+                partial(work, force, length),
+                lambda: work(1.0, 1.0).number,
+                "units of 1",
+            )
     yield from guaranteed_units()
 
 
@@ -161,11 +301,23 @@ def _near_limit(sizes: Sizes) -> Iterator[Probe]:
     for distance in (-1e-3, -1e-6, -1e-9, 1e-9, 1e-6, 1e-3):
         factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
         ask = partial(_exists, system, LOADS, 0.7, factor)
-        yield Probe(extreme, value, "safe slip", ask, partial(float, distance < 0), "definition of the limit")
+        yield Probe(
+            extreme,
+            value,
+            "safe slip",
+            ask,
+            partial(float, distance < 0),
+            "definition of the limit",
+        )
         yield _steady_probe(extreme, value, system, LOADS, 0.7, factor)
         start = fo.safe_slip(system, LOADS, 0.7, factor).slip if distance < 0 else limit.slip
-        stays, ask = (lambda: 0.0) if distance < 0 else None, partial(_steady, system, LOADS, 0.7, factor, start)
-        yield Probe(extreme, value, "steady state from the safe slip", ask, stays, "a safe slip stays")
+        stays, ask = (
+            (lambda: 0.0) if distance < 0 else None,
+            partial(_steady, system, LOADS, 0.7, factor, start),
+        )
+        yield Probe(
+            extreme, value, "steady state from the safe slip", ask, stays, "a safe slip stays"
+        )
 
 
 def _free_punch(sizes: Sizes) -> Iterator[Probe]:
@@ -174,7 +326,14 @@ def _free_punch(sizes: Sizes) -> Iterator[Probe]:
     for f in (0.1, 1.0):
         yield _limit_probe(extreme, f"f = {f:g}", system, SHEAR, f)
         over = partial(_steady, system, SHEAR, f, 1.5 * f)
-        yield Probe(extreme, f"f = {f:g}", "steady state beyond gross slip", over, None, "none: it slides away")
+        yield Probe(
+            extreme,
+            f"f = {f:g}",
+            "steady state beyond gross slip",
+            over,
+            None,
+            "none: it slides away",
+        )
         yield guaranteed_probe(extreme, f"f = {f:g}", lambda: system, system.nodes, SHEAR, f)
     yield _limit_probe(extreme, "A = 0", loose(), LOADS, 0.5)
     yield guaranteed_probe(extreme, "A = 0", loose, 2, friction=0.5)
@@ -184,10 +343,23 @@ def _critical(_: Sizes) -> Iterator[Probe]:
     system = one_node(1.0, 0.5, 1.0, 0.1, 1.0)
     for distance in (-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-3):
         f, value = 2.0 * (1 + distance), f"{distance:+g}"
-        closed = partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f) if distance < 0 else partial(_plain, system, LOADS, f)
+        closed = (
+            partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f)
+            if distance < 0
+            else partial(_plain, system, LOADS, f)
+        )
         name = "closed form, one node" if distance < 0 else _LP
-        yield Probe("friction over its critical value, less 1", value, "shakedown limit", partial(shakedown, system, LOADS, f), closed, name)
-        yield _steady_probe("friction over its critical value, less 1", value, system, LOADS, f, 5.0)
+        yield Probe(
+            "friction over its critical value, less 1",
+            value,
+            "shakedown limit",
+            partial(shakedown, system, LOADS, f),
+            closed,
+            name,
+        )
+        yield _steady_probe(
+            "friction over its critical value, less 1", value, system, LOADS, f, 5.0
+        )
 
 
 def _separation(sizes: Sizes) -> Iterator[Probe]:
@@ -201,12 +373,22 @@ def _separation(sizes: Sizes) -> Iterator[Probe]:
         node = one_node(2.0, 0.5, 1.0, 0.1 * p0, p0)
         closed = partial(single_node_limit, 2.0, 0.5, 0.1 * p0, p0, 1.0, 0.2, 0.4)
         ask = partial(shakedown, node, LOADS, 0.4)
-        yield Probe("mean pressure over cyclic shear, one node", f"{p0:g}", "shakedown limit", ask, closed, "closed form, one node", floor=0.0)
+        yield Probe(
+            "mean pressure over cyclic shear, one node",
+            f"{p0:g}",
+            "shakedown limit",
+            ask,
+            closed,
+            "closed form, one node",
+            floor=0.0,
+        )
 
 
 def _nodes(sizes: Sizes) -> Iterator[Probe]:
     for elements in sizes.most_nodes:
-        scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0)
+        scene = fo.scenes.PunchOnHalfPlane(
+            elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0
+        )
         yield from _scene_probes("nodes", f"{elements + 1}", scene, sizes.most_guaranteed)
 
 
@@ -217,7 +399,10 @@ def _corners(sizes: Sizes) -> Iterator[Probe]:
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in points])
     extreme, value = "corners of the load cycle", f"{sizes.corners:,}"
     yield _limit_probe(extreme, value, system, cycle, 0.7)
-    ask, brute = partial(_steady, system, cycle, 0.7, 1.0), partial(_brute, system, cycle, 0.7, 1.0, 6)
+    ask, brute = (
+        partial(_steady, system, cycle, 0.7, 1.0),
+        partial(_brute, system, cycle, 0.7, 1.0, 6),
+    )
     yield Probe(extreme, value, "steady state", ask, brute, "6 cycles followed")
     yield guaranteed_corners(extreme, value, system, cycle, points)
 
@@ -232,7 +417,17 @@ def _cycles(sizes: Sizes) -> Iterator[Probe]:
             path.state.work[:] = 0.0
             path.follow(path.legs)
         drift = path.state.r - path.bonded - path.system.S @ path.state.u
-        return Answer(float(path.state.work.sum()), float(np.abs(drift).max() / path.force), "exact path")
+        return Answer(
+            float(path.state.work.sum()), float(np.abs(drift).max() / path.force), "exact path"
+        )
 
     steady = partial(_steady, system, LOADS, 0.7, 1.4 * limit)
-    yield Probe("cycles followed", f"{sizes.cycles:,}", "work of the last cycle", last_work, lambda: steady().number, "steady state", _DRIFT)
+    yield Probe(
+        "cycles followed",
+        f"{sizes.cycles:,}",
+        "work of the last cycle",
+        last_work,
+        lambda: steady().number,
+        "steady state",
+        _DRIFT,
+    )

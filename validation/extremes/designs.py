@@ -25,17 +25,32 @@ def design_probes(sizes: Sizes) -> Iterator[Probe]:
     for force in (1e-15, 1e15):
         for length in (1e-15, 1e15):
             yield _probe(
-                "units of a design", f"force {force:g}, length {length:g}", oracles.redescribed(system, force=force, length=length), 0.5, 0.1 * length
+                "units of a design",
+                f"force {force:g}, length {length:g}",
+                oracles.redescribed(system, force=force, length=length),
+                0.5,
+                0.1 * length,
             )
 
 
-def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float) -> Probe:
+def _probe(
+    extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float
+) -> Probe:
     @cache
     def design() -> fo.results.Design:
         model = fo.DesignModel(system, LOADS, profile=True)
         return model.solve(friction, [cp.abs(model.profile) <= depth])
 
     def plain() -> float | None:
-        return oracles.largest_load_factor(design().system, design().cycle, np.full(system.nodes, friction))
+        return oracles.largest_load_factor(
+            design().system, design().cycle, np.full(system.nodes, friction)
+        )
 
-    return Probe(extreme, value, "best profile", lambda: Answer.of(design(), design().load_factor), plain, _LP)
+    return Probe(
+        extreme,
+        value,
+        "best profile",
+        lambda: Answer.of(design(), design().load_factor),
+        plain,
+        _LP,
+    )

@@ -41,10 +41,21 @@ def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> f
 
 
 def guaranteed_probe(
-    extreme: str, value: str, make: Callable[[], fo.ContactSystem], nodes: int, cycle: fo.LoadCycle = LOADS, friction: Any = 0.7
+    extreme: str,
+    value: str,
+    make: Callable[[], fo.ContactSystem],
+    nodes: int,
+    cycle: fo.LoadCycle = LOADS,
+    friction: Any = 0.7,
 ) -> Probe:
     """The guaranteed limit of a contact of so many nodes, which say what it is compared with."""
-    known, name = (_plain, _LP) if nodes <= _FEW else (_kept, _KEPT) if nodes <= _MANY else (_rescaled, _UNITS)
+    known, name = (
+        (_plain, _LP)
+        if nodes <= _FEW
+        else (_kept, _KEPT)
+        if nodes <= _MANY
+        else (_rescaled, _UNITS)
+    )
     ask, expected = (lambda: _ask(make(), cycle, friction)), lambda: known(make(), cycle, friction)
     return Probe(extreme, value, "guaranteed limit", ask, expected, name)
 
@@ -54,12 +65,26 @@ def guaranteed_units() -> Iterator[Probe]:
     base = fo.scenes.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
-            ask, value = partial(_ask, oracles.redescribed(base, force=force, length=length), LOADS, 0.5), f"force {force:g}, length {length:g}"
-            yield Probe("units", value, "guaranteed limit", ask, lambda: _plain(base, LOADS, 0.5), f"{_LP}, units of 1")
+            ask, value = (
+                partial(_ask, oracles.redescribed(base, force=force, length=length), LOADS, 0.5),
+                f"force {force:g}, length {length:g}",
+            )
+            yield Probe(
+                "units",
+                value,
+                "guaranteed limit",
+                ask,
+                lambda: _plain(base, LOADS, 0.5),
+                f"{_LP}, units of 1",
+            )
 
 
-def guaranteed_corners(extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, points: Any) -> Probe:
+def guaranteed_corners(
+    extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, points: Any
+) -> Probe:
     """The guaranteed limit under corners that are these points in the plane of two load cases."""
     hull = fo.LoadCycle(cycle.mean, [cycle.corners[k] for k in ConvexHull(points).vertices])
     ask, plain = partial(_ask, system, cycle, 0.7), partial(_plain, system, hull, 0.7)
-    return Probe(extreme, value, "guaranteed limit", ask, plain, f"{_LP}, on the convex hull of the corners")
+    return Probe(
+        extreme, value, "guaranteed limit", ask, plain, f"{_LP}, on the convex hull of the corners"
+    )

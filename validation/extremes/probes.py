@@ -52,11 +52,13 @@ class Probe:
     ask
         Gives the answer.
     expected
-        Gives the number that is known from elsewhere, None if the reference cannot say; None if there is none.
+        Gives the number that is known from elsewhere, None if the reference cannot say; None if
+        there is none.
     reference
         Where from.
     tolerance
-        Relative error above which an answer is wrong; inf where the error is that of the mesh and to be reported.
+        Relative error above which an answer is wrong; inf where the error is that of the mesh and
+        to be reported.
     floor
         Size below which a number counts as this large in its relative error.
     """
@@ -77,24 +79,38 @@ def shakedown(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> A
     return Answer.of(found, found.load_factor)
 
 
-def punch_in_units(force: float, length: float, elements: int = 8) -> tuple[fo.ContactSystem, fo.LoadCycle]:
+def punch_in_units(
+    force: float, length: float, elements: int = 8
+) -> tuple[fo.ContactSystem, fo.LoadCycle]:
     """A small punch whose mesh and material are in other units, and its load cycle."""
     material, pressure = fo.Material(force / length), force / length
     sizes = length, 2 * length, 12 * length, 12 * length
-    scene = fo.scenes.PunchOnHalfPlane(elements, *sizes, growth=1.5, punch_material=material, block_material=material, grading=5.0)
-    return scene.condense(), fo.LoadCycle({"P": pressure}, [{"sigma": -pressure}, {"sigma": pressure}])
+    scene = fo.scenes.PunchOnHalfPlane(
+        elements, *sizes, growth=1.5, punch_material=material, block_material=material, grading=5.0
+    )
+    return scene.condense(), fo.LoadCycle(
+        {"P": pressure}, [{"sigma": -pressure}, {"sigma": pressure}]
+    )
 
 
 def one_node(A: float, B: float, C: float, q0: float, p0: float) -> fo.ContactSystem:
     """One node under the loads of the paper."""
     loads = {"P": (np.array([q0]), np.array([p0])), "sigma": (np.array([1.0]), np.array([0.2]))}
-    return fo.ContactSystem.from_blocks(np.array([[A]]), np.array([[B]]), np.array([[C]]), np.zeros(1), loads)
+    return fo.ContactSystem.from_blocks(
+        np.array([[A]]), np.array([[B]]), np.array([[C]]), np.zeros(1), loads
+    )
 
 
 def loose() -> fo.ContactSystem:
     """Two nodes that nothing holds along the contact."""
     one, none = np.ones(2), np.zeros((2, 2))
-    return fo.ContactSystem.from_blocks(none, none, np.eye(2), np.arange(2.0), {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)})
+    return fo.ContactSystem.from_blocks(
+        none,
+        none,
+        np.eye(2),
+        np.arange(2.0),
+        {"P": (0 * one, one), "sigma": (np.array([0.3, -0.3]), 0 * one)},
+    )
 
 
 def nearly_separated(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
@@ -103,4 +119,7 @@ def nearly_separated(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.Load
     (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
     tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
     left = (1e-3, 1e-6, 1e-9, 0.0, -1e-3)
-    return system, {f"{share:g}": fo.LoadCycle({"P": 1.0, "Q": (1 - share) * tilt}, LOADS.corners) for share in left}
+    return system, {
+        f"{share:g}": fo.LoadCycle({"P": 1.0, "Q": (1 - share) * tilt}, LOADS.corners)
+        for share in left
+    }

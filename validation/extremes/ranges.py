@@ -20,12 +20,20 @@ def range_probes(sizes: Sizes) -> Iterator[Probe]:
         yield from part(sizes)
 
 
-def _most(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, unit: float = 1.0) -> Answer:
+def _most(
+    system: fo.ContactSystem,
+    cycle: fo.LoadCycle,
+    friction: Any,
+    load_factor: float,
+    unit: float = 1.0,
+) -> Answer:
     found = fo.dissipation_range(system, cycle, friction, load_factor)
     return Answer(found.most / unit, found.residual, "exact paths, linear programs")
 
 
-def _least(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float) -> Answer:
+def _least(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
+) -> Answer:
     found = fo.dissipation_range(system, cycle, friction, load_factor)
     return Answer(found.least, found.residual, "exact paths, linear programs")
 
@@ -37,7 +45,9 @@ def _ratio(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, start: 
 
 def _units(sizes: Sizes) -> Iterator[Probe]:
     def most(force: float, length: float) -> Answer:
-        return _most(*punch_in_units(force, length, sizes.unit_elements), _FRICTION, 3.0, force * length)
+        return _most(
+            *punch_in_units(force, length, sizes.unit_elements), _FRICTION, 3.0, force * length
+        )
 
     def ratio(force: float, length: float) -> Answer:
         return _ratio(*punch_in_units(force, length, sizes.unit_elements), _FRICTION, "assembled")
@@ -46,20 +56,55 @@ def _units(sizes: Sizes) -> Iterator[Probe]:
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e15):
             value = f"force {force:g}, length {length:g}"
-            yield Probe("units", value, "found range", partial(most, force, length), partial(known, most), "units of 1", 1e-5)
-            yield Probe("units", value, "limit after a protocol", partial(ratio, force, length), partial(known, ratio), "units of 1", 1e-3)
+            yield Probe(
+                "units",
+                value,
+                "found range",
+                partial(most, force, length),
+                partial(known, most),
+                "units of 1",
+                1e-5,
+            )
+            yield Probe(
+                "units",
+                value,
+                "limit after a protocol",
+                partial(ratio, force, length),
+                partial(known, ratio),
+                "units of 1",
+                1e-3,
+            )
 
 
 def _friction(_: Sizes) -> Iterator[Probe]:
     for f in (1e-6, 1e-3, 0.1, 1.0, 1.9):
         node = 2.0, 0.5, 0.1 * f, 1.0
-        system, limit = one_node(2.0, 0.5, 1.125, 0.1 * f, 1.0), single_node_limit(*node, 1.0, 0.2, f)
+        system, limit = (
+            one_node(2.0, 0.5, 1.125, 0.1 * f, 1.0),
+            single_node_limit(*node, 1.0, 0.2, f),
+        )
         if f < 1.0:
             closed = partial(single_node_dissipation, *node, 1.0, 0.2, f, 1.2 * limit)
             ask = partial(_most, system, LOADS, f, 1.2 * limit)
-            yield Probe("friction", f"{f:g}", "found range, one node", ask, closed, "closed form, one node", floor=1e-12)
+            yield Probe(
+                "friction",
+                f"{f:g}",
+                "found range, one node",
+                ask,
+                closed,
+                "closed form, one node",
+                floor=1e-12,
+            )
         safe = partial(_ratio, system, LOADS, f, fo.shakedown_limit(system, LOADS, f).slip)
-        yield Probe("friction", f"{f:g}", "limit after the safe slip, one node", safe, lambda: 1.0, "definition of the limit", 1e-2)
+        yield Probe(
+            "friction",
+            f"{f:g}",
+            "limit after the safe slip, one node",
+            safe,
+            lambda: 1.0,
+            "definition of the limit",
+            1e-2,
+        )
 
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:
@@ -74,8 +119,23 @@ def _near_limit(sizes: Sizes) -> Iterator[Probe]:
     for distance in (-1e-3, -1e-6, 1e-6, 1e-3):
         factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
         rest = (lambda: 0.0) if distance < 0 else None
-        yield Probe(extreme, value, "found range, least", partial(_least, system, LOADS, _FRICTION, factor), rest, "a safe slip stays")
-        yield Probe(extreme, value, "least slip", partial(bound, factor), partial(float, distance), "definition of the bound", 1e-5)
+        yield Probe(
+            extreme,
+            value,
+            "found range, least",
+            partial(_least, system, LOADS, _FRICTION, factor),
+            rest,
+            "a safe slip stays",
+        )
+        yield Probe(
+            extreme,
+            value,
+            "least slip",
+            partial(bound, factor),
+            partial(float, distance),
+            "definition of the bound",
+            1e-5,
+        )
 
 
 def _stiffness(_: Sizes) -> Iterator[Probe]:
@@ -83,17 +143,31 @@ def _stiffness(_: Sizes) -> Iterator[Probe]:
     for ratio in (1e-9, 1e-3, 1e3, 1e9):
         k, bound = np.array([1.0, ratio]), np.array([0.5, 0.4 * ratio])
         loads = {"P": (np.zeros(2), bound), "sigma": (-0.8 * k, np.zeros(2))}
-        system = fo.ContactSystem.from_blocks(np.diag(k), np.zeros((2, 2)), np.diag(k), np.arange(2.0), loads)
+        system = fo.ContactSystem.from_blocks(
+            np.diag(k), np.zeros((2, 2)), np.diag(k), np.arange(2.0), loads
+        )
         closed = partial(masing_dissipation, k, bound, 0.8)
         yield Probe(
-            "stiffness of one slider over another", f"{ratio:g}", "found range", partial(_most, system, LOADS, 1.0, 1.0), closed, "closed form"
+            "stiffness of one slider over another",
+            f"{ratio:g}",
+            "found range",
+            partial(_most, system, LOADS, 1.0, 1.0),
+            closed,
+            "closed form",
         )
 
 
 def _nodes(sizes: Sizes) -> Iterator[Probe]:
     for elements in [number for number in sizes.most_nodes if number <= sizes.most_guaranteed]:
-        system = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0).condense()
+        system = fo.scenes.PunchOnHalfPlane(
+            elements=elements, growth=1.5, grading=20.0 if elements > 2 else 1.0
+        ).condense()
         factor = 0.9 * fo.shakedown_limit(system, LOADS, _FRICTION).load_factor
         yield Probe(
-            "nodes", f"{elements + 1}", "found range, least", partial(_least, system, LOADS, _FRICTION, factor), lambda: 0.0, "a safe slip stays"
+            "nodes",
+            f"{elements + 1}",
+            "found range, least",
+            partial(_least, system, LOADS, _FRICTION, factor),
+            lambda: 0.0,
+            "a safe slip stays",
         )

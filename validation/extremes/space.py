@@ -18,38 +18,83 @@ _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Q
 def space_probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions."""
     scene = fo.scenes.SquarePunch(elements=min(4, sizes.elements // 4), growth=2.0)
-    for f in (0.01, 0.1, 0.5, 2.0, 5.0):  # all nodes closed; with more, a pattern of open ones carries more
+    for f in (
+        0.01,
+        0.1,
+        0.5,
+        2.0,
+        5.0,
+    ):  # all nodes closed; with more, a pattern of open ones carries more
         yield from _limits("friction, 3-D", f"f = {f:g}", scene, f)
     for ratio in (1e-4, 1e-2, 1e2, 1e4):
-        yield from _limits("stiffness of punch over block, 3-D", f"{ratio:g}", replace(scene, punch_material=fo.Material(ratio)), 0.5)
+        yield from _limits(
+            "stiffness of punch over block, 3-D",
+            f"{ratio:g}",
+            replace(scene, punch_material=fo.Material(ratio)),
+            0.5,
+        )
     for nu in (0.0, 0.4999):
         material = fo.Material(1.0, nu)
-        mean = replace(scene, punch_material=material, block_material=material, element="mean_dilatation")
+        mean = replace(
+            scene, punch_material=material, block_material=material, element="mean_dilatation"
+        )
         yield from _limits("Poisson's ratio, 3-D", f"{nu:g}", mean, 0.5)
     plain = scene.condense()
     known = partial(shakedown, plain, _BULK, 0.5)
     for unit in (1e-12, 1e12):
-        scaled = fo.ContactSystem(unit * plain.S, plain.points, {name: (unit * q, unit * p) for name, (q, p) in plain.bonded.items()})
-        yield Probe("units, 3-D", f"{unit:g}", "shakedown limit", partial(shakedown, scaled, _BULK, 0.5), lambda: known().number, "other units")
+        scaled = fo.ContactSystem(
+            unit * plain.S,
+            plain.points,
+            {name: (unit * q, unit * p) for name, (q, p) in plain.bonded.items()},
+        )
+        yield Probe(
+            "units, 3-D",
+            f"{unit:g}",
+            "shakedown limit",
+            partial(shakedown, scaled, _BULK, 0.5),
+            lambda: known().number,
+            "other units",
+        )
     for nodes in (1, 10, sizes.elements):
         yield _uncoupled(nodes)
 
 
-def _limits(extreme: str, value: str, scene: fo.scenes.SquarePunch, friction: float) -> Iterator[Probe]:
+def _limits(
+    extreme: str, value: str, scene: fo.scenes.SquarePunch, friction: float
+) -> Iterator[Probe]:
     system = scene.condense()
-    for cycle, question in ((_BULK, "shakedown limit, bulk"), (_TURNING, "shakedown limit, turning")):
-        asked = partial(shakedown, system, cycle, friction), partial(polygon_limit, system, cycle, friction)
-        yield Probe(extreme, value, question, *asked, "linear programs, polygons for the circles, scipy")
+    for cycle, question in (
+        (_BULK, "shakedown limit, bulk"),
+        (_TURNING, "shakedown limit, turning"),
+    ):
+        asked = (
+            partial(shakedown, system, cycle, friction),
+            partial(polygon_limit, system, cycle, friction),
+        )
+        yield Probe(
+            extreme, value, question, *asked, "linear programs, polygons for the circles, scipy"
+        )
 
 
 def _uncoupled(nodes: int) -> Probe:
     rng = np.random.default_rng(nodes)
     G = rng.normal(size=(2 * nodes, 2 * nodes))
     S = np.zeros((3 * nodes, 3 * nodes))
-    S[: 2 * nodes, : 2 * nodes], S[2 * nodes :, 2 * nodes :] = G @ G.T / nodes + np.eye(2 * nodes), np.eye(nodes)
+    S[: 2 * nodes, : 2 * nodes], S[2 * nodes :, 2 * nodes :] = (
+        G @ G.T / nodes + np.eye(2 * nodes),
+        np.eye(nodes),
+    )
     p0, q1 = 10.0 ** rng.uniform(-3, 3, nodes), rng.normal(size=(5, nodes, 2))
     cases = {f"{k}": np.r_[q[:, 0], q[:, 1], np.zeros(nodes)] for k, q in enumerate(q1)}
-    system = fo.ContactSystem(S, rng.normal(size=(nodes, 3)), {"mean": np.r_[np.zeros(2 * nodes), p0], **cases})
+    system = fo.ContactSystem(
+        S, rng.normal(size=(nodes, 3)), {"mean": np.r_[np.zeros(2 * nodes), p0], **cases}
+    )
     cycle = fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases])
     asked = partial(shakedown, system, cycle, 0.5), partial(smallest_circle_limit, p0, q1, 0.5)
-    return Probe("pressures over six decades, uncoupled, 3-D", f"{nodes} nodes", "shakedown limit", *asked, "smallest circle")
+    return Probe(
+        "pressures over six decades, uncoupled, 3-D",
+        f"{nodes} nodes",
+        "shakedown limit",
+        *asked,
+        "smallest circle",
+    )

@@ -1,6 +1,7 @@
 """What happens at the edge: extreme friction, stiffness, Poisson's ratio, meshes, units, loads and sizes, each against an answer from elsewhere.
 
-Run with `python -m studies extremes [--quick]`; it prints a short table in Markdown. Only the column of seconds depends on the machine.
+Run with `python -m studies extremes [--quick]`; it prints a short table in Markdown. Only the
+column of seconds depends on the machine.
 """
 
 import time
@@ -18,13 +19,26 @@ from validation.extremes.cases import probes
 from validation.extremes.probes import Answer, Probe, Sizes
 
 FULL = Sizes()
-QUICK = Sizes(elements=8, unit_elements=4, most_nodes=(2, 4, 8), gradings=(1.0, 1e6, 1e9), corners=100, cycles=1000, every=2)
+QUICK = Sizes(
+    elements=8,
+    unit_elements=4,
+    most_nodes=(2, 4, 8),
+    gradings=(1.0, 1e6, 1e9),
+    corners=100,
+    cycles=1000,
+    every=2,
+)
 
 
 def at_the_edge(sizes: Sizes) -> pd.DataFrame:
     """One row per question."""
     with threadpool_limits(1):
-        fo.steady_state(fo.scenes.PunchOnHalfPlane(elements=2).condense(), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)  # compiles the path
+        fo.steady_state(
+            fo.scenes.PunchOnHalfPlane(elements=2).condense(),
+            fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]),
+            0.5,
+            1.0,
+        )  # compiles the path
         rows = [judged(probe) for probe in each(asked(sizes), "extremes")]
     return pd.DataFrame(rows)
 
@@ -46,12 +60,33 @@ def judged(probe: Probe) -> dict[str, Any]:
         answer = probe.ask()
     except fo.FrictoptError as error:
         seconds = time.perf_counter() - start
-        nothing = asdict(Answer(np.nan, np.nan, "")) | {"error": np.nan, "reference": "", "seconds": seconds}
-        return row | {"verdict": "refused", **nothing, "message": f"{type(error).__name__}: {error}"}
+        nothing = asdict(Answer(np.nan, np.nan, "")) | {
+            "error": np.nan,
+            "reference": "",
+            "seconds": seconds,
+        }
+        return row | {
+            "verdict": "refused",
+            **nothing,
+            "message": f"{type(error).__name__}: {error}",
+        }
     seconds = time.perf_counter() - start
     off = _error(answer.number, probe)
-    known = {"error": off, "reference": "" if np.isnan(off) else probe.reference, "seconds": seconds, "message": ""}
-    verdict = "unchecked" if np.isnan(off) else "mesh" if np.isinf(probe.tolerance) else "right" if off <= probe.tolerance else "wrong"
+    known = {
+        "error": off,
+        "reference": "" if np.isnan(off) else probe.reference,
+        "seconds": seconds,
+        "message": "",
+    }
+    verdict = (
+        "unchecked"
+        if np.isnan(off)
+        else "mesh"
+        if np.isinf(probe.tolerance)
+        else "right"
+        if off <= probe.tolerance
+        else "wrong"
+    )
     return row | {"verdict": verdict} | asdict(answer) | known
 
 
@@ -64,7 +99,9 @@ def _error(found: float, probe: Probe) -> float:
     if expected is None:
         return float("nan")
     if not (np.isfinite(found) and np.isfinite(expected)):
-        return 0.0 if found == expected or (np.isnan(found) and np.isnan(expected)) else float("inf")
+        return (
+            0.0 if found == expected or (np.isnan(found) and np.isnan(expected)) else float("inf")
+        )
     return abs(found - expected) / max(abs(expected), probe.floor)
 
 
@@ -76,9 +113,17 @@ def short(table: pd.DataFrame) -> str:
         answered = rows[rows["verdict"] != "refused"]
         values = list(dict.fromkeys(rows["value"]))
         counts = [str(int((rows["verdict"] == verdict).sum())) for verdict in verdicts]
-        worst = [f"{answered['residual'].max():.0e}", f"{answered['error'].max():.0e}", f"{rows['seconds'].max():.2g} s"]
-        lines.append([extreme, " to ".join(dict.fromkeys([values[0], values[-1]])), *counts, *worst])
-    return markdown(["extreme", "range", *verdicts, "worst residual", "worst error", "slowest"], lines)
+        worst = [
+            f"{answered['residual'].max():.0e}",
+            f"{answered['error'].max():.0e}",
+            f"{rows['seconds'].max():.2g} s",
+        ]
+        lines.append(
+            [extreme, " to ".join(dict.fromkeys([values[0], values[-1]])), *counts, *worst]
+        )
+    return markdown(
+        ["extreme", "range", *verdicts, "worst residual", "worst error", "slowest"], lines
+    )
 
 
 _COLUMNS = {
@@ -93,6 +138,14 @@ _COLUMNS = {
     "message": "message of the error",
 }
 
-EXTREMES = Table("extremes", "one question at one extreme", _COLUMNS, full=FULL, quick=QUICK, compute=at_the_edge)
+EXTREMES = Table(
+    "extremes", "one question at one extreme", _COLUMNS, full=FULL, quick=QUICK, compute=at_the_edge
+)
 
-STUDY = Study("validation.extremes", __doc__, "coarse meshes, in seconds", (EXTREMES,), summary=lambda tables: short(tables[EXTREMES.name]))
+STUDY = Study(
+    "validation.extremes",
+    __doc__,
+    "coarse meshes, in seconds",
+    (EXTREMES,),
+    summary=lambda tables: short(tables[EXTREMES.name]),
+)

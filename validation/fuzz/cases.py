@@ -53,8 +53,16 @@ def random_case(seed: int, nodes: int | None = None) -> Case:
     if rng.random() < 0.15:  # nodal forces of a graded mesh
         sizes = 10.0 ** rng.uniform(-4, 0, nodes)
         q0, p0, cyclic = q0 * sizes, p0 * sizes, [(q * sizes, p * sizes) for q, p in cyclic]
-    gap = rng.uniform(0, 0.4, nodes) * (rng.random(nodes) < 0.5) if rng.random() < 0.15 else np.zeros(nodes)
-    start = None if rng.random() < 0.3 else rng.normal(size=nodes) * rng.choice([1e-3, 1.0, 1e3], p=[0.2, 0.6, 0.2])
+    gap = (
+        rng.uniform(0, 0.4, nodes) * (rng.random(nodes) < 0.5)
+        if rng.random() < 0.15
+        else np.zeros(nodes)
+    )
+    start = (
+        None
+        if rng.random() < 0.3
+        else rng.normal(size=nodes) * rng.choice([1e-3, 1.0, 1e3], p=[0.2, 0.6, 0.2])
+    )
     if rng.random() < 0.3:  # other units
         force, length = 10.0 ** rng.uniform(-15, 15, 2)
         A, B, C = (matrix * (force / length) for matrix in (A, B, C))
@@ -75,9 +83,13 @@ def _stiffness(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, Any]:
     coupling = rng.choice([0.0, 1e-7, 0.3, 0.7, 1.0], p=[0.1, 0.05, 0.35, 0.3, 0.2])
     S[nodes:, :nodes] *= coupling
     S[:nodes, nodes:] *= coupling
-    if rng.random() < 0.15:  # a rigid motion without supports: sliding, or sliding, lifting and turning
+    if (
+        rng.random() < 0.15
+    ):  # a rigid motion without supports: sliding, or sliding, lifting and turning
         ones, zeros, turn = np.ones(nodes), np.zeros(nodes), np.arange(nodes) - (nodes - 1) / 2
-        motions = [np.r_[ones, zeros], np.r_[zeros, ones], np.r_[zeros, turn]][: rng.choice([1, 3]) if nodes > 2 else 1]
+        motions = [np.r_[ones, zeros], np.r_[zeros, ones], np.r_[zeros, turn]][
+            : rng.choice([1, 3]) if nodes > 2 else 1
+        ]
         rigid = np.linalg.qr(np.array(motions).T)[0]
         S = S - rigid @ (rigid.T @ S)
         S = S - (S @ rigid) @ rigid.T
@@ -91,7 +103,13 @@ MATERIALS = fo.Material(), fo.Material(100.0, 0.1), fo.Material(1e-2, 0.45)  # o
 @cache
 def _meshed(nodes: int, which: int) -> tuple[Any, Any, Any]:
     """Stiffness of the paper's scene on a very coarse mesh, similar or dissimilar materials."""
-    scene = fo.scenes.PunchOnHalfPlane(elements=nodes - 1, grading=3.0, growth=2.5, punch_material=MATERIALS[which], element="mean_dilatation")
+    scene = fo.scenes.PunchOnHalfPlane(
+        elements=nodes - 1,
+        grading=3.0,
+        growth=2.5,
+        punch_material=MATERIALS[which],
+        element="mean_dilatation",
+    )
     system = scene.condense()
     return system.A, system.B, system.C
 
@@ -101,7 +119,9 @@ def _loads(rng: np.random.Generator, nodes: int) -> tuple[Any, Any, list[tuple[A
     q0, p0 = rng.choice([0.0, 0.1, 0.5]) * rng.normal(size=nodes), rng.uniform(0.5, 1.5, nodes)
     if rng.random() < 0.15:
         p0[rng.integers(nodes)] = rng.choice([0.0, 1e-12, -0.3])
-    cyclic = [(rng.normal(size=nodes), rng.choice([0.0, 0.3, 1.0]) * rng.normal(size=nodes)) for _ in "ab"]
+    cyclic = [
+        (rng.normal(size=nodes), rng.choice([0.0, 0.3, 1.0]) * rng.normal(size=nodes)) for _ in "ab"
+    ]
     if rng.random() < 0.2:
         q0, p0 = np.round(2 * q0) / 2, np.round(2 * p0) / 2
         cyclic = [(np.round(2 * q) / 2, np.round(2 * p) / 2) for q, p in cyclic]

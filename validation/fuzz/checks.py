@@ -17,8 +17,20 @@ from validation.fuzz.patterns import patterns
 from validation.fuzz.searches import best_design, found_range, least_slip, limit_after_protocol
 from validation.open_patterns import largest_with_open
 
-_WITHIN_STRETCH, _SHORT = 4, 1e-4  # increments within the shortest stretch between events; stretches that are shorter are not followed so
-_STEPS = (7, 30, 131, 1009)  # increments from corner to corner; without common divisors, so that not all of them miss the same event
+_WITHIN_STRETCH, _SHORT = (
+    4,
+    1e-4,
+    # increments within the shortest stretch between events; stretches that are shorter are not followed
+    # so
+)
+_STEPS = (
+    7,
+    30,
+    131,
+    1009,
+    # increments from corner to corner; without common divisors, so that not all of them miss the same
+    # event
+)
 _FEW = 3  # nodes up to which all statuses are tried
 _BRUTE = 16  # cycles that are followed to find the outcome of a transient
 
@@ -51,10 +63,16 @@ class Finding:
 
 def findings(case: Case, checks: Sequence[str] | None = None) -> Iterator[Finding]:
     """Ask every question of a case, or some of them, by name."""
-    return asked({name: CHECKS[name] for name in (CHECKS if checks is None else checks)}, Known(case), case.seed)
+    return asked(
+        {name: CHECKS[name] for name in (CHECKS if checks is None else checks)},
+        Known(case),
+        case.seed,
+    )
 
 
-def asked(questions: Mapping[str, Callable[[Any], tuple[float, bool]]], subject: Any, seed: int) -> Iterator[Finding]:
+def asked(
+    questions: Mapping[str, Callable[[Any], tuple[float, bool]]], subject: Any, seed: int
+) -> Iterator[Finding]:
     """Ask questions, by name, of a subject made from a seed."""
     for name, question in questions.items():
         try:
@@ -65,10 +83,18 @@ def asked(questions: Mapping[str, Callable[[Any], tuple[float, bool]]], subject:
         except Missed as better:
             yield Finding(name, seed, "missed", float("nan"), True, str(better))
         except fo.FrictoptError as error:
-            kind = next(kind for kind in (fo.ModelError, fo.NoContinuation, fo.SolverError) if isinstance(error, kind))
+            kind = next(
+                kind
+                for kind in (fo.ModelError, fo.NoContinuation, fo.SolverError)
+                if isinstance(error, kind)
+            )
             yield Finding(name, seed, kind.__name__, float("nan"), False, str(error))
-        except Exception as error:  # a wrong answer, or an error of another package: neither may occur
-            yield Finding(name, seed, "wrong", float("nan"), False, f"{type(error).__name__}: {error}")
+        except (
+            Exception
+        ) as error:  # a wrong answer, or an error of another package: neither may occur
+            yield Finding(
+                name, seed, "wrong", float("nan"), False, f"{type(error).__name__}: {error}"
+            )
 
 
 def _limit(known: Known) -> tuple[float, bool]:
@@ -90,7 +116,9 @@ def _with_open_nodes(known: Known, limit: fo.results.ShakedownLimit) -> tuple[fl
     if known.limit is not None and known.limit > limit.load_factor * (1 + 1e-6):
         raise Wrong(f"nodes are open, and closed ones have the limit {known.limit}")
     most = 2 * limit.load_factor + 1.0 if np.isfinite(limit.load_factor) else 1e3
-    found = largest_with_open(*known.args, np.tile(limit.open, (len(known.case.cycle.corners), 1)), most)
+    found = largest_with_open(
+        *known.args, np.tile(limit.open, (len(known.case.cycle.corners), 1)), most
+    )
     if found is not None:
         same("limit with open nodes", min(limit.load_factor, most), found[0], 1e-6, 1e-8)
     return limit.residual, found is not None
@@ -98,11 +126,25 @@ def _with_open_nodes(known: Known, limit: fo.results.ShakedownLimit) -> tuple[fl
 
 def _least(known: Known) -> tuple[float, bool]:
     """Against a linear program on the plain rows of all corners, under a mean load that pulls here and there and corners that press."""
-    rng, bonded, force, n = np.random.default_rng([known.case.seed, 6]), known.case.system.bonded, known.force, known.case.system.nodes
-    (q0, p0), sizes = bonded["mean"], {name: 0.3 * force / (np.abs(bonded[name][0]).max() or 1.0) for name in "ab"}
+    rng, bonded, force, n = (
+        np.random.default_rng([known.case.seed, 6]),
+        known.case.system.bonded,
+        known.force,
+        known.case.system.nodes,
+    )
+    (q0, p0), sizes = (
+        bonded["mean"],
+        {name: 0.3 * force / (np.abs(bonded[name][0]).max() or 1.0) for name in "ab"},
+    )
     pulled = {"mean": (q0, p0 - force * rng.uniform(0, 2, n) * (rng.random(n) < 0.5))}
-    pressed = {name: (sizes[name] * bonded[name][0], force * rng.uniform(0.5, 1.5, n)) for name in "ab"}
-    args = known.case.system.with_bonded(pulled | pressed), fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}]), known.case.friction
+    pressed = {
+        name: (sizes[name] * bonded[name][0], force * rng.uniform(0.5, 1.5, n)) for name in "ab"
+    }
+    args = (
+        known.case.system.with_bonded(pulled | pressed),
+        fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0}]),
+        known.case.friction,
+    )
     limit, expected = fo.shakedown_limit(*args), oracles.least_load_factor(*args)
     if limit.open.any():
         return limit.residual, False
@@ -113,7 +155,13 @@ def _least(known: Known) -> tuple[float, bool]:
 
 def _transformed(known: Known) -> tuple[float, bool]:
     """The same limit of the same contact in other units, order and orientation."""
-    return transformed(known, "limit", fo.shakedown_limit, lambda limit: float(limit.load_factor), known.answered_limit)
+    return transformed(
+        known,
+        "limit",
+        fo.shakedown_limit,
+        lambda limit: float(limit.load_factor),
+        known.answered_limit,
+    )
 
 
 def _safe_slip(known: Known) -> tuple[float, bool]:
@@ -121,16 +169,23 @@ def _safe_slip(known: Known) -> tuple[float, bool]:
     safe = known.answered_safe_slip
     if safe.open.any():
         limit = known.answered_limit
-        if (safe.open != limit.open).any():  # those of the limit may be safe from a larger load factor on
+        if (
+            safe.open != limit.open
+        ).any():  # those of the limit may be safe from a larger load factor on
             return safe.residual, False
-        if safe.exists != (limit.least <= known.load_factor <= limit.load_factor) and abs(safe.margin) > 1e-8:
+        if (
+            safe.exists != (limit.least <= known.load_factor <= limit.load_factor)
+            and abs(safe.margin) > 1e-8
+        ):
             raise Wrong(f"exists = {safe.exists} at {known.load_factor}, limit {limit.load_factor}")
         return safe.residual, True
     excess = oracles.excess(*known.args, known.load_factor, safe.slip)
     if safe.exists and excess > 1e-8:
         raise Wrong(f"the slip is not safe by {excess:.1e}")
     room = oracles.largest_margin(*known.args, known.load_factor)
-    if room is not None and abs(room) > 1e-8 and safe.exists != (room > 0):  # else the load is closer to the limit than either tolerance
+    if (
+        room is not None and abs(room) > 1e-8 and safe.exists != (room > 0)
+    ):  # else the load is closer to the limit than either tolerance
         raise Wrong(f"exists = {safe.exists}, margin {room}")
     return safe.residual, room is not None
 
@@ -139,22 +194,32 @@ def _path(known: Known) -> tuple[float, bool]:
     """Against its energy, with loads linear between events; on few nodes also against increments with all statuses tried, as they get smaller."""
     case, cycles = known.case, 2
     path = fo.march(*known.args, known.load_factor, initial_slip=case.start, cycles=cycles)
-    spent = float(np.abs(path.energy).max()) + float(path.work[-1].sum()) + known.force * known.length
+    spent = (
+        float(np.abs(path.energy).max()) + float(path.work[-1].sum()) + known.force * known.length
+    )
     error = float(np.abs(path.energy_error).max()) / spent
     if error > 1e-8:
         raise Wrong(f"energy of the path is off by {error:.1e}")
     if case.system.nodes > _FEW:
         return path.residual, True
-    ends = np.searchsorted(path.time, np.arange(0, cycles * len(case.cycle.corners) + 0.5) + 1e-9) - 1
+    ends = (
+        np.searchsorted(path.time, np.arange(0, cycles * len(case.cycle.corners) + 0.5) + 1e-9) - 1
+    )
     size = float(np.abs(path.slip).max()) + float(np.abs(path.gap).max()) + known.length
     errors: list[float] = []
     shortest = np.diff(path.time).min(initial=1.0, where=np.diff(path.time) > 0)
     for steps in (*_STEPS, *([int(_WITHIN_STRETCH / shortest)] if shortest > _SHORT else [])):
-        marched = oracles.Stepper(*known.args).march(case.system, case.cycle, known.load_factor, case.start, cycles, steps)
-        if marched is None or marched.states > 1:  # a jump, or two solutions: there the path ends, or passes between two increments
+        marched = oracles.Stepper(*known.args).march(
+            case.system, case.cycle, known.load_factor, case.start, cycles, steps
+        )
+        if (
+            marched is None or marched.states > 1
+        ):  # a jump, or two solutions: there the path ends, or passes between two increments
             return path.residual, True
         errors.append(float(np.abs(path.slip[ends] - marched.slip).max()) / size)
-        if errors[-1] < 1e-6 or (len(errors) > 1 and errors[-1] < 0.5 * errors[-2] and errors[-1] < 0.1):
+        if errors[-1] < 1e-6 or (
+            len(errors) > 1 and errors[-1] < 0.5 * errors[-2] and errors[-1] < 0.1
+        ):
             return path.residual, True
     raise Wrong(f"increments do not approach the path: {errors}")
 
@@ -163,35 +228,66 @@ def _steady(known: Known) -> tuple[float, bool]:
     """Against brute force: the same transient followed for many cycles; against the limit: nothing safe is claimed above it."""
     case = known.case
     steady = fo.steady_state(*known.args, known.load_factor, initial_slip=case.start)
-    scale = known.force * (known.length + float(np.abs(steady.slip).max())) * max(1.0, known.load_factor) ** 2
+    scale = (
+        known.force
+        * (known.length + float(np.abs(steady.slip).max()))
+        * max(1.0, known.load_factor) ** 2
+    )
     if (steady.outcome is fo.Outcome.SHAKEDOWN) != (steady.dissipation == 0.0):
         raise Wrong(f"{steady.outcome.name} with work {steady.dissipation:.3e}")
-    if known.finite and case.share > 1 + 1e-9 and oracles.excess(*known.args, known.load_factor, steady.slip) < -1e-9:
+    if (
+        known.finite
+        and case.share > 1 + 1e-9
+        and oracles.excess(*known.args, known.load_factor, steady.slip) < -1e-9
+    ):
         raise Wrong("a safe slip above the limit")
     if steady.cycles > _BRUTE - 4:
         return steady.residual, False
     brute = fo.march(*known.args, known.load_factor, initial_slip=case.start, cycles=_BRUTE)
     works = brute.cycle_work.sum(axis=1)
-    same("work of a cycle", steady.dissipation, float(works[-1]), 1e-6, 1e-8 * scale + 10 * float(abs(works[-1] - works[-4])))
+    same(
+        "work of a cycle",
+        steady.dissipation,
+        float(works[-1]),
+        1e-6,
+        1e-8 * scale + 10 * float(abs(works[-1] - works[-4])),
+    )
     return steady.residual, True
 
 
 def _safe_start(known: Known) -> tuple[float, bool]:
     """From a slip that is safe with room to spare, at a mean load that leaves it so, the contact never slips at all."""
-    if known.case.share >= 0.95 or not known.finite or known.case.system.gap.any() or not known.case.friction.all():
+    if (
+        known.case.share >= 0.95
+        or not known.finite
+        or known.case.system.gap.any()
+        or not known.case.friction.all()
+    ):
         raise NotAsked
     safe = known.answered_safe_slip
     system, cycle, friction = known.args
-    resting = fo.LoadCycle(cycle.mean, [*cycle.corners, {}])  # with the mean load itself as a corner
-    if not safe.exists or oracles.excess(system, resting, friction, known.load_factor, safe.slip) > -1e-6 * float(friction.min()):
+    resting = fo.LoadCycle(
+        cycle.mean, [*cycle.corners, {}]
+    )  # with the mean load itself as a corner
+    if not safe.exists or oracles.excess(
+        system, resting, friction, known.load_factor, safe.slip
+    ) > -1e-6 * float(friction.min()):
         return safe.residual, False
     steady = fo.steady_state(system, cycle, friction, known.load_factor, initial_slip=safe.slip)
-    if steady.outcome is not fo.Outcome.SHAKEDOWN or not np.array_equal(steady.slip, safe.slip) or steady.first_cycle != 0.0:
-        raise Wrong(f"from a safe slip: {steady.outcome.name}, first cycle {steady.first_cycle:.1e}")
+    if (
+        steady.outcome is not fo.Outcome.SHAKEDOWN
+        or not np.array_equal(steady.slip, safe.slip)
+        or steady.first_cycle != 0.0
+    ):
+        raise Wrong(
+            f"from a safe slip: {steady.outcome.name}, first cycle {steady.first_cycle:.1e}"
+        )
     return max(safe.residual, steady.residual), True
 
 
-def _increment(known: Known, engine: type[ExactIncrement | FrozenBoundIncrement]) -> tuple[float, bool]:
+def _increment(
+    known: Known, engine: type[ExactIncrement | FrozenBoundIncrement]
+) -> tuple[float, bool]:
     """Against all statuses tried, on one load of the cycle; few nodes, and a part of the cases."""
     case = known.case
     if case.system.nodes > _FEW or case.seed % 8:
@@ -207,7 +303,11 @@ def _increment(known: Known, engine: type[ExactIncrement | FrozenBoundIncrement]
             raise Wrong(f"{error}; but all statuses tried find {len(states)}") from error
         raise
     r = np.r_[found.q, found.p] / known.force
-    size = max(1.0, float((np.abs(load) + np.abs(case.system.S[:, : len(slip)]) @ np.abs(slip)).max()) / known.force)
+    size = max(
+        1.0,
+        float((np.abs(load) + np.abs(case.system.S[:, : len(slip)]) @ np.abs(slip)).max())
+        / known.force,
+    )
     if stepper.regular and not any(np.abs(forces - r).max() <= 1e-6 * size for _, forces in states):
         raise Wrong(f"a state that is none of the {len(states)} that trying all statuses finds")
     return found.residual, stepper.regular

@@ -16,7 +16,8 @@ from validation.fuzz.known import Asked, NotAsked, Wrong, same
 SAME = 1e-9
 """Difference between two answers, over the force, length and work of the contact, that counts as none: the residual that an answer may have."""
 
-_SETTLING = 100.0  # a cycle that returns within 1e-10 slip scales may still be so many times farther from its limit
+# a cycle that returns within 1e-10 slip scales may still be so many times farther from its limit
+_SETTLING = 100.0
 _MOST = 100  # most cycles to a steady state
 _MOST_MARCHED = 60
 _FEW = 6  # nodes up to which increments are computed, each by its own program
@@ -55,15 +56,28 @@ class Seen:
 
 
 def described(
-    case: Case, order: Any = None, sense: float = 1.0, force: float = 1.0, length: float = 1.0, cases: dict[str, float] | None = None
+    case: Case,
+    order: Any = None,
+    sense: float = 1.0,
+    force: float = 1.0,
+    length: float = 1.0,
+    cases: dict[str, float] | None = None,
 ) -> Seen:
     """The case with its nodes in another order, seen from behind, in other units, or with a unit of its own for each load case."""
     system, n = case.system, case.system.nodes
     order = np.arange(n) if order is None else np.asarray(order)
-    again, unit = oracles.redescribed(system, order, sense, force, length, cases), dict.fromkeys(system.bonded, 1.0) | (cases or {})
-    mean, *corners = ({name: amplitude * unit[name] for name, amplitude in loads.items()} for loads in (case.cycle.mean, *case.cycle.corners))
+    again, unit = (
+        oracles.redescribed(system, order, sense, force, length, cases),
+        dict.fromkeys(system.bonded, 1.0) | (cases or {}),
+    )
+    mean, *corners = (
+        {name: amplitude * unit[name] for name, amplitude in loads.items()}
+        for loads in (case.cycle.mean, *case.cycle.corners)
+    )
     start = None if case.start is None else sense * case.start[order] * length
-    return Seen(again, fo.LoadCycle(mean, corners), case.friction[order], start, order, sense, force, length)
+    return Seen(
+        again, fo.LoadCycle(mean, corners), case.friction[order], start, order, sense, force, length
+    )
 
 
 class Scene(Asked):
@@ -76,7 +90,9 @@ class Scene(Asked):
     @cached_property
     def steady(self) -> fo.results.SteadyState:
         """The steady state, with everything left out that can be."""
-        return fo.steady_state(*self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST)
+        return fo.steady_state(
+            *self.args, self.load_factor, initial_slip=self.case.start, most_cycles=_MOST
+        )
 
     @cached_property
     def marched(self) -> fo.results.Trajectory:
@@ -88,8 +104,12 @@ class Scene(Asked):
     def force(self) -> float:
         """Largest mean nodal force of the loads."""
         q0, p0 = self.case.cycle.mean_reaction(self.case.system)
-        q, p = (self.load_factor * part for part in self.case.cycle.corner_reactions(self.case.system))
-        return float(max(np.abs(p0).mean(), *np.abs(q0 + q).max(axis=1), *np.abs(p0 + p).max(axis=1)))
+        q, p = (
+            self.load_factor * part for part in self.case.cycle.corner_reactions(self.case.system)
+        )
+        return float(
+            max(np.abs(p0).mean(), *np.abs(q0 + q).max(axis=1), *np.abs(p0 + p).max(axis=1))
+        )
 
     @cached_property
     def length(self) -> float:
@@ -97,7 +117,9 @@ class Scene(Asked):
         start = 0.0 if self.case.start is None else float(np.abs(self.case.start).max())
         return max(self.force / self.case.system.stiffness_scale, start)
 
-    def near(self, what: str, found: Any, expected: Any, unit: float, tolerance: float = SAME) -> None:
+    def near(
+        self, what: str, found: Any, expected: Any, unit: float, tolerance: float = SAME
+    ) -> None:
         """Raise Wrong where two numbers, or arrays, differ by more than `tolerance` units."""
         off = np.abs(np.asarray(found) - expected)
         if not float(off.max(initial=0.0)) <= tolerance * unit:
@@ -127,14 +149,37 @@ def _again(scene: Scene, seen: Seen) -> tuple[float, bool]:
         return residual, False
     unit = scene.force * scene.length
     work = seen.force * seen.length
-    scene.near("work of the first cycle", other.first_cycle / work, steady.first_cycle, unit, SAME * scene.n)
-    scene.near("work of a cycle", other.dissipation / work, steady.dissipation, unit, _SETTLING * SAME)
-    scene.near("work of a node", seen.back(other.dissipation_per_node) / work, steady.dissipation_per_node, unit, _SETTLING * SAME)
-    if other.outcome is not steady.outcome and max(steady.dissipation, other.dissipation / work) > _SETTLING * SAME * unit:
+    scene.near(
+        "work of the first cycle",
+        other.first_cycle / work,
+        steady.first_cycle,
+        unit,
+        SAME * scene.n,
+    )
+    scene.near(
+        "work of a cycle", other.dissipation / work, steady.dissipation, unit, _SETTLING * SAME
+    )
+    scene.near(
+        "work of a node",
+        seen.back(other.dissipation_per_node) / work,
+        steady.dissipation_per_node,
+        unit,
+        _SETTLING * SAME,
+    )
+    if (
+        other.outcome is not steady.outcome
+        and max(steady.dissipation, other.dissipation / work) > _SETTLING * SAME * unit
+    ):
         raise Wrong(f"{other.outcome.name}, expected {steady.outcome.name}")
     stiffness = scene.case.system.A
     slip = seen.sense * seen.back(other.slip) / seen.length
-    scene.near("shear of the slip", stiffness @ slip, stiffness @ steady.slip, scene.case.system.stiffness_scale * scene.length, _SETTLING * SAME)
+    scene.near(
+        "shear of the slip",
+        stiffness @ slip,
+        stiffness @ steady.slip,
+        scene.case.system.stiffness_scale * scene.length,
+        _SETTLING * SAME,
+    )
     return residual, True
 
 
@@ -142,7 +187,9 @@ def _other_units(scene: Scene) -> tuple[float, bool]:
     """In other units of force and length, and each load case in a unit of its own, from nano to giga."""
     force, length = 10.0 ** scene.rng.uniform(-9, 9, 2)
     names = list(scene.case.system.bonded)
-    own = dict(zip(names, 10.0 ** scene.rng.choice([-9, -6, -3, 0, 3, 6, 9], len(names)), strict=True))
+    own = dict(
+        zip(names, 10.0 ** scene.rng.choice([-9, -6, -3, 0, 3, 6, 9], len(names)), strict=True)
+    )
     return _again(scene, described(scene.case, force=force, length=length, cases=own))
 
 
@@ -152,9 +199,17 @@ def _path(scene: Scene) -> tuple[float, bool]:
     q, v = path.q, path.slip
     own = -((q[1:] + q[:-1]) / 2 * np.diff(v, axis=0))
     unit, states = scene.force * scene.length, len(q)
-    scene.near("work of friction so far", path.work - path.work[0], np.vstack([0 * own[:1], np.cumsum(own, axis=0)]), unit, SAME * states)
+    scene.near(
+        "work of friction so far",
+        path.work - path.work[0],
+        np.vstack([0 * own[:1], np.cumsum(own, axis=0)]),
+        unit,
+        SAME * states,
+    )
     scene.near("energy that is not accounted for", path.energy_error, 0.0, unit, SAME * states)
-    scene.near("work that friction gives back", np.minimum(np.diff(path.work, axis=0), 0.0), 0.0, unit)
+    scene.near(
+        "work that friction gives back", np.minimum(np.diff(path.work, axis=0), 0.0), 0.0, unit
+    )
     return path.residual, True
 
 
@@ -162,11 +217,15 @@ def _marched(scene: Scene) -> tuple[float, bool]:
     """The steady state against the path, followed for as many cycles; of slow ones, as far as their work still changes."""
     steady, works = scene.steady, scene.marched.cycle_work
     unit = scene.force * scene.length
-    scene.near("work of the first cycle", steady.first_cycle, float(works[0].sum()), unit, SAME * scene.n) if steady.cycles > 1 else None
+    scene.near(
+        "work of the first cycle", steady.first_cycle, float(works[0].sum()), unit, SAME * scene.n
+    ) if steady.cycles > 1 else None
     if len(works) < steady.cycles + 2:
         return steady.residual, False
     changes = 10 * float(np.abs(works[-1] - works[-3]).max()) / unit if steady.extrapolated else 0.0
-    scene.near("work of a node", steady.dissipation_per_node, works[-1], unit, _SETTLING * SAME + changes)
+    scene.near(
+        "work of a node", steady.dissipation_per_node, works[-1], unit, _SETTLING * SAME + changes
+    )
     return steady.residual, changes < 1e-6
 
 
@@ -179,23 +238,48 @@ def _increments(scene: Scene) -> tuple[float, bool]:
     landed = int(np.searchsorted(path.time, 0.0, side="right")) - 1
     if path.gap[landed].any():  # another transient reaches this state not by slip alone
         raise NotAsked
-    loads = {f"load {k}": (path.bonded_q[k], path.bonded_p[k]) for k in range(landed, len(path.time))}
+    loads = {
+        f"load {k}": (path.bonded_q[k], path.bonded_p[k]) for k in range(landed, len(path.time))
+    }
     names = list(loads)
     again = replace(system, bonded=loads, compliance=None, load_size={})
     cycle = fo.LoadCycle({names[0]: 1.0}, [{name: 1.0, names[0]: -1.0} for name in names[1:]])
-    stepped = fo.march(again, cycle, scene.case.friction, 1.0, initial_slip=path.slip[landed], cycles=1, engine="qp", steps=1)
+    stepped = fo.march(
+        again,
+        cycle,
+        scene.case.friction,
+        1.0,
+        initial_slip=path.slip[landed],
+        cycles=1,
+        engine="qp",
+        steps=1,
+    )
     for name in ("q", "p"):
-        scene.near(f"{name} in increments", getattr(stepped, name)[1:], getattr(path, name)[landed:], scene.force, 1e3 * SAME)
-    shut = (path.p[landed:] > 1e-6 * scene.force).all(axis=0)  # an increment does not resolve when a node opens
+        scene.near(
+            f"{name} in increments",
+            getattr(stepped, name)[1:],
+            getattr(path, name)[landed:],
+            scene.force,
+            1e3 * SAME,
+        )
+    shut = (path.p[landed:] > 1e-6 * scene.force).all(
+        axis=0
+    )  # an increment does not resolve when a node opens
     work = (path.work[-1] - path.work[landed])[shut]
-    scene.near("work in increments", stepped.work[-1][shut], work, scene.force * scene.length, 1e3 * SAME)
+    scene.near(
+        "work in increments", stepped.work[-1][shut], work, scene.force * scene.length, 1e3 * SAME
+    )
     return stepped.residual, True
 
 
 DIFFERENTIAL: dict[str, Callable[[Scene], tuple[float, bool]]] = {
     "limit, nothing left out": _limit,
-    "mirrored": lambda scene: _again(scene, described(scene.case, np.arange(scene.n)[::-1], sense=-1.0)),
-    "renumbered": lambda scene: _again(scene, described(scene.case, scene.rng.permutation(scene.n))),
+    "mirrored": lambda scene: _again(
+        scene, described(scene.case, np.arange(scene.n)[::-1], sense=-1.0)
+    ),
+    "renumbered": lambda scene: _again(
+        scene, described(scene.case, scene.rng.permutation(scene.n))
+    ),
     "other units": _other_units,
     "work along the path": _path,
     "steady state, marched": _marched,

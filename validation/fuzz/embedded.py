@@ -22,11 +22,13 @@ _EVERY = 8  # cases that are asked for a steady state
 _FRICTION = 0.5  # at most, for increments: with more, several states may obey the law
 
 
-def embedded(flat: fo.ContactSystem, rng: np.random.Generator, across: Any = None) -> tuple[fo.ContactSystem, Any]:
+def embedded(
+    flat: fo.ContactSystem, rng: np.random.Generator, across: Any = None
+) -> tuple[fo.ContactSystem, Any]:
     """A plane contact in space, its tangents turned node by node; returns the unit vectors (N, 2) along which the plane slips, too.
 
-    Across the plane it has the stiffness `across` (N, N), by default some or none, and no load: whatever the plane carries is carried, and slips
-    across it help nothing.
+    Across the plane it has the stiffness `across` (N, N), by default some or none, and no load:
+    whatever the plane carries is carried, and slips across it help nothing.
     """
     n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
     if across is None:
@@ -38,7 +40,9 @@ def embedded(flat: fo.ContactSystem, rng: np.random.Generator, across: Any = Non
     turn = np.block([[c, -s, none], [s, c, none], [none, none, np.eye(n)]])
     bonded = {name: turn @ np.r_[q, np.zeros(n), p] for name, (q, p) in flat.bonded.items()}
     points = np.column_stack([flat.x, np.zeros((n, 2))])
-    return fo.ContactSystem(turn @ S @ turn.T, points, bonded, gap=flat.gap), np.column_stack([along.real, along.imag])
+    return fo.ContactSystem(turn @ S @ turn.T, points, bonded, gap=flat.gap), np.column_stack(
+        [along.real, along.imag]
+    )
 
 
 class Embedded(Asked):
@@ -71,7 +75,14 @@ def in_plane(ask: Callable[..., T], *given: Any, **options: Any) -> T:
         raise NotAsked from error
 
 
-def alike(subject: Embedded, question: str, values: Sequence[str], *rest: Any, relative: float = _SAME, absolute: float = _SAME) -> Answered:
+def alike(
+    subject: Embedded,
+    question: str,
+    values: Sequence[str],
+    *rest: Any,
+    relative: float = _SAME,
+    absolute: float = _SAME,
+) -> Answered:
     """The same numbers from both contacts; asked of the load cycle and friction of the case where nothing else is given."""
     rest = rest or subject.args[1:]
     plane = in_plane(getattr(fo, question), subject.case.system, *rest)
@@ -90,7 +101,15 @@ def required_friction(subject: Embedded) -> Answered:
     """The least friction that is enough at the load factor of the case."""
     if subject.case.seed % EVERY:
         raise NotAsked
-    return alike(subject, "required_friction", ("required",), subject.case.cycle, subject.load_factor, relative=_FRICTION_PROVEN, absolute=0.0)
+    return alike(
+        subject,
+        "required_friction",
+        ("required",),
+        subject.case.cycle,
+        subject.load_factor,
+        relative=_FRICTION_PROVEN,
+        absolute=0.0,
+    )
 
 
 def safe_region(subject: Embedded) -> Answered:
@@ -103,10 +122,15 @@ def safe_region(subject: Embedded) -> Answered:
     found = fo.safe_region(subject.solid, *asked, tolerance=_APART)
     if (len(found.vertices) > 0, found.unlimited) != (len(plane.vertices) > 0, plane.unlimited):
         raise Wrong(f"{found.reason}; in the plane {plane.reason}")
-    for name, points, region, share in (("safe point", found.vertices, plane, 1 - _SAME), ("vertex", plane.vertices, found, 1 - _APART - _SAME)):
+    for name, points, region, share in (
+        ("safe point", found.vertices, plane, 1 - _SAME),
+        ("vertex", plane.vertices, found, 1 - _APART - _SAME),
+    ):
         for first, second in points[np.isfinite(points).all(axis=1)]:
             if not region.contains(share * first, share * second):
-                raise Wrong(f"the {name} ({first:.9g}, {second:.9g}) is not safe in the other contact")
+                raise Wrong(
+                    f"the {name} ({first:.9g}, {second:.9g}) is not safe in the other contact"
+                )
     return found.residual, True
 
 
@@ -117,7 +141,12 @@ def least_slip(subject: Embedded) -> Answered:
     case, factor = subject.case, 1.5 * subject.answered_limit.load_factor
     limit = fo.shakedown_limit(subject.solid, case.cycle, case.friction)
     found, gap = limit.least_slip(factor), 1 - limit.load_factor / limit.bound
-    same("the bound is", found.bound, subject.answered_limit.least_slip(factor).bound, _SAME * 10 + 2 * gap)  # of half the limit
+    same(
+        "the bound is",
+        found.bound,
+        subject.answered_limit.least_slip(factor).bound,
+        _SAME * 10 + 2 * gap,
+    )  # of half the limit
     return found.residual, True
 
 
@@ -126,24 +155,49 @@ def steady_state(subject: Embedded) -> Answered:
     if not subject.finite or subject.case.seed % _EVERY:
         raise NotAsked
     case, f = subject.case, np.minimum(subject.case.friction, _FRICTION)
-    factor, slip = min(subject.load_factor, 3 * subject.answered_limit.load_factor), np.zeros(case.system.nodes) if case.start is None else case.start
+    factor, slip = (
+        min(subject.load_factor, 3 * subject.answered_limit.load_factor),
+        np.zeros(case.system.nodes) if case.start is None else case.start,
+    )
     options: dict[str, Any] = {"steps": 2, "most_cycles": 200}
-    plane = in_plane(fo.steady_state, case.system, case.cycle, f, factor, initial_slip=slip, **options)
-    found = fo.steady_state(subject.solid, case.cycle, f, factor, initial_slip=slip[:, None] * subject.along, **options)
-    force = float(np.abs(case.system.reaction(case.cycle.mean)).max()) + factor * float(np.abs(case.cycle.corner_reactions(case.system)).max())
-    same("the work is", found.dissipation, plane.dissipation, 1e-6, 1e-8 * force**2 / case.system.stiffness_scale)
+    plane = in_plane(
+        fo.steady_state, case.system, case.cycle, f, factor, initial_slip=slip, **options
+    )
+    found = fo.steady_state(
+        subject.solid, case.cycle, f, factor, initial_slip=slip[:, None] * subject.along, **options
+    )
+    force = float(np.abs(case.system.reaction(case.cycle.mean)).max()) + factor * float(
+        np.abs(case.cycle.corner_reactions(case.system)).max()
+    )
+    same(
+        "the work is",
+        found.dissipation,
+        plane.dissipation,
+        1e-6,
+        1e-8 * force**2 / case.system.stiffness_scale,
+    )
     return found.residual, True
 
 
 def increment(subject: Embedded) -> Answered:
     """The reactions after one increment; across the plane no node moves."""
     case, rng = subject.case, subject.rng
-    f, slip = np.minimum(case.friction, _FRICTION), np.zeros(case.system.nodes) if case.start is None else case.start
+    f, slip = (
+        np.minimum(case.friction, _FRICTION),
+        np.zeros(case.system.nodes) if case.start is None else case.start,
+    )
     loads = {"mean": 1.0, "a": 0.3 * float(rng.normal()), "b": 0.3 * float(rng.normal())}
     plane = in_plane(ExactIncrement(case.system, f).solve, slip, case.system.reaction(loads))
-    found = fo.increments.NewtonIncrement(subject.solid, f).solve(slip[:, None] * subject.along, subject.solid.reaction(loads))
-    force = float(max(np.abs(plane.q).max(), np.abs(plane.p).max(), np.abs(case.system.reaction(loads)).max()))
-    off = max(float(np.abs(np.sum(found.q * subject.along, axis=1) - plane.q).max()), float(np.abs(found.p - plane.p).max()))
+    found = fo.increments.NewtonIncrement(subject.solid, f).solve(
+        slip[:, None] * subject.along, subject.solid.reaction(loads)
+    )
+    force = float(
+        max(np.abs(plane.q).max(), np.abs(plane.p).max(), np.abs(case.system.reaction(loads)).max())
+    )
+    off = max(
+        float(np.abs(np.sum(found.q * subject.along, axis=1) - plane.q).max()),
+        float(np.abs(found.p - plane.p).max()),
+    )
     if off > _SAME * force:
         raise Wrong(f"reactions differ from those of the plane by {off / force:.1e} of the largest")
     return found.residual, True

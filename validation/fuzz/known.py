@@ -91,14 +91,24 @@ class Known(Asked):
         return fo.safe_slip(*self.args, self.load_factor)
 
 
-def same(name: str, found: float, expected: float, relative: float = 1e-6, absolute: float = 0.0) -> None:
+def same(
+    name: str, found: float, expected: float, relative: float = 1e-6, absolute: float = 0.0
+) -> None:
     """Raise Wrong where two numbers differ by more than that."""
-    if not (found == expected or (np.isnan(found) and np.isnan(expected)) or abs(found - expected) <= relative * abs(expected) + absolute):
+    if not (
+        found == expected
+        or (np.isnan(found) and np.isnan(expected))
+        or abs(found - expected) <= relative * abs(expected) + absolute
+    ):
         raise Wrong(f"{name} {found!r}, expected {expected!r}")
 
 
 def transformed(
-    known: Known, name: str, ask: Callable[..., fo.results.ShakedownLimit | fo.results.GuaranteedLimit], value: Callable[[Any], float], answered: Any
+    known: Known,
+    name: str,
+    ask: Callable[..., fo.results.ShakedownLimit | fo.results.GuaranteedLimit],
+    value: Callable[[Any], float],
+    answered: Any,
 ) -> tuple[float, bool]:
     """The same limit in other units, mirrored, renumbered, with other corners' order, after residual slip, and with nothing left out."""
     system, cycle, friction = known.args
@@ -106,18 +116,40 @@ def transformed(
     order = rng.permutation(n)
     slip = rng.normal(size=n) * known.length
     forms: tuple[Callable[[], fo.results.ShakedownLimit | fo.results.GuaranteedLimit], ...] = (
-        lambda: ask(oracles.redescribed(system, force=10.0 ** rng.uniform(-12, 12)), cycle, friction),
-        lambda: ask(oracles.redescribed(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]),
+        lambda: ask(
+            oracles.redescribed(system, force=10.0 ** rng.uniform(-12, 12)), cycle, friction
+        ),
+        lambda: ask(
+            oracles.redescribed(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]
+        ),
         lambda: ask(oracles.redescribed(system, order), cycle, friction[order]),
         lambda: ask(system, fo.LoadCycle(cycle.mean, cycle.corners[::-1]), friction),
         lambda: ask(
-            system.with_bonded({"mean": (system.bonded["mean"][0] + system.A @ slip, system.bonded["mean"][1] + system.B @ slip)}), cycle, friction
+            system.with_bonded(
+                {
+                    "mean": (
+                        system.bonded["mean"][0] + system.A @ slip,
+                        system.bonded["mean"][1] + system.B @ slip,
+                    )
+                }
+            ),
+            cycle,
+            friction,
         ),
         lambda: ask(system, cycle, friction, simplify=False),
     )
     form = int(rng.integers(len(forms)))
     again = forms[form]()
     if form == 4 and (answered.open.any() or again.open.any()):
-        return again.residual, False  # which nodes the mean load opens depends on the slip before it
-    same(f"{name} in form {form}", value(again), value(answered), relative=1e-7 if form != 4 else 1e-6, absolute=1e-8)
+        return (
+            again.residual,
+            False,
+        )  # which nodes the mean load opens depends on the slip before it
+    same(
+        f"{name} in form {form}",
+        value(again),
+        value(answered),
+        relative=1e-7 if form != 4 else 1e-6,
+        absolute=1e-8,
+    )
     return again.residual, True

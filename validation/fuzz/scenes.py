@@ -18,20 +18,37 @@ _ELEMENTS = (16, 24, 40, 64, 96, 128)  # of a punch
 def random_scene(seed: int, family: str | None = None) -> Case:
     """The contact of a seed, of this family or of one that the seed chooses.
 
-    Its load cases are "mean", which presses, and cyclic ones: the first of them is symmetric where the contact is, the others need not be.
+    Its load cases are "mean", which presses, and cyclic ones: the first of them is symmetric where
+    the contact is, the others need not be.
     """
     rng = np.random.default_rng([seed, 3])  # other random numbers than in `random_case`
     family = str(rng.choice(list(FAMILIES), p=_OFTEN)) if family is None else family
     system = FAMILIES[family](rng)
-    symmetric = bool(np.abs(system.B + np.flip(system.B)).max() <= 1e-12 * np.abs(system.A).max() and rng.random() < 0.7)
+    symmetric = bool(
+        np.abs(system.B + np.flip(system.B)).max() <= 1e-12 * np.abs(system.A).max()
+        and rng.random() < 0.7
+    )
     if rng.random() < 0.15:
         gap = rng.uniform(0, 0.3, system.nodes) * (rng.random(system.nodes) < 0.5) * _length(system)
         system = system.with_gap(np.maximum(gap, gap[::-1]) if symmetric else gap)
-    friction = rng.uniform(0.1, 0.7) * (1 + rng.choice([0.0, 0.3]) * rng.uniform(-1, 1, system.nodes))
+    friction = rng.uniform(0.1, 0.7) * (
+        1 + rng.choice([0.0, 0.3]) * rng.uniform(-1, 1, system.nodes)
+    )
     friction = np.maximum(friction, friction[::-1]) if symmetric else friction
     names = [name for name in system.bonded if name != "mean"]
-    cycle = fo.LoadCycle({"mean": 1.0}, [dict(zip(names, map(float, corner), strict=True)) for corner in _corners(rng, len(names))])
-    return Case(seed, system, cycle, friction, float(rng.choice(_SHARES)), _start(rng, system, symmetric), family)
+    cycle = fo.LoadCycle(
+        {"mean": 1.0},
+        [dict(zip(names, map(float, corner), strict=True)) for corner in _corners(rng, len(names))],
+    )
+    return Case(
+        seed,
+        system,
+        cycle,
+        friction,
+        float(rng.choice(_SHARES)),
+        _start(rng, system, symmetric),
+        family,
+    )
 
 
 def _length(system: fo.ContactSystem) -> float:
@@ -56,9 +73,13 @@ def _corners(rng: np.random.Generator, cases: int) -> Any:
     number = int(rng.integers(2, 6))
     first = np.eye(cases)[0]
     late = first * rng.choice([-1.0, 0.0, 0.5, 1.0], number)[:, None]
-    late[-int(rng.integers(1, 3)) :] += rng.choice([-0.2, 0.05, 0.2, 1.0]) * (1 - first) * rng.normal(size=cases)
+    late[-int(rng.integers(1, 3)) :] += (
+        rng.choice([-0.2, 0.05, 0.2, 1.0]) * (1 - first) * rng.normal(size=cases)
+    )
     late[:2, 0] = -1.0, 1.0
-    straight = np.linspace(-1, 1, number + 1)[:, None] * first + rng.choice([-1.0, 0.0, 1.0], (number + 1, cases)) * (1 - first)
+    straight = np.linspace(-1, 1, number + 1)[:, None] * first + rng.choice(
+        [-1.0, 0.0, 1.0], (number + 1, cases)
+    ) * (1 - first)
     kinds: Sequence[Callable[[], Any]] = (
         lambda: late,
         lambda: np.vstack([late, 0 * first]),
@@ -84,7 +105,10 @@ def _loaded(rng: np.random.Generator, A: Any, B: Any, C: Any) -> fo.ContactSyste
         return np.dot(rng.normal(size=4) / (1, 2, 4, 8), waves) if smooth else rng.normal(size=n)
 
     mean = 0.1 * profile(), np.clip(1 + 0.3 * profile(), 0.3, None)
-    cases = {"mean": mean} | {name: (profile(), rng.choice([0.0, 0.3]) * profile()) for name in "abc"[: rng.integers(2, 4)]}
+    cases = {"mean": mean} | {
+        name: (profile(), rng.choice([0.0, 0.3]) * profile())
+        for name in "abc"[: rng.integers(2, 4)]
+    }
     if symmetric:
         A, B, C = (A + np.flip(A)) / 2, (B - np.flip(B)) / 2, (C + np.flip(C)) / 2
         for name in ("mean", "a"):
@@ -112,7 +136,12 @@ def _half_planes(rng: np.random.Generator) -> fo.ContactSystem:
     """The influence matrix of two half-planes; where they are dissimilar a sign matrix couples them (Johnson 1985, section 2.2)."""
     n = _nodes(rng)
     G = half_plane_influence(n, 1.0)
-    coupling = rng.choice([0.0, 0.1, 0.3]) * np.sign(np.subtract.outer(np.arange(n), np.arange(n))) * np.abs(G).max() / n
+    coupling = (
+        rng.choice([0.0, 0.1, 0.3])
+        * np.sign(np.subtract.outer(np.arange(n), np.arange(n)))
+        * np.abs(G).max()
+        / n
+    )
     S = np.linalg.inv(np.block([[G, coupling], [coupling.T, G]]))
     S = (S + S.T) / 2
     return _loaded(rng, S[:n, :n], S[n:, :n], S[n:, n:])
@@ -125,17 +154,33 @@ def _punch(rng: np.random.Generator) -> fo.ContactSystem:
 
 @cache
 def _condensed(elements: int, which: int) -> fo.ContactSystem:
-    scene = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.3, punch_material=MATERIALS[which])
+    scene = fo.scenes.PunchOnHalfPlane(
+        elements=elements, growth=1.3, punch_material=MATERIALS[which]
+    )
     system, model = scene.condense(), scene.model()
-    mesh = model.bodies["punch"].mesh.with_boundaries({"half": lambda x: (x[1] == scene.punch_height) & (x[0] < 0)})
+    mesh = model.bodies["punch"].mesh.with_boundaries(
+        {"half": lambda x: (x[1] == scene.punch_height) & (x[0] < 0)}
+    )
     tilted = replace(
-        model, bodies={**model.bodies, "punch": replace(model.bodies["punch"], mesh=mesh)}, loads={"half": [fo.Traction("punch", "half", y=-1.0)]}
+        model,
+        bodies={**model.bodies, "punch": replace(model.bodies["punch"], mesh=mesh)},
+        loads={"half": [fo.Traction("punch", "half", y=-1.0)]},
     ).condense()
-    loads = {"mean": system.bonded["P"], "sigma": system.bonded["sigma"], "Q": system.bonded["Q"], "half": tilted.bonded["half"]}
+    loads = {
+        "mean": system.bonded["P"],
+        "sigma": system.bonded["sigma"],
+        "Q": system.bonded["Q"],
+        "half": tilted.bonded["half"],
+    }
     return replace(system, bonded=loads, compliance=None, load_size={})
 
 
-FAMILIES: dict[str, Callable[[np.random.Generator], fo.ContactSystem]] = {"any": _any, "chain": _chain, "half-planes": _half_planes, "punch": _punch}
+FAMILIES: dict[str, Callable[[np.random.Generator], fo.ContactSystem]] = {
+    "any": _any,
+    "chain": _chain,
+    "half-planes": _half_planes,
+    "punch": _punch,
+}
 """Family -> function that makes a contact."""
 
 _OFTEN = (0.4, 0.25, 0.25, 0.1)

@@ -13,12 +13,25 @@ from validation.fuzz.cases import Case
 from validation.fuzz.checks import Finding, asked
 from validation.fuzz.embedded import Embedded
 from validation.fuzz.known import Asked, NotAsked, Wrong, same
-from validation.fuzz.searches import EVERY, best_design, found_range, least_slip, limit_after_protocol
+from validation.fuzz.searches import (
+    EVERY,
+    best_design,
+    found_range,
+    least_slip,
+    limit_after_protocol,
+)
 from validation.polygons import least_critical, polygon_limit
 
-_NEAR = 1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
+_NEAR = (
+    1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
+)
 _SAME = 1e-7
-_CRITICAL, _ZERO = 1e-4, 1e-3  # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that are about 0
+_CRITICAL, _ZERO = (
+    1e-4,
+    1e-3,
+    # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that are
+    # about 0
+)
 _ROUNDING = 1e-14  # of a slip, over the slips before and after
 _FEW = 3  # nodes at most, of which every one is made critical
 
@@ -31,14 +44,25 @@ class _Subject(Asked):
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
-        n, scale, coupling = int(rng.integers(1, 11)), 10.0 ** rng.uniform(-9, 9), rng.uniform(0.0, 1.0)
+        n, scale, coupling = (
+            int(rng.integers(1, 11)),
+            10.0 ** rng.uniform(-9, 9),
+            rng.uniform(0.0, 1.0),
+        )
         G = rng.normal(size=(3 * n, 3 * n))
         S = scale * (G @ G.T / (3 * n) + 10.0 ** rng.uniform(-3, 0) * np.eye(3 * n))
         S[: 2 * n, 2 * n :] *= coupling
         S[2 * n :, : 2 * n] *= coupling
-        bonded = {name: np.r_[rng.normal(size=2 * n), rng.uniform(0, 0.6) * rng.normal(size=n)] for name in "abc"}
+        bonded = {
+            name: np.r_[rng.normal(size=2 * n), rng.uniform(0, 0.6) * rng.normal(size=n)]
+            for name in "abc"
+        }
         bonded["mean"] = np.r_[0.2 * rng.normal(size=2 * n), rng.uniform(0.0, 1.5, size=n)]
-        gap = rng.uniform(size=n) * (rng.uniform(size=n) < 0.2) / scale if rng.uniform() < 0.3 else np.zeros(n)
+        gap = (
+            rng.uniform(size=n) * (rng.uniform(size=n) < 0.2) / scale
+            if rng.uniform() < 0.3
+            else np.zeros(n)
+        )
         if rng.uniform() < 0.2:  # nothing holds the body along the contact
             slides = np.kron(np.eye(3)[:, :2], np.ones((n, 1))) / np.sqrt(n)
             held = np.eye(3 * n) - slides @ slides.T
@@ -46,7 +70,9 @@ class _Subject(Asked):
         system = fo.ContactSystem(S, rng.normal(size=(n, 3)), bonded, gap=gap)
         corners = [{"a": 1.0}, {"a": -1.0}, {"b": rng.normal(), "c": rng.normal()}, {"c": 1.0}]
         cycle = fo.LoadCycle({"mean": 1.0}, corners[: int(rng.integers(1, 5))])
-        friction = rng.uniform(0.05, 1.5, n) * (rng.uniform(size=n) > rng.choice([0.0, 0.3], p=[0.8, 0.2]))
+        friction = rng.uniform(0.05, 1.5, n) * (
+            rng.uniform(size=n) > rng.choice([0.0, 0.3], p=[0.8, 0.2])
+        )
         slip = 0.3 * rng.normal(size=(n, 2)) / scale
         super().__init__(Case(seed, system, cycle, friction, float(rng.uniform(0.2, 1.8)), slip))
 
@@ -54,7 +80,11 @@ class _Subject(Asked):
 def space_findings(seed: int, checks: Sequence[str] | None = None) -> Iterator[Finding]:
     """Ask every question, or some of them, by name, of the contact of a seed, and of the plane contact of the same seed in space."""
     for questions, subject in ((_SPACE, _Subject(seed)), (_EMBEDDED, Embedded(seed))):
-        yield from asked({name: ask for name, ask in questions.items() if checks is None or name in checks}, subject, seed)
+        yield from asked(
+            {name: ask for name, ask in questions.items() if checks is None or name in checks},
+            subject,
+            seed,
+        )
 
 
 def _limit(subject: _Subject) -> tuple[float, bool]:
@@ -68,7 +98,9 @@ def _least(subject: _Subject) -> tuple[float, bool]:
     """Under a mean load that pulls here and there, safe load factors begin where corners press."""
     bonded = subject.case.system.bonded
     pulled = {"mean": (bonded["mean"][0], bonded["mean"][1] - 0.2)}
-    system = subject.case.system.with_bonded(pulled | {name: (0.2 * bonded[name][0], 1 + 0.3 * bonded[name][1]) for name in "abc"})
+    system = subject.case.system.with_bonded(
+        pulled | {name: (0.2 * bonded[name][0], 1 + 0.3 * bonded[name][1]) for name in "abc"}
+    )
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0, "c": 0.3}])
     limit = fo.shakedown_limit(system, cycle, subject.case.friction)
     known = polygon_limit(system, cycle, subject.case.friction, least=True)
@@ -86,11 +118,17 @@ def _guaranteed(subject: _Subject) -> tuple[float, bool]:
         return limit.residual, False
     top = limit.shakedown.load_factor
     if system.nodes <= _FEW and limit.least == 0 and 0 < top < np.inf and not limit.open.any():
-        least = least_critical(system, cycle, f)  # at about 0 it may be critical at that load factor alone
+        least = least_critical(
+            system, cycle, f
+        )  # at about 0 it may be critical at that load factor alone
         if least is not None and max(limit.load_factor, min(least, top)) > _ZERO * top:
             same("the guaranteed limit is", limit.load_factor, min(least, top), _CRITICAL)
-    within = {name: 0.4 * value for name, value in cycle.corners[0].items()}  # the second corner is opposed to it
-    other = fo.guaranteed_limit(system, fo.LoadCycle(cycle.mean, [within, *cycle.corners[::-1]]), f, simplify=False)
+    within = {
+        name: 0.4 * value for name, value in cycle.corners[0].items()
+    }  # the second corner is opposed to it
+    other = fo.guaranteed_limit(
+        system, fo.LoadCycle(cycle.mean, [within, *cycle.corners[::-1]]), f, simplify=False
+    )
     same("the guaranteed limit is", limit.load_factor, other.load_factor, _SAME, _SAME)
     return limit.residual, True
 
@@ -103,14 +141,20 @@ def _safe_slip(subject: _Subject) -> tuple[float, bool]:
     return safe.residual, compared
 
 
-def _increment(subject: _Subject, engine: type[NewtonIncrement | FrozenBoundIncrement]) -> tuple[float, bool]:
+def _increment(
+    subject: _Subject, engine: type[NewtonIncrement | FrozenBoundIncrement]
+) -> tuple[float, bool]:
     load = subject.case.system.reaction({"mean": 1.0, "a": subject.case.share, "b": 0.5})
     found = engine(subject.case.system, subject.case.friction).solve(subject.case.start, load)
     q, p, f = found.q, found.p, subject.case.friction
     moved = found.slip - subject.case.start
-    work = float(np.sum(q * moved)) + float(np.sum(f * p * np.linalg.norm(moved, axis=1)))  # friction opposes slip: the sum vanishes
+    work = float(np.sum(q * moved)) + float(
+        np.sum(f * p * np.linalg.norm(moved, axis=1))
+    )  # friction opposes slip: the sum vanishes
     forces = float(np.abs(q).sum() + np.abs(load[0]).sum() + np.abs(load[1]).sum())
-    if abs(work) > forces * (_SAME * float(np.abs(moved).max()) + _ROUNDING * float(np.abs(subject.case.start).max())):
+    if abs(work) > forces * (
+        _SAME * float(np.abs(moved).max()) + _ROUNDING * float(np.abs(subject.case.start).max())
+    ):
         raise Wrong(f"friction and slip are off by the work {work:.2e}")
     return found.residual, True
 
@@ -118,8 +162,16 @@ def _increment(subject: _Subject, engine: type[NewtonIncrement | FrozenBoundIncr
 def _steady(subject: _Subject) -> tuple[float, bool]:
     if not subject.finite:
         return 0.0, False
-    above = fo.steady_state(*subject.args, 1.05 * subject.answered_limit.load_factor, initial_slip=subject.case.start, steps=4, most_cycles=200)
-    if above.outcome is fo.Outcome.SHAKEDOWN and not above.open.any():  # what lifts off need not slip
+    above = fo.steady_state(
+        *subject.args,
+        1.05 * subject.answered_limit.load_factor,
+        initial_slip=subject.case.start,
+        steps=4,
+        most_cycles=200,
+    )
+    if (
+        above.outcome is fo.Outcome.SHAKEDOWN and not above.open.any()
+    ):  # what lifts off need not slip
         raise Wrong("shakedown above the limit")
     return above.residual, True
 
@@ -139,21 +191,35 @@ def _safe_start(subject: _Subject) -> tuple[float, bool]:
 
 def _turned(subject: _Subject) -> tuple[float, bool]:
     """With the tangents of each node turned, and the nodes and the corners in another order."""
-    system, cycle, n, rng = subject.case.system, subject.case.cycle, subject.case.system.nodes, np.random.default_rng(subject.case.seed)
+    system, cycle, n, rng = (
+        subject.case.system,
+        subject.case.cycle,
+        subject.case.system.nodes,
+        np.random.default_rng(subject.case.seed),
+    )
     order, angle = rng.permutation(n), rng.uniform(0, 2 * np.pi, n)
     c, s = np.diag(np.cos(angle)), np.diag(np.sin(angle))
-    turn = np.block([[c, -s, np.zeros((n, n))], [s, c, np.zeros((n, n))], [np.zeros((n, 2 * n)), np.eye(n)]])
+    turn = np.block(
+        [[c, -s, np.zeros((n, n))], [s, c, np.zeros((n, n))], [np.zeros((n, 2 * n)), np.eye(n)]]
+    )
     turn = turn[np.r_[order, n + order, 2 * n + order]]
     bonded = {name: turn @ np.r_[q.T.ravel(), p] for name, (q, p) in system.bonded.items()}
     S = turn @ system.S @ turn.T
     other = fo.ContactSystem((S + S.T) / 2, system.points[order], bonded, gap=system.gap[order])
     corners, f = fo.LoadCycle(cycle.mean, cycle.corners[::-1]), subject.case.friction[order]
     found = fo.shakedown_limit(other, corners, f)
-    if (found.open != subject.answered_limit.open[order]).any():  # the search is local, and may end elsewhere from another order
+    if (
+        found.open != subject.answered_limit.open[order]
+    ).any():  # the search is local, and may end elsewhere from another order
         return found.residual, False
     for name in ("load_factor", "least"):
-        same(f"{name} is", getattr(found, name), getattr(subject.answered_limit, name), _SAME, _SAME)
-    one, turned = fo.guaranteed_limit(system, cycle, subject.case.friction), fo.guaranteed_limit(other, corners, f)
+        same(
+            f"{name} is", getattr(found, name), getattr(subject.answered_limit, name), _SAME, _SAME
+        )
+    one, turned = (
+        fo.guaranteed_limit(system, cycle, subject.case.friction),
+        fo.guaranteed_limit(other, corners, f),
+    )
     same("the guaranteed limit is", turned.load_factor, one.load_factor, _SAME, _SAME)
     return found.residual, True
 
@@ -172,7 +238,9 @@ def _required(subject: _Subject) -> tuple[float, bool]:
         if most is None or least is None or np.isinf(most):  # polygons leave more than circles do
             return found.residual, False
         if enough != (not np.isnan(most) and least * (1 - _SAME) <= factor <= most * (1 + _SAME)):
-            raise Wrong(f"{share:g} of the required friction {found.required:.9g} keeps {least:.9g} to {most:.9g} safe, asked is {factor:.9g}")
+            raise Wrong(
+                f"{share:g} of the required friction {found.required:.9g} keeps {least:.9g} to {most:.9g} safe, asked is {factor:.9g}"
+            )
     return found.residual, True
 
 
@@ -193,8 +261,12 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "steady state from a safe slip, 3-D": _safe_start,
 }
 _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
-    "limit, plane in 3-D": partial(embedded.alike, question="shakedown_limit", values=("load_factor", "least")),
-    "guaranteed limit, plane in 3-D": partial(embedded.alike, question="guaranteed_limit", values=("load_factor",)),
+    "limit, plane in 3-D": partial(
+        embedded.alike, question="shakedown_limit", values=("load_factor", "least")
+    ),
+    "guaranteed limit, plane in 3-D": partial(
+        embedded.alike, question="guaranteed_limit", values=("load_factor",)
+    ),
     "safe slip, plane in 3-D": embedded.safe_slip,
     "required friction, plane in 3-D": embedded.required_friction,
     "safe region, plane in 3-D": embedded.safe_region,

@@ -1,10 +1,12 @@
 """Thousands of random contacts: every answer is compared with an independent one, or is an error of frictopt that names a remedy.
 
-Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential | space | sliding]`. It prints wrong answers with
-their seeds, and the counts in Markdown; its exit status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run
-tests new cases; a quick run always has the same. The part "answers" has small contacts, ordinary and extreme. The part "differential" has contacts of
-3 to 130 nodes, each solved in two equivalent descriptions. The part "space" has contacts in three dimensions, the part "sliding" bodies that slide
-off. The tests run some of the same cases.
+Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential |
+space | sliding]`. It prints wrong answers with their seeds, and the counts in Markdown; its exit
+status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run
+tests new cases; a quick run always has the same. The part "answers" has small contacts, ordinary
+and extreme. The part "differential" has contacts of 3 to 130 nodes, each solved in two equivalent
+descriptions. The part "space" has contacts in three dimensions, the part "sliding" bodies that
+slide off. The tests run some of the same cases.
 """
 
 import argparse
@@ -76,12 +78,24 @@ def _run(parameters: Parameters) -> pd.DataFrame:
 def counts(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
     by = _run(parameters).groupby("check")
-    table = by.agg(cases=("seed", "size"), compared=("compared", "sum"), residual=("residual", "max"), seconds=("seconds", "sum"))
+    table = by.agg(
+        cases=("seed", "size"),
+        compared=("compared", "sum"),
+        residual=("residual", "max"),
+        seconds=("seconds", "sum"),
+    )
     results = ["answer", "missed", "ModelError", "NoContinuation", "SolverError", "wrong"]
     table[results] = by["result"].value_counts().unstack().reindex(columns=results)
-    table = table.reindex([check for part in parameters.parts for check in PARTS[part][0]]).fillna(0.0)
+    table = table.reindex([check for part in parameters.parts for check in PARTS[part][0]]).fillna(
+        0.0
+    )
     whole = table.drop(columns=["residual", "seconds"]).astype(int)
-    table = table.assign(**whole).rename(columns={"answer": "answers"}).rename_axis("question").reset_index()
+    table = (
+        table.assign(**whole)
+        .rename(columns={"answer": "answers"})
+        .rename_axis("question")
+        .reset_index()
+    )
     return table[["question", *_COUNTS]]
 
 
@@ -90,19 +104,32 @@ def refusals(parameters: Parameters) -> pd.DataFrame:
     found = _run(parameters).query("result != 'answer'").rename(columns={"check": "question"})
     own = found["text"] + " (seed " + found["seed"].astype(str) + ")"
     found["message"] = own.where(found["result"] == "wrong", found["text"].map(_pattern))
-    table = found.groupby(["question", "result", "message"], sort=False).agg(cases=("seed", "size"), seed=("seed", "first")).reset_index()
-    table = table.sort_values(["result", "cases"], ascending=False, key=lambda c: c == "wrong" if c.name == "result" else c)
+    table = (
+        found.groupby(["question", "result", "message"], sort=False)
+        .agg(cases=("seed", "size"), seed=("seed", "first"))
+        .reset_index()
+    )
+    table = table.sort_values(
+        ["result", "cases"],
+        ascending=False,
+        key=lambda c: c == "wrong" if c.name == "result" else c,
+    )
     return table.assign(residual=0.0)
 
 
 def _pattern(message: str) -> str:
-    return re.sub(r"\[[^\]]*\]", "[..]", re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", message.split("(HIGHS")[0]))
+    return re.sub(
+        r"\[[^\]]*\]", "[..]", re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", message.split("(HIGHS")[0])
+    )
 
 
 def short(table: pd.DataFrame) -> str:
     """Counts as a table in Markdown."""
     form = {"residual": "{:.0e}", "seconds": "{:.0f}"}
-    rows = [[form.get(name, "{}").format(value) for name, value in row.items()] for row in table.to_dict("records")]
+    rows = [
+        [form.get(name, "{}").format(value) for name, value in row.items()]
+        for row in table.to_dict("records")
+    ]
     return markdown(list(table.columns), rows)
 
 
@@ -124,8 +151,12 @@ _REFUSALS = {
     "cases": "number of cases",
     "seed": "the first case",
 }
-COUNTS = Table("fuzz_counts", "one question, all cases", _COUNTS, full=FULL, quick=QUICK, compute=counts)
-REFUSALS = Table("fuzz_refusals", "one message of an error", _REFUSALS, full=FULL, quick=QUICK, compute=refusals)
+COUNTS = Table(
+    "fuzz_counts", "one question, all cases", _COUNTS, full=FULL, quick=QUICK, compute=counts
+)
+REFUSALS = Table(
+    "fuzz_refusals", "one message of an error", _REFUSALS, full=FULL, quick=QUICK, compute=refusals
+)
 
 
 class _Random(Study):
@@ -133,7 +164,12 @@ class _Random(Study):
 
     def parser(self) -> argparse.ArgumentParser:
         parser = super().parser()
-        parser.add_argument("--cases", type=whole_number(1), metavar="N", help=f"number of random contacts of each part (default {FULL.cases})")
+        parser.add_argument(
+            "--cases",
+            type=whole_number(1),
+            metavar="N",
+            help=f"number of random contacts of each part (default {FULL.cases})",
+        )
         parser.add_argument(
             "--seed",
             type=whole_number(0, 2**62),
@@ -146,11 +182,29 @@ class _Random(Study):
     def run(self, argv: Sequence[str] | None = None) -> int:
         options = self.parser().parse_args(argv)
         cases = options.cases or (QUICK if options.quick else FULL).cases
-        seed = options.seed if options.seed is not None else _QUICK_SEED if options.quick else secrets.randbelow(10**9)
+        seed = (
+            options.seed
+            if options.seed is not None
+            else _QUICK_SEED
+            if options.quick
+            else secrets.randbelow(10**9)
+        )
         parameters = Parameters(cases, seed, (options.only,) if options.only else tuple(PARTS))
         print(f"seeds {seed} to {seed + cases - 1}")
-        status = Study.run(replace(self, tables=[replace(table, full=parameters, quick=parameters) for table in self.tables]), argv)
+        status = Study.run(
+            replace(
+                self,
+                tables=[replace(table, full=parameters, quick=parameters) for table in self.tables],
+            ),
+            argv,
+        )
         return status or int((_run(parameters)["result"] == "wrong").any())
 
 
-STUDY = _Random("validation.fuzz", __doc__, "few cases, in half a minute", (COUNTS, REFUSALS), summary=lambda tables: short(tables[COUNTS.name]))
+STUDY = _Random(
+    "validation.fuzz",
+    __doc__,
+    "few cases, in half a minute",
+    (COUNTS, REFUSALS),
+    summary=lambda tables: short(tables[COUNTS.name]),
+)

@@ -1,8 +1,9 @@
 """The rate problem at one load: which nodes at a bound slip, stick or open, where the iteration on the signs of the rates does not decide.
 
-Nodes strictly inside their bound stick, and nodes with a gap stay open. A node at a bound has a non-negative rate z of slip or gap and a non-negative
-rate `M z + c` of slack or pressure, and one of the two is zero. Few such pairs are solved by trying all statuses, more by Lemke's method. What that
-finds is known to be the only solution where M is positive definite.
+Nodes strictly inside their bound stick, and nodes with a gap stay open. A node at a bound has a
+non-negative rate z of slip or gap and a non-negative rate `M z + c` of slack or pressure, and one
+of the two is zero. Few such pairs are solved by trying all statuses, more by Lemke's method. What
+that finds is known to be the only solution where M is positive definite.
 """
 
 from collections.abc import Iterator
@@ -16,8 +17,14 @@ from scipy.linalg.blas import dger
 from ...base import CONDENSATION, RESIDUAL, ROUNDING, Array
 from .kernel import AT_BOUND, OPEN, STICK, State
 
-_PIVOT = 10 * ROUNDING  # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the entries
-_DISTINCT = 1e3 * RESIDUAL  # two solutions of a rate problem differ by more: each has errors up to the residual
+_PIVOT = (
+    10 * ROUNDING
+    # pivots of Lemke's tableau up to this count as zero: a pivot adds its rounding to that of the
+    # entries
+)
+_DISTINCT = (
+    1e3 * RESIDUAL
+)  # two solutions of a rate problem differ by more: each has errors up to the residual
 _TRIED = 8  # number of pairs up to which all statuses are tried
 _STARTS = 3  # covering vectors tried by Lemke's method
 
@@ -26,9 +33,11 @@ _STARTS = 3  # covering vectors tried by Lemke's method
 class RateProblem:
     """`z >= 0, M z + c >= 0, z (M z + c) = 0` over the nodes at a bound, n pairs.
 
-    `node` and `kind` (n,) are the node of each pair and the meaning of z > 0: +1 or -1 slip of that sense, 2 opening. `u_rate` (2N, n + 1) has rates
-    of `[v, w]`: in column k for unit z_k, in the last column for z = 0. `free` are closed nodes without friction, whose slip rate is not restricted.
-    `floating`: the open and the frictionless nodes can move without resistance; `sliding`: they can if all nodes at a bound move too.
+    `node` and `kind` (n,) are the node of each pair and the meaning of z > 0: +1 or -1 slip of that
+    sense, 2 opening. `u_rate` (2N, n + 1) has rates of `[v, w]`: in column k for unit z_k, in the
+    last column for z = 0. `free` are closed nodes without friction, whose slip rate is not
+    restricted. `floating`: the open and the frictionless nodes can move without resistance;
+    `sliding`: they can if all nodes at a bound move too.
     """
 
     M: Array
@@ -65,25 +74,55 @@ def rate_problem(S: Array, f: Array, load_rate: Array, state: State, force: Arra
     vertex = bare & (state.u[nodes:] + state.gap <= 0)
     gone = (state.status == OPEN) & ~vertex
     smooth = (f == 0) & ~vertex & ~gone
-    node, way = np.nonzero(np.column_stack([f * p + q <= small, f * p - q <= small, vertex]) & ~(gone | smooth)[:, None])
-    kind, apart, frictionless = np.array([1, -1, OPEN])[way], np.flatnonzero(gone), np.flatnonzero(smooth)
-    opens, free = kind == OPEN, np.r_[apart, nodes + apart, frictionless]  # motions that nothing bounds
+    node, way = np.nonzero(
+        np.column_stack([f * p + q <= small, f * p - q <= small, vertex])
+        & ~(gone | smooth)[:, None]
+    )
+    kind, apart, frictionless = (
+        np.array([1, -1, OPEN])[way],
+        np.flatnonzero(gone),
+        np.flatnonzero(smooth),
+    )
+    opens, free = (
+        kind == OPEN,
+        np.r_[apart, nodes + apart, frictionless],
+    )  # motions that nothing bounds
     motion, sense = np.where(opens, nodes + node, node), np.where(opens, 1, kind)
     least = CONDENSATION * float(np.abs(S).max())
-    parts = (S[np.ix_(part, part)] - least * np.eye(len(part)) for part in (free, np.union1d(free, motion)))
+    parts = (
+        S[np.ix_(part, part)] - least * np.eye(len(part))
+        for part in (free, np.union1d(free, motion))
+    )
     floating, sliding = (not _is_positive_definite(part) for part in parts)
-    u_rate, r_rate = np.zeros((2 * nodes, len(node) + 1)), np.column_stack([S[:, motion] * sense, load_rate])
+    u_rate, r_rate = (
+        np.zeros((2 * nodes, len(node) + 1)),
+        np.column_stack([S[:, motion] * sense, load_rate]),
+    )
     u_rate[motion, np.arange(len(node))] = sense
     if len(free):
         u_rate[free] = -np.linalg.lstsq(S[np.ix_(free, free)], r_rate[free])[0]
         r_rate += S[:, free] @ u_rate[free]
-    slack = np.where(opens, 0, kind)[:, None] * r_rate[node] + np.where(opens, 1.0, f[node])[:, None] * r_rate[nodes + node]
-    return RateProblem(slack[:, :-1], slack[:, -1], node, kind.astype(np.int8), u_rate, frictionless, floating, sliding)
+    slack = (
+        np.where(opens, 0, kind)[:, None] * r_rate[node]
+        + np.where(opens, 1.0, f[node])[:, None] * r_rate[nodes + node]
+    )
+    return RateProblem(
+        slack[:, :-1],
+        slack[:, -1],
+        node,
+        kind.astype(np.int8),
+        u_rate,
+        frictionless,
+        floating,
+        sliding,
+    )
 
 
 def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
     """Find at most two different solutions of a rate problem."""
-    stiffness, scale = (float(np.abs(values).max(initial=0.0)) or 1.0 for values in (np.diag(problem.M), problem.c))
+    stiffness, scale = (
+        float(np.abs(values).max(initial=0.0)) or 1.0 for values in (np.diag(problem.M), problem.c)
+    )
     M, c = problem.M / stiffness, problem.c / scale
     few = len(c) <= _TRIED
     unique = not few and _is_positive_definite(M)
@@ -99,7 +138,10 @@ def find_rates(problem: RateProblem, before: np.ndarray) -> Solutions:
 
 def _pivoted(M: Array, c: Array) -> Iterator[Array]:
     """Solutions by Lemke's method from several covering vectors: from another one it may end elsewhere."""
-    for cover in (np.ones(len(c)), *np.random.default_rng(0).uniform(0.2, 1.0, size=(_STARTS - 1, len(c)))):
+    for cover in (
+        np.ones(len(c)),
+        *np.random.default_rng(0).uniform(0.2, 1.0, size=(_STARTS - 1, len(c))),
+    ):
         z = _lemke(M, c, cover)
         if z is not None and _solves(M, c, z):
             yield z
@@ -108,7 +150,10 @@ def _pivoted(M: Array, c: Array) -> Iterator[Array]:
 def _solves(M: Array, c: Array, z: Array) -> bool:
     slack = M @ z + c
     size = 1.0 + float(np.abs(z).max(initial=0.0))
-    return bool(min(z.min(initial=0.0), slack.min(initial=0.0)) > -RESIDUAL * size and np.abs(z * slack).max(initial=0.0) <= RESIDUAL * size)
+    return bool(
+        min(z.min(initial=0.0), slack.min(initial=0.0)) > -RESIDUAL * size
+        and np.abs(z * slack).max(initial=0.0) <= RESIDUAL * size
+    )
 
 
 def _all_statuses(M: Array, c: Array) -> list[Array]:
@@ -131,7 +176,9 @@ def _lemke(M: Array, c: Array, cover: Array) -> Array | None:
     n = len(c)
     if c.min(initial=0.0) >= 0:
         return np.zeros(n)
-    tableau = np.asfortranarray(np.column_stack([np.eye(n), -M, -cover, c]))  # columns: slacks, z, artificial, right-hand side
+    tableau = np.asfortranarray(
+        np.column_stack([np.eye(n), -M, -cover, c])
+    )  # columns: slacks, z, artificial, right-hand side
     basis = np.arange(n)
     row = int(np.argmin(c / cover))
     entering = 2 * n

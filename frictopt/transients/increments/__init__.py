@@ -5,7 +5,14 @@ from .by_newton import NewtonIncrement
 from .increment import Increment
 from .programs import ComplementarityProblem, FrozenBoundIncrement, complementarity_problem
 
-__all__ = ["ComplementarityProblem", "ExactIncrement", "FrozenBoundIncrement", "Increment", "NewtonIncrement", "complementarity_problem"]
+__all__ = [
+    "ComplementarityProblem",
+    "ExactIncrement",
+    "FrozenBoundIncrement",
+    "Increment",
+    "NewtonIncrement",
+    "complementarity_problem",
+]
 
 
 def __dir__() -> list[str]:

@@ -4,8 +4,9 @@ With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is:
 
     p = max(p - c w, 0),     q = projection of (q - d dv) on |q| <= f max(p - c w, 0)
 
-or on the shear strength of the surface where that is less. It is piecewise smooth: nodes that are open have q = p = 0, closed ones w = 0, sticking
-ones dv = 0, and slipping ones `q = f p n` (or the strength times n) with n the direction of `q - d dv`. Newton's method takes the piece at hand. A
+or on the shear strength of the surface where that is less. It is piecewise smooth: nodes that are
+open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` (or the
+strength times n) with n the direction of `q - d dv`. Newton's method takes the piece at hand. A
 node has one tangent in the plane and two in space.
 """
 
@@ -24,7 +25,9 @@ from .sweeps import reactions
 _NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
 _STEPS = 60  # Newton steps for one increment at most
 _HALVINGS = 6  # of a step in the line search
-_AGAIN = 0.1  # of the error that a step with earlier factors leaves at most: else new ones gain more
+_AGAIN = (
+    0.1  # of the error that a step with earlier factors leaves at most: else new ones gain more
+)
 _GAIN = 0.25  # of the squared error by a step: where it falls by less, what is left is rounding
 
 
@@ -59,8 +62,9 @@ class State:
 def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
     """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
 
-    It makes none where the error of u is small enough already. Where statuses stay, steps with the factors of an earlier one, which cost little, come
-    first. In the plane slip against +x has the status -1.
+    It makes none where the error of u is small enough already. Where statuses stay, steps with the
+    factors of an earlier one, which cost little, come first. In the plane slip against +x has the
+    status -1.
     """
     best, steps, factors = _piece(law, trial, u), 0, None
     while steps < most and best.error > _NEWTON:
@@ -96,7 +100,13 @@ def _on_law(law: Law, best: "_Piece", steps: int) -> State:
     r = reactions(law.S, best.r, u - best.u).reshape(law.own.shape)
     r[:, best.status == OPEN] = 0.0
     r[:-1] = np.where(best.status == SLIP, law.bound(r[-1]) * best.unit, r[:-1])
-    return State(u, r.ravel(), np.where(best.status == SLIP, sense, best.status).astype(np.int8), steps, best.error)
+    return State(
+        u,
+        r.ravel(),
+        np.where(best.status == SLIP, sense, best.status).astype(np.int8),
+        steps,
+        best.error,
+    )
 
 
 class _Piece(NamedTuple):
@@ -132,13 +142,17 @@ class Factors(NamedTuple):
     def step(self, piece: _Piece) -> Array:
         """A step with these factors."""
         step = -piece.u
-        step[self.free] = dgetrs(self.lu, self.pivots, -piece.errors(self.free) / self.root)[0] / self.root
+        step[self.free] = (
+            dgetrs(self.lu, self.pivots, -piece.errors(self.free) / self.root)[0] / self.root
+        )
         return step
 
 
 def _piece(law: Law, trial: Array, u: Array) -> _Piece:
     (d, c), r = law.own[-2:], reactions(law.S, trial, u)
-    (dv, w), (q, p) = ((values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, r))
+    (dv, w), (q, p) = (
+        (values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, r)
+    )
     pressed = p - c * w
     radius = law.bound(pressed)
     pull = q - d * dv
@@ -149,7 +163,10 @@ def _piece(law: Law, trial: Array, u: Array) -> _Piece:
     project = np.where(status == SLIP, radius * unit, pull)
     project[:, status == OPEN] = 0.0
     error_q, error_p = q - project, p - np.maximum(pressed, 0.0)
-    merit, error = float((error_q**2).sum() + (error_p**2).sum()), float(max(np.abs(error_q).max(), np.abs(error_p).max()))
+    merit, error = (
+        float((error_q**2).sum() + (error_p**2).sum()),
+        float(max(np.abs(error_q).max(), np.abs(error_p).max())),
+    )
     return _Piece(u, r, status, unit, radius / whole, error_q, error_p, merit, error)
 
 
@@ -168,25 +185,40 @@ def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
         return step, None
     (d, c), unit, shrink = law.own[-2:, slip], piece.unit[:, slip], piece.shrink[slip]
     pressed = (piece.r[t * n :] - law.own[-1] * piece.u[t * n :])[slip]
-    f = np.where(law.friction[slip] * pressed < law.strength[slip], law.friction[slip], 0.0)  # the strength does not change with p
+    f = np.where(
+        law.friction[slip] * pressed < law.strength[slip], law.friction[slip], 0.0
+    )  # the strength does not change with p
     m, ends = len(free), step != 0
     ends[t * n + slip] = False
-    columns = np.concatenate([free, t * n + slip, np.flatnonzero(ends)])  # all others neither move nor did
-    # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P = 1 - n n' across the direction n
+    columns = np.concatenate(
+        [free, t * n + slip, np.flatnonzero(ends)]
+    )  # all others neither move nor did
+    # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P = 1 - n n' across
+    # the direction n
     across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
     share = np.eye(t)[:, :, None] - shrink * across
     rows, own = law.S[np.ix_(columns[: m + s], columns)], np.arange(s)
     rows, normal, sheared = rows[:m], rows[m:], rows[: t * s].reshape(t, s, len(columns)).copy()
     for a in axes:
-        rows[a * s : (a + 1) * s] = (share[a][:, :, None] * sheared).sum(axis=0) - (f * unit[a])[:, None] * normal
+        rows[a * s : (a + 1) * s] = (share[a][:, :, None] * sheared).sum(axis=0) - (f * unit[a])[
+            :, None
+        ] * normal
         for b in axes:
             rows[a * s + own, b * s + own] += d * shrink * across[a, b]
         rows[a * s + own, m + own] += f * unit[a] * c
     root = np.sqrt(law.own.ravel()[free])
-    matrix, right = rows[:, :m] / np.outer(root, root), (-piece.errors(free) - rows @ step[columns]) / root
+    matrix, right = (
+        rows[:, :m] / np.outer(root, root),
+        (-piece.errors(free) - rows @ step[columns]) / root,
+    )
     lu, pivots, singular = dgetrf(matrix)
     if not singular and dgecon(lu, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
         step[free] = np.asarray(dgetrs(lu, pivots, right)[0]) / root
         return step, Factors(piece.status, free, root, lu, pivots)
-    step[free] = np.asarray(lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]) / root
+    step[free] = (
+        np.asarray(
+            lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]
+        )
+        / root
+    )
     return step, None

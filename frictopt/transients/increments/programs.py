@@ -1,7 +1,8 @@
 """One friction increment by the cvxpy programs of `listings`: with the friction bound frozen in turn, and one to be looked at.
 
-Solvers get the program of the contact in units of the mean normal force and of the slip that this force makes. Newton's method makes what they find
-exact, and the answer is put into the program in the units of the contact.
+Solvers get the program of the contact in units of the mean normal force and of the slip that this
+force makes. Newton's method makes what they find exact, and the answer is put into the program in
+the units of the contact.
 """
 
 from __future__ import annotations
@@ -24,9 +25,14 @@ from ...solve.problem import Problem
 from ...solve.solvers import QP, SOCP, solve
 from .increment import FrictionIncrement, Increment, Posed
 
-_SETTLED = {QP: 1e6 * RESIDUAL, SOCP: 1e4 * RESIDUAL}  # change of the frozen bound up to which more sweeps by these solvers find nothing else
+_SETTLED = {
+    QP: 1e6 * RESIDUAL,
+    SOCP: 1e4 * RESIDUAL,
+}  # change of the frozen bound up to which more sweeps by these solvers find nothing else
 _SWEEPS = 100  # programs for one increment at most
-_CORRECTIONS = 4  # Newton steps that make the solution of a program exact, and may correct the status of nodes where a solver left it wrong
+# Newton steps that make the solution of a program exact, and may correct the status of nodes where
+# a solver left it wrong
+_CORRECTIONS = 4
 
 
 class ByProgram(FrictionIncrement):
@@ -45,7 +51,11 @@ class ByProgram(FrictionIncrement):
     def _scaled(self) -> cp.Problem:
         """The program that solvers get, of the dimensionless contact."""
         system, none = self.system, {"none": np.zeros(len(self.law.S))}
-        return self._listing(ContactSystem(self.law.S, system.points, none, frames=system.frames, contact=system.contact))
+        return self._listing(
+            ContactSystem(
+                self.law.S, system.points, none, frames=system.frames, contact=system.contact
+            )
+        )
 
     @abstractmethod
     def _motions(self) -> Array:
@@ -58,9 +68,13 @@ class ByProgram(FrictionIncrement):
         found = posed.claim(self._motions(), _CORRECTIONS)
         if found.steps:
             attempts += (Attempt("NEWTON", f"{found.steps} steps", found.residual),)
-        return replace(found, record=replace(found.record, solver=attempts[-1].solver, attempts=attempts))
+        return replace(
+            found, record=replace(found.record, solver=attempts[-1].solver, attempts=attempts)
+        )
 
-    def _answer(self, posed: Posed, found: Increment, variables: Mapping[str, Array], **parameters: Array) -> Increment:
+    def _answer(
+        self, posed: Posed, found: Increment, variables: Mapping[str, Array], **parameters: Array
+    ) -> Increment:
         """The increment, put into the program; pressures are multipliers of its gaps where these have some."""
         problem = self.problem
         _put(problem, trial=posed.reactions, **parameters)
@@ -79,12 +93,15 @@ def _put(problem: cp.Problem, **parameters: Array) -> None:
 class FrozenBoundIncrement(ByProgram):
     """One friction increment by convex programs with frozen friction bound, compiled once.
 
-    Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's method make the state that it ends with exact, with
-    the bound free; if the referee accepts it, it is the answer. Otherwise the bound moves to `f p` and the program is solved again, by Clarabel to
-    all digits once sweeps by OSQP change nothing. This need not converge where friction and coupling are strong. The `problem` of a result has the
-    bound `f p` of the answer, which solves it.
+    Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's
+    method make the state that it ends with exact, with the bound free; if the referee accepts it,
+    it is the answer. Otherwise the bound moves to `f p` and the program is solved again, by
+    Clarabel to all digits once sweeps by OSQP change nothing. This need not converge where friction
+    and coupling are strong. The `problem` of a result has the bound `f p` of the answer, which
+    solves it.
 
-    It takes no constraints of your own: they would act as forces that the contact law does not have. Theory, eq. (11).
+    It takes no constraints of your own: they would act as forces that the contact law does not
+    have. Theory, eq. (11).
 
     Examples
     --------
@@ -101,7 +118,12 @@ class FrozenBoundIncrement(ByProgram):
         return frozen_bound(system)
 
     def _solved(self, posed: Posed) -> Increment:
-        law, n, attempts, kind = posed.law, len(self.friction), list[Attempt](), QP if self.system.tangents == 1 else SOCP
+        law, n, attempts, kind = (
+            posed.law,
+            len(self.friction),
+            list[Attempt](),
+            QP if self.system.tangents == 1 else SOCP,
+        )
         bound = law.bound(posed.trial[-n:])
         for sweep in range(1, _SWEEPS + 1):
             try:
@@ -113,9 +135,16 @@ class FrozenBoundIncrement(ByProgram):
                 ) from error
             attempts += found.record.attempts
             if found.residual <= RESIDUAL:
-                found = replace(found, steps=sweep, record=replace(found.record, attempts=tuple(attempts)))
+                found = replace(
+                    found, steps=sweep, record=replace(found.record, attempts=tuple(attempts))
+                )
                 u = joined(found.slip - posed.slip, found.gap)
-                return self._answer(posed, found, {"u": u}, bound=most_shear(self.system, self.friction, found.p.clip(0.0)))
+                return self._answer(
+                    posed,
+                    found,
+                    {"u": u},
+                    bound=most_shear(self.system, self.friction, found.p.clip(0.0)),
+                )
             step = law.bound((posed.trial + law.S @ self._motions())[-n:]) - bound
             if np.abs(step).max() <= _SETTLED[kind]:
                 if kind == SOCP:
@@ -142,7 +171,8 @@ class ComplementarityProblem(NamedTuple):
     matrix, constant
         `M` (3N, 3N) and `c` (3N,).
     problem
-        The quadratic program, with variables forward_slip, backward_slip and gap, and the reactions without these as parameters.
+        The quadratic program, with variables forward_slip, backward_slip and gap, and the reactions
+        without these as parameters.
 
     Examples
     --------
@@ -158,12 +188,15 @@ class ComplementarityProblem(NamedTuple):
 
 
 @warns_of_odd_values
-def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> ComplementarityProblem:
+def complementarity_problem(
+    system: ContactSystem, friction: ArrayLike, slip: ArrayLike, bonded: Sequence[ArrayLike]
+) -> ComplementarityProblem:
     """Build the complementarity problem of one increment (Klarbring & Bjorkman 1988).
 
-    With the slip step split, `dv = s+ - s-`, the contact law reads `z >= 0, M z + c >= 0, z' (M z + c) = 0` for `z = [s+, s-, w]`. A z obeys it where
-    the quadratic program `min z' (M z + c), z >= 0, M z + c >= 0` has the minimum 0. That is convex only without friction: elsewhere cvxpy refuses to
-    solve it, for a local minimum need not be a state of the contact. Theory, eq. (12).
+    With the slip step split, `dv = s+ - s-`, the contact law reads `z >= 0, M z + c >= 0, z' (M z +
+    c) = 0` for `z = [s+, s-, w]`. A z obeys it where the quadratic program `min z' (M z + c), z >=
+    0, M z + c >= 0` has the minimum 0. That is convex only without friction: elsewhere cvxpy
+    refuses to solve it, for a local minimum need not be a state of the contact. Theory, eq. (12).
 
     Parameters
     ----------
@@ -189,7 +222,10 @@ def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: Ar
     >>> fo.increments.complementarity_problem(system, 0.5, [0.0], load).problem.is_dcp()
     False
     """
-    checked_uncapped(checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"), "the complementarity problem")
+    checked_uncapped(
+        checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"),
+        "the complementarity problem",
+    )
     owner = FrozenBoundIncrement(system, friction)
     trial, f = Posed(owner, slip, bonded).reactions, owner.friction
     listed, (q, p) = complementarity(system, f), parted(trial, 2)
@@ -202,7 +238,8 @@ def complementarity_problem(system: ContactSystem, friction: ArrayLike, slip: Ar
 def frozen_bound(system: ContactSystem) -> cp.Problem:
     """The increment with a given friction bound g at each node (Klarbring, Mikelic & Shillor 1988), in the plane and in space.
 
-    Its optimality conditions are the contact law with g, the `bound`, in place of f p; the multipliers of no_overlap are the pressures.
+    Its optimality conditions are the contact law with g, the `bound`, in place of f p; the
+    multipliers of no_overlap are the pressures.
     """
     n = system.nodes
     u, trial = cp.Variable(len(system.S), name="u"), cp.Parameter(len(system.S), name="trial")
@@ -210,7 +247,11 @@ def frozen_bound(system: ContactSystem) -> cp.Problem:
     S = cp.Constant(system.S, name="S")
 
     slip_step, gap = u[:-n], u[-n:]
-    length = cp.abs(slip_step) if system.tangents == 1 else cp.norm(cp.reshape(slip_step, (n, 2), order="F"), axis=1)
+    length = (
+        cp.abs(slip_step)
+        if system.tangents == 1
+        else cp.norm(cp.reshape(slip_step, (n, 2), order="F"), axis=1)
+    )
     energy = cp.quad_form(u, cp.psd_wrap(S)) / 2 + trial @ u
     return cp.Problem(cp.Minimize(energy + bound @ length), [(gap >= 0).set_label("no_overlap")])
 
@@ -218,15 +259,24 @@ def frozen_bound(system: ContactSystem) -> cp.Problem:
 def exact(system: ContactSystem, friction: Array) -> cp.Problem:
     """The contact law itself, in the plane: each node sticks, slips along or against +x, or is open, with a boolean for each but sticking.
 
-    `most_motion` and `most_force` are the largest slip step or gap, and pressure, that are looked for; `most_slack`, 2 f most_force, is the largest
-    distance of a shear force from its bound. The objective counts booleans: `unexpected` is -1 for those that are expected to be 1, else 1.
+    `most_motion` and `most_force` are the largest slip step or gap, and pressure, that are looked
+    for; `most_slack`, 2 f most_force, is the largest distance of a shear force from its bound. The
+    objective counts booleans: `unexpected` is -1 for those that are expected to be 1, else 1.
     """
     n = system.nodes
     slip_step, gap, q, p = (cp.Variable(n, name=name) for name in ("slip_step", "gap", "q", "p"))
-    forward, backward, opened = (cp.Variable(n, boolean=True, name=name) for name in ("forward", "backward", "opened"))
+    forward, backward, opened = (
+        cp.Variable(n, boolean=True, name=name) for name in ("forward", "backward", "opened")
+    )
     trial, unexpected = cp.Parameter(2 * n, name="trial"), cp.Parameter((3, n), name="unexpected")
-    most_motion, most_force, most_slack = (cp.Parameter(n, nonneg=True, name=name) for name in ("most_motion", "most_force", "most_slack"))
-    A, B, C, f = (cp.Constant(value, name=name) for name, value in (("A", system.A), ("B", system.B), ("C", system.C), ("f", friction)))
+    most_motion, most_force, most_slack = (
+        cp.Parameter(n, nonneg=True, name=name)
+        for name in ("most_motion", "most_force", "most_slack")
+    )
+    A, B, C, f = (
+        cp.Constant(value, name=name)
+        for name, value in (("A", system.A), ("B", system.B), ("C", system.C), ("f", friction))
+    )
 
     rows = {
         "shear": q == trial[:n] + A @ slip_step + B.T @ gap,
@@ -240,7 +290,8 @@ def exact(system: ContactSystem, friction: Array) -> cp.Problem:
         "no_force_across_a_gap": p + cp.multiply(most_force, opened) <= most_force,
         "friction_bound": cp.abs(q) <= cp.multiply(f, p),
         "on_forward_bound": cp.multiply(f, p) + q + cp.multiply(most_slack, forward) <= most_slack,
-        "on_backward_bound": cp.multiply(f, p) - q + cp.multiply(most_slack, backward) <= most_slack,
+        "on_backward_bound": cp.multiply(f, p) - q + cp.multiply(most_slack, backward)
+        <= most_slack,
     }
     count = cp.sum(cp.multiply(unexpected, cp.vstack([forward, backward, opened])))
     return cp.Problem(cp.Minimize(count), [row.set_label(name) for name, row in rows.items()])
@@ -254,7 +305,10 @@ def complementarity(system: ContactSystem, friction: Array) -> cp.Problem:
     A, B, C, f = system.A, system.B, system.C, friction[:, None]
     rows = [[A + f * B, -(A + f * B), B.T + f * C], [f * B - A, A - f * B, f * C - B.T], [B, -B, C]]
     matrix, n = np.block(rows), system.nodes
-    M, symmetric = cp.Constant(matrix, name="M"), cp.Constant((matrix + matrix.T) / 2, name="(M + M.T) / 2")
+    M, symmetric = (
+        cp.Constant(matrix, name="M"),
+        cp.Constant((matrix + matrix.T) / 2, name="(M + M.T) / 2"),
+    )
     trial = cp.Parameter(2 * n, name="trial")
 
     q, p, coefficient = trial[:n], trial[n:], cp.Constant(friction, name="f")

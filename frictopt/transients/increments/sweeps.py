@@ -1,17 +1,27 @@
 """One increment of load by Gauss-Seidel sweeps over the nodes, compiled: quick where few nodes move; Newton's method goes on from there.
 
-The motions `u = [dv, w]` of an increment have t = 1 or 2 tangential parts at each node; its reactions are `r + S (u - start)`.
+The motions `u = [dv, w]` of an increment have t = 1 or 2 tangential parts at each node; its
+reactions are `r + S (u - start)`.
 """
 
-# Numba decides by the file of the outermost function whether its compiled code is still valid. So nothing that is compiled is imported.
+# Numba decides by the file of the outermost function whether its compiled code is still valid. So
+# nothing that is compiled is imported.
 
 import numpy as np
 
 from ..exact.kernel import entry_point, inner
 
-STICK, SLIP, OPEN = 0, 1, 2  # copies of those in `begin.py`, and of a tolerance; a test compares them
+STICK, SLIP, OPEN = (
+    0,
+    1,
+    2,
+)  # copies of those in `begin.py`, and of a tolerance; a test compares them
 _ROUNDING = 1e-12
-_SWEEPS, _AMONG, _ROUNDS = 4, 100, 10  # of an increment at most: over all nodes, then over those that move, in turn so often
+_SWEEPS, _AMONG, _ROUNDS = (
+    4,
+    100,
+    10,
+)  # of an increment at most: over all nodes, then over those that move, in turn so often
 _RELAX = 1.4  # of sweeps over the nodes that move: a third as many of them
 
 
@@ -50,12 +60,13 @@ def reactions(S, still, u):
 def sweep(S, f, strength, own, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
 
-    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M, M), f (N,) friction, `strength` (N,)
-    the largest shear of the surface. `own` (t + 1, N) are positive:
-    for the tangents at least the largest stiffness of the node in any tangential direction, and its normal stiffness. Slip increments and gaps u and
-    reactions r, (M,), are changed in place, in so many sweeps at `most`, until corrections of forces are `enough`. `relax` is the share of what a
-    slip lacks by which it changes: with 1 the node obeys the law then, with a little more fewer sweeps do. Returns the largest correction of the last
-    sweep.
+    Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M,
+    M), f (N,) friction, `strength` (N,) the largest shear of the surface. `own` (t + 1, N) are
+    positive: for the tangents at least the largest stiffness of the node in any tangential
+    direction, and its normal stiffness. Slip increments and gaps u and reactions r, (M,), are
+    changed in place, in so many sweeps at `most`, until corrections of forces are `enough`. `relax`
+    is the share of what a slip lacks by which it changes: with 1 the node obeys the law then, with
+    a little more fewer sweeps do. Returns the largest correction of the last sweep.
     """
     nodes, tangents, largest = len(f), len(own) - 1, np.inf
     wanted = np.empty(tangents)
@@ -64,11 +75,21 @@ def sweep(S, f, strength, own, u, r, most, enough, relax):
         for node in range(nodes):
             k = tangents * nodes + node
             lifted = u[k] - r[k] / own[-1, node]
-            largest = max(largest, own[-1, node] * _move(S, u, r, k, lifted if lifted >= 0 else 0.0))
-            bound, size = min(f[node] * max(r[k] - own[-1, node] * u[k], 0.0), strength[node]), _pull(own, u, r, node)
+            largest = max(
+                largest, own[-1, node] * _move(S, u, r, k, lifted if lifted >= 0 else 0.0)
+            )
+            bound, size = (
+                min(f[node] * max(r[k] - own[-1, node] * u[k], 0.0), strength[node]),
+                _pull(own, u, r, node),
+            )
             for a in range(tangents):
                 before, k = u[a * nodes + node], a * nodes + node
-                wanted[a] = before - relax * (bound / size * before + (1 - bound / size) * r[k] / own[a, node]) if size > bound else 0.0
+                wanted[a] = (
+                    before
+                    - relax * (bound / size * before + (1 - bound / size) * r[k] / own[a, node])
+                    if size > bound
+                    else 0.0
+                )
             for a in range(tangents):
                 largest = max(largest, own[a, node] * _move(S, u, r, a * nodes + node, wanted[a]))
         if largest <= enough:
@@ -81,13 +102,25 @@ def _sweep_moving(S, f, strength, own, u, r):
     """Sweeps over the nodes that move, among themselves: u is changed in place, r is not; returns the largest correction of the last one."""
     axes, nodes = own.shape
     moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
-    part = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[: axes * len(moving)].astype(np.uintp)  # without a sign: quicker
+    part = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[
+        : axes * len(moving)
+    ].astype(np.uintp)  # without a sign: quicker
     stiffness = np.empty((len(part), len(part)))
     for i in range(len(part)):
         for j in range(len(part)):
             stiffness[i, j] = S[part[i], part[j]]
     few, among = u[part], r[part]
-    largest = sweep(stiffness, f[moving], strength[moving], own[:, moving], few, among, _AMONG, 0.1 * _ROUNDING, _RELAX)
+    largest = sweep(
+        stiffness,
+        f[moving],
+        strength[moving],
+        own[:, moving],
+        few,
+        among,
+        _AMONG,
+        0.1 * _ROUNDING,
+        _RELAX,
+    )
     u[part] = few
     return largest
 
@@ -96,9 +129,10 @@ def _sweep_moving(S, f, strength, own, u, r):
 def increment(S, f, strength, own, size, u, r, forces, status):
     """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
 
-    See `sweep`, which takes `size` for its `own`; `own` here is that of the law. `forces` (M,) and `status` (N,) take the reactions with slipping
-    nodes exactly on their bound and open ones without any, and the statuses. Returns the largest violation of the contact law, as `off_law` has it;
-    inf where a number is not finite.
+    See `sweep`, which takes `size` for its `own`; `own` here is that of the law. `forces` (M,) and
+    `status` (N,) take the reactions with slipping nodes exactly on their bound and open ones
+    without any, and the statuses. Returns the largest violation of the contact law, as `off_law`
+    has it; inf where a number is not finite.
     """
     still, off = reactions(S, r, -u), np.inf
     for _ in range(_ROUNDS):
@@ -123,7 +157,13 @@ def _take_piece(f, strength, own, u, r, status):
         slips = _pull(own, u, r, node) > min(f[node] * max(pressed, 0.0), strength[node])
         status[node] = OPEN if pressed <= 0 else SLIP if slips else STICK
         for i in range(node, len(u), nodes):
-            exact = 0.0 if status[node] == STICK or (i == k and status[node] != OPEN) else max(u[i], 0.0) if i == k else u[i]
+            exact = (
+                0.0
+                if status[node] == STICK or (i == k and status[node] != OPEN)
+                else max(u[i], 0.0)
+                if i == k
+                else u[i]
+            )
             if exact != u[i]:
                 u[i], changed = exact, True
     return changed
