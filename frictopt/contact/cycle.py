@@ -25,8 +25,8 @@ from ..base import (
     warns_of_odd_values,
 )
 from ..errors import ModelError
+from .components import parted
 from .history import harmonic_corners, history_corners, independent_corners
-from .parts import parted
 from .system import ContactSystem, checked_system, reactions
 
 _SECOND = np.timedelta64(1, "s")
@@ -74,7 +74,9 @@ class LoadCycle(Plotted):
 
     A shear force that grows while the pressure comes and goes:
 
-    >>> rocking = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": 1.0}, {"Q": 1.0}], fixed=[{"P": -0.5}, {"P": 0.5}])
+    >>> rocking = fo.LoadCycle(
+    ...     mean={"P": 1.0}, corners=[{"Q": 1.0}, {"Q": 1.0}], fixed=[{"P": -0.5}, {"P": 0.5}]
+    ... )
     >>> rocking.at(0.1)
     ({'P': 0.5, 'Q': 0.1}, {'P': 1.5, 'Q': 0.1})
     """
@@ -91,7 +93,8 @@ class LoadCycle(Plotted):
         fixed = None if self.fixed is None else _checked("fixed", self.fixed)
         if fixed is not None and len(fixed) != len(corners):
             raise ModelError(
-                f"fixed: {len(fixed)} loads for {len(corners)} corners; give one for each, {{}} where there is none"
+                f"fixed: {len(fixed)} loads for {len(corners)} corners; give one for each, {{}} "
+                "where there is none"
             )
         times = None if self.times is None else _times(self.times, len(corners))
         vars(self).update(
@@ -187,7 +190,9 @@ class LoadCycle(Plotted):
         >>> fo.LoadCycle.from_history(history)
         LoadCycle(mean={'P': 5.0, 'sigma': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}, {'sigma':
         -0.5}])
-        >>> fo.LoadCycle.from_history(history, tolerance=0.3).times  # the last row is not a reversal of 30 %, but it is the last
+        >>> fo.LoadCycle.from_history(
+        ...     history, tolerance=0.3
+        ... ).times  # the last row is not a reversal of 30 %, but it is the last
         (0, 2, 3)
         """
         static, corners, times = history_corners(history, mean, time, tolerance)
@@ -238,7 +243,9 @@ class LoadCycle(Plotted):
         off:
 
         >>> import frictopt as fo
-        >>> shaken = fo.LoadCycle.harmonic({"vib": 1.0, "spin": (0.05, 90)}, mean={"preload": 1.0}, points=4)
+        >>> shaken = fo.LoadCycle.harmonic(
+        ...     {"vib": 1.0, "spin": (0.05, 90)}, mean={"preload": 1.0}, points=4
+        ... )
         >>> [list(corner.values()) for corner in shaken.corners]
         [[1.0, 0.0], [0.0, -0.05], [-1.0, 0.0], [0.0, 0.05]]
         >>> fo.LoadCycle.harmonic({"vib": 1.0}, mean={"preload": 1.0})
@@ -282,7 +289,12 @@ class LoadCycle(Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> [dict(corner) for corner in fo.LoadCycle.vertices({"P": 1.0}, {"sigma": (-1.0, 1.0), "Q": (0.0, 0.5)}).corners[:2]]
+        >>> [
+        ...     dict(corner)
+        ...     for corner in fo.LoadCycle.vertices(
+        ...         {"P": 1.0}, {"sigma": (-1.0, 1.0), "Q": (0.0, 0.5)}
+        ...     ).corners[:2]
+        ... ]
         [{'sigma': -1.0, 'Q': 0.0}, {'sigma': -1.0, 'Q': 0.5}]
         """
         return cls(mean, independent_corners(loads))
@@ -307,7 +319,8 @@ def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
     if isinstance(loads, Mapping | str) or not isinstance(loads, Sequence):
         made = " (its to_dict('records') makes one)" if hasattr(loads, "to_dict") else ""
         raise ModelError(
-            f"{name}: a {type(loads).__name__}; give a list{made} of load corners, each load case name -> amplitude"
+            f"{name}: a {type(loads).__name__}; give a list{made} of load corners, each load case "
+            "name -> amplitude"
         )
     return tuple(checked_loads(f"{name}[{k}]", load) for k, load in enumerate(loads))
 
@@ -320,7 +333,8 @@ def _times(given: object, corners: int) -> tuple[object, ...]:
     )
     if len(times) - corners not in (0, 1):
         raise ModelError(
-            f"times: {len(times)} for {corners} corners; give one for each, and one more for the return to the first"
+            f"times: {len(times)} for {corners} corners; give one for each, and one more for the "
+            "return to the first"
         )
     for time in times:
         if isinstance(time, Real):
@@ -329,7 +343,8 @@ def _times(given: object, corners: int) -> tuple[object, ...]:
             not hasattr(time, "isoformat") or time != time
         ):  # a date that is missing differs from itself
             raise ModelError(
-                f"times: {shown(time)} is neither a number nor a date; give one of these, of texts by pandas.to_datetime"
+                f"times: {shown(time)} is neither a number nor a date; give one of these, of texts "
+                "by pandas.to_datetime"
             )
     return times
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..base import CONDENSATION, Array, Booleans
 from ..base.checks import Names
-from .coulomb import lengths
+from .law import lengths
 from .system import ContactSystem
 
 _MOST_SETS = 100  # changes of the set of open nodes
@@ -56,7 +56,8 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
             f"a normal force of {P:.3g} on {int((p[own] > floor).sum())} of {int(own.sum())} nodes"
         )
         texts.append(
-            f"{name} has {pressed} and a shear force of {hypot(*Q):.3g}, of at most f p = {most:.3g}"
+            f"{name} has {pressed} and a shear force of {hypot(*Q):.3g}, of at most f p = "
+            f"{most:.3g}"
         )
     return ", ".join(texts)
 

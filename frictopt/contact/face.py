@@ -389,7 +389,8 @@ def _seen(system: ContactSystem, own: Integers) -> tuple[Array, tuple[str, str],
             view, of, about = frames_of(mean[None])[0], "tangent of the mean plane", False
         elif not about:
             raise ModelError(
-                "plot: the contact is not flat, and its sides face each other or away; make a contact of each side, or use to_frame()"
+                "plot: the contact is not flat, and its sides face each other or away; make a "
+                "contact of each side, or use to_frame()"
             )
     if about:
         along = np.stack([around / radii[:, None], np.repeat(axis[None], len(own), axis=0)], axis=1)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..base.files import packed, unpacked
-from .parts import joined
+from .components import joined
 
 _NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
 _FORM = "frictopt contact system 7"

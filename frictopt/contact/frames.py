@@ -19,7 +19,8 @@ def frames_of(normals: Array, ways: Array | None = None) -> Array:
     lengths = np.linalg.norm(normals, axis=1)
     if not lengths.min() > 0:
         raise ModelError(
-            f"normals: zero at pair {int(lengths.argmin())}; give the direction from body 2 into body 1"
+            f"normals: zero at pair {int(lengths.argmin())}; give the direction from body 2 into "
+            "body 1"
         )
     n = normals / lengths[:, None]
     if n.shape[1] == 2:

@@ -120,11 +120,13 @@ def _timed(history: Any, time: object) -> tuple[Table, str | None]:
     if not isinstance(history, pd.DataFrame):
         made = " (its to_frame(name) makes one)" if isinstance(history, pd.Series) else ""
         raise ModelError(
-            f"history: a {type(history).__name__}; give a pandas DataFrame{made}, a column for each load case and a row for each time"
+            f"history: a {type(history).__name__}; give a pandas DataFrame{made}, a column for "
+            "each load case and a row for each time"
         )
     if not history.columns.is_unique:
         raise ModelError(
-            f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once"
+            f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands "
+            "twice; give each load case once"
         )
     if time is not None:
         clock, where = (
@@ -135,7 +137,8 @@ def _timed(history: Any, time: object) -> tuple[Table, str | None]:
         where = f"history[{clock!r}]"
     elif history.index.nlevels > 1:
         raise ModelError(
-            f"history: an index of {history.index.nlevels} levels; make columns of the time and of the loads by reset_index()"
+            f"history: an index of {history.index.nlevels} levels; make columns of the time and of "
+            "the loads by reset_index()"
         )
     elif history.index.dtype.kind in "mM" or _clock([history.index.name]):
         history, clock, where = history.reset_index(names="time"), "time", "history.index"
@@ -160,7 +163,8 @@ def _amplitudes(table: Table, cases: list[str]) -> Array:
             odd := [value for value in table[name] if not isinstance(value, Real)]
         ):
             raise ModelError(
-                f"history[{name!r}]: {shown(odd[0])} is no number; give numbers, or say time={name!r} if this is the time"
+                f"history[{name!r}]: {shown(odd[0])} is no number; give numbers, or say "
+                f"time={name!r} if this is the time"
             )
     if not cases or not len(table):
         raise ModelError(
@@ -224,19 +228,22 @@ def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
     parts = [part for number, load in enumerate(loads) for part in _parts(f"loads[{number}]", load)]
     if not parts:
         raise ModelError(
-            "loads: none; give at least one, a mapping of load case -> (least, most) or a list of corners"
+            "loads: none; give at least one, a mapping of load case -> (least, most) or a list of "
+            "corners"
         )
     counts = Counter(
         name for part in parts for name in {name for corner in part for name in corner}
     )
     if twice := [name for name, count in counts.items() if count > 1]:
         raise ModelError(
-            f"loads: load case {min(twice)!r} is in two of them; loads that vary independently share no load case"
+            f"loads: load case {min(twice)!r} is in two of them; loads that vary independently "
+            "share no load case"
         )
     count = int(np.prod([float(len(part)) for part in parts]))
     if count > _MOST_CORNERS:
         raise ModelError(
-            f"loads: their domain has {count:.3g} vertices, the most are {_MOST_CORNERS}; give fewer loads, or fewer corners of each"
+            f"loads: their domain has {count:.3g} vertices, the most are {_MOST_CORNERS}; give "
+            "fewer loads, or fewer corners of each"
         )
     sums: list[dict[str, float]] = [{}]
     # to and fro through the corners of a load, so that only this load changes where the next one of

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from ..base import RESIDUAL, Array, Booleans
 from ..plots.style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, legend, line, slanted
-from .coulomb import lengths, most_shear
+from .components import runs
 from .face import face_map
-from .parts import runs
+from .law import lengths, most_shear
 from .system import ContactSystem
 
 
