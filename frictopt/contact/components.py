@@ -1,4 +1,4 @@
-"""Vectors of all nodes, ordered by component, and the order of nodes along contacts in the plane."""
+"""Vectors of all nodes, ordered by component, and coordinates along contacts in the plane."""
 
 from collections.abc import Sequence
 from itertools import pairwise

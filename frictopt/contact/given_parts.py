@@ -1,4 +1,7 @@
-"""Checks of what a contact system is made from: each returns the checked value, or raises a ModelError."""
+"""Checks of the parts of a contact system.
+
+Each function returns the checked value, or raises a ModelError with a remedy.
+"""
 
 from collections.abc import Mapping
 from types import MappingProxyType

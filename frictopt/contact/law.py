@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array
+from ..base import Array, Integers
 from ..base.checks import per_node
 from ..errors import ModelError
 from .system import ContactSystem, checked_system
@@ -47,11 +47,11 @@ class BoundTerm:
     constant: Array
 
     def bound(self, p: Array, force: float = 1.0) -> Array:
-        """(..., N) largest shear force of this term under normal forces p (..., N), in units of `force`."""
+        """(..., N) bound under normal forces p (..., N), both in units of `force`."""
         return self.slope * p + self.constant / force
 
     @property
-    def nodes(self) -> Array:
+    def nodes(self) -> Integers:
         """Numbers of the nodes that have this term."""
         return np.flatnonzero(np.isfinite(self.constant))
 
@@ -96,7 +96,7 @@ class ContactLaw:
 
 
 def contact_law(system: ContactSystem, friction: Array | float) -> ContactLaw:
-    """The law of a contact with a coefficient of friction that has been checked, one or one per node."""
+    """The law of a contact; `friction` has been checked, one coefficient or one per node."""
     coulomb = BoundTerm("stuck", np.asarray(friction), np.zeros(system.nodes))
     if not system.capped:
         return ContactLaw((coulomb,))
@@ -107,7 +107,8 @@ def contact_law(system: ContactSystem, friction: Array | float) -> ContactLaw:
 def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
     """Check a coefficient of friction, one for all nodes or one per node, and return it as (N,).
 
-    ModelError if it is not a real finite number or array, negative, or of a length other than 1 and N.
+    ModelError if it is not a real finite number or array, if it is negative, or if its length is
+    neither 1 nor N.
 
     Examples
     --------
@@ -136,7 +137,10 @@ def most_shear(system: ContactSystem, friction: Array | float, p: Array) -> Arra
 
 
 def lengths(q: Array, p: Array) -> Array:
-    """(..., N) lengths of shear forces or slips, (..., N) or (..., N, 2); p are normal forces (..., N)."""
+    """(..., N) lengths of shear forces or slips q, (..., N) or (..., N, 2).
+
+    The normal forces p (..., N) show which of the two shapes q has.
+    """
     if q.ndim == p.ndim:
         return np.abs(q)
     return np.asarray(np.linalg.norm(q, axis=-1))

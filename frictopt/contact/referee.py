@@ -1,4 +1,7 @@
-"""The referee: how much a state violates each equation of the contact law (Flicek et al. 2015, section 2)."""
+"""The referee: how much a state violates each equation of the contact law.
+
+Flicek et al. 2015, section 2.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +72,9 @@ def referee(
     previous_slip: ArrayLike | None = None,
     force_scale: float | None = None,
 ) -> Verdict:
-    """Compute the residual of a state, or of T states at once, in every equation of the contact law. Theory, eq. (4).
+    """Compute the residual of a state, or of T states, in every equation of the contact law.
+
+    Theory, eq. (4).
 
     Parameters
     ----------
@@ -148,7 +153,7 @@ def referee(
 
 
 def _states(name: str, value: object, shape: tuple[int, ...]) -> Array:
-    """Check an array of one state or several, of that shape each, and return it with the states in front."""
+    """Check an array of one state or several, and return it as (states, *shape)."""
     array = real_array(name, value)
     fits = array.ndim in (len(shape), len(shape) + 1) and array.shape[-len(shape) :] == shape
     if not fits or not array.size:
@@ -225,6 +230,6 @@ def _unit(vectors: Array, sizes: Array) -> Array:
 
 
 def _opposed_part(increment: Array, pull: Array) -> Array:
-    """The part of slip increments (T, t, N) that is opposed to the directions `pull` of friction."""
+    """The part of slip increments (T, t, N) opposite to the directions `pull` of friction."""
     along = np.minimum((increment * pull).sum(axis=1), 0.0)
-    return along[:, None] * pull
+    return np.asarray(along[:, None] * pull)

@@ -24,10 +24,10 @@ from .system import ContactSystem
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactState(Kept):
-    """Slip and gap of all nodes under a load: all that the future of a quasi-static contact depends on.
+    """Slip and gap of all nodes under a load.
 
-    Nodes may be open. The reactions follow from the system, so the state fits the system and the
-    friction that it was computed with.
+    The future of a quasi-static contact depends on nothing else. Nodes may be open. The reactions
+    follow from the system, so the state fits the system and the friction that it was computed with.
 
     Parameters
     ----------

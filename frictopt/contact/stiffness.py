@@ -60,7 +60,7 @@ def check_semi_definite(name: str, S: Array) -> None:
 
 
 def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Array, Array, Array]:
-    """Stiffness and reactions with a spring in series with each motion, and the compliance it adds.
+    """Stiffness and reactions with a spring in series with each motion, and the added compliance.
 
     S is (M, M), R (M, k), `compliance` (M,) that of the springs, the diagonal of G, and `sizes`
     (M,) > 0 the size of S at each motion. Returned are `(1 + S G)^-1 S`, `(1 + S G)^-1 R` and the
@@ -89,7 +89,7 @@ def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Arra
 
 
 def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
-    """Bonded reactions R (M, k) and compliance L (k, k) of load cases that also have overlaps D (N, k).
+    """Bonded reactions R (M, k) and compliance L (k, k) of load cases with overlaps D (N, k).
 
     An overlap stores the energy of the closed contact that holds it. The displacement of its load
     case is the one that returns this energy.

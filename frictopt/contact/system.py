@@ -53,7 +53,9 @@ _SOFTEST_SPRING = 1e18
 @kept
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactSystem(Shown, Plotted):
-    """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
+    """N node pairs of two elastic bodies, condensed to their interface.
+
+    Flicek et al. 2015, section 2.
 
     Each pair has one normal and t tangents, t = 1 in the plane and 2 in space. The reactions `r =
     [q, p]` of body 2 on body 1 follow from the relative motion `u = [v, w - gap]` of body 1 with
@@ -238,7 +240,10 @@ class ContactSystem(Shown, Plotted):
         bolts: Mapping[str, tuple[float, float]] | None = None,
         units: str | None = None,
     ) -> Self:
-        """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
+        """A contact in the plane on a straight line.
+
+        A, B, C are the (N, N) blocks of its stiffness, x (N,) the coordinates of its nodes on the
+        line. All other arguments are those of `ContactSystem`.
 
         Examples
         --------
@@ -368,13 +373,14 @@ class ContactSystem(Shown, Plotted):
         return np.column_stack([joined(*pair) for pair in self.bonded.values()])
 
     def displacements(self, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
-        """(..., cases) displacements of all load cases at states of the contact, in the order of `bonded`. Theory, "Joints".
+        """(..., cases) displacements of all load cases at states of the contact. Theory, "Joints".
 
-        The displacement of a load case of forces is the work of its unit load: of a single force
-        the displacement of its point along it, of a pressure the mean displacement times the area.
-        That of moved supports is their force, of an interference the force that presses it shut,
-        both negative. So the area of all loops together, of amplitude against displacement, is the
-        work of friction.
+        The displacements are in the order of `bonded`. The displacement of a load case of forces is
+        the work of its unit load: for a single force the displacement of its point along it, for a
+        pressure the mean displacement times the area. The displacement of a load case of moved
+        supports is minus their force, that of an interference minus the force that presses it shut.
+        So the area of all loops together, of amplitude against displacement, is the work of
+        friction.
 
         Parameters
         ----------
@@ -411,7 +417,9 @@ class ContactSystem(Shown, Plotted):
         return np.asarray(loads @ self.compliance - joined(v, w - self.gap) @ self._reactions)
 
     def tension(self, case: str, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
-        """(...,) tension of the locked bolt of a load case, force, at states of the contact. Theory, eq. (25).
+        """(...,) tension of the locked bolt of a load case at states of the contact, force.
+
+        Theory, eq. (25).
 
         The states are given as for `displacements`. The tension is linear in loads, slip and gap.
         ModelError for a load case without a locked bolt, and for the errors of `displacements`.
@@ -454,7 +462,9 @@ class ContactSystem(Shown, Plotted):
         )
 
     def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
-        """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
+        """Copy with interferences: load case name -> overlap of the unassembled bodies, length.
+
+        An overlap is >= 0, one number or (N,).
 
         An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a
         gap of minus the overlap, `(B^T d, C d)`; they add to those that the system has of that
@@ -500,7 +510,9 @@ class ContactSystem(Shown, Plotted):
         return replace(self, gap=gap)
 
     def with_shear_strength(self, strength: ArrayLike) -> Self:
-        """Copy whose surfaces shear off: beside friction, `|q| <= strength * width` at each node, whatever the pressure. Theory, eq. (35).
+        """Copy whose surfaces shear off: at each node `|q| <= strength * width`.
+
+        The strength does not depend on the pressure, and acts beside friction. Theory, eq. (35).
 
         `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and the questions
         that follow such transients know it. They go in increments, also in the plane. All other
@@ -539,7 +551,9 @@ class ContactSystem(Shown, Plotted):
         return replace(self, shear_strength=checked * width)
 
     def with_orthotropic_friction(self, ratio: ArrayLike) -> Self:
-        """Copy for friction that differs along the two tangents: f along the first, `ratio` times f along the second. Theory, eq. (36).
+        """Copy for friction that differs along the two tangents. Theory, eq. (36).
+
+        The coefficient is f along the first tangent and `ratio` times f along the second.
 
         Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz
         1978). The copy has a stretched second tangent: its slips v2 are `ratio` times those of the
@@ -601,11 +615,12 @@ class ContactSystem(Shown, Plotted):
     def with_contact_stiffness(
         self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf
     ) -> Self:
-        """Copy whose surfaces give: a spring in series with each node, along its tangents and its normal, between the body and the contact.
+        """Copy with springs in series with each node, along its tangents and its normal.
 
-        The springs are the asperities of real surfaces. Slip and gap are then those of the contact
-        itself, without what the springs give. At the corner of a complete contact, which is
-        singular without them, limits converge as the mesh is refined. Theory, "Joints".
+        The springs stand between body and contact for the asperities of real surfaces. Slip and gap
+        of the copy are those of the contact itself, without the deformation of the springs. At the
+        corner of a complete contact, which is singular without them, limits converge as the mesh is
+        refined. Theory, "Joints".
 
         Parameters
         ----------
@@ -658,7 +673,7 @@ class ContactSystem(Shown, Plotted):
         return replace(self, S=S, bonded=bonded, compliance=compliance)
 
     def save(self, path: str | Path) -> None:
-        """Write an npz archive of plain arrays (no pickle) under exactly its name, `joint.npz` or `joint_f0.3`.
+        """Write an npz archive of plain arrays (no pickle) under exactly the given name.
 
         ModelError if the file cannot be written, or has the ending of something else, such as
         `.csv`.
@@ -667,7 +682,10 @@ class ContactSystem(Shown, Plotted):
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a system from an archive written by `save`; ModelError if it is missing or damaged."""
+        """Read a system from an archive that `save` wrote.
+
+        ModelError if it is missing or damaged.
+        """
         return cls(**files.read(path))
 
 
@@ -728,7 +746,7 @@ def checked_round(system: object, remedy: str) -> ContactSystem:
 
 
 def checked_plane(system: object, instead: str) -> ContactSystem:
-    """Check that `system` is a contact system in the plane; `instead` names what answers in space."""
+    """Check that `system` is a contact in the plane; `instead` names the question for space."""
     checked = checked_system(system)
     if checked.tangents != 1:
         raise ModelError(
