@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# This file is long because all rooms share this type: its data, their shapes, and its copies.
+# One file because all rooms share this type: its data, their shapes, and its copies.
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
