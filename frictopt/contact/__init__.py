@@ -1,29 +1,41 @@
 """The discrete contact: N node pairs and the matrices of their elastic bodies.
 
-In come blocks A, B, C and bonded reactions; out go a `ContactSystem` (`system.py`, its files in
-`files.py`), a `LoadCycle` (`cycle.py`, from measured histories in `history.py`), and Coulomb's law
-with the referee of every state (`coulomb.py`). `parts.py` has the algebra of the stiffness,
-`frames.py` tangents and normals, `diagnosis.py` words what is wrong with a load. `pictures.py`,
-`strip.py` (plane) and `face.py` (space) draw.
+The blocks A, B, C and bonded reactions of the load cases come in. A `ContactSystem`, a `LoadCycle`
+and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on body 1::
+
+    q = q^w + A v + B^T (w - gap)      |q| <= bound(p), friction opposes slip
+    p = p^w + B v + C (w - gap)        p >= 0,  w >= 0,  p w = 0
+
+- `system.py`: the contact and its copies; `given_parts.py` checks its parts, `stiffness.py` has the
+  algebra of its stiffness, `components.py` the order of its vectors, `frames.py` tangents and
+  normals, `files.py` its files.
+- `cycle.py`: load cycles; `history.py` makes their corners from histories and harmonic loads.
+- `law.py`: the bound of the shear force. A new law of friction begins there.
+- `referee.py`: how much a state violates the law; `state.py`: a state to start from.
+- `diagnosis.py`: what is wrong with a load, in words.
+- `pictures.py`, `strip.py` (plane) and `face.py` (space, with `face_views.py` and `triangles.py`)
+  draw.
 """
 
-from .coulomb import (
-    ContactState,
-    Verdict,
+from .components import joined, parted, runs
+from .cycle import LoadCycle, checked_cycle
+from .given_parts import checked_springs, compliances
+from .law import (
+    BoundTerm,
+    ContactLaw,
+    checked_uncapped,
+    contact_law,
     friction_coefficients,
     lengths,
     most_shear,
-    off_law,
-    referee,
 )
-from .cycle import LoadCycle, checked_cycle
-from .parts import checked_springs, compliances, joined, parted, runs
+from .referee import Verdict, off_law, referee
+from .state import ContactState
 from .system import (
     ContactSystem,
     checked_plane,
     checked_round,
     checked_system,
-    checked_uncapped,
     checked_width,
     reactions,
 )

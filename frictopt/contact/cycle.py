@@ -1,4 +1,4 @@
-"""Load cycles: a static load, the corners of a cyclic load, and a cyclic part that no load factor multiplies."""
+"""Load cycles: a static load, the corners of a cyclic load, and a cyclic part of fixed size."""
 
 from __future__ import annotations
 
@@ -25,22 +25,23 @@ from ..base import (
     warns_of_odd_values,
 )
 from ..errors import ModelError
+from .components import parted
 from .history import harmonic_corners, history_corners, independent_corners
-from .parts import parted
 from .system import ContactSystem, checked_system, reactions
 
 _SECOND = np.timedelta64(1, "s")
-_SHOWN = 4  # corners in the text of a load cycle: those of two independent loads
+# Corners in the printed text of a load cycle: those of two independent loads.
+_PRINTED_CORNERS = 4
 
 
 @kept
 @warns_of_odd_values
 @dataclass(frozen=True)
 class LoadCycle(Plotted):
-    """A mean load and the corners of a closed cycle around it; between corners the load is linear in time.
+    """A mean load and the corners of a closed cycle around it.
 
-    At load factor `lam` corner k carries the loads `mean + fixed[k] + lam * corners[k]`. Theory,
-    eq. (5).
+    Between corners the load is linear in time. At load factor `lam` corner k carries the loads
+    `mean + fixed[k] + lam * corners[k]`. Theory, eq. (5).
 
     Parameters
     ----------
@@ -50,10 +51,10 @@ class LoadCycle(Plotted):
         The K corners in the order in which they are visited, each load case name -> amplitude at
         load factor 1.
     fixed
-        The K parts of the cycle, one for each corner, that the load factor leaves as they are, load
-        case name -> amplitude. None: none. With the same load at all corners the load factor is
-        that of a static load: how large may it grow while the fixed part comes and goes? Transients
-        begin at the mean load, so let it be one inside the fixed part.
+        The K parts of the cycle, one for each corner, that the load factor does not scale, load
+        case name -> amplitude. None: none. With the same load at all `corners` the load factor
+        scales a static load: how large may it grow while the fixed part comes and goes? Transients
+        begin at the mean load, which should lie inside the fixed part.
     times
         The K times of the corners, numbers or dates, and maybe one more, when the load is back at
         the first corner; `timedelta` are kept in seconds. Pictures and names alone use them:
@@ -74,7 +75,9 @@ class LoadCycle(Plotted):
 
     A shear force that grows while the pressure comes and goes:
 
-    >>> rocking = fo.LoadCycle(mean={"P": 1.0}, corners=[{"Q": 1.0}, {"Q": 1.0}], fixed=[{"P": -0.5}, {"P": 0.5}])
+    >>> rocking = fo.LoadCycle(
+    ...     mean={"P": 1.0}, corners=[{"Q": 1.0}, {"Q": 1.0}], fixed=[{"P": -0.5}, {"P": 0.5}]
+    ... )
     >>> rocking.at(0.1)
     ({'P': 0.5, 'Q': 0.1}, {'P': 1.5, 'Q': 0.1})
     """
@@ -85,55 +88,69 @@ class LoadCycle(Plotted):
     times: Sequence[object] | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        mean, corners = checked_loads("mean", self.mean), _checked("corners", self.corners)
+        mean = checked_loads("mean", self.mean)
+        corners = _checked_corners("corners", self.corners)
         if not corners:
             raise ModelError("corners: empty; a load cycle visits at least one corner")
-        fixed = None if self.fixed is None else _checked("fixed", self.fixed)
-        if fixed is not None and len(fixed) != len(corners):
-            raise ModelError(
-                f"fixed: {len(fixed)} loads for {len(corners)} corners; give one for each, {{}} where there is none"
-            )
-        times = None if self.times is None else _times(self.times, len(corners))
-        vars(self).update(
-            mean=mean, corners=corners, fixed=fixed if fixed and any(fixed) else None, times=times
-        )
+        fixed = None
+        if self.fixed is not None:
+            fixed = _checked_corners("fixed", self.fixed)
+            if len(fixed) != len(corners):
+                raise ModelError(
+                    f"fixed: {len(fixed)} loads for {len(corners)} corners; give one for each, "
+                    f"{{}} where there is none"
+                )
+            if not any(fixed):
+                fixed = None
+        times = None if self.times is None else _checked_times(self.times, len(corners))
+        vars(self).update(mean=mean, corners=corners, fixed=fixed, times=times)
 
     def __hash__(self) -> int:
         loads = self.mean, *self.corners, *(self.fixed or ())
         return hash(tuple(frozenset(load.items()) for load in loads))
 
     def __repr__(self) -> str:
-        fixed = "" if self.fixed is None else f", fixed={_text(self.fixed)}"
-        return f"LoadCycle(mean={dict(self.mean)}, corners={_text(self.corners)}{fixed})"
+        fixed = "" if self.fixed is None else f", fixed={_printed(self.fixed)}"
+        return f"LoadCycle(mean={dict(self.mean)}, corners={_printed(self.corners)}{fixed})"
 
     @cached_property
     def corner_names(self) -> tuple[str, ...]:
-        """Names of the corners: time, if known, and loads at load factor 1 without the mean load, "t = 2.5: sigma = +1, Q = +0.5"."""
-        fixed = [{}] * len(self.corners) if self.fixed is None else self.fixed
-        names = [
-            ", ".join([*_told(corner, ""), *_told(part, " fixed")]) or "mean load"
-            for corner, part in zip(self.corners, fixed, strict=True)
-        ]
-        if self.times is not None:
-            clock = [f"{time:g}" if isinstance(time, Real) else str(time) for time in self.times]
-            names = [f"t = {time}: {name}" for time, name in zip(clock, names, strict=False)]
-        times = Counter(names)
-        return tuple(
-            f"{name} (corner {k})" if times[name] > 1 else name for k, name in enumerate(names)
-        )
+        """Names of the corners, such as "t = 2.5: sigma = +1, Q = +0.5".
+
+        A name has the time of the corner, if it is known, and the loads at load factor 1 without
+        the mean load.
+        """
+        names = []
+        for k, corner in enumerate(self.corners):
+            loads = _amplitude_texts(corner)
+            if self.fixed is not None:
+                loads += [f"{text} fixed" for text in _amplitude_texts(self.fixed[k])]
+            name = ", ".join(loads) or "mean load"
+            if self.times is not None:
+                time = self.times[k]
+                name = f"t = {f'{time:g}' if isinstance(time, Real) else time}: {name}"
+            names.append(name)
+        counts = Counter(names)
+        for k, name in enumerate(names):
+            if counts[name] > 1:
+                names[k] = f"{name} (corner {k})"
+        return tuple(names)
 
     @property
     def unscaled(self) -> tuple[Mapping[str, float], ...]:
-        """What the load factor leaves as it is: the loads `mean + fixed[k]` at the K corners; the mean load alone, once, where nothing is fixed."""
-        return (
-            (self.mean,)
-            if self.fixed is None
-            else tuple(_sum(self.mean, part) for part in self.fixed)
-        )
+        """The loads that the load factor does not scale: `mean + fixed[k]` at the K corners.
+
+        Without a fixed part it is the mean load alone, once.
+        """
+        if self.fixed is None:
+            return (self.mean,)
+        return tuple(_sum(self.mean, part) for part in self.fixed)
 
     def at(self, load_factor: float) -> tuple[Mapping[str, float], ...]:
         """The loads at the K corners at a load factor, load case name -> amplitude."""
-        unscaled = self.unscaled if self.fixed else (self.mean,) * len(self.corners)
+        unscaled = self.unscaled
+        if self.fixed is None:
+            unscaled = unscaled * len(self.corners)
         return tuple(
             _sum(loads, corner, load_factor)
             for loads, corner in zip(unscaled, self.corners, strict=True)
@@ -148,30 +165,31 @@ class LoadCycle(Plotted):
         time: str | None = None,
         tolerance: float = 0.0,
     ) -> Self:
-        """The load cycle of a measured history, which is repeated again and again; at load factor 1 it is the history itself.
+        """The load cycle that repeats a measured history; at load factor 1 it is the history.
 
-        Points on the straight segment between their neighbours are left out, because friction knows
-        no time, and so is a last row that equals the first: no answer changes by that.
+        Points on the straight segment between their neighbours are left out, because friction does
+        not depend on time. So is a last row that equals the first. No answer changes by that.
 
         Parameters
         ----------
         history
-            pandas DataFrame, a row for each point in time and a column for each load case, with its
-            whole amplitude (static part included).
+            pandas DataFrame with a row for each point in time and a column for each load case: its
+            whole amplitude, static part included.
         mean
-            Static part of the loads, load case name -> amplitude, which the load factor leaves as
-            it is: a corner is the row less the mean. Load cases that are not columns are constant.
-            None: the middle between the least and the largest amplitude of each column.
+            Static part of the loads, load case name -> amplitude, which the load factor does not
+            scale: a corner is the row less the mean. Load cases that are not columns are constant.
+            None: the middle between the smallest and the largest amplitude of each column.
         time
             Name of the column with the time, by which the rows are sorted. None: the column "time",
-            else an index of dates, of times passed or of that name, if there is one. The corners
-            keep their times, and so does a last row that equals the first one, as the time of the
-            return.
+            else an index of dates, of time differences or of that name, if there is one. The
+            corners have their times, and the time of a last row that equals the first one is the
+            time of the return.
         tolerance
-            Against noise, a share of the range of each load case: every measured load lies within
-            it of the straight way between two corners kept, in its order. One load case keeps its
-            reversals of more than twice as much. 0: all turning points. A load that is constant up
-            to noise has no other range than its noise: leave its column out, and give it in `mean`.
+            Against noise, a share of the range of each load case. Every measured load lies within
+            this share of the straight segment between two corners, in its order. A single load case
+            keeps its reversals of more than twice this share. 0: all turning points. If a load is
+            constant up to noise, its range is the noise: leave its column out and give it in
+            `mean`.
 
         Raises
         ------
@@ -187,7 +205,10 @@ class LoadCycle(Plotted):
         >>> fo.LoadCycle.from_history(history)
         LoadCycle(mean={'P': 5.0, 'sigma': 1.0}, corners=[{'sigma': -1.0}, {'sigma': 1.0}, {'sigma':
         -0.5}])
-        >>> fo.LoadCycle.from_history(history, tolerance=0.3).times  # the last row is not a reversal of 30 %, but it is the last
+
+        With a tolerance of 30 % of the range, the last row stays although it is no reversal:
+
+        >>> fo.LoadCycle.from_history(history, tolerance=0.3).times
         (0, 2, 3)
         """
         static, corners, times = history_corners(history, mean, time, tolerance)
@@ -201,20 +222,20 @@ class LoadCycle(Plotted):
         mean: Mapping[str, float],
         points: int = 16,
     ) -> Self:
-        """The load cycle of loads that vary as cosines of one frequency around a mean load, with phases between them.
+        """The load cycle of loads that vary as cosines of one frequency around a mean load.
 
-        At the angle t of the cycle a load of amplitude a and phase phi is `a cos(t + phi)`: one of
-        90 degrees is ahead of one of 0 by a quarter. Together they run along an ellipse, and the
-        corners are points of it, at even angles. A load alone, and loads that are in phase or
-        opposed, go to and fro on a straight way: its two ends are the corners then, and the cycle
-        is exact, for friction knows no time.
+        At the angle t of the cycle a load of amplitude a and phase phi is `a cos(t + phi)`: a load
+        with a phase of 90 degrees leads a load of phase 0 by a quarter of the cycle. Together they
+        run along an ellipse, and the corners are points of it, at even angles. If there is one
+        load, or all are in phase or opposed, they run along a straight line. Then the corners are
+        its two ends, and the cycle is exact, because friction does not depend on time.
 
-        Of an ellipse the polygon of `points` corners leaves out up to `1 - cos(pi / points)` of the
-        amplitude, 1.9 % with 16 points, 0.5 % with 32. While all nodes stay closed, the shakedown
-        limit of the ellipse itself is between `cos(pi / points)` times that of the polygon and
-        that: the loads that one slip bears are convex, and the ellipse less that share lies within
-        the polygon. Steady states, their work and the guaranteed limit have no such bound: ask with
-        twice the points to see.
+        The polygon of `points` corners leaves out up to `1 - cos(pi / points)` of the amplitude of
+        an ellipse: 1.9 % with 16 points, 0.5 % with 32. While all nodes stay closed, the shakedown
+        limit of the ellipse is between `cos(pi / points)` times the limit of the polygon and this
+        limit: the loads that one slip bears are a convex set, and the ellipse scaled by that factor
+        lies within the polygon. Steady states, their work and the guaranteed limit have no such
+        bound: repeat them with twice the points.
 
         Parameters
         ----------
@@ -222,7 +243,7 @@ class LoadCycle(Plotted):
             Load case name -> amplitude at load factor 1, or (amplitude, phase in degrees). A
             negative amplitude is a phase of 180 degrees more.
         mean
-            Static load, load case name -> amplitude, which the load factor leaves as it is.
+            Static load, load case name -> amplitude, which the load factor does not scale.
         points
             Number of corners on an ellipse, >= 3.
 
@@ -234,11 +255,13 @@ class LoadCycle(Plotted):
 
         Examples
         --------
-        A preload that vibration shears while spin, a quarter ahead, takes up to a twentieth of it
-        off:
+        Vibration shears a contact, while spin, a quarter of the cycle ahead, takes up to a
+        twentieth of the preload off:
 
         >>> import frictopt as fo
-        >>> shaken = fo.LoadCycle.harmonic({"vib": 1.0, "spin": (0.05, 90)}, mean={"preload": 1.0}, points=4)
+        >>> shaken = fo.LoadCycle.harmonic(
+        ...     {"vib": 1.0, "spin": (0.05, 90)}, mean={"preload": 1.0}, points=4
+        ... )
         >>> [list(corner.values()) for corner in shaken.corners]
         [[1.0, 0.0], [0.0, -0.05], [-1.0, 0.0], [0.0, 0.05]]
         >>> fo.LoadCycle.harmonic({"vib": 1.0}, mean={"preload": 1.0})
@@ -253,25 +276,27 @@ class LoadCycle(Plotted):
         mean: Mapping[str, float],
         *loads: Mapping[str, Sequence[float]] | Sequence[Mapping[str, float]],
     ) -> Self:
-        """The vertices of a domain in which several loads vary independently of each other, around a mean load.
+        """The vertices of a domain in which several loads vary independently, around a mean load.
 
-        A slip that is safe at all vertices is safe for every load in the domain, as the safe loads
-        of a slip are a convex set: the shakedown limit of the vertices is that of all load
+        The safe loads of a slip are a convex set, so a slip that is safe at all vertices is safe
+        for every load in the domain: the shakedown limit of the vertices is that of all load
         histories in the domain (Bjorkman & Klarbring 1987).
 
-        Of transients the vertices say less. One that comes to rest, with all nodes closed, stays at
-        rest whatever history in the domain follows. One that slips for ever shows that some
-        histories never come to rest; others, and other starts, may dissipate more than this order
-        of the vertices, and may slip for ever even where this one comes to rest.
+        The vertices say less about transients. A transient that comes to rest, with all nodes
+        closed, stays at rest whatever history in the domain follows. A transient that slips for
+        ever shows that some histories never come to rest. Other histories, and other starts, may
+        dissipate more than this order of the vertices, and may slip for ever even if this order
+        comes to rest.
 
         Parameters
         ----------
         mean
             Static load, load case name -> amplitude.
         loads
-            Each either a box, load case name -> (least, most) where each load case varies by
-            itself, or the corners of one load that moves within their hull, a list of load case
-            name -> amplitude (a force that rotates, for example). No load case is in two of them.
+            Each load is either a box or a polytope. A box, load case name -> (least, most), has
+            load cases that vary independently. A polytope is the list of corners, each load case
+            name -> amplitude, of one load that moves within their hull, such as a rotating force.
+            No load case is in two of them.
 
         Raises
         ------
@@ -282,7 +307,12 @@ class LoadCycle(Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> [dict(corner) for corner in fo.LoadCycle.vertices({"P": 1.0}, {"sigma": (-1.0, 1.0), "Q": (0.0, 0.5)}).corners[:2]]
+        >>> [
+        ...     dict(corner)
+        ...     for corner in fo.LoadCycle.vertices(
+        ...         {"P": 1.0}, {"sigma": (-1.0, 1.0), "Q": (0.0, 0.5)}
+        ...     ).corners[:2]
+        ... ]
         [{'sigma': -1.0, 'Q': 0.0}, {'sigma': -1.0, 'Q': 0.5}]
         """
         return cls(mean, independent_corners(loads))
@@ -292,71 +322,86 @@ class LoadCycle(Plotted):
         return checked_system(system).closed_reaction(self.mean)
 
     def unscaled_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
-        """(K, N) reactions `q0, p0` of the closed, unslipped contact at the corners at load factor 0; (1, N) where nothing is fixed."""
-        return parted(
-            reactions(system, self.unscaled) - system.S[:, -system.nodes :] @ system.gap,
-            system.tangents + 1,
-        )
+        """(K, N) reactions `q0, p0` of the closed, unslipped contact at load factor 0.
+
+        Row k belongs to corner k. Without a fixed part all corners have one row, (1, N).
+        """
+        pressing_shut = system.S[:, -system.nodes :] @ system.gap
+        return parted(reactions(system, self.unscaled) - pressing_shut, system.tangents + 1)
 
     def corner_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
-        """(K, N) bonded reactions `q1, p1` of the corners at load factor 1, without the mean and what is fixed."""
+        """(K, N) bonded reactions `q1, p1` of the corners at load factor 1.
+
+        They are without the mean load and the fixed part.
+        """
         return parted(reactions(system, self.corners), system.tangents + 1)
 
 
-def _checked(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
+def _checked_corners(name: str, loads: object) -> tuple[Mapping[str, float], ...]:
+    """Check a list of load corners, each load case name -> amplitude."""
     if isinstance(loads, Mapping | str) or not isinstance(loads, Sequence):
-        made = " (its to_dict('records') makes one)" if hasattr(loads, "to_dict") else ""
+        hint = ""
+        if hasattr(loads, "to_dict"):
+            hint = " (its to_dict('records') makes one)"
         raise ModelError(
-            f"{name}: a {type(loads).__name__}; give a list{made} of load corners, each load case name -> amplitude"
+            f"{name}: a {type(loads).__name__}; give a list{hint} of load corners, each load case "
+            "name -> amplitude"
         )
     return tuple(checked_loads(f"{name}[{k}]", load) for k, load in enumerate(loads))
 
 
-def _times(given: object, corners: int) -> tuple[object, ...]:
-    """Check the times of the corners, numbers or dates; times passed become seconds."""
-    times = tuple(
-        float(time / _SECOND) if isinstance(time, timedelta | np.timedelta64) else time
-        for time in listed("times", given)
-    )
-    if len(times) - corners not in (0, 1):
+def _checked_times(times: object, corners: int) -> tuple[object, ...]:
+    """Check the times of the corners, numbers or dates; time differences become seconds."""
+    checked = []
+    for time in listed("times", times):
+        if isinstance(time, timedelta | np.timedelta64):
+            time = float(time / _SECOND)
+        checked.append(time)
+    if len(checked) - corners not in (0, 1):
         raise ModelError(
-            f"times: {len(times)} for {corners} corners; give one for each, and one more for the return to the first"
+            f"times: {len(checked)} for {corners} corners; give one for each, and one more for the "
+            "return to the first"
         )
-    for time in times:
+    for time in checked:
         if isinstance(time, Real):
             finite_number("times", time)
-        elif (
-            not hasattr(time, "isoformat") or time != time
-        ):  # a date that is missing differs from itself
+            continue
+        # A missing date differs from itself.
+        is_date = hasattr(time, "isoformat") and time == time
+        if not is_date:
             raise ModelError(
-                f"times: {shown(time)} is neither a number nor a date; give one of these, of texts by pandas.to_datetime"
+                f"times: {shown(time)} is neither a number nor a date; give one of these, of texts "
+                "by pandas.to_datetime"
             )
-    return times
+    return tuple(checked)
 
 
 def _sum(
-    one: Mapping[str, float], other: Mapping[str, float], factor: float = 1.0
+    load: Mapping[str, float], added: Mapping[str, float], factor: float = 1.0
 ) -> dict[str, float]:
-    """One load plus a multiple of another."""
-    return {
-        **one,
-        **{name: one.get(name, 0.0) + factor * amplitude for name, amplitude in other.items()},
-    }
+    """A load plus a multiple of another one."""
+    total = dict(load)
+    for name, amplitude in added.items():
+        total[name] = load.get(name, 0.0) + factor * amplitude
+    return total
 
 
-def _told(loads: Mapping[str, float], of: str) -> list[str]:
-    """Loads in words, without those that are zero up to rounding."""
-    most = max(map(abs, loads.values()), default=0.0)
+def _amplitude_texts(loads: Mapping[str, float]) -> list[str]:
+    """Texts such as "Q = +0.5" of the loads that are not zero up to rounding."""
+    largest = max(map(abs, loads.values()), default=0.0)
     return [
-        f"{case} = {amplitude:+.4g}{of}"
+        f"{case} = {amplitude:+.4g}"
         for case, amplitude in loads.items()
-        if abs(amplitude) > ROUNDING * most
+        if abs(amplitude) > ROUNDING * largest
     ]
 
 
-def _text(loads: Sequence[Mapping[str, float]]) -> str:
-    shown = ", ".join(str(dict(load)) for load in loads[:_SHOWN])
-    return f"[{shown}, ... {len(loads)} in all]" if len(loads) > _SHOWN else f"[{shown}]"
+def _printed(loads: Sequence[Mapping[str, float]]) -> str:
+    """A list of loads as a text; of a long list its beginning and its length."""
+    text = ", ".join(str(dict(load)) for load in loads[:_PRINTED_CORNERS])
+    if len(loads) > _PRINTED_CORNERS:
+        return f"[{text}, ... {len(loads)} in all]"
+    return f"[{text}]"
 
 
 def checked_cycle(cycle: object, name: str = "cycle") -> LoadCycle:

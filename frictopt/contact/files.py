@@ -1,4 +1,4 @@
-"""Files: those to be written, checked before anything is computed; npz archives of plain arrays, as of a contact system; and what is printed."""
+"""How a contact system is kept in a file: an npz archive of plain arrays."""
 
 from pathlib import Path
 from typing import Any
@@ -6,57 +6,65 @@ from typing import Any
 import numpy as np
 
 from ..base.files import packed, unpacked
-from .parts import joined
+from .components import joined
 
-_NAMES = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
 _FORM = "frictopt contact system 7"
+# Parts that every archive has, under their names; None is an empty array.
+_PARTS = ("S", "points", "gap", "frames", "contact", "width", "E_star", "compliance", "units")
+# Mappings from load cases are kept as two arrays, of names and of values, and only if not empty.
+_MAPPINGS = {"bolts": "locked", "load_size": "sized"}
+# Parts of the contact law, kept only if the contact has them.
+_LAWS = ("shear_strength", "stretch")
 
 
 def write(path: str | Path, system: Any) -> None:
-    """Write a contact system: its parts (None as an empty array), load cases and bonded reactions; locked bolts, shear strength where it has any."""
-    plain = {
-        name: np.array([] if (value := getattr(system, name)) is None else value) for name in _NAMES
-    }
-    bonded = [joined(*pair) for pair in system.bonded.values()]
-    more = (
-        {"locked": list(system.bolts), "bolts": list(system.bolts.values())} if system.bolts else {}
-    )
-    more |= (
-        {"sized": list(system.load_size), "load_size": list(system.load_size.values())}
-        if system.load_size
-        else {}
-    )
-    more |= {"shear_strength": system.shear_strength} if system.capped else {}
-    more |= {"stretch": system.stretch} if system.orthotropic else {}
-    packed(path, _FORM, cases=list(system.bonded), bonded=bonded, **more, **plain)
+    """Write a contact system to an archive."""
+    arrays: dict[str, Any] = {}
+    for part in _PARTS:
+        value = getattr(system, part)
+        arrays[part] = np.array([] if value is None else value)
+    arrays["cases"] = list(system.bonded)
+    arrays["bonded"] = [joined(*pair) for pair in system.bonded.values()]
+    for part, names in _MAPPINGS.items():
+        mapping = getattr(system, part)
+        if mapping:
+            arrays[names] = list(mapping)
+            arrays[part] = list(mapping.values())
+    if system.capped:
+        arrays["shear_strength"] = system.shear_strength
+    if system.orthotropic:
+        arrays["stretch"] = system.stretch
+    packed(path, _FORM, **arrays)
 
 
 def read(source: str | Path) -> dict[str, Any]:
     """The arguments of a contact system, from an archive."""
-    return unpacked(
-        source,
-        _FORM,
-        _arguments,
-        "a contact system",
-        "give one of `frictopt condense` or ContactSystem.save",
-    )
+    remedy = "give one of `frictopt condense` or ContactSystem.save"
+    return unpacked(source, _FORM, _arguments, "a contact system", remedy)
 
 
 def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
-    bolts = {name: arrays.pop(name).tolist() for name in ("locked", "bolts") if name in arrays}
-    sizes = {name: arrays.pop(name).tolist() for name in ("sized", "load_size") if name in arrays}
-    laws: dict[str, Any] = {
-        name: arrays.pop(name) for name in ("shear_strength", "stretch") if name in arrays
-    }
-    if arrays.keys() != {"cases", "bonded", *_NAMES} or len(bolts) == 1 or len(sizes) == 1:
+    arguments: dict[str, Any] = {}
+    for part, names in _MAPPINGS.items():
+        has_part = part in arrays
+        if has_part != (names in arrays):
+            raise ValueError(f"it has {part!r} or their names alone")
+        arguments[part] = {}
+        if has_part:
+            keys = arrays.pop(names).tolist()
+            arguments[part] = dict(zip(keys, arrays.pop(part).tolist(), strict=True))
+    for part in _LAWS:
+        if part in arrays:
+            arguments[part] = arrays.pop(part)
+    if arrays.keys() != {"cases", "bonded", *_PARTS}:
         raise ValueError("it does not hold the arrays of a contact system")
-    bonded = dict(zip(arrays.pop("cases").tolist(), arrays.pop("bonded"), strict=True))
-    known = {
-        name: None if not array.size else array if array.ndim else array.item()
-        for name, array in arrays.items()
-    }
-    named = {
-        "bolts": dict(zip(*bolts.values(), strict=True)) if bolts else {},
-        "load_size": dict(zip(*sizes.values(), strict=True)) if sizes else {},
-    }
-    return {"bonded": bonded, **named, **laws, **known}
+    cases = arrays.pop("cases").tolist()
+    arguments["bonded"] = dict(zip(cases, arrays.pop("bonded"), strict=True))
+    for part, array in arrays.items():
+        if not array.size:
+            arguments[part] = None
+        elif array.ndim:
+            arguments[part] = array
+        else:
+            arguments[part] = array.item()
+    return arguments

@@ -1,4 +1,4 @@
-"""Corners of a load cycle from what engineers have: a history in a table, harmonic loads, or load cases that vary independently."""
+"""Corners of a load cycle from a history, from harmonic loads, or from independent loads."""
 
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping, Sequence
@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base import (
     Array,
+    Booleans,
     Table,
     checked_cases,
     checked_loads,
@@ -22,16 +23,14 @@ from ..base import (
 from ..base.checks import check_name
 from ..errors import ModelError
 
-_ROUNDING = (
-    4 * np.finfo(float).eps
-    # distance from the straight segment, over the largest amplitude of the load case, that counts as
-    # rounding
-)
-_MOST_CORNERS = 100_000
+# Distance from a straight segment, over the largest amplitude of the load case, that is rounding.
+_ROUNDING = 4 * np.finfo(float).eps
+# A cycle of more corners takes hours; a larger number is a mistake.
+_LARGEST_NUMBER_OF_CORNERS = 100_000
 
 
 def turning_points(loads: Array) -> list[int]:
-    """Numbers of the points (K, cases) at which a load path turns, also the first and last, in units of each load case's largest amplitude.
+    """Indices of the points (K, cases) at which a load path turns, with the first and the last one.
 
     A point is left out only if it lies on the straight segment between its neighbours in every load
     case. A point where the load turns back stays.
@@ -41,234 +40,299 @@ def turning_points(loads: Array) -> list[int]:
 
 
 def reversals(points: Array) -> list[int]:
-    """Numbers of those points (K, cases) that a load path keeps so that all others lie within 1 of it, in each load case and in their order.
+    """Indices of the points (K, cases) of a simpler load path within 1 of all points.
 
-    One can walk along both paths at once, never back, and stay within 1 (the Frechet distance). So
-    one load case keeps the reversals of more than 2. A straight way that is too far from its
-    points, or would go back, keeps the worst of them.
+    The distance is taken in each load case, and the order of the points counts: one can walk along
+    both paths at once, never back, and stay within 1 (the Frechet distance). So one load case keeps
+    the reversals of more than 2. A segment that is too far from its points, or on which they would
+    go back, is split at the worst of them.
     """
-    kept, ways = {0, len(points) - 1}, [(0, len(points) - 1)]
-    while ways:
-        first, last = ways.pop()
-        if last - first > 1 and (worst := _worst(points[first : last + 1])) is not None:
-            kept.add(first + worst)
-            ways += [(first, first + worst), (first + worst, last)]
-    return sorted(kept)
+    chosen = {0, len(points) - 1}
+    segments = [(0, len(points) - 1)]
+    while segments:
+        first, last = segments.pop()
+        if last - first < 2:
+            continue
+        worst = _worst_point(points[first : last + 1])
+        if worst is not None:
+            chosen.add(first + worst)
+            segments += [(first, first + worst), (first + worst, last)]
+    return sorted(chosen)
 
 
-def _worst(points: Array) -> int | None:
-    """Number of the point that is farthest from the straight way from the first to the last one, or goes back most; None: all are within 1."""
-    way, part = points[-1] - points[0], points[1:-1] - points[0]
-    length = float(way @ way)
-    share = np.clip(part @ way / length, 0.0, 1.0) if length > 0 else np.zeros(len(part))
-    off = np.abs(part - np.multiply.outer(share, way)).max(axis=1, initial=0.0)
-    moves = way != 0
-    ends = np.sort(
-        (part[:, moves, None] + [-1.0, 1.0]) / way[moves, None], axis=-1
-    )  # shares of the way within 1 of each point
-    earliest, latest = ends[..., 0].max(axis=1, initial=0.0), ends[..., 1].min(axis=1, initial=1.0)
+def _worst_point(points: Array) -> int | None:
+    """Index of the point that the straight segment from the first to the last one fits worst.
+
+    None if all points lie within 1 of it, in their order. Else it is the point farthest from the
+    segment, if one is farther than 1, and otherwise the point that goes back most.
+    """
+    segment = points[-1] - points[0]
+    inner = points[1:-1] - points[0]
+    square = float(segment @ segment)
+    share = np.zeros(len(inner))
+    if square > 0:
+        share = np.clip(inner @ segment / square, 0.0, 1.0)
+    distance = np.abs(inner - np.multiply.outer(share, segment)).max(axis=1, initial=0.0)
+
+    # Shares of the segment within 1 of each point, in the load cases that move along it.
+    moves = segment != 0
+    ends = (inner[:, moves, None] + [-1.0, 1.0]) / segment[moves, None]
+    ends = np.sort(ends, axis=-1)
+    earliest = ends[..., 0].max(axis=1, initial=0.0)
+    latest = ends[..., 1].min(axis=1, initial=1.0)
     back = np.maximum.accumulate(earliest) - latest
-    if (back <= 0).all() and (np.abs(part[:, ~moves]) <= 1).all():
+    in_order = (back <= 0).all()
+    resting_cases_fit = (np.abs(inner[:, ~moves]) <= 1).all()
+    if in_order and resting_cases_fit:
         return None
-    return len(part) - int(
-        np.argmax((off if off.max() > 1 else back)[::-1])
-    )  # of equal points the last
+
+    badness = distance if distance.max() > 1 else back
+    # The last one of equal points.
+    return len(inner) - int(np.argmax(badness[::-1]))
 
 
 def history_corners(
     history: object, mean: object, time: object, tolerance: object
 ) -> tuple[dict[str, float], list[dict[str, float]], list[object] | None]:
-    """Mean load, corners and their times, with that of the return of a closed history, see `LoadCycle.from_history`."""
-    table, clock = _timed(history, time)
+    """Mean load, corners and their times of a measured history, see `LoadCycle.from_history`.
+
+    The times of a closed history have one more entry, the time of the return.
+    """
+    table, clock = _with_time(history, time)
     cases = [name for name in table.columns if clock is None or name != clock]
     loads = _amplitudes(table, cases)
-    middle = {
-        name: float(low / 2 + high / 2)
-        for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True)
-    }
-    static = middle if mean is None else dict(checked_loads("mean", mean))
+    static = _middle(cases, loads) if mean is None else dict(checked_loads("mean", mean))
+
     varying = loads - np.array([static.get(name, 0.0) for name in cases])
     moves = varying.any(axis=0)
-    names, points = (
-        [name for name, there in zip(cases, moves, strict=True) if there],
-        varying[:, moves],
-    )
-    if share := finite_number("tolerance", tolerance, least=0.0, below=1.0):
-        ranges = np.ptp(points, axis=0)
-        numbers = reversals(points / (share * np.where(ranges > 0, ranges, 1.0)))
-    else:
-        numbers = turning_points(points)
+    names = [name for name, is_moving in zip(cases, moves, strict=True) if is_moving]
+    points = varying[:, moves]
+    numbers = _corner_numbers(points, finite_number("tolerance", tolerance, least=0.0, below=1.0))
     times = None if clock is None else table[clock].iloc[numbers].tolist()
-    if (
-        len(numbers) > 1
-        and (
-            np.abs(points[-1] - points[0]) <= _ROUNDING * np.abs(points).max(axis=0, initial=0.0)
-        ).all()
-    ):
-        numbers.pop()  # the cycle comes back to its first corner by itself
-    return (
-        static,
-        [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers],
-        times,
-    )
+
+    if len(numbers) > 1 and _closed(points).all():
+        # The cycle returns to its first corner by itself.
+        numbers.pop()
+    corners = [dict(zip(names, points[number].tolist(), strict=True)) for number in numbers]
+    return static, corners, times
 
 
-def _timed(history: Any, time: object) -> tuple[Table, str | None]:
-    """The history with its time, by which its rows are sorted, in a column; and the name of that column, None without one."""
-    import pandas as pd  # here, for only a history needs it
+def _middle(cases: list[str], loads: Array) -> dict[str, float]:
+    """The middle between the smallest and the largest amplitude of each load case."""
+    middle = {}
+    for name, low, high in zip(cases, loads.min(axis=0), loads.max(axis=0), strict=True):
+        middle[name] = float(low / 2 + high / 2)
+    return middle
+
+
+def _corner_numbers(points: Array, tolerance: float) -> list[int]:
+    """Indices of the corners: all turning points, or the reversals above a share of each range."""
+    if tolerance == 0:
+        return turning_points(points)
+    ranges = np.ptp(points, axis=0)
+    return reversals(points / (tolerance * np.where(ranges > 0, ranges, 1.0)))
+
+
+def _closed(points: Array) -> Booleans:
+    """(cases,) which loads return to their first amplitude, up to rounding."""
+    largest = np.abs(points).max(axis=0, initial=0.0)
+    return np.asarray(np.abs(points[-1] - points[0]) <= _ROUNDING * largest)
+
+
+def _with_time(history: Any, time: object) -> tuple[Table, str | None]:
+    """The history with its time in a column, and the name of that column; None without a time."""
+    import pandas as pd  # imported here, because only a history needs it
 
     if not isinstance(history, pd.DataFrame):
-        made = " (its to_frame(name) makes one)" if isinstance(history, pd.Series) else ""
+        hint = ""
+        if isinstance(history, pd.Series):
+            hint = " (its to_frame(name) makes one)"
         raise ModelError(
-            f"history: a {type(history).__name__}; give a pandas DataFrame{made}, a column for each load case and a row for each time"
+            f"history: a {type(history).__name__}; give a pandas DataFrame{hint}, a column for "
+            "each load case and a row for each time"
         )
     if not history.columns.is_unique:
-        raise ModelError(
-            f"history: the column {history.columns[history.columns.duplicated()][0]!r} stands twice; give each load case once"
-        )
+        twice = history.columns[history.columns.duplicated()][0]
+        raise ModelError(f"history: the column {twice!r} stands twice; give each load case once")
     if time is not None:
-        clock, where = (
-            choice("time", time, [name for name in history.columns if isinstance(name, str)]),
-            f"history[{time!r}]",
-        )
-    elif (clock := _clock(history.columns)) is not None:
-        where = f"history[{clock!r}]"
-    elif history.index.nlevels > 1:
+        columns = [name for name in history.columns if isinstance(name, str)]
+        clock = str(choice("time", time, columns))
+        _check_time(history[clock], f"history[{time!r}]")
+        return history, clock
+    time_column = _time_name(history.columns)
+    if time_column is not None:
+        _check_time(history[time_column], f"history[{time_column!r}]")
+        return history, time_column
+    if history.index.nlevels > 1:
         raise ModelError(
-            f"history: an index of {history.index.nlevels} levels; make columns of the time and of the loads by reset_index()"
+            f"history: an index of {history.index.nlevels} levels; make columns of the time and of "
+            "the loads by reset_index()"
         )
-    elif history.index.dtype.kind in "mM" or _clock([history.index.name]):
-        history, clock, where = history.reset_index(names="time"), "time", "history.index"
-    else:
-        return history, None
+    has_dates = history.index.dtype.kind in "mM"
+    if has_dates or _time_name([history.index.name]):
+        table = history.reset_index(names="time")
+        _check_time(table["time"], "history.index")
+        return table, "time"
+    return history, None
+
+
+def _time_name(names: Iterable[Hashable]) -> str | None:
+    """The name among these that says that it is the time; None if there is none."""
+    for name in names:
+        if isinstance(name, str) and name.lower() == "time":
+            return name
+    return None
+
+
+def _check_time(times: Any, place: str) -> None:
+    """Check that times never decrease; error messages name their place."""
     try:
-        ordered = not history[clock].isna().any() and history[clock].is_monotonic_increasing
-    except TypeError:  # neither numbers nor dates alone
+        ordered = not times.isna().any() and times.is_monotonic_increasing
+    except TypeError:  # numbers and dates in one column
         ordered = False
     if not ordered:
         raise ModelError(
-            f"{where}: the time decreases or is missing somewhere; sort the rows by time"
+            f"{place}: the time decreases or is missing somewhere; sort the rows by time"
         )
-    return history, str(clock)
 
 
 def _amplitudes(table: Table, cases: list[str]) -> Array:
     """(K, cases) amplitudes of the load cases."""
     for name in cases:
         check_name("history", name)
-        if table[name].dtype.kind in "mMO" and (
-            odd := [value for value in table[name] if not isinstance(value, Real)]
-        ):
-            raise ModelError(
-                f"history[{name!r}]: {shown(odd[0])} is no number; give numbers, or say time={name!r} if this is the time"
-            )
+        if table[name].dtype.kind not in "mMO":
+            continue
+        for value in table[name]:
+            if not isinstance(value, Real):
+                raise ModelError(
+                    f"history[{name!r}]: {shown(value)} is no number; give numbers, or say "
+                    f"time={name!r} if this is the time"
+                )
     if not cases or not len(table):
         raise ModelError(
             f"history: {len(table)} rows, {len(cases)} load cases; give at least one of each"
         )
-    return np.column_stack(
-        [finite_array(f"history[{name!r}]", table[name].to_numpy(), (None,)) for name in cases]
-    )
-
-
-def _clock(names: Iterable[Hashable]) -> str | None:
-    """The name among these that says that it is the time."""
-    return next((name for name in names if isinstance(name, str) and name.lower() == "time"), None)
+    columns = [
+        finite_array(f"history[{name!r}]", table[name].to_numpy(), (None,)) for name in cases
+    ]
+    return np.column_stack(columns)
 
 
 def harmonic_corners(loads: object, points: object) -> list[dict[str, float]]:
-    """Corners on the ellipse of loads that vary as cosines, the two ends of their way where all are in phase or opposed; see `LoadCycle.harmonic`."""
-    cases = checked_cases("loads", loads, "amplitude, or (amplitude, phase in degrees)")
-    waves, count = (
-        {name: _wave(name, given) for name, given in cases.items()},
-        whole_number("points", points, least=3, most=_MOST_CORNERS),
-    )
-    phases = np.radians([phase for size, phase in waves.values() if size])
+    """Corners of loads that vary as cosines, see `LoadCycle.harmonic`.
+
+    They are points of an ellipse. If all loads are in phase or opposed, they are the two ends of a
+    straight line.
+    """
+    meaning = "amplitude, or (amplitude, phase in degrees)"
+    waves = {
+        name: _amplitude_and_phase(name, wave)
+        for name, wave in checked_cases("loads", loads, meaning).items()
+    }
+    count = whole_number("points", points, least=3, most=_LARGEST_NUMBER_OF_CORNERS)
+    phases = np.radians([phase for amplitude, phase in waves.values() if amplitude])
     if not len(phases):
         raise ModelError(
             f"loads: {shown(loads)}; give at least one load case an amplitude other than 0"
         )
-    to_and_fro = np.abs(np.sin(phases - phases[0])).max() <= _ROUNDING * max(
-        1.0, np.abs(phases).max()
-    )
-    turns = (
-        -phases[0] + np.array([0.0, np.pi]) if to_and_fro else 2 * np.pi / count * np.arange(count)
-    )
-    shares = np.cos(turns[:, None] + np.radians([phase for _, phase in waves.values()]))
+
+    angle_rounding = _ROUNDING * max(1.0, np.abs(phases).max())
+    on_a_line = np.abs(np.sin(phases - phases[0])).max() <= angle_rounding
+    if on_a_line:
+        angles = -phases[0] + np.array([0.0, np.pi])
+    else:
+        angles = 2 * np.pi / count * np.arange(count)
+    shares = np.cos(angles[:, None] + np.radians([phase for _, phase in waves.values()]))
     shares = np.where(np.abs(shares) > _ROUNDING, shares, 0.0)
-    return [
-        {
-            name: float(size * part)
-            for (name, (size, _)), part in zip(waves.items(), row, strict=True)
-        }
-        for row in shares
-    ]
+
+    corners = []
+    for row in shares:
+        corner = {}
+        for (name, (amplitude, _)), share in zip(waves.items(), row, strict=True):
+            corner[name] = float(amplitude * share)
+        corners.append(corner)
+    return corners
 
 
-def _wave(name: str, given: object) -> tuple[float, float]:
-    """Amplitude and phase of one load."""
-    pair = (
-        list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given, 0.0]
-    )
+def _amplitude_and_phase(name: str, wave: object) -> tuple[float, float]:
+    """Amplitude, and phase in degrees, of one harmonic load."""
+    pair = [wave, 0.0]
+    if isinstance(wave, Sequence) and not isinstance(wave, str):
+        pair = list(wave)
     if len(pair) != 2:
         raise ModelError(
-            f"loads[{name!r}]: {shown(given)}; give its amplitude, or (amplitude, phase in degrees)"
+            f"loads[{name!r}]: {shown(wave)}; give its amplitude, or (amplitude, phase in degrees)"
         )
-    return finite_number(f"loads[{name!r}] amplitude", pair[0]), finite_number(
-        f"loads[{name!r}] phase", pair[1]
-    )
+    amplitude = finite_number(f"loads[{name!r}] amplitude", pair[0])
+    phase = finite_number(f"loads[{name!r}] phase", pair[1])
+    return amplitude, phase
 
 
 def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
-    """All sums of one corner of each load, in an order in which one load at a time moves on, see `LoadCycle.vertices`."""
-    parts = [part for number, load in enumerate(loads) for part in _parts(f"loads[{number}]", load)]
+    """All sums of one corner of each load, in an order in which one load moves at a time.
+
+    See `LoadCycle.vertices`.
+    """
+    parts = []
+    for number, load in enumerate(loads):
+        parts += _independent_parts(f"loads[{number}]", load)
     if not parts:
         raise ModelError(
-            "loads: none; give at least one, a mapping of load case -> (least, most) or a list of corners"
+            "loads: none; give at least one, a mapping of load case -> (least, most) or a list of "
+            "corners"
         )
-    counts = Counter(
-        name for part in parts for name in {name for corner in part for name in corner}
-    )
-    if twice := [name for name, count in counts.items() if count > 1]:
-        raise ModelError(
-            f"loads: load case {min(twice)!r} is in two of them; loads that vary independently share no load case"
-        )
+    _check_independent(parts)
     count = int(np.prod([float(len(part)) for part in parts]))
-    if count > _MOST_CORNERS:
+    if count > _LARGEST_NUMBER_OF_CORNERS:
         raise ModelError(
-            f"loads: their domain has {count:.3g} vertices, the most are {_MOST_CORNERS}; give fewer loads, or fewer corners of each"
+            f"loads: their domain has {count:.3g} vertices, the most are "
+            f"{_LARGEST_NUMBER_OF_CORNERS}; give fewer loads, or fewer corners of each"
         )
+
     sums: list[dict[str, float]] = [{}]
-    # to and fro through the corners of a load, so that only this load changes where the next one of
-    # the others comes
     for part in parts:
-        sums = [
-            {**one, **corner}
-            for number, one in enumerate(sums)
-            for corner in (part if number % 2 == 0 else part[::-1])
-        ]
+        longer = []
+        for number, start in enumerate(sums):
+            # To and fro through the corners of this load: where the next sum of the earlier loads
+            # comes, this load stays where it is.
+            for corner in part if number % 2 == 0 else part[::-1]:
+                longer.append({**start, **corner})
+        sums = longer
     return sums
 
 
-def _parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
-    """The independent parts of one load: each load case of a box by itself, or the corners of a polytope."""
+def _check_independent(parts: list[list[Mapping[str, float]]]) -> None:
+    """Check that no load case belongs to two of the parts."""
+    counts = Counter[str]()
+    for part in parts:
+        counts.update({name for corner in part for name in corner})
+    twice = [name for name, count in counts.items() if count > 1]
+    if twice:
+        raise ModelError(
+            f"loads: load case {min(twice)!r} is in two of them; loads that vary independently "
+            "share no load case"
+        )
+
+
+def _independent_parts(name: str, load: object) -> list[list[Mapping[str, float]]]:
+    """The independent parts of one load: each load case of a box, or the corners of a polytope."""
     if isinstance(load, Mapping):
-        return [
-            _range(f"{name}[{case!r}]", case, ends)
-            for case, ends in checked_cases(name, load, "(least, most)").items()
-        ]
+        box = checked_cases(name, load, "(least, most)")
+        return [_ends_of_range(f"{name}[{case!r}]", case, ends) for case, ends in box.items()]
     if isinstance(load, str):
         raise ModelError(f"{name}: {shown(load)}; give its range, {{{load!r}: (least, most)}}")
-    corners = [
-        checked_loads(f"{name}[{number}]", corner)
-        for number, corner in enumerate(listed(name, load))
-    ]
+    corners = []
+    for number, corner in enumerate(listed(name, load)):
+        corners.append(checked_loads(f"{name}[{number}]", corner))
     if not corners:
         raise ModelError(f"{name}: no corners; give at least one")
     return [corners]
 
 
-def _range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
-    least, most = finite_array(f"{name} (least, most)", ends, (2,)).tolist()
-    finite_number(f"{name} most", most, least=least)
-    return [{case: least}, {case: most}] if most > least else [{case: least}]
+def _ends_of_range(name: str, case: str, ends: object) -> list[Mapping[str, float]]:
+    """The two ends of the range of a load case, or one if they are equal."""
+    low, high = finite_array(f"{name} (least, most)", ends, (2,)).tolist()
+    finite_number(f"{name} most", high, least=low)
+    if high > low:
+        return [{case: low}, {case: high}]
+    return [{case: low}]

@@ -10,33 +10,40 @@ from numpy.typing import ArrayLike
 
 from ..base import RESIDUAL, Array, Booleans
 from ..plots.style import BLACK, GREY, POINTS, SERIES, AxesArray, Look, legend, line, slanted
-from .coulomb import lengths, most_shear
+from .components import runs
 from .face import face_map
-from .parts import runs
+from .law import lengths, most_shear
 from .system import ContactSystem
+
+Circles: TypeAlias = dict[int, tuple[Any, Any, Any]]
+"""Corner -> nodes that limit the load there, their senses of slip, and areas of their circles."""
+
+ONE_NODE = 60
+"""Area of the circle round a node that limits the load by itself, points^2."""
+
+INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
 
 
 def parts(system: ContactSystem) -> list[tuple[str, slice]]:
     """Name and nodes of each contact, in their order along x."""
     names = system.contact
-    return (
-        [("", slice(None))]
-        if names is None
-        else [(str(names[nodes][0]), nodes) for nodes in runs(names)]
-    )
+    if names is None:
+        return [("", slice(None))]
+    return [(str(names[nodes][0]), nodes) for nodes in runs(names)]
 
 
 def node_at(system: ContactSystem, node: int) -> str:
-    """A node by its number and its place."""
+    """Text with the number and the place of a node."""
     if system.tangents == 1:
         return f"node {node}, $x = {system.x[node]:.4g}$"
-    return f"node {node} at ({', '.join(f'{place:.3g}' for place in system.points[node])})"
+    place = ", ".join(f"{coordinate:.3g}" for coordinate in system.points[node])
+    return f"node {node} at ({place})"
 
 
 def lines(
     ax: Axes, system: ContactSystem, values: Array, *, label: str | None = None, **look: Any
 ) -> None:
-    """Draw values of the nodes as lines that do not join one contact to the next."""
+    """Draw values of the nodes as one line for each contact."""
     for number, (_, nodes) in enumerate(parts(system)):
         ax.plot(system.x[nodes], values[nodes], label=label if number == 0 else None, **look)
 
@@ -46,59 +53,61 @@ def lines_or_band(
     system: ContactSystem,
     values: Array,
     names: Sequence[str],
-    ruling: Sequence[int] = (),
-    what: str = "",
+    governing: Sequence[int] = (),
+    prefix: str = "",
     band: str = GREY,
-    **more: Any,
+    **look_of_lines: Any,
 ) -> dict[int, Look]:
-    """Draw (K, N) values as a line for each corner; of more corners than there are looks, the ruling ones as lines and all of them as a band.
+    """Draw (K, N) values as a line for each corner, and return the looks of the lines, by corner.
 
-    Returns the looks of the lines, by corner.
+    If there are more corners than looks, up to four `governing` corners are lines, and a band spans
+    all corners. `prefix` is put before the names of the corners.
     """
     drawn: Sequence[int] = range(len(values))
     if len(values) > len(SERIES):
-        drawn = sorted(list(dict.fromkeys(ruling))[:4])
-        low, high = np.fmin.reduce(values), np.fmax.reduce(values)  # NaN counts where all are
-        for number, (_, nodes) in enumerate(parts(system)):
-            label = f"{what}all {len(values)} corners" if number == 0 else None
-            ax.fill_between(
-                system.x[nodes],
-                low[nodes],
-                high[nodes],
-                color=band,
-                alpha=0.35,
-                lw=0.6,
-                label=label,
-            )
+        drawn = sorted(list(dict.fromkeys(governing))[:4])
+        _draw_band(ax, system, values, f"{prefix}all {len(values)} corners", band)
     looks = {corner: line(number) for number, corner in enumerate(drawn)}
     for corner, look in looks.items():
-        lines(
-            ax, system, values[corner], label=f"{what}{names[corner]}", **{**look, **POINTS, **more}
-        )
+        style = {**look, **POINTS, **look_of_lines}
+        lines(ax, system, values[corner], label=f"{prefix}{names[corner]}", **style)
     return looks
 
 
+def _draw_band(ax: Axes, system: ContactSystem, values: Array, label: str, color: str) -> None:
+    """Fill between the smallest and the largest of (K, N) values."""
+    # NaN at a node only if all its values are NaN.
+    low = np.fmin.reduce(values)
+    high = np.fmax.reduce(values)
+    look: Look = {"color": color, "alpha": 0.35, "lw": 0.6}
+    for number, (_, nodes) in enumerate(parts(system)):
+        name = label if number == 0 else None
+        ax.fill_between(system.x[nodes], low[nodes], high[nodes], label=name, **look)
+
+
 def label_contacts(ax: Axes, system: ContactSystem, *, names: bool = True) -> None:
-    """Label the x axis; where there are several contacts, draw a line between them and name them above."""
-    found = parts(system)
-    if len(found) == 1:
+    """Label the x axis; draw lines between several contacts, and write their names above."""
+    contacts = parts(system)
+    if len(contacts) == 1:
         ax.set_xlabel("position along the contact, $x$ (length)")
         return
     ax.set_xlabel("position along the contacts, one after the other, $x$ (length)")
-    for (_, left), (_, right) in pairwise(found):
-        ax.axvline((system.x[left][-1] + system.x[right][0]) / 2, color=BLACK, lw=0.6)
+    for (_, before), (_, after) in pairwise(contacts):
+        ax.axvline((system.x[before][-1] + system.x[after][0]) / 2, color=BLACK, lw=0.6)
     if names:
-        above, labels = ax.secondary_xaxis("top"), [name for name, _ in found]
-        above.set_xticks(
-            [float(system.x[nodes].mean()) for _, nodes in found],
-            labels,
-            **slanted(labels, "left", "bottom"),
-        )
+        labels = [name for name, _ in contacts]
+        middles = [float(system.x[nodes].mean()) for _, nodes in contacts]
+        above = ax.secondary_xaxis("top")
+        above.set_xticks(middles, labels, **slanted(labels, "left", "bottom"))
         above.tick_params(length=0)
 
 
 def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
-    """Zero lines of panels one below the other, the names of the contacts above the first one, and the position below the last one."""
+    """Label panels that stand one below the other.
+
+    Each panel gets a zero line. The names of the contacts stand above the first panel, the position
+    below the last one.
+    """
     for axes in panels:
         axes.axhline(0, color=GREY, lw=0.6, zorder=0)
         label_contacts(axes, system, names=axes is panels[0])
@@ -108,28 +117,24 @@ def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
 
 def work_label(system: ContactSystem) -> str:
     """Name of the axis of the work of friction per cycle."""
-    return (
-        f"work of friction per cycle\n(force times length{' per depth' * (system.tangents == 1)})"
-    )
+    unit = "force times length"
+    if system.tangents == 1:
+        unit = "force times length per depth"
+    return f"work of friction per cycle\n({unit})"
 
 
-def friction_bounds(ax: Axes, of: str = "(f p)") -> None:
-    """Draw the bounds of q over the shear that friction holds."""
+def friction_bounds(ax: Axes, bound: str = "(f p)") -> None:
+    """Draw the bounds of the ratio of q to its friction bound."""
     ax.axhline(-1.0, color=GREY, lw=0.8)
     ax.axhline(1.0, color=GREY, lw=0.8, label=r"friction bound $\pm 1$")
-    ax.set_ylabel(rf"$q / {of}$")
+    ax.set_ylabel(rf"$q / {bound}$")
 
 
 def ratios(shear: Array, bound: Array) -> Array:
-    """Shear over its friction bound; NaN where a node bears nothing but rounding."""
-    return np.asarray(
-        np.divide(
-            shear,
-            bound,
-            out=np.full(shear.shape, np.nan),
-            where=bound > RESIDUAL * np.abs(bound).max(),
-        )
-    )
+    """Shear over its friction bound; NaN where the bound is rounding."""
+    ratio = np.full(shear.shape, np.nan)
+    bears = bound > RESIDUAL * np.abs(bound).max()
+    return np.asarray(np.divide(shear, bound, out=ratio, where=bears))
 
 
 def circle(
@@ -141,31 +146,16 @@ def circle(
     color: str,
     label: str | None,
 ) -> None:
-    """Circle nodes at q / (f p); where that is not defined, at the bound of their sense of slip."""
+    """Draw circles round nodes at q / (f p), or at the bound of their slip where it is NaN."""
     places = np.where(np.isfinite(ratio), ratio, np.negative(sense))
-    ax.scatter(
-        x,
-        places,
-        s=area,
-        facecolors="none",
-        edgecolors=color,
-        linewidths=1.2,
-        zorder=3,
-        label=label,
-    )
+    look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.2, "zorder": 3}
+    ax.scatter(x, places, s=area, label=label, **look)
 
 
 def open_marks(ax: Axes, x: Array, label: str, **look: Any) -> None:
-    """Mark nodes that are open, and carry nothing, at zero."""
+    """Mark open nodes, which carry nothing, at zero."""
     if len(x):
         ax.scatter(x, np.zeros(len(x)), marker="v", s=20, zorder=3, label=label, **look)
-
-
-Circles: TypeAlias = dict[
-    int, tuple[Any, Any, Any]
-]  # by corner: nodes that limit the load, their senses of slip, areas of their circles
-ONE_NODE = 60  # of the circle round a node that stands alone
-INSIDE: Look = {"color": "#56B4E9", "alpha": 0.25, "lw": 0, "label": "some residual slip is safe"}
 
 
 def shear_ratios(
@@ -176,52 +166,72 @@ def shear_ratios(
     p: Array,
     names: Sequence[str],
     circles: Circles,
-    what: str = "",
+    circles_label: str = "",
     at: int = 0,
     slip: Array | None = None,
     opened: Booleans | None = None,
 ) -> Axes | AxesArray:
-    """Shear over friction bound of reactions at K corners, with circles at some of them; of many corners, those with the largest circles.
+    """Draw shear over friction bound of the reactions at K corners, with circles at some nodes.
 
-    Where the bound is zero up to rounding, no ratio is drawn. In space maps of the corner `at`,
-    with the circles of all, and the slip as arrows.
+    No ratio is drawn where the bound is zero up to rounding. In the plane all corners are drawn, or
+    those with the largest circles if there are many. In space maps show the corner `at`, with the
+    circles of all corners, and the slip as arrows.
     """
-    bound, of = most_shear(system, friction, p), r"\min(f p, c)" if system.capped else "(f p)"
-    if slip is not None:
-        slip = slip / system.stretch
+    bound = most_shear(system, friction, p)
+    bound_name = r"\min(f p, c)" if system.capped else "(f p)"
     if system.tangents == 2:
         ratio = ratios(lengths(q[at], p[at]), bound[at])
-        largest = float(np.nanmax(ratio, initial=0.0))
-        most, name = largest if largest > 1.0 + RESIDUAL else 1.0, rf"$|q| / {of}$ at {names[at]}"
-        areas = np.zeros(system.nodes)
-        for nodes, _, area in circles.values():
-            np.add.at(areas, np.ravel(nodes), area)
-        circled = (areas, what) if circles else None
-        return face_map(
-            panels,
-            system,
-            ratio,
-            name,
-            most=most,
-            slip=slip,
-            slip_name="residual slip",
-            opened=opened,
-            circled=circled,
-        )
-    (axes,), ratio, label = panels, ratios(q, bound), what or None
-    friction_bounds(axes, of)
-    ruling = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
-    for corner, look in lines_or_band(axes, system, ratio, names, ruling).items():
+        name = rf"$|q| / {bound_name}$ at {names[at]}"
+        return _map_of_ratios(panels, system, ratio, name, circles, circles_label, slip, opened)
+
+    (axes,) = panels
+    friction_bounds(axes, bound_name)
+    ratio = ratios(q, bound)
+    governing = sorted(circles, key=lambda corner: -float(np.sum(circles[corner][2]))) or [at]
+    looks = lines_or_band(axes, system, ratio, names, governing)
+    label = circles_label or None
+    for corner, look in looks.items():
         if corner in circles:
             nodes, senses, areas = circles[corner]
-            circle(axes, system.x[nodes], ratio[corner, nodes], senses, areas, look["color"], label)
+            places = ratio[corner, nodes]
+            circle(axes, system.x[nodes], places, senses, areas, look["color"], label)
             label = None
-    most = np.clip(
-        1.1 * float(np.nanmax(np.abs(ratio), initial=0.0)), 1.25, 3.0
-    )  # beyond, nodes with almost no pressure would hide all others
-    axes.set_ylim(-most, most)
+    # Beyond 3 a node with almost no pressure would flatten all other lines.
+    largest = 1.1 * float(np.nanmax(np.abs(ratio), initial=0.0))
+    height = np.clip(largest, 1.25, 3.0)
+    axes.set_ylim(-height, height)
     label_contacts(axes, system)
     if opened is not None:
         open_marks(axes, system.x[opened], "open", color=BLACK)
     legend(axes)
     return axes
+
+
+def _map_of_ratios(
+    panels: Sequence[Axes],
+    system: ContactSystem,
+    ratio: Array,
+    name: str,
+    circles: Circles,
+    circles_label: str,
+    slip: Array | None,
+    opened: Booleans | None,
+) -> Axes | AxesArray:
+    """Maps of ratios (N,) in space, with the areas of all circles of a node added."""
+    largest = float(np.nanmax(ratio, initial=0.0))
+    if largest <= 1.0 + RESIDUAL:
+        largest = 1.0
+    areas = np.zeros(system.nodes)
+    for nodes, _, area in circles.values():
+        np.add.at(areas, np.ravel(nodes), area)
+    return face_map(
+        panels,
+        system,
+        ratio,
+        name,
+        most=largest,
+        slip=None if slip is None else slip / system.stretch,
+        slip_name="residual slip",
+        opened=opened,
+        circled=(areas, circles_label) if circles else None,
+    )

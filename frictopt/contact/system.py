@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# One file because it is the one type that all rooms share: its data, their shapes, and its copies.
+# One file because all rooms share this type: its data, their shapes, and its copies.
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
@@ -30,19 +30,32 @@ from ..base import (
 )
 from ..base.checks import Names, checked_units, per_node
 from ..errors import ModelError
-from . import files, parts
-from .parts import joined, parted
+from . import files
+from .components import arc_length, joined, parted
+from .given_parts import (
+    checked_bolts,
+    checked_bonded,
+    checked_frames,
+    checked_gap,
+    checked_sizes,
+    checked_strength,
+    checked_stretch,
+    compliances,
+    positive,
+)
+from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 
-_RATIO = "give a ratio above 0"
-# than the bodies, which springs in some directions may be while others are not: beyond, rounding
-# hides what these carry
-_SOFTER = 1e18
+# Springs may be this many times softer than the bodies in some directions while they are rigid in
+# others. If they are softer, rounding hides the forces that the bodies carry.
+_SOFTEST_SPRING = 1e18
 
 
 @kept
 @dataclass(frozen=True, eq=False, repr=False)
 class ContactSystem(Shown, Plotted):
-    """N node pairs of two elastic bodies, condensed to their interface (Flicek et al. 2015, section 2).
+    """N node pairs of two elastic bodies, condensed to their interface.
+
+    Flicek et al. 2015, section 2.
 
     Each pair has one normal and t tangents, t = 1 in the plane and 2 in space. The reactions `r =
     [q, p]` of body 2 on body 1 follow from the relative motion `u = [v, w - gap]` of body 1 with
@@ -129,7 +142,9 @@ class ContactSystem(Shown, Plotted):
     --------
     >>> import numpy as np
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]})
+    >>> node = fo.ContactSystem(
+    ...     np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "Q": [1, 0, 0], "R": [0, 1, 0]}
+    ... )
     >>> node
     ContactSystem(nodes=1, tangents=2, loads=['P', 'Q', 'R'], gap=False)
     >>> node.reaction({"P": 2.0, "Q": 0.3, "R": 0.4})[0].tolist()
@@ -166,50 +181,47 @@ class ContactSystem(Shown, Plotted):
             raise ModelError(
                 f"points: shape {points.shape}; give (N, 2) in the plane or (N, 3) in space"
             )
-        S = parts.symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
-        parts.check_semi_definite("S", S)
-        gap = parts.above_zero(
-            "gap",
-            self.gap,
-            (n,),
-            "the bodies cannot overlap before loading, give gap >= 0",
-            zero=True,
-            none=0.0,
-        )
-        bonded, L = parts.checked_bonded("bonded", self.bonded, n, axes - 1), self.compliance
-        own, scale = np.diag(S).reshape(axes, n), float(np.trace(S) / len(S)) or 1.0
-        most = np.where(own.max(axis=0) > 0, own.max(axis=0), scale)
+        tangents = axes - 1
+        slip_shape = (n,) if tangents == 1 else (n, tangents)
+        S = symmetrised("S", finite_array("S", self.S, (axes * n, axes * n)))
+        check_semi_definite("S", S)
+        gap = checked_gap(self.gap, n)
+        bonded = checked_bonded("bonded", self.bonded, n, tangents)
         vars(self).update(
             S=S,
             points=points,
             bonded=bonded,
             gap=gap,
             nodes=n,
-            tangents=axes - 1,
-            slip_shape=(n,) if axes == 2 else (n, 2),
-        )
-        vars(self).update(
-            frames=parts.checked_frames(self.frames, n, axes),
-            contact=None if self.contact is None else checked_contact("contact", self.contact, n),
-            width=None
-            if self.width is None
-            else parts.above_zero(
-                "width", self.width, (n,), "give the length or area that the node collects, > 0"
-            ),
-            E_star=None if self.E_star is None else finite_number("E_star", self.E_star, above=0.0),
-            compliance=None
-            if L is None
-            else parts.symmetrised("compliance", finite_array("compliance", L, (len(bonded),) * 2)),
-            bolts=parts.checked_bolts("bolts", self.bolts, bonded),
-            load_size=parts.checked_sizes("load_size", self.load_size, bonded),
-            shear_strength=parts.checked_strength("shear_strength", self.shear_strength, n),
-            stretch=parts.above_zero("stretch", self.stretch, self.slip_shape, _RATIO, none=1.0),
+            tangents=tangents,
+            slip_shape=slip_shape,
+            frames=checked_frames(self.frames, n, axes),
+            bolts=checked_bolts("bolts", self.bolts, bonded),
+            load_size=checked_sizes("load_size", self.load_size, bonded),
+            shear_strength=checked_strength("shear_strength", self.shear_strength, n),
+            stretch=checked_stretch(self.stretch, slip_shape),
             units=checked_units(self.units),
-            stiffness_scale=scale,
-            own_stiffness=frozen(np.where(own > RIGID * most, own, most).ravel()),
+            stiffness_scale=float(np.trace(S) / len(S)) or 1.0,
         )
-        if axes == 2:
-            _ = self.x  # which rises
+        vars(self).update(own_stiffness=_own_stiffness(S, axes, self.stiffness_scale))
+        self._check_optional_parts()
+        if tangents == 1:
+            _ = self.x  # refuses nodes that are not in their order
+
+    def _check_optional_parts(self) -> None:
+        """Check the parts that may be None."""
+        n = self.nodes
+        if self.contact is not None:
+            vars(self).update(contact=checked_contact("contact", self.contact, n))
+        if self.width is not None:
+            remedy = "give the length or area that the node collects, > 0"
+            vars(self).update(width=positive("width", self.width, (n,), remedy))
+        if self.E_star is not None:
+            vars(self).update(E_star=finite_number("E_star", self.E_star, above=0.0))
+        if self.compliance is not None:
+            cases = len(self.bonded)
+            compliance = finite_array("compliance", self.compliance, (cases, cases))
+            vars(self).update(compliance=symmetrised("compliance", compliance))
 
     @classmethod
     def from_blocks(
@@ -228,75 +240,78 @@ class ContactSystem(Shown, Plotted):
         bolts: Mapping[str, tuple[float, float]] | None = None,
         units: str | None = None,
     ) -> Self:
-        """A contact in the plane on a straight line, from the (N, N) blocks of its stiffness and the (N,) coordinates of its nodes on that line.
+        """A contact in the plane on a straight line.
+
+        A, B, C are the (N, N) blocks of its stiffness, x (N,) the coordinates of its nodes on the
+        line. All other arguments are those of `ContactSystem`.
 
         Examples
         --------
         >>> import frictopt as fo
         >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0])}
-        >>> fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
+        >>> fo.ContactSystem.from_blocks(
+        ...     [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads
+        ... )
         ContactSystem(nodes=2, x=0 .. 1, loads=['P', 'Q'], gap=False)
         """
         line = finite_array("x", x, (None,))
         n = len(line)
         if n == 0:
             raise ModelError("x: no nodes; a contact needs at least one node pair")
-        A, B, C = (
-            finite_array(name, block, (n, n)) for name, block in zip("ABC", (A, B, C), strict=True)
-        )
-        A, C = parts.symmetrised("A", A), parts.symmetrised("C", C)
-        points = np.column_stack([line, np.zeros(n)])
-        more: dict[str, Any] = {
-            "gap": gap,
-            "contact": contact,
-            "width": width,
-            "E_star": E_star,
-            "compliance": compliance,
-            "units": units,
-        }
+        A = symmetrised("A", finite_array("A", A, (n, n)))
+        B = finite_array("B", B, (n, n))
+        C = symmetrised("C", finite_array("C", C, (n, n)))
         return cls(
             np.block([[A, B.T], [B, C]]),
-            points,
+            np.column_stack([line, np.zeros(n)]),
             bonded,
+            gap=frozen([]) if gap is None else gap,  # type: ignore[arg-type]  # checked there
+            contact=contact,  # type: ignore[arg-type]
+            width=width,  # type: ignore[arg-type]
+            E_star=E_star,
+            compliance=compliance,  # type: ignore[arg-type]
             bolts={} if bolts is None else bolts,
-            **more,
+            units=units,
         )
 
     def _answer(self) -> Mapping[str, object]:
-        names = [] if self.contact is None else list(dict.fromkeys(self.contact.tolist()))
-        several = {"contacts": names} if len(names) > 1 else {}
-        place = {"x": f"{self.x[0]:g} .. {self.x[-1]:g}"} if self.tangents == 1 else {"tangents": 2}
-        units = {} if self.units is None else {"units": self.units}
-        strong = {
-            name: True
-            for name, has in (("shear_strength", self.capped), ("orthotropic", self.orthotropic))
-            if has
-        }
-        return {
-            "nodes": self.nodes,
-            **place,
-            **several,
-            "loads": sorted(self.bonded),
-            "gap": bool(self.gap.any()),
-            **strong,
-            **units,
-        }
+        answer: dict[str, object] = {"nodes": self.nodes}
+        if self.tangents == 1:
+            answer["x"] = f"{self.x[0]:g} .. {self.x[-1]:g}"
+        else:
+            answer["tangents"] = self.tangents
+        if self.contact is not None:
+            contacts = list(dict.fromkeys(self.contact.tolist()))
+            if len(contacts) > 1:
+                answer["contacts"] = contacts
+        answer["loads"] = sorted(self.bonded)
+        answer["gap"] = bool(self.gap.any())
+        if self.capped:
+            answer["shear_strength"] = True
+        if self.orthotropic:
+            answer["orthotropic"] = True
+        if self.units is not None:
+            answer["units"] = self.units
+        return answer
 
     def to_frame(self) -> Table:
-        """A pandas DataFrame with one row for each node: node, contact and width where they are known, x (in the plane), gap, point and normal."""
+        """A pandas DataFrame with one row for each node.
+
+        Its columns are node, x (in the plane), gap, contact (if known), point, normal, and width
+        (if known).
+        """
         columns: dict[str, ArrayLike] = {"node": np.arange(self.nodes)}
         if self.tangents == 1:
             columns["x"] = self.x
         columns["gap"] = self.gap
         if self.contact is not None:
             columns["contact"] = self.contact
-        for name, values in (("point", self.points), ("normal", self.normals)):
-            columns |= {
-                f"{name}_{axis}": column for axis, column in zip("xyz", values.T, strict=False)
-            }
-        return frame(
-            columns if self.width is None else {**columns, "width": self.width}, units=self.units
-        )
+        for name, vectors in (("point", self.points), ("normal", self.normals)):
+            for axis, column in zip("xyz", vectors.T, strict=False):
+                columns[f"{name}_{axis}"] = column
+        if self.width is not None:
+            columns["width"] = self.width
+        return frame(columns, units=self.units)
 
     @property
     def x(self) -> Array:
@@ -307,16 +322,16 @@ class ContactSystem(Shown, Plotted):
         """
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
-        return frozen(parts.arc_length(self.points, self.frames, self.contact))
+        return frozen(arc_length(self.points, self.frames, self.contact))
 
     @property
     def capped(self) -> bool:
-        """Whether some node has a `shear_strength`."""
+        """True if some node has a `shear_strength`."""
         return bool(np.isfinite(self.shear_strength).any())
 
     @property
     def orthotropic(self) -> bool:
-        """Whether friction differs along the tangents, so that these are stretched, see `with_orthotropic_friction`."""
+        """True if friction differs along the tangents, see `with_orthotropic_friction`."""
         return bool((self.stretch != 1).any())
 
     @property
@@ -340,14 +355,17 @@ class ContactSystem(Shown, Plotted):
         return self.S[-self.nodes :, -self.nodes :]
 
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
-        """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude; ModelError for unknown cases or amplitudes not finite."""
-        return parted(reactions(self, [checked_loads("loads", loads)])[0], self.tangents + 1)
+        """Bonded reactions `(q^w, p^w)` under a sum of load cases, name -> amplitude.
+
+        ModelError for unknown load cases or amplitudes that are not finite.
+        """
+        bonded = reactions(self, [checked_loads("loads", loads)])[0]
+        return parted(bonded, self.tangents + 1)
 
     def closed_reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
-        """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0), from the bonded reactions and the initial gap."""
-        return parted(
-            joined(*self.reaction(loads)) - self.S[:, -self.nodes :] @ self.gap, self.tangents + 1
-        )
+        """Reactions `(q, p)` with every gap pressed shut and no slip (v = w = 0)."""
+        pressing_shut = self.S[:, -self.nodes :] @ self.gap
+        return parted(joined(*self.reaction(loads)) - pressing_shut, self.tangents + 1)
 
     @property
     def _reactions(self) -> Array:
@@ -355,13 +373,14 @@ class ContactSystem(Shown, Plotted):
         return np.column_stack([joined(*pair) for pair in self.bonded.values()])
 
     def displacements(self, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
-        """(..., cases) displacements of all load cases at states of the contact, in the order of `bonded`. Theory, "Joints".
+        """(..., cases) displacements of all load cases at states of the contact. Theory, "Joints".
 
-        The displacement of a load case of forces is the work of its unit load: of a single force
-        the displacement of its point along it, of a pressure the mean displacement times the area.
-        That of moved supports is their force, of an interference the force that presses it shut,
-        both negative. So the area of all loops together, of amplitude against displacement, is the
-        work of friction.
+        The displacements are in the order of `bonded`. The displacement of a load case of forces is
+        the work of its unit load: for a single force the displacement of its point along it, for a
+        pressure the mean displacement times the area. The displacement of a load case of moved
+        supports is minus their force, that of an interference minus the force that presses it shut.
+        So the area of all loops together, of amplitude against displacement, is the work of
+        friction.
 
         Parameters
         ----------
@@ -373,61 +392,79 @@ class ContactSystem(Shown, Plotted):
         --------
         >>> import frictopt as fo
         >>> loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
-        >>> node = fo.ContactSystem.from_blocks([[2.0]], [[0.0]], [[2.0]], [0.0], loads, compliance=[[3, 0], [0, 4]])
-        >>> node.displacements([1.0, 0.5], slip=[-0.25], gap=[0.0]).tolist()  # glued 0.5 x 4, and the slip that the force "Q" pushes
+        >>> node = fo.ContactSystem.from_blocks(
+        ...     [[2.0]], [[0.0]], [[2.0]], [0.0], loads, compliance=[[3, 0], [0, 4]]
+        ... )
+        >>> node.displacements(
+        ...     [1.0, 0.5], slip=[-0.25], gap=[0.0]
+        ... ).tolist()  # glued 0.5 x 4, and the slip that the force "Q" pushes
         [3.0, 2.25]
         """
         if self.compliance is None:
             raise ModelError(
-                "compliance: not known; `condense` finds it, else give that of the load cases on the glued bodies to the system"
+                "compliance: not known; `condense` finds it, else give that of the load cases on "
+                "the glued bodies to the system"
             )
-        loads, v, w = (
-            real_array("amplitudes", amplitudes),
-            real_array("slip", slip),
-            real_array("gap", gap),
-        )
+        loads = real_array("amplitudes", amplitudes)
+        v = real_array("slip", slip)
+        w = real_array("gap", gap)
         shapes = v.shape[v.ndim - len(self.slip_shape) :], w.shape[-1:], loads.shape[-1:]
         if shapes != (self.slip_shape, (self.nodes,), (len(self.bonded),)):
             raise ModelError(
-                f"amplitudes, slip, gap: shapes {loads.shape}, {v.shape}, {w.shape}; give (..., {len(self.bonded)}), (..., {self.slip_shape}), "
-                f"(..., {self.nodes})"
+                f"amplitudes, slip, gap: shapes {loads.shape}, {v.shape}, {w.shape}; give (..., "
+                f"{len(self.bonded)}), (..., {self.slip_shape}), (..., {self.nodes})"
             )
         return np.asarray(loads @ self.compliance - joined(v, w - self.gap) @ self._reactions)
 
     def tension(self, case: str, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
-        """(...,) tension of the locked bolt of a load case, force, at states of the contact that are given as for `displacements`. Theory, eq. (25).
+        """(...,) tension of the locked bolt of a load case at states of the contact, force.
 
-        It is linear in loads, slip and gap. ModelError for a load case of no locked bolt, and where
-        `displacements` has one.
+        Theory, eq. (25).
+
+        The states are given as for `displacements`. The tension is linear in loads, slip and gap.
+        ModelError for a load case without a locked bolt, and for the errors of `displacements`.
 
         Examples
         --------
         >>> import frictopt as fo
         >>> loads, L = {"bolt": ([0.0], [2.0]), "pull": ([0.0], [-1.0])}, [[-0.2, 0.0], [0.0, 0.0]]
-        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[40.0]], [0.0], loads, compliance=L, bolts={"bolt": (2.0, 0.1)})
-        >>> node.tension("bolt", [[1.0, 0.0], [1.0, 4.0]], slip=[[0.0]] * 2, gap=[[0.0], [0.05]]).round(9).tolist()  # closed, open
+        >>> node = fo.ContactSystem.from_blocks(
+        ...     [[1.0]], [[0.0]], [[40.0]], [0.0], loads, compliance=L, bolts={"bolt": (2.0, 0.1)}
+        ... )
+        >>> node.tension(
+        ...     "bolt", [[1.0, 0.0], [1.0, 4.0]], slip=[[0.0]] * 2, gap=[[0.0], [0.05]]
+        ... ).round(9).tolist()  # closed, open
         [2.0, 3.0]
         """
         if case not in self.bolts:
             raise ModelError(
-                f"case: {shown(case)} is no locked bolt, {sorted(self.bolts)} are; the tension of a bolt that is not locked is its force times the "
-                "amplitude, whatever other loads do"
+                f"case: {shown(case)} is no locked bolt, {sorted(self.bolts)} are; the tension of "
+                "a bolt that is not locked is its force times the amplitude, whatever other loads "
+                "do"
             )
         _, shortening = self.bolts[case]
-        return np.asarray(
-            -self.displacements(amplitudes, slip, gap)[..., list(self.bonded).index(case)]
-            / shortening
-        )
+        number = list(self.bonded).index(case)
+        displacement = self.displacements(amplitudes, slip, gap)[..., number]
+        return np.asarray(-displacement / shortening)
 
     def with_bonded(self, cases: Mapping[str, ArrayLike]) -> Self:
-        """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`. Its compliance is not known."""
+        """Copy with load cases added or replaced, name -> bonded reactions, as in `ContactSystem`.
+
+        The compliance of the copy is not known.
+        """
         checked_round(self, "give load cases to the one that it was made of")
-        known = parts.checked_bonded("cases", cases, self.nodes, self.tangents)
-        sizes = {name: size for name, size in self.load_size.items() if name not in known}
-        return replace(self, bonded={**self.bonded, **known}, compliance=None, load_size=sizes)
+        added = checked_bonded("cases", cases, self.nodes, self.tangents)
+        return replace(
+            self,
+            bonded={**self.bonded, **added},
+            compliance=None,
+            load_size=_without(self.load_size, added),
+        )
 
     def with_interference(self, cases: Mapping[str, ArrayLike]) -> Self:
-        """Copy with interferences, load case name -> overlap of the unassembled bodies, >= 0, one number or (N,), length.
+        """Copy with interferences: load case name -> overlap of the unassembled bodies, length.
+
+        An overlap is >= 0, one number or (N,).
 
         An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a
         gap of minus the overlap, `(B^T d, C d)`; they add to those that the system has of that
@@ -437,37 +474,35 @@ class ContactSystem(Shown, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.5]], [[2.0]], [0.0], {"Q": ([1.0], [0.0])})
+        >>> node = fo.ContactSystem.from_blocks(
+        ...     [[1.0]], [[0.5]], [[2.0]], [0.0], {"Q": ([1.0], [0.0])}
+        ... )
         >>> node.with_interference({"fit": 0.1}).bonded["fit"][1].tolist()
         [0.2]
         """
-        given, less = (
-            checked_cases("cases", cases, "overlap"),
-            "give overlaps >= 0, and an opening as a gap",
-        )
-        if bolt := next((name for name in given if name in self.bolts), None):
-            raise ModelError(
-                f"cases: {bolt!r} is a locked bolt, whose load case is its shortening alone; give the overlap a load case of its own"
-            )
-        overlaps = {
-            case: per_node(f"cases[{case!r}]", overlap, self.nodes, less)
-            for case, overlap in given.items()
-        }
-        names, k = list({**self.bonded, **overlaps}), len(self.bonded)
-        more, L = (
-            (0, len(names) - k),
-            np.zeros((k, k)) if self.compliance is None else self.compliance,
-        )
+        overlaps = {}
+        for case, overlap in checked_cases("cases", cases, "overlap").items():
+            if case in self.bolts:
+                raise ModelError(
+                    f"cases: {case!r} is a locked bolt, whose load case is its shortening alone; "
+                    "give the overlap a load case of its own"
+                )
+            remedy = "give overlaps >= 0, and an opening as a gap"
+            overlaps[case] = per_node(f"cases[{case!r}]", overlap, self.nodes, remedy)
+
+        names = list({**self.bonded, **overlaps})
+        known = len(self.bonded)
+        added = (0, len(names) - known)
+        compliance = np.zeros((known, known)) if self.compliance is None else self.compliance
         D = np.column_stack([overlaps.get(name, np.zeros(self.nodes)) for name in names])
-        R, L = parts.overlapping(
-            self.S, np.pad(self._reactions, ((0, 0), more)), np.pad(L, more), D
+        R, L = overlapping(
+            self.S, np.pad(self._reactions, ((0, 0), added)), np.pad(compliance, added), D
         )
-        sizes = {name: size for name, size in self.load_size.items() if name not in overlaps}
         return replace(
             self,
             bonded=dict(zip(names, R.T, strict=True)),
             compliance=None if self.compliance is None else L,
-            load_size=sizes,
+            load_size=_without(self.load_size, overlaps),
         )
 
     def with_gap(self, gap: Any) -> Self:
@@ -475,11 +510,13 @@ class ContactSystem(Shown, Plotted):
         return replace(self, gap=gap)
 
     def with_shear_strength(self, strength: ArrayLike) -> Self:
-        """Copy whose surfaces shear off: beside friction, `|q| <= strength * width` at each node, whatever the pressure. Theory, eq. (35).
+        """Copy whose surfaces shear off: at each node `|q| <= strength * width`.
 
-        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and what follows
-        such transients know it; they go in increments, also in the plane. What does not know it
-        refuses such a system.
+        The strength does not depend on the pressure, and acts beside friction. Theory, eq. (35).
+
+        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and the questions
+        that follow such transients know it. They go in increments, also in the plane. All other
+        questions refuse such a system.
 
         Parameters
         ----------
@@ -494,18 +531,29 @@ class ContactSystem(Shown, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[2.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[0.5])
+        >>> node = fo.ContactSystem.from_blocks(
+        ...     [[1.0]],
+        ...     [[0.0]],
+        ...     [[2.0]],
+        ...     [0.0],
+        ...     {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])},
+        ...     width=[0.5],
+        ... )
         >>> cycle = fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -1.0}])
-        >>> [round(fo.shakedown_limit(each, cycle, friction=0.5).load_factor, 9) for each in (node, node.with_shear_strength(2.5))]
+        >>> [
+        ...     round(fo.shakedown_limit(each, cycle, friction=0.5).load_factor, 9)
+        ...     for each in (node, node.with_shear_strength(2.5))
+        ... ]
         [2.0, 1.25]
         """
         width = checked_width(self, "a strength acts on it")
-        return replace(
-            self, shear_strength=parts.checked_strength("strength", strength, self.nodes) * width
-        )
+        checked = checked_strength("strength", strength, self.nodes)
+        return replace(self, shear_strength=checked * width)
 
     def with_orthotropic_friction(self, ratio: ArrayLike) -> Self:
-        """Copy for friction that differs along the two tangents: f along the first, `ratio` times f along the second. Theory, eq. (36).
+        """Copy for friction that differs along the two tangents. Theory, eq. (36).
+
+        The coefficient is f along the first tangent and `ratio` times f along the second.
 
         Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz
         1978). The copy has a stretched second tangent: its slips v2 are `ratio` times those of the
@@ -534,33 +582,45 @@ class ContactSystem(Shown, Plotted):
         --------
         >>> import numpy as np
         >>> import frictopt as fo
-        >>> node = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]})
-        >>> rolled, pushes = node.with_orthotropic_friction(0.5), ({"X": 1.0}, {"Y": 1.0}, {"X": 0.6, "Y": 0.4})
-        >>> cycles = [fo.LoadCycle({"P": 2.0}, [push, {case: -force for case, force in push.items()}]) for push in pushes]
-        >>> [round(fo.shakedown_limit(rolled, cycle, friction=0.3).load_factor, 9) for cycle in cycles]
+        >>> node = fo.ContactSystem(
+        ...     np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "X": [1, 0, 0], "Y": [0, 1, 0]}
+        ... )
+        >>> rolled, pushes = (
+        ...     node.with_orthotropic_friction(0.5),
+        ...     ({"X": 1.0}, {"Y": 1.0}, {"X": 0.6, "Y": 0.4}),
+        ... )
+        >>> cycles = [
+        ...     fo.LoadCycle({"P": 2.0}, [push, {case: -force for case, force in push.items()}])
+        ...     for push in pushes
+        ... ]
+        >>> [
+        ...     round(fo.shakedown_limit(rolled, cycle, friction=0.3).load_factor, 9)
+        ...     for cycle in cycles
+        ... ]
         [0.6, 0.3, 0.6]
         """
         checked_round(self, "give one ratio to the system that it was made of")
         if self.tangents == 1:
             raise ModelError(
-                "ratio: a contact in the plane has one tangent; give its friction, one or one per node"
+                "ratio: a contact in the plane has one tangent; give its friction, one or one per "
+                "node"
             )
-        second = parts.above_zero(
-            "ratio", per_node("ratio", ratio, self.nodes), (self.nodes,), _RATIO
-        )
+        second = per_node("ratio", ratio, self.nodes)
+        second = positive("ratio", second, (self.nodes,), "give a ratio above 0")
         stretch = np.column_stack([np.ones(self.nodes), second])
-        give = joined(1 / stretch, np.ones(self.nodes))
-        bonded = {name: give * joined(*pair) for name, pair in self.bonded.items()}
-        return replace(self, S=give[:, None] * self.S * give, bonded=bonded, stretch=stretch)
+        scale = joined(1 / stretch, np.ones(self.nodes))
+        bonded = {name: scale * joined(*pair) for name, pair in self.bonded.items()}
+        return replace(self, S=scale[:, None] * self.S * scale, bonded=bonded, stretch=stretch)
 
     def with_contact_stiffness(
         self, *, tangential: ArrayLike = np.inf, normal: ArrayLike = np.inf
     ) -> Self:
-        """Copy whose surfaces give: a spring in series with each node, along its tangents and its normal, between the body and the contact.
+        """Copy with springs in series with each node, along its tangents and its normal.
 
-        The springs are the asperities of real surfaces. Slip and gap are then those of the contact
-        itself, without what the springs give. At the corner of a complete contact, which is
-        singular without them, limits converge as the mesh is refined. Theory, "Joints".
+        The springs stand between body and contact for the asperities of real surfaces. Slip and gap
+        of the copy are those of the contact itself, without the deformation of the springs. At the
+        corner of a complete contact, which is singular without them, limits converge as the mesh is
+        refined. Theory, "Joints".
 
         Parameters
         ----------
@@ -577,32 +637,43 @@ class ContactSystem(Shown, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[2.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}, width=[0.5])
-        >>> soft = node.with_contact_stiffness(tangential=2.0)  # half the width: as stiff as the bodies
-        >>> soft.A.round(9).tolist(), soft.C.round(9).tolist(), soft.bonded["Q"][0].round(9).tolist()
+        >>> node = fo.ContactSystem.from_blocks(
+        ...     [[1.0]],
+        ...     [[0.0]],
+        ...     [[2.0]],
+        ...     [0.0],
+        ...     {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])},
+        ...     width=[0.5],
+        ... )
+        >>> soft = node.with_contact_stiffness(
+        ...     tangential=2.0
+        ... )  # half the width: as stiff as the bodies
+        >>> (
+        ...     soft.A.round(9).tolist(),
+        ...     soft.C.round(9).tolist(),
+        ...     soft.bonded["Q"][0].round(9).tolist(),
+        ... )
         ([[0.5]], [[2.0]], [0.5])
         """
         checked_round(self, "give springs of surfaces to the one that it was made of")
-        give = parts.compliances(
-            tangential,
-            normal,
-            checked_width(self, "the springs of a node act on it"),
-            self.tangents,
-        )
-        if not give.any():
+        width = checked_width(self, "the springs of a node act on it")
+        springs = compliances(tangential, normal, width, self.tangents)
+        if not springs.any():
             return self
-        soft = give * self.own_stiffness
-        if soft.max() > _SOFTER * max(soft.min(), 1.0):
-            name = ("tangential", "normal")[int(soft.argmax() >= self.tangents * self.nodes)]
+        softness = springs * self.own_stiffness
+        if softness.max() > _SOFTEST_SPRING * max(softness.min(), 1.0):
+            is_normal = softness.argmax() >= self.tangents * self.nodes
             raise ModelError(
-                f"{name}: {soft.max():.1e} times softer than the bodies, while others are not; give at most {_SOFTER:g} times"
+                f"{'normal' if is_normal else 'tangential'}: {softness.max():.1e} times softer "
+                f"than the bodies, while others are not; give at most {_SOFTEST_SPRING:g} times"
             )
-        S, R, more = parts.in_series(self.S, self.own_stiffness, self._reactions, give)
-        L = None if self.compliance is None else self.compliance + more
-        return replace(self, S=S, bonded=dict(zip(self.bonded, R.T, strict=True)), compliance=L)
+        S, R, added = in_series(self.S, self.own_stiffness, self._reactions, springs)
+        compliance = None if self.compliance is None else self.compliance + added
+        bonded = dict(zip(self.bonded, R.T, strict=True))
+        return replace(self, S=S, bonded=bonded, compliance=compliance)
 
     def save(self, path: str | Path) -> None:
-        """Write an npz archive of plain arrays (no pickle) under exactly its name, `joint.npz` or `joint_f0.3`.
+        """Write an npz archive of plain arrays (no pickle) under exactly the given name.
 
         ModelError if the file cannot be written, or has the ending of something else, such as
         `.csv`.
@@ -611,43 +682,61 @@ class ContactSystem(Shown, Plotted):
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a system from an archive written by `save`; ModelError if missing or damaged. Of matrices in other files `from_blocks` makes one."""
+        """Read a system from an archive that `save` wrote.
+
+        ModelError if it is missing or damaged.
+        """
         return cls(**files.read(path))
 
 
+def _own_stiffness(S: Array, axes: int, scale: float) -> Array:
+    """(M,) diagonal of S; where it is rounding the largest one of the node, or `scale`."""
+    diagonal = np.diag(S).reshape(axes, -1)
+    largest = diagonal.max(axis=0)
+    largest = np.where(largest > 0, largest, scale)
+    return frozen(np.where(diagonal > RIGID * largest, diagonal, largest).ravel())
+
+
+def _without(sizes: Mapping[str, float], names: Mapping[str, object]) -> dict[str, float]:
+    """The sizes of all load cases but those of some names."""
+    return {name: size for name, size in sizes.items() if name not in names}
+
+
 def reactions(system: ContactSystem, loads: Sequence[Mapping[str, float]]) -> Array:
-    """(K, M) bonded reactions of K sums of load cases, ordered by component; ModelError if no contact system, or a load case that it lacks."""
+    """(K, M) bonded reactions of K sums of load cases, ordered by component.
+
+    ModelError if `system` is no contact system, or lacks a load case.
+    """
     known = checked_system(system).bonded
-    if unknown := {name for load in loads for name in load} - set(known):
+    unknown = {name for load in loads for name in load} - set(known)
+    if unknown:
         raise ModelError(f"load case {min(unknown)!r}: unknown; this system has {sorted(known)}")
-    return (
-        np.array([[load.get(name, 0.0) for name in known] for load in loads]) @ system._reactions.T
-    )
+    amplitudes = np.array([[load.get(name, 0.0) for name in known] for load in loads])
+    return amplitudes @ system._reactions.T
 
 
 def checked_system(system: object) -> ContactSystem:
     """Check that `system` is a contact system."""
     if not isinstance(system, ContactSystem):
-        remedy = (
-            "call its .condense(), which makes one"
-            if hasattr(system, "condense")
-            else "the condense() of a scene or a model makes one"
-        )
+        remedy = "the condense() of a scene or a model makes one"
+        if hasattr(system, "condense"):
+            remedy = "call its .condense(), which makes one"
         raise ModelError(f"system: a {type(system).__name__}; give a ContactSystem ({remedy})")
     return system
 
 
 def checked_width(system: ContactSystem, why: str) -> Array:
-    """The widths of the nodes of a contact, for what needs them."""
+    """The widths of the nodes; `why` tells in an error what needs them."""
     if system.width is None:
         raise ModelError(
-            f"width: not known, and {why}; give it, as `condense(..., width=job.areas(pairs[:, 1]))`"
+            f"width: not known, and {why}; give it, as `condense(..., width=job.areas(pairs[:, "
+            "1]))`"
         )
     return system.width
 
 
 def checked_round(system: object, remedy: str) -> ContactSystem:
-    """Check that friction of a contact system is the same along all tangents, for what needs lengths along them as they are; else a remedy."""
+    """Check that friction of a contact system is the same along all tangents."""
     checked = checked_system(system)
     if checked.orthotropic:
         raise ModelError(
@@ -656,19 +745,8 @@ def checked_round(system: object, remedy: str) -> ContactSystem:
     return checked
 
 
-def checked_uncapped(system: object, question: str) -> ContactSystem:
-    """Check that no shear strength bounds the shear of a contact system, for what does not know it."""
-    checked = checked_system(system)
-    if checked.capped:
-        raise ModelError(
-            f"system: it has a shear strength, which {question} does not know; ask shakedown_limit, gross_slip, march or steady_state, or leave it "
-            "out: system.with_shear_strength(np.inf)"
-        )
-    return checked
-
-
 def checked_plane(system: object, instead: str) -> ContactSystem:
-    """Check that `system` is a contact system in the plane; `instead` is what answers in space, in words."""
+    """Check that `system` is a contact in the plane; `instead` names the question for space."""
     checked = checked_system(system)
     if checked.tangents != 1:
         raise ModelError(

@@ -23,7 +23,7 @@ from ..contact import (
     reactions,
 )
 from ..contact.diagnosis import in_contact
-from ..contact.parts import following
+from ..contact.stiffness import following
 from ..errors import ModelError
 
 # a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs

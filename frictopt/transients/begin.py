@@ -22,7 +22,7 @@ from ..contact import (
     parted,
     reactions,
 )
-from ..contact.coulomb import checked_state
+from ..contact.state import checked_state
 from ..contact.diagnosis import pressing
 from ..errors import ModelError
 from .statics import mean_load_diagnosis

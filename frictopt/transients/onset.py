@@ -36,7 +36,7 @@ from ..contact import (
     parted,
     reactions,
 )
-from ..contact.coulomb import reach
+from ..contact.law import reach
 from ..errors import FrictoptError, NoContinuation
 from .statics import unscaled_diagnosis
 

@@ -205,7 +205,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     )
     for name, look in _LOOKS.items():
         lines_or_band(
-            force, system, getattr(states, name)[corners] / width, names, what=f"${name}$, ", **look
+            force, system, getattr(states, name)[corners] / width, names, prefix=f"${name}$, ", **look
         )
     force.set_ylabel(unit)
     legend(force)

@@ -13,7 +13,7 @@ from matplotlib.collections import PathCollection, QuadMesh, TriMesh
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import frictopt as fo
-from frictopt.contact import face
+from frictopt.contact import triangles
 from helpers.spatial import cycle, random_contact
 from helpers.systems import CYCLE, random_system
 
@@ -185,14 +185,14 @@ def test_a_filled_face_leaves_its_hole_out_and_joins_no_contacts():
     ax = fo.shakedown_limit(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), F).plot()
     (filled,) = [one for one in ax.collections if isinstance(one, TriMesh)]
     assert filled.get_array().shape == (len(points),)
-    mesh = face._triangles(contact.contact, ring, np.ones(len(points), dtype=bool), None)
+    mesh = triangles.neighbours(contact.contact, ring, np.ones(len(points), dtype=bool), None)
     corners = ring[mesh.get_masked_triangles()]
     sides = corners[:, 1:] - corners[:, :1]
     assert np.abs(np.linalg.det(sides)).sum() == pytest.approx(
         24 * np.sin(2 * np.pi / 24) * (3.5**2 - 2.0**2), rel=0.02
     )
     halves = replace(contact, contact=["a"] * 48 + ["b"] * 48)
-    apart = face._triangles(
+    apart = triangles.neighbours(
         halves.contact, ring, np.ones(len(points), dtype=bool), None
     ).get_masked_triangles()
     assert ((apart < 48).all(axis=1) | (apart >= 48).all(axis=1)).all()

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...base import RESIDUAL, Array, SolveRecord, components, finite_array, frame
 from ...contact import ContactSystem, checked_system, friction_coefficients, joined, off_law, parted
-from ...contact.parts import checked_pair
+from ...contact.given_parts import checked_pair
 from ...errors import SolverError
 from ...solve.problem import Explained
 from ..begin import HOLD, OPEN

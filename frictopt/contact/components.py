@@ -1,0 +1,77 @@
+"""Vectors of all nodes, ordered by component, and coordinates along contacts in the plane."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from ..base import SAME_POINT, Array
+from ..base.checks import Names
+from ..errors import ModelError
+
+
+def joined(q: Array, p: Array) -> Array:
+    """(..., M) values ordered by component, the inverse of `parted`.
+
+    q are tangential values, (..., N) in the plane and (..., N, 2) in space, p normal ones (..., N).
+    """
+    if q.ndim == p.ndim:
+        return np.concatenate([q, p], axis=-1)
+    return np.concatenate([q[..., 0], q[..., 1], p], axis=-1)
+
+
+def parted(r: Array, axes: int) -> tuple[Array, Array]:
+    """Tangential and normal parts of (..., M) values ordered by component.
+
+    `axes` is 2 in the plane, 3 in space. The tangential part is (..., N) or (..., N, 2), the normal
+    part (..., N).
+    """
+    n = r.shape[-1] // axes
+    tangential = r[..., :-n]
+    normal = r[..., -n:]
+    if axes == 3:
+        tangential = np.stack([tangential[..., :n], tangential[..., n:]], axis=-1)
+    return tangential, normal
+
+
+def runs(names: Sequence[str] | Names) -> list[slice]:
+    """The nodes of each contact, from the name of the contact of each node."""
+    starts = [i for i in range(len(names)) if i == 0 or names[i] != names[i - 1]]
+    return [slice(start, end) for start, end in pairwise([*starts, len(names)])]
+
+
+def arc_length(points: Array, frames: Array, contact: Names | None) -> Array:
+    """(N,) rising coordinates of the nodes along contacts in the plane, length.
+
+    If all nodes share a tangent and rise along it, it is their coordinate along this tangent. Else
+    it is the arc length from the first node. The contacts follow each other, one mean spacing
+    apart. ModelError if the coordinates do not rise.
+    """
+    contacts = [slice(None)] if contact is None else runs(contact)
+    tangent = frames[0, 0]
+    x = points @ tangent
+    turns = bool((frames != frames[0]).any())
+    falls = bool((np.diff(x) <= 0).any())
+    if turns or (len(contacts) > 1 and falls):
+        end = 0.0
+        for number, nodes in enumerate(contacts):
+            places = points[nodes]
+            spacings = np.hypot(*np.diff(places, axis=0).T)
+            if number > 0:
+                start = end + (float(spacings.mean()) if len(spacings) else 1.0)
+            else:
+                start = float(tangent @ places[0])
+                # A first node within rounding of the origin is at the origin.
+                if abs(start) <= SAME_POINT * spacings.sum():
+                    start = 0.0
+            x[nodes] = start + np.r_[0.0, np.cumsum(spacings)]
+            end = float(x[nodes][-1])
+
+    falling = np.diff(x) <= 0
+    if falling.any():
+        i = int(falling.argmax())
+        raise ModelError(
+            f"x: x[{i + 1}] = {x[i + 1]:g} does not exceed x[{i}] = {x[i]:g}; order the nodes "
+            "along the interface"
+        )
+    return np.asarray(x)

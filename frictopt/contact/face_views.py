@@ -1,0 +1,138 @@
+"""How the faces of contacts in space are seen on a map: along their normal, or unrolled."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..base import Array, Integers
+from ..errors import ModelError
+from .frames import frames_of
+from .system import ContactSystem
+
+# Difference of directions, and of places over the size of the contact, that is rounding.
+_ROUNDING = 1e-9
+# A face turns on about an axis if its normals spread in a second direction by this share of the
+# first one; the normals of two flat sides spread in one direction alone.
+_SPREAD = 0.1
+# Smallest cosine between the normals and their mean on a map seen along the mean: of a face that
+# could be unrolled instead, and of any other face.
+_CAP = 0.5
+_NOT_STEEP = 0.1
+
+
+class Face(NamedTuple):
+    """One map: a contact, or several contacts in one plane, without a name.
+
+    `nodes` (n,) are the numbers of its nodes, `places` (n, 2) their places on the map, `labels`
+    names the axes of the map, and `turn` (n, 2, 2) takes slips to directions on the map.
+    """
+
+    contact: str
+    nodes: Integers
+    places: Array
+    labels: tuple[str, str]
+    turn: Array
+
+
+def faces_of(system: ContactSystem) -> list[Face]:
+    """One face if all nodes lie beside each other in one plane; else one face for each contact."""
+    names = [] if system.contact is None else list(dict.fromkeys(system.contact.tolist()))
+    every_node = np.arange(system.nodes)
+    if len(names) < 2:
+        return [_face_of(system, "", every_node)]
+    if np.ptp(system.frames, axis=0).max() <= _ROUNDING:
+        try:
+            return [_face_of(system, "", every_node)]
+        except ModelError:
+            pass  # contacts above each other have a map each
+    return [_face_of(system, name, np.flatnonzero(system.contact == name)) for name in names]
+
+
+def _face_of(system: ContactSystem, contact: str, nodes: Integers) -> Face:
+    """The map of some nodes: seen along their mean normal, or unrolled about an axis."""
+    frames = system.frames[nodes]
+    points = system.points[nodes]
+    normals = frames[:, 2]
+    if np.abs(frames - frames[0]).max() <= _ROUNDING:
+        places, labels, directions = _seen_along(points, frames[0], "tangent")
+    else:
+        mean = normals.mean(axis=0)
+        axis, turns_on = _axis_of(normals)
+        smallest_cosine = _CAP if turns_on else _NOT_STEEP
+        if (normals @ mean).min() > smallest_cosine * np.linalg.norm(mean):
+            view = frames_of(mean[None])[0]
+            places, labels, directions = _seen_along(points, view, "tangent of the mean plane")
+        elif turns_on:
+            places, labels, directions = _seen_unrolled(points, normals, axis)
+        else:
+            raise ModelError(
+                "plot: the contact is not flat, and its sides face each other or away; make a "
+                "contact of each side, or use to_frame()"
+            )
+    grid = np.round(places / (_ROUNDING * (np.ptp(places) or 1.0)))
+    if len(np.unique(grid, axis=0)) < len(nodes):
+        raise ModelError(
+            "plot: the contact has nodes above each other, which one map would hide; use to_frame()"
+        )
+    return Face(
+        contact, nodes, places, labels, np.einsum("nij,nkj->nik", directions, frames[:, :2])
+    )
+
+
+def _axis_of(normals: Array) -> tuple[Array, bool]:
+    """The axis about which a face turns on, and whether it does.
+
+    If it does, no normal is nearly along the axis.
+    """
+    _, sizes, directions = np.linalg.svd(normals - normals.mean(axis=0), full_matrices=False)
+    axis = directions[-1]
+    axis = axis * np.sign(axis[np.abs(axis).argmax()])
+    sines = np.linalg.norm(np.cross(axis, normals), axis=1)
+    return axis, bool(sizes[1] > _SPREAD * sizes[0] and sines.min() > _CAP)
+
+
+def _seen_along(points: Array, view: Array, tangent: str) -> tuple[Array, tuple[str, str], Array]:
+    """Places on a plane with the tangents `view`; names of the axes; (n, 2, 3) directions."""
+    labels = _axis_name(view[0], f"first {tangent}"), _axis_name(view[1], f"second {tangent}")
+    directions = np.repeat(view[None, :2], len(points), axis=0)
+    return points @ view[:2].T, labels, directions
+
+
+def _seen_unrolled(
+    points: Array, normals: Array, axis: Array
+) -> tuple[Array, tuple[str, str], Array]:
+    """Places on a face unrolled about an axis; names of the axes; (n, 2, 3) directions."""
+    around = np.cross(axis, normals)
+    around = around / np.linalg.norm(around, axis=1)[:, None]
+    directions = np.stack([around, np.repeat(axis[None], len(points), axis=0)], axis=1)
+    places = np.column_stack([_arcs(points, around, axis), points @ axis])
+    return places, ("unrolled around the axis of the face", "along that axis"), directions
+
+
+def _arcs(points: Array, around: Array, axis: Array) -> Array:
+    """(n,) arcs of points about an axis, with the mean radius, cut in the widest gap.
+
+    `around` (n, 3) are the unit directions about the axis.
+    """
+    first, second, _ = frames_of(axis[None])[0]
+    angle = np.arctan2(around @ second, around @ first)
+    sides = np.sort(angle)
+    gaps = np.diff(sides, append=sides[0] + 2 * np.pi)
+    # Of gaps that are equal up to rounding the first one.
+    widest = int((gaps > gaps.max() - _ROUNDING).argmax())
+    cut = sides[widest] + gaps[widest] / 2
+
+    outward = np.cross(around, axis)
+    outward -= outward.mean(axis=0)
+    radius = np.sum((points - points.mean(axis=0)) * outward) / np.sum(outward**2)
+    return np.asarray(radius * ((angle - cut) % (2 * np.pi) - np.pi))
+
+
+def _axis_name(tangent: Array, name: str) -> str:
+    """Name of a direction: x, y or z if it is one of these."""
+    for number, letter in enumerate("xyz"):
+        if tangent[number] > 1.0 - _ROUNDING:
+            return f"${letter}$"
+        if tangent[number] < _ROUNDING - 1.0:
+            return f"$-{letter}$"
+    return f"position along the {name}"

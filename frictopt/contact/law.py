@@ -1,0 +1,164 @@
+"""The contact law: how large a shear force a node can carry under its normal force.
+
+All laws of the package have one form. At each node the shear force is bounded by a function of the
+normal force that is concave and piecewise linear, and friction opposes the slip::
+
+    |q| <= min over the terms of (slope * p + constant),    p >= 0
+
+Coulomb's law is the one term `f p`. A shear strength of the surface adds the term `c`, which no
+pressure raises. Friction that differs along the two tangents is Coulomb's law in stretched
+coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term: programs,
+increments, gross slip and the referee take the terms as they stand here. `KNOWN_BY` lists the
+questions that know a law other than Coulomb's; all other questions refuse it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base import Array, Integers
+from ..base.checks import per_node
+from ..errors import ModelError
+from .system import ContactSystem, checked_system
+
+KNOWN_BY = {
+    "shear strength": ("shakedown_limit", "gross_slip", "march", "steady_state"),
+}
+"""Name of a law -> the public questions that know it. Coulomb's law is known by all."""
+
+
+@dataclass(frozen=True, eq=False)
+class BoundTerm:
+    """One linear term of the friction bound, `slope * p + constant`, at the nodes that have it.
+
+    Attributes
+    ----------
+    row
+        Label of the rows of a program that hold this term, such as "stuck".
+    slope
+        (N,) increase of the bound with the normal force, dimensionless.
+    constant
+        (N,) bound without normal force, force; inf at nodes without this term.
+    """
+
+    row: str
+    slope: Array
+    constant: Array
+
+    def bound(self, p: Array, force: float = 1.0) -> Array:
+        """(..., N) bound under normal forces p (..., N), both in units of `force`."""
+        return self.slope * p + self.constant / force
+
+    @property
+    def nodes(self) -> Integers:
+        """Numbers of the nodes that have this term."""
+        return np.flatnonzero(np.isfinite(self.constant))
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLaw:
+    """The bound of the shear forces of all nodes, as its linear terms; the smallest term governs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import frictopt as fo
+    >>> from frictopt.contact import contact_law
+    >>> loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads, width=[1.0])
+    >>> law = contact_law(node.with_shear_strength(0.8), 0.5)
+    >>> [term.row for term in law.terms]
+    ['stuck', 'strength']
+    >>> law.bound(np.array([[1.0], [2.0]])).tolist()
+    [[0.5], [0.8]]
+    """
+
+    terms: tuple[BoundTerm, ...]
+
+    def bound(self, p: Array, force: float = 1.0) -> Array:
+        """(..., N) largest shear force under normal forces p (..., N), both in units of `force`."""
+        smallest = self.terms[0].bound(p, force)
+        for term in self.terms[1:]:
+            smallest = np.minimum(smallest, term.bound(p, force))
+        return smallest
+
+    def return_map(self, q: Array, p: Array) -> Array:
+        """The shear force on the bound that is closest to a trial shear force q outside of it.
+
+        q is (..., N) in the plane and (..., N, 2) in space, p (..., N). A trial force within its
+        bound is returned as it is. This is the closest-point projection of an increment.
+        """
+        size = lengths(q, p)
+        bound = np.maximum(self.bound(p), 0.0)
+        share = np.where(size > bound, bound / np.where(size > 0, size, 1.0), 1.0)
+        return q * (share if q.ndim == p.ndim else share[..., None])
+
+
+def contact_law(system: ContactSystem, friction: Array | float) -> ContactLaw:
+    """The law of a contact; `friction` has been checked, one coefficient or one per node."""
+    coulomb = BoundTerm("stuck", np.asarray(friction), np.zeros(system.nodes))
+    if not system.capped:
+        return ContactLaw((coulomb,))
+    strength = BoundTerm("strength", np.zeros(system.nodes), system.shear_strength)
+    return ContactLaw((coulomb, strength))
+
+
+def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
+    """Check a coefficient of friction, one for all nodes or one per node, and return it as (N,).
+
+    ModelError if it is not a real finite number or array, if it is negative, or if its length is
+    neither 1 nor N.
+
+    Examples
+    --------
+    >>> from frictopt.contact import friction_coefficients
+    >>> friction_coefficients(0.5, nodes=3).tolist()
+    [0.5, 0.5, 0.5]
+    """
+    return per_node("friction", friction, nodes, "a coefficient of friction is not negative")
+
+
+def checked_uncapped(system: object, question: str) -> ContactSystem:
+    """Check that a contact has Coulomb's law alone, for a `question` that knows no other one."""
+    checked = checked_system(system)
+    if checked.capped:
+        *first, last = KNOWN_BY["shear strength"]
+        raise ModelError(
+            f"system: it has a shear strength, which {question} does not know; ask "
+            f"{', '.join(first)} or {last}, or leave it out: system.with_shear_strength(np.inf)"
+        )
+    return checked
+
+
+def most_shear(system: ContactSystem, friction: Array | float, p: Array) -> Array:
+    """(..., N) largest shear force under normal forces p (..., N), by the law of the contact."""
+    return contact_law(system, friction).bound(p)
+
+
+def lengths(q: Array, p: Array) -> Array:
+    """(..., N) lengths of shear forces or slips q, (..., N) or (..., N, 2).
+
+    The normal forces p (..., N) show which of the two shapes q has.
+    """
+    if q.ndim == p.ndim:
+        return np.abs(q)
+    return np.asarray(np.linalg.norm(q, axis=-1))
+
+
+def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
+    """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, for q (..., 2) and g (...,).
+
+    It is inf where every larger lam obeys the inequality, and the nearest lam where none does. The
+    squares of both sides give `a lam^2 + 2 b lam <= c`.
+    """
+    a = (q1**2).sum(axis=-1) - g1**2
+    b = (q0 * q1).sum(axis=-1) - g0 * g1
+    c = g0**2 - (q0**2).sum(axis=-1)
+    root = np.sqrt(np.maximum(b**2 + a * c, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        # If a and b vanish the path runs along the cone; it ends at the apex, if it comes there.
+        apex = np.where(g1 < 0, g0 / -g1, np.inf)
+        # Of the two forms of the root each is taken where nothing cancels.
+        last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, apex))
+    return np.where(g1 >= np.linalg.norm(q1, axis=-1), np.inf, last)

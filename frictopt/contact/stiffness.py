@@ -1,0 +1,127 @@
+"""Algebra of the stiffness of a contact: checks, springs in series, overlaps, open nodes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..base import CONDENSATION, RIGID, Array, Booleans
+from ..errors import ModelError
+from .components import joined
+
+# Rows and columns of a matrix that are factored at once.
+_BLOCK = 256
+
+
+def symmetrised(name: str, matrix: Array) -> Array:
+    """The symmetric part of a matrix that is symmetric up to rounding; else a ModelError."""
+    # Row by row, as a transposed copy of a large matrix would fill the memory.
+    asymmetry = [
+        float(np.abs(row - column).max()) for row, column in zip(matrix, matrix.T, strict=True)
+    ]
+    if max(asymmetry) > CONDENSATION * max(matrix.max(), -matrix.min()):
+        i = int(np.argmax(asymmetry))
+        j = int(np.abs(matrix[i] - matrix[:, i]).argmax())
+        raise ModelError(
+            f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but {name}[{j}, {i}] = "
+            f"{matrix[j, i]:g}; give the stiffness of the relative motion, in the same order for "
+            "rows and columns"
+        )
+    mean = matrix + matrix.T
+    mean /= 2
+    mean.flags.writeable = False
+    return mean
+
+
+def check_semi_definite(name: str, S: Array) -> None:
+    """Check that S has no negative eigenvalue beyond rounding; error messages call it `name`.
+
+    A Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the
+    eigenvalues. It is done in place, block by block, as three copies of S would fill the memory.
+    """
+    scale = np.abs(S).max()
+    if scale == 0:
+        return
+    factor = S / scale
+    factor[np.diag_indices_from(S)] += CONDENSATION * len(S)
+    try:
+        for start in range(0, len(S), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            done = slice(start)
+            factor[start:, block] -= factor[start:, done] @ factor[block, done].T
+            diagonal = np.linalg.cholesky(factor[block, block])
+            factor[start:, block] = np.linalg.solve(diagonal, factor[start:, block].T).T
+    except np.linalg.LinAlgError:
+        lowest = np.linalg.eigvalsh(S / scale)[0]
+        raise ModelError(
+            f"{name} has the negative eigenvalue {lowest * scale:g} (largest entry {scale:g}); an "
+            "elastic interface stores energy, so S must be positive semi-definite: check signs, "
+            "the order of the nodes, and that it was computed with 16 digits (float32 has 7)"
+        ) from None
+
+
+def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Array, Array, Array]:
+    """Stiffness and reactions with a spring in series with each motion, and the added compliance.
+
+    S is (M, M), R (M, k), `compliance` (M,) that of the springs, the diagonal of G, and `sizes`
+    (M,) > 0 the size of S at each motion. Returned are `(1 + S G)^-1 S`, `(1 + S G)^-1 R` and the
+    compliance `R^T (G^-1 + S)^-1 R` that the load cases gain: twice the energy which least squares
+    of the strains of bodies and springs leave.
+
+    In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`. So no spring is too stiff or
+    too soft, and rigid motions stay free.
+    """
+    root = np.sqrt(sizes)
+    values, vectors = np.linalg.eigh(S / np.outer(root, root))
+    strained = values > RIGID
+    F = root[:, None] * vectors[:, strained] * np.sqrt(values[strained])
+
+    spring = np.sqrt(compliance)[:, None]
+    count = F.shape[1]
+    rows = np.vstack([spring * F, np.eye(count)])
+    loads = np.vstack([spring * R, np.zeros((count, R.shape[1]))])
+    # With the largest rows first the orthogonal factors lose the fewest digits.
+    falling = np.argsort(-np.abs(rows).max(axis=1, initial=0.0), kind="stable")
+    Q, factor = np.linalg.qr(rows[falling])
+    strain = np.linalg.solve(factor, Q.T @ loads[falling])
+    half = np.linalg.solve(factor.T, F.T)
+    residual = loads - rows @ strain
+    return half.T @ half, R - F @ strain, residual.T @ residual
+
+
+def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
+    """Bonded reactions R (M, k) and compliance L (k, k) of load cases with overlaps D (N, k).
+
+    An overlap stores the energy of the closed contact that holds it. The displacement of its load
+    case is the one that returns this energy.
+    """
+    held = S[:, -len(D) :] @ D
+    p = R[-len(D) :]
+    return R + held, L - D.T @ p - p.T @ D - D.T @ held[-len(D) :]
+
+
+def following(
+    S: Array, open_nodes: Booleans, bonded: Sequence[tuple[Array, Array]]
+) -> Array | None:
+    """(M, M) compliance of open nodes, which follow the closed ones without force; zero elsewhere.
+
+    None if the closed nodes, or the bodies where all nodes are open, do not hold the open ones.
+    """
+    components = np.tile(open_nodes, len(S) // len(open_nodes))
+    values, vectors = np.linalg.eigh(S[np.ix_(components, components)])
+    # The data have errors of this share of the largest eigenvalue.
+    held = values > CONDENSATION * max(values[-1], np.finfo(float).tiny)
+    free = vectors[:, ~held]
+
+    # A free motion is harmless if no load excites it and if no gap changes by it.
+    excited = [np.abs(free[-int(open_nodes.sum()) :]).max(initial=0.0)]
+    for pair in bonded:
+        r = joined(*pair)
+        work = r[components] @ free / (np.abs(r).max() or 1.0)
+        excited.append(np.abs(work).max(initial=0.0))
+    if max(excited) > CONDENSATION:
+        return None
+
+    compliance = np.zeros_like(S)
+    inverse = (vectors[:, held] / values[held]) @ vectors[:, held].T
+    compliance[np.ix_(components, components)] = inverse
+    return compliance
