@@ -26,9 +26,9 @@ ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from helpers.planting import Fault, faults, planted  # noqa: E402
-from studies.origin import machine  # noqa: E402
 
 FAULTS = faults()
+OF_THE_COPY = "frictopt" not in sys.modules  # else a process would test the code without the fault
 PATIENCE = 400  # seconds, for tests that hang because of a fault
 NO_END = "no end"
 PROCESSES = get_context("forkserver")
@@ -195,6 +195,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(argv)
+    if __name__ == "__main__" and not OF_THE_COPY:
+        raise RuntimeError("frictopt was imported before its copies: no fault would be found")
     chosen = [
         fault
         for fault in FAULTS
@@ -226,6 +228,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"{test} fails without a fault, too")
     killed = [bool(killer) and killer not in wrong for killer in killers]
     if options.page is not None:
+        # Not at the top: it imports frictopt, and processes that plant faults begin with the same imports.
+        from studies.origin import machine
+
         options.page.mkdir(parents=True, exist_ok=True)
         file, log = (
             options.page / "mutants.md",
