@@ -165,7 +165,7 @@ class Dovetail(Scene):
         return np.asarray(self.neck_half_width + down_the_flank * self._direction[0])
 
     def model(self) -> ContactModel:
-        """The two meshes with contacts, supports and load cases; rounded ends are an initial gap."""
+        """The two meshes with contacts, supports and load cases; rounded ends are a gap."""
         gap = self._rounded if self.edge_radius else None
         return ContactModel(
             bodies={"blade": self._blade(), "disc": self._disc()},
