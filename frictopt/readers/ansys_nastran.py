@@ -39,7 +39,7 @@ ANSYS_SOLIDS = {
     (95, 20): "C3D20",
     (186, 20): "C3D20",
 }
-# The same of Nastran, by card and number of nodes.
+# Elements of Nastran, by card and number of nodes.
 NASTRAN_SOLIDS = {
     ("CHEXA", 8): "C3D8",
     ("CHEXA", 20): "C3D20",

@@ -75,20 +75,20 @@ def constraints_of(
 ) -> Constraints:
     """The constraints of a deck.
 
-    A block that cannot be read is named in `others` only, because loads may not depend on it.
+    A block that cannot be read is only named, in `unresolved`: loads may not depend on it.
     """
     held = np.zeros((len(row_of_node), 6), dtype=bool)
     listing = _ConstraintListing(row_of_node, sets, nodes_of_elements, held)
-    others: dict[str, None] = {}
+    unresolved: dict[str, None] = {}
     for block in constraint_blocks:
         read = CONSTRAINING[block.keyword]
         if read is None:
-            others[f"*{block.keyword}"] = None
+            unresolved[f"*{block.keyword}"] = None
             continue
         try:
             read(listing, block)
         except (KeyError, ValueError, IndexError, ZeroDivisionError) as error:
-            others[f"a block *{block.keyword} that cannot be read here: {error}"] = None
+            unresolved[f"a block *{block.keyword} that cannot be read here: {error}"] = None
 
     terms = list(listing.terms)
     # An equation takes precedence over a rigid part.
@@ -104,7 +104,7 @@ def constraints_of(
         ends=np.array([term[:2] for term in terms], dtype=np.intp).reshape(-1, 2),
         weights=np.array([term.weight for term in terms]),
         rigid=tuple((part.reference, part.rotation) for part in listing.rigid),
-        others=tuple(others),
+        unresolved=tuple(unresolved),
     )
 
 

@@ -28,7 +28,7 @@ class Constraints:
     # makes that node)
     rigid: tuple[tuple[int, int | None], ...] = ()
     # keywords whose equations are not in the deck
-    others: tuple[str, ...] = ()
+    unresolved: tuple[str, ...] = ()
 
     def passed_on(self, forces: Array, present: Booleans, numbers: Integers) -> Array:
         """Forces and moments (nodes, 6), moved from unknowns that follow others to these.
@@ -59,8 +59,8 @@ class Constraints:
 
     def _lost(self, node: int, direction: int) -> str:
         reason = "give the deck of the same job"
-        if self.others:
-            reason = f"the deck has {', '.join(self.others)}"
+        if self.unresolved:
+            reason = f"the deck has {', '.join(self.unresolved)}"
         return (
             f"force: it acts on node {node}, direction {direction}, that neither the matrix nor "
             f"*BOUNDARY has, and no *EQUATION says what it follows ({reason}); load nodes that "

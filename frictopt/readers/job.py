@@ -137,17 +137,17 @@ class MatrixJob(LabelledMatrix):
                 "take that constraint out, or let the others follow it"
             )
 
-        # Unknowns of the job = T @ unknowns that are left. Held corners (-1) do not move.
+        # Unknowns of the job = T @ remaining unknowns. Held corners (-1) do not move.
         follows = np.zeros(len(self.labels))
         follows[rows] = 1.0
-        left = np.flatnonzero(follows == 0)
+        remaining = np.flatnonzero(follows == 0)
         free = columns >= 0
         by_corners = csr_matrix((weight[free], (rows[free], columns[free])), shape=self.K.shape)
-        T = csr_matrix(diags(1 - follows) + by_corners)[:, left]
+        T = csr_matrix(diags(1 - follows) + by_corners)[:, remaining]
         ends = np.column_stack([6 * node + axis, 6 * corner + corner_axis])
         return MatrixJob(
             csr_matrix(T.T @ self.K @ T),
-            self.labels[left],
+            self.labels[remaining],
             replace(deck, constraints=deck.constraints.following(ends, weight)),
             M=None if self.M is None else csr_matrix(T.T @ self.M @ T),
         )
@@ -365,42 +365,42 @@ class MatrixJob(LabelledMatrix):
         >>> float(job.force("N_TOP", total=[0.0, -1.0]).sum().round(9))
         -1.0
         """
-        ways = {"traction": traction, "pressure": pressure, "total": total, "nodal": nodal}
-        given = {way: value for way, value in ways.items() if value is not None}
+        amounts = {"traction": traction, "pressure": pressure, "total": total, "nodal": nodal}
+        loads = {kind: value for kind, value in amounts.items() if value is not None}
         nodes = self.nodes(where)
-        if len(given) != 1:
+        if len(loads) != 1:
             raise ModelError(
-                f"force: {' and '.join(given) or 'no load'}; "
+                f"force: {' and '.join(loads) or 'no load'}; "
                 "give one of traction, pressure (force per area), total, nodal (force)"
             )
         self._check_not_axisymmetric("force", "the nodal forces that belong to the code's matrix")
-        ((way, value),) = given.items()
+        ((kind, value),) = loads.items()
         deck = self._known
         rows = rows_of_nodes(self.labels, deck)
         # (nodes, 6) forces and moments
         forces = np.zeros(rows.shape)
-        forces[:, : self._directions] = self._nodal_forces(nodes, way, value)
+        forces[:, : self._directions] = self._nodal_forces(nodes, kind, value)
         present = rows >= 0
         on_unknowns = deck.constraints.passed_on(forces, present, deck.numbers)
         values = np.zeros(len(self.labels))
         values[rows[present]] = on_unknowns[present]
         return frozen(values)
 
-    def _nodal_forces(self, nodes: Integers, way: str, value: object) -> Array:
-        """(nodes, d) forces of a load on some nodes, given in one of the ways of `force`."""
+    def _nodal_forces(self, nodes: Integers, kind: str, value: object) -> Array:
+        """(nodes, d) forces of a load on some nodes, of one of the kinds that `force` takes."""
         d = self._directions
-        if way == "nodal":
+        if kind == "nodal":
             is_uniform = real_array("nodal", value).ndim == 1
             forces = np.zeros(self.points.shape)
             forces[nodes] = finite_array("nodal", value, (d,) if is_uniform else (len(nodes), d))
             return forces
-        if way == "pressure":
+        if kind == "pressure":
             pressure = finite_number("pressure", value)
             return -pressure * self._integrals(nodes)[:, :-1]
         # (nodes, 1) area of each node
         areas = self._integrals(nodes)[:, -1:]
-        traction = areas * finite_array(way, value, (d,))
-        return traction / areas.sum() if way == "total" else traction
+        traction = areas * finite_array(kind, value, (d,))
+        return traction / areas.sum() if kind == "total" else traction
 
     def _integrals(self, nodes: Integers) -> Array:
         """(nodes, d + 1) integrals of each node's shape function over the outline between nodes.

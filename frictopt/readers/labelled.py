@@ -37,7 +37,7 @@ from ..fem.rigid import node_graph
 from .deck import Deck
 from .labels import checked_labels, displaced, rows_of_nodes
 from .listing import deck_of_points
-from .meshes import between, mesh_of, named, with_midsides
+from .meshes import between, mesh_of, with_midsides, with_sets
 from .printed_modes import printed_modes
 
 
@@ -289,7 +289,7 @@ class LabelledMatrix(Shown):
         if name in deck.sets or name not in deck.surfaces:
             return deck.nodes(where)
         alone = replace(deck, sets={}, element_sets={}, surfaces={name: deck.surfaces[name]})
-        facets = named(self.mesh, alone, "of the deck").boundaries[name]
+        facets = with_sets(self.mesh, alone, "of the deck").boundaries[name]
         between_nodes = between(self.mesh, np.unique(self.mesh.facets[:, facets]))
         if len(between_nodes) != len(facets):
             raise ModelError(

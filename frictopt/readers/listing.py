@@ -130,7 +130,10 @@ class DeckListing:
             elements=tuple(
                 _elements(row_of_node, kind, rows) for kind, rows in self.elements_by_type
             ),
-            element_sets=self._numbers_of_element_sets(),
+            element_sets={
+                name: whole(self.element_sets.numbers_in(name))
+                for name in self.element_sets.members
+            },
             thicknesses=self._thicknesses_of_plane_elements(),
             constraints=constraints_of(
                 self.constraint_blocks, row_of_node, sets, nodes_of_elements, points
@@ -160,10 +163,6 @@ class DeckListing:
         nodes = [node for number in numbers for node in self.elements.get(number, [])]
         return list(dict.fromkeys(nodes))
 
-    def _numbers_of_element_sets(self) -> dict[str, Integers]:
-        sets = self.element_sets
-        return {name: whole(sets.numbers_in(name)) for name in sets.members}
-
     def _thicknesses_of_plane_elements(self) -> tuple[float, ...]:
         """Distinct thicknesses of the sections that have plane elements."""
         plane_elements = {
@@ -172,7 +171,7 @@ class DeckListing:
             if kind.startswith(("CPE", "CPS"))
             for number, *_ in rows
         }
-        found = []
+        thicknesses = []
         for name, thickness in self.thicknesses:
             if name is None:
                 members = plane_elements
@@ -181,8 +180,8 @@ class DeckListing:
             else:
                 members = set()
             if members:
-                found.append(thickness)
-        return tuple(dict.fromkeys(found))
+                thicknesses.append(thickness)
+        return tuple(dict.fromkeys(thicknesses))
 
     def _faces_of(self, name: str, above: tuple[str, ...]) -> list[tuple[Integers, int]]:
         """The faces of a surface of elements, and of those that it combines.

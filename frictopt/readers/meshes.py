@@ -82,7 +82,7 @@ def read_mesh(path: str | Path) -> Mesh:
     # scikit-fem refuses elements of nodes that are not in the file.
     except (ValueError, IndexError) as error:
         raise ModelError(f"mesh {file.name}: {str(error).removeprefix('deck: ')}") from error
-    mesh = named(mesh, deck, file.name).remove_unused_nodes()
+    mesh = with_sets(mesh, deck, file.name).remove_unused_nodes()
     return with_midsides(mesh, elements, deck.points)[0]
 
 
@@ -181,7 +181,7 @@ def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, 
     return replace(curved, doflocs=coordinates), origin
 
 
-def named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
+def with_sets(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains."""
     subdomains = _subdomains(deck)
     boundaries = _boundaries_of_node_sets(mesh, deck, subdomains)

@@ -71,7 +71,7 @@ class CornerMode:
 
     @property
     def traction_ratio(self) -> float:
-        """Signed `q / p` on the interface at the left corner; at the right one its sign is opposite.
+        """Signed `q / p` on the interface at the left corner; with the other sign at the right one.
 
         `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same
         at every distance. Under the symmetric mode alone (pressed together) the corner sticks if

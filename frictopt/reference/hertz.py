@@ -155,7 +155,7 @@ class LineContact(_Round):
         return self.half_width * sqrt(1 - self._share("Q", Q))
 
     def pressure(self, x: ArrayLike) -> Array:
-        """Pressure at distance x from the middle, length, any shape; 0 outside the contact, stress."""
+        """Pressure at distance x from the middle, any shape; stress, zero outside the contact."""
         return self.peak_pressure * _ellipse(finite_array("x", x), self.half_width)
 
     def shear(self, x: ArrayLike, Q: float) -> Array:
@@ -254,7 +254,7 @@ class SphereContact(_Round):
 
     @property
     def half_width(self) -> float:
-        """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)` with `E* = E / (2 (1 - nu^2))`."""
+        """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)`, `E* = E / (2 (1 - nu^2))`."""
         return float((1.5 * self.P * self.R * (1 - self.nu**2) / self.E) ** (1 / 3))
 
     def dissipation(self, Q: float) -> float:

@@ -199,7 +199,7 @@ class PinInPlate(Scene):
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
-        """Of the square in the pin, of the pin around it and of the plate.
+        """Grids of the square in the pin, of the pin around it and of the plate.
 
         The first are x and y, the others shares of the way along a ray, and positions on the ring:
         from the square to the ring, and from the ring to the edge of the plate.

@@ -98,7 +98,7 @@ FAULTS = (
     Fault(
         "readers/job.py",
         "a total force is a traction",
-        old="traction / areas.sum() if way == 'total' else traction",
+        old="traction / areas.sum() if kind == 'total' else traction",
         new="traction",
         tests="matrices calculix",
     ),

@@ -65,7 +65,7 @@ def named(keyword):
     """A constraint of the rules of the code: its name is known."""
     return (
         f"*{keyword}\n1, 2\n",
-        lambda _, job: f"*{keyword.replace(' ', '')}" in job.deck.constraints.others,
+        lambda _, job: f"*{keyword.replace(' ', '')}" in job.deck.constraints.unresolved,
     )
 
 
@@ -248,7 +248,7 @@ def test_what_has_no_effect_has_none(folder, name):
         [*map(np.ndarray.tolist, block[1:])] for block in other.elements
     ]
     assert (
-        one.constraints.others == other.constraints.others == ()
+        one.constraints.unresolved == other.constraints.unresolved == ()
         and not other.constraints.held.any()
     )
 
