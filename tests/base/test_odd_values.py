@@ -16,7 +16,7 @@ import pytest
 from scipy.sparse import csr_matrix
 
 import frictopt as fo
-from helpers.calls import CALLS, CLAIMED, CONTACT, FRICTION, TooLong, alarm
+from helpers.public_names.called import CALLS, CLAIMED, CONTACT, FRICTION, TooLong, alarm
 from helpers.systems import CYCLE
 
 MAYBE = {  # what may mean something somewhere

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from helpers.questions import ASKED, F
+from helpers.public_names.asked import ASKED, F
 from helpers.systems import CYCLE, FIRST_PAIR, system
 from validation.fuzz.embedded import embedded
 

@@ -17,6 +17,7 @@ import pytest
 import pyvista
 
 import frictopt as fo
+from helpers.public_names.cited import CITED
 from paper_figures.__main__ import FIGURES
 from studies.__main__ import STUDIES
 
@@ -32,43 +33,6 @@ PAGES += sorted(
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 FAULTS = DOCS / "tables" / "mutants.md"
 TABLES = sorted({*(DOCS / "tables").glob("*.md")} - {FAULTS})
-
-CITED = {  # public name -> label of the equation of the theory page that its docstring cites
-    "ContactSystem": "reactions",
-    "condense": "condensation",
-    "BoltPreload": "bolt",
-    "ContactModel.modes": "modes",
-    "ContactSystem.tension": "bolt",
-    "ContactSystem.with_shear_strength": "strength",
-    "ContactSystem.with_orthotropic_friction": "ellipse",
-    "reference.referee": "coulomb",
-    "LoadCycle": "cycle",
-    "onset": "onset",
-    "shakedown_limit": "shakedown",
-    "ShakedownModel": "shakedown",
-    "results.ShakedownLimit": "mechanism",
-    "safe_slip": "margin",
-    "SafeSlipModel": "margin",
-    "guaranteed_limit": "guaranteed",
-    "GuaranteedModel": "guaranteed",
-    "DesignModel": "design",
-    "increments.FrozenBoundIncrement": "frozen",
-    "increments.ExactIncrement": "coulomb",
-    "increments.NewtonIncrement": "coulomb",
-    "increments.complementarity_problem": "lcp",
-    "march": "rates",
-    "steady_state": "map",
-    "results.SteadyState": "work",
-    "required_friction": "required",
-    "safe_region": "region",
-    "gross_slip": "gross",
-    "results.LeastSlip": "least",
-    "results.SteadyState.fretting_table": "fretting",
-    "wear": "wear",
-    "results.WearHistory": "wear",
-    "worn_in": "wornin",
-    "results.WornIn": "wornin",
-}
 
 
 def text(path):

@@ -16,9 +16,9 @@ import pytest
 
 import frictopt as fo
 from frictopt.study import range_search
-from helpers.calls import CALLS, TooLong, alarm
 from helpers.cases import few
-from helpers.questions import ASKED
+from helpers.public_names.asked import ASKED
+from helpers.public_names.called import CALLS, TooLong, alarm
 
 SEEDS = [
     44,
