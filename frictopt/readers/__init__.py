@@ -1,7 +1,27 @@
 """Readers of the decks, meshes and matrices of other codes.
 
-In come files; out go a mesh for `split_bodies` (`meshes.py`) or a `MatrixJob` for `condense`
-(`job.py`, `labelled.py`). `deck.py` reads decks by their keywords (`keywords.py`),
-`calculix_abaqus.py` and `ansys_nastran.py` the matrices of these codes. A new reader is one
-function that returns a `MatrixJob`.
+Files come in. Out goes a mesh with named boundaries and subdomains, for `split_bodies`; or a
+`MatrixJob`, which has the arguments of `condense`: a stiffness K, the labels (n, 2) node and
+direction of its rows, and a `Deck` of nodes, sets, elements and constraints.
+
+The readers, and the class that they return:
+
+- `meshes.py`: `read_mesh`. `groups.py` and `gmsh.py` find the named groups of mesh files.
+- `calculix_abaqus.py`: `read_calculix`, `read_abaqus`. `matrix_files.py` reads columns of numbers,
+  `user_element.py` substructures of Abaqus, `printed_modes.py` modes of vibration.
+- `ansys_nastran.py`: `read_ansys`, `read_nastran`.
+- `job.py`: `MatrixJob`, with faces, pairs and forces. `labelled.py` is its base, with rows, bodies
+  and `modal_load`; `labels.py` checks labels.
+
+Decks, from the text to the `Deck`:
+
+- `deck_text.py`: text to blocks of a keyword, its parameters and data lines.
+- `keywords.py`: the tables of keywords that are kept and refused, and `read_deck`.
+- `keyword_blocks.py`, `constraint_blocks.py`: a function for each keyword that is kept.
+- `listing.py`: numbers and names that the blocks list, resolved to a `Deck`.
+- `deck.py`, `constraints.py`, `element_types.py`: the `Deck`, displacements that are held or follow
+  others, and the types of elements.
+
+To add a keyword, see `keywords.py`. A new reader is one function that returns a `MatrixJob`:
+`deck_of_points` of `listing.py` makes its `Deck` of nodes, elements and sets.
 """

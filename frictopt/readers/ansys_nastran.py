@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -15,38 +16,48 @@ from scipy.sparse import csr_matrix, triu
 from ..base import Integers, shown, whole_array
 from ..base.libraries import by_library, file_path, library
 from ..errors import ModelError
-from .deck import Deck, text_of
+from .deck import Deck
+from .deck_text import text_of
 from .job import MatrixJob
-from .keywords import deck_of_points
+from .listing import deck_of_points
 
 _ANSYS = "ansys-mapdl-reader"
-# By type and different nodes, as Abaqus names them: wedges, pyramids and tetrahedra of Ansys are
-# bricks with nodes that coincide.
-_BRICKS = {8: "C3D8", 6: "C3D6", 5: "C3D5", 4: "C3D4"}
-ANSYS_SOLIDS = {(kind, n): name for kind in (45, 185) for n, name in _BRICKS.items()}
-ANSYS_SOLIDS |= {
+# Elements that are read, and their types in Abaqus: by number of the type in Ansys, and number of
+# different nodes. Wedges, pyramids and tetrahedra of Ansys are bricks with nodes that coincide.
+ANSYS_SOLIDS = {
+    (45, 8): "C3D8",
+    (45, 6): "C3D6",
+    (45, 5): "C3D5",
+    (45, 4): "C3D4",
+    (185, 8): "C3D8",
+    (185, 6): "C3D6",
+    (185, 5): "C3D5",
+    (185, 4): "C3D4",
     (285, 4): "C3D4",
     (92, 10): "C3D10",
     (187, 10): "C3D10",
     (95, 20): "C3D20",
     (186, 20): "C3D20",
 }
+# Elements of Nastran, by card and number of nodes.
 NASTRAN_SOLIDS = {
     ("CHEXA", 8): "C3D8",
-    ("CTETRA", 4): "C3D4",
     ("CHEXA", 20): "C3D20",
+    ("CPENTA", 6): "C3D6",
+    ("CPYRAM", 5): "C3D5",
+    ("CTETRA", 4): "C3D4",
     ("CTETRA", 10): "C3D10",
 }
-NASTRAN_SOLIDS |= {("CPENTA", 6): "C3D6", ("CPYRAM", 5): "C3D5"}
 
 
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read the stiffness that Ansys Mechanical APDL assembles, from its `.full` file.
 
-    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, for each of several
-    writes its own file. The contact itself must not be in the model: each body keeps its own nodes
-    there. Displacements that `D` holds are left out, and with the deck known as held; rotations are
-    generalised coordinates. The extra `ansys` of the installation brings ansys-mapdl-reader.
+    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, because each of
+    several processes writes its own file. The contact itself must not be in the model: each body
+    keeps its own nodes there. Displacements that `D` holds are left out, and with the deck known as
+    held; rotations are generalised coordinates. The extra `ansys` of the installation brings
+    ansys-mapdl-reader.
 
     Parameters
     ----------
@@ -73,30 +84,41 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     reader = library("ansys.mapdl.reader", _ANSYS, "ansys")
     file = file_path("path", path)
     full = by_library(_ANSYS, reader.read_binary, file, "stiffness")
-    if not hasattr(full, "load_km"):
-        raise ModelError(
-            f"stiffness: {file.name} is no .full file but a {type(full).__name__}; write the stiffness with WRFULL"
-        )
-    directions, equations = int(full._header["numdof"]), int(full._header["ncefull"])
-    if directions not in (2, 3, 6) or equations:
-        problem = (
-            f"{equations} constraint equations" if equations else f"{directions} unknowns at a node"
-        )
-        raise ModelError(
-            f"stiffness: {file.name} has {problem}; give a model of displacements (and rotations) without CE and CP"
-        )
+    _check_full(full, file)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that a static file has no mass
+        # The library warns that a static file has no mass.
+        warnings.simplefilter("ignore")
         numbers, upper, _ = by_library(
             _ANSYS, lambda _: full.load_km(as_sparse=True, sort=True), file, "stiffness"
         )
-    labels, held = (np.asarray(found + [0, 1], dtype=np.intp) for found in (numbers, full.const))
-    free = np.flatnonzero(~np.isin(labels @ [10, 1], held @ [10, 1]))
+    # The library counts directions from 0.
+    labels = np.asarray(numbers + [0, 1], dtype=np.intp)
+    held = np.asarray(full.const + [0, 1], dtype=np.intp)
+    # One number for node and direction: there are at most 6 directions.
+    is_free = ~np.isin(labels @ [10, 1], held @ [10, 1])
+    free = np.flatnonzero(is_free)
     K = csr_matrix(upper + triu(upper, 1).T)
-    return MatrixJob(
-        K[free][:, free],
-        labels[free],
-        None if deck is None else _archive(reader, file_path("deck", deck), held),
+    archive = None if deck is None else _archive(reader, file_path("deck", deck), held)
+    return MatrixJob(K[free][:, free], labels[free], archive)
+
+
+def _check_full(full: Any, file: Path) -> None:
+    if not hasattr(full, "load_km"):
+        raise ModelError(
+            f"stiffness: {file.name} is no .full file but a {type(full).__name__}; "
+            "write the stiffness with WRFULL"
+        )
+    directions = int(full._header["numdof"])
+    equations = int(full._header["ncefull"])
+    if equations:
+        problem = f"{equations} constraint equations"
+    elif directions not in (2, 3, 6):
+        problem = f"{directions} unknowns at a node"
+    else:
+        return
+    raise ModelError(
+        f"stiffness: {file.name} has {problem}; "
+        "give a model of displacements (and rotations) without CE and CP"
     )
 
 
@@ -110,23 +132,20 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
     turned = np.flatnonzero(np.any(archive.node_angles, axis=1))
     if len(turned):
         raise ModelError(
-            f"deck {file.name}: node {archive.nnum[turned[0]]} has directions of its own; write the matrix without NROTAT"
+            f"deck {file.name}: node {archive.nnum[turned[0]]} has directions of its own; "
+            "write the matrix without NROTAT"
         )
-    routine = dict(archive.ekey.tolist())
-    solids: dict[str, list[list[int]]] = {}
+    type_numbers = dict(archive.ekey.tolist())
+    solids: dict[str, list[list[int]]] = defaultdict(list)
     for element in archive.elem:
-        kind, nodes = routine[int(element[1])], list(dict.fromkeys(element[10:].tolist()))
+        # Entry 1 is the type of the element, entry 8 its number, and nodes start at entry 10.
+        kind = type_numbers[int(element[1])]
+        nodes = list(dict.fromkeys(element[10:].tolist()))
         name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {len(nodes)} nodes")
-        solids.setdefault(name, []).append([int(element[8]), *nodes])
-    sets = {
-        name.strip().upper(): members.tolist() for name, members in archive.node_components.items()
-    }
-    return deck_of_points(
-        dict(zip(archive.nnum.tolist(), archive.nodes, strict=True)),
-        solids=solids,
-        sets=sets,
-        held=held.tolist(),
-    )
+        solids[name].append([int(element[8]), *nodes])
+    sets = {name.strip().upper(): nodes.tolist() for name, nodes in archive.node_components.items()}
+    points = dict(zip(archive.nnum.tolist(), archive.nodes, strict=True))
+    return deck_of_points(points, solids=solids, sets=sets, held=held.tolist())
 
 
 def read_nastran(
@@ -136,14 +155,14 @@ def read_nastran(
     deck: str | Path | None = None,
     labels: ArrayLike | None = None,
 ) -> MatrixJob:
-    """Read a stiffness that Nastran writes, as DMIG cards of a punch file or as OUTPUT4 (`.op4`), text or binary.
+    """Read a stiffness that Nastran writes, as DMIG cards of a punch file or as OUTPUT4.
 
     `EXTSEOUT(DMIGPCH)` or `PARAM,EXTOUT,DMIGPCH` with an ASET of the displacements of the contact
-    and of the loads writes KAAX as DMIG. DMIG names the grid points of its rows, OUTPUT4 does not:
-    give their labels, except for the stiffness of all grid points of the deck (KGG), which has six
-    rows for each of them in the order of their numbers. Rotations and scalar points are generalised
-    coordinates. Displacements that the matrix lacks are not known to be held, see
-    `MatrixJob.unknowns`. The extra `nastran` of the installation brings pyyeti.
+    and of the loads writes KAAX as DMIG. DMIG names the grid points of its rows. OUTPUT4 (`.op4`,
+    text or binary) does not: give their labels, except for the stiffness of all grid points of the
+    deck (KGG), which has six rows for each of them in the order of their numbers. Rotations and
+    scalar points are generalised coordinates. Displacements that the matrix lacks are not known to
+    be held, see `MatrixJob.unknowns`. The extra `nastran` of the installation brings pyyeti.
 
     Parameters
     ----------
@@ -176,37 +195,52 @@ def read_nastran(
     file = file_path("path", path)
     grids = None if deck is None else _bulk_data(bulk, file_path("deck", deck))
     if file.suffix.lower() != ".op4":
-        _check_dmig(file)
-        frame = _chosen(by_library("as DMIG, pyyeti", bulk.rddmig, file, "stiffness"), name, file)
-        if frame.columns.nlevels != 2:
-            raise ModelError(
-                f"stiffness: {file.name} has a rectangular matrix {shown(name)}; give the name of a stiffness"
-            )
-        rows = frame.index.union(frame.columns)
-        whole = frame.reindex(index=rows, columns=rows, fill_value=0.0)
-        return MatrixJob(csr_matrix(whole.to_numpy()), np.array(rows.tolist()), grids)
-    K = csr_matrix(
-        _chosen(by_library("as OUTPUT4, pyyeti", op4.read, file, "stiffness"), name, file)
-    )
-    if labels is not None:
-        return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
-    numbers = np.sort(grids.numbers) if grids is not None else np.zeros(0, dtype=np.intp)
-    if K.shape[0] != 6 * len(numbers) or not len(numbers):
-        rows = f"{file.name} has {K.shape[0]} rows, not six for each of the {len(numbers)} grid points of the deck"
+        K, dmig_labels = _dmig(bulk, file, name)
+        return MatrixJob(K, dmig_labels, grids)
+    matrices = by_library("as OUTPUT4, pyyeti", op4.read, file, "stiffness")
+    K = csr_matrix(_chosen(matrices, name, file))
+    if labels is None:
+        return MatrixJob(K, _labels_of_grid_points(K.shape[0], grids, file), grids)
+    return MatrixJob(K, whole_array("labels", labels, (None, 2), least=0, most=10**8), grids)
+
+
+def _dmig(bulk: Any, file: Path, name: str | None) -> tuple[csr_matrix, Integers]:
+    """A matrix of DMIG cards, and the labels of its rows."""
+    _check_dmig(file)
+    frame = _chosen(by_library("as DMIG, pyyeti", bulk.rddmig, file, "stiffness"), name, file)
+    if frame.columns.nlevels != 2:
         raise ModelError(
-            f"labels: none, and {rows}; give grid point and component of each row, which OUTPUT4 does not say, or write DMIG"
+            f"stiffness: {file.name} has a rectangular matrix {shown(name)}; "
+            "give the name of a stiffness"
         )
-    every = np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), len(numbers))])
-    return MatrixJob(K, every, grids)
+    labels = frame.index.union(frame.columns)
+    square = frame.reindex(index=labels, columns=labels, fill_value=0.0)
+    return csr_matrix(square.to_numpy()), np.array(labels.tolist())
 
 
 def _check_dmig(file: Path) -> None:
     """Check that a punch file has matrices: a superelement may have them in another file."""
-    if file.is_file() and not any(
-        line.lstrip().upper().startswith("DMIG") for line in text_of(file, "stiffness").splitlines()
-    ):
-        remedy = "write the matrix there with EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
-        raise ModelError(f"stiffness: {file.name} has no DMIG cards; {remedy}")
+    if not file.is_file():
+        return
+    lines = text_of(file, "stiffness").splitlines()
+    if not any(line.lstrip().upper().startswith("DMIG") for line in lines):
+        raise ModelError(
+            f"stiffness: {file.name} has no DMIG cards; write the matrix there with "
+            "EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH, or give an OUTPUT4 file, NAME.op4"
+        )
+
+
+def _labels_of_grid_points(size: int, grids: Deck | None, file: Path) -> Integers:
+    """(size, 2) labels of a matrix with six rows for each grid point."""
+    numbers = np.zeros(0, dtype=np.intp) if grids is None else np.sort(grids.numbers)
+    count = len(numbers)
+    if count == 0 or size != 6 * count:
+        raise ModelError(
+            f"labels: none, and {file.name} has {size} rows, not six for each of the {count} grid "
+            "points of the deck; give grid point and component of each row, which OUTPUT4 does "
+            "not say, or write DMIG"
+        )
+    return np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), count)])
 
 
 def _bulk_data(bulk: Any, file: Path) -> Deck:
@@ -215,36 +249,37 @@ def _bulk_data(bulk: Any, file: Path) -> Deck:
     if grids is None:
         raise ModelError(f"deck {file.name}: no GRID; give the bulk data of the job")
     for card, number, system in _turned(bulk, file, grids):
-        where = f"grid point {number} has coordinates or displacements in system {system}"
-        raise ModelError(f"deck {file.name}: {where}, by its {card}; write all in the basic one")
-    solids: dict[str, list[list[int]]] = {}
-    for card in ("CHEXA", "CPENTA", "CPYRAM", "CTETRA"):
+        raise ModelError(
+            f"deck {file.name}: grid point {number} has coordinates or displacements in system "
+            f"{system}, by its {card}; write all in the basic one"
+        )
+    solids: dict[str, list[list[int]]] = defaultdict(list)
+    for card in dict.fromkeys(card for card, _ in NASTRAN_SOLIDS):
         for number, _, *corners in _cards(bulk, file, card):
             nodes = [int(corner) for corner in corners if corner]
-            if len(nodes) == 20:  # the upright edges come before those of the upper face
+            if len(nodes) == 20:
+                # In Nastran, upright edges come before those of the upper face.
                 nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
-            solids.setdefault(
-                NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}"), []
-            ).append([int(number), *nodes])
+            kind = NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}")
+            solids[kind].append([int(number), *nodes])
     return deck_of_points({int(row[0]): row[2:5] for row in grids}, solids=solids)
 
 
 def _cards(bulk: Any, file: Path, card: str) -> list[list[Any]]:
     """The fields of all cards of a name, with empty texts for blank ones."""
-    found = by_library(
-        "pyyeti",
-        partial(bulk.rdcards, name=card, return_var="list", no_data_return=[]),
-        file,
-        "deck",
-    )
-    return list(found)
+    read = partial(bulk.rdcards, name=card, return_var="list", no_data_return=[])
+    return list(by_library("pyyeti", read, file, "deck"))
 
 
 def _turned(bulk: Any, file: Path, grids: Any) -> Iterator[tuple[str, int, int]]:
-    """Card, number and system of the grid points that have a system of their own: GRDSET gives it where GRID leaves it blank."""
+    """Card, number and system of the grid points that have a system of their own.
+
+    GRDSET gives the systems that a GRID leaves blank.
+    """
     for row in grids[(grids[:, 1] != 0) | (grids[:, 5] != 0)]:
         yield "GRID", int(row[0]), int(max(row[1], row[5]))
     for default in _cards(bulk, file, "GRDSET"):
+        # Field 1 is the system of the coordinates, field 5 that of the displacements.
         for place in (1, 5):
             system = default[place] if len(default) > place else ""
             if not system:
@@ -254,11 +289,12 @@ def _turned(bulk: Any, file: Path, grids: Any) -> Iterator[tuple[str, int, int]]
                     yield "GRDSET", int(point[0]), int(system)
 
 
-def _chosen(found: Mapping[str, Any], name: str | None, file: Path) -> Any:
+def _chosen(matrices: Mapping[str, Any], name: str | None, file: Path) -> Any:
     """The matrix of a name, or the only one."""
-    key = next(iter(found), "") if name is None else str(name).lower()
-    if key not in found or (name is None and len(found) > 1):
+    key = next(iter(matrices), "") if name is None else str(name).lower()
+    if key not in matrices or (name is None and len(matrices) > 1):
+        names = ", ".join(sorted(matrices)).upper() or "of no name"
         raise ModelError(
-            f"name: {shown(name)}; {file.name} has the matrices {', '.join(sorted(found)).upper() or 'of no name'}: give one of these"
+            f"name: {shown(name)}; {file.name} has the matrices {names}: give one of these"
         )
-    return found[key]
+    return matrices[key]

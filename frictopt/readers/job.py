@@ -1,4 +1,4 @@
-"""A job of another code: the faces of its bodies, the pairs of nodes on them, and what acts there."""
+"""A job of another code: faces of its bodies, pairs of nodes on them, and forces on nodes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,17 @@ from ..errors import ModelError
 from ..fem.elasticity import boundary_forces, facet_nodes, midside_ties
 from ..fem.faces import facets_around, lines_along
 from ..fem.normals import node_normals
-from .deck import SHAPES, rows_of_nodes
+from .element_types import SHAPES
 from .labelled import LabelledMatrix
+from .labels import rows_of_nodes
 from .meshes import between
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MatrixJob(LabelledMatrix):
-    """Stiffness matrix of another code, with labels, and the nodes and sets of its deck: what `condense` asks for.
+    """Stiffness matrix of another code, with labels, and the nodes and sets of its deck.
+
+    Its members are arguments of `condense`.
 
     Lengths and forces have the units of the deck; a plane job is per unit depth: stiffness and
     forces are divided by the thickness of its section.
@@ -59,17 +62,19 @@ class MatrixJob(LabelledMatrix):
     A matrix of your own, of two nodes and a rotation:
 
     >>> import numpy as np
-    >>> own = fo.MatrixJob(np.eye(5), [[7, 1], [7, 2], [7, 6], [9, 1], [9, 2]], {7: (0.0, 0.0), 9: (1.0, 0.0)})
-    >>> own.unknowns.tolist(), own.generalised.tolist()
+    >>> labels = [[7, 1], [7, 2], [7, 6], [9, 1], [9, 2]]
+    >>> job = fo.MatrixJob(np.eye(5), labels, {7: (0.0, 0.0), 9: (1.0, 0.0)})
+    >>> job.unknowns.tolist(), job.generalised.tolist()
     ([[0, 1], [3, 4]], [2])
     """
 
     def matching_faces(self) -> list[Integers]:
-        """Pairs (N, 2) of each connected face at which two bodies lie on each other, node by node: proposals for `pairs` of `condense`.
+        """Pairs (N, 2) of each connected face at which two bodies lie on each other, node by node.
 
+        They are proposals for `pairs` of `condense`.
         The body of the lower number is body 1. In the plane the pairs are in the order of the face,
         body 1 on the left. Bodies that only touch at a point or an edge have no face there. Without
-        elements (those of a reduced model are gone) the nodes alone tell, in space.
+        elements (those of a reduced model are gone) the nodes alone decide, in space.
 
         Raises
         ------
@@ -81,15 +86,20 @@ class MatrixJob(LabelledMatrix):
         --------
         >>> import frictopt as fo
         >>> job = fo.read_calculix("tests/data/flat")
-        >>> [face.shape for face in job.matching_faces()], [int((job.bodies == i).sum()) for i in (0, 1)]
-        ([(26, 2)], [275, 207])
+        >>> [face.shape for face in job.matching_faces()]
+        [(26, 2)]
+        >>> [int((job.bodies == i).sum()) for i in (0, 1)]
+        [275, 207]
         """
-        for pairs in (faces := self._matching()):
+        faces = self._matching()
+        for pairs in faces:
             self._check_midsides(pairs.ravel())
         return faces
 
     def with_linear_faces(self, *faces: str | ArrayLike) -> MatrixJob:
-        """The job in which nodes amid edges of contact faces follow the corners, and only these make pairs; see theory, "Quadratic elements".
+        """The job in which nodes amid edges of contact faces follow the corners.
+
+        Only corners make pairs then; see theory, "Quadratic elements".
 
         Parameters
         ----------
@@ -110,94 +120,105 @@ class MatrixJob(LabelledMatrix):
         >>> job.with_linear_faces().K.shape == job.K.shape  # its elements are linear
         True
         """
-        sides = faces or [side for pairs in self._matching() for side in pairs.T]
-        facets = np.unique(
-            np.concatenate(
-                [
-                    np.zeros(0, dtype=np.intp),
-                    *(between(self.mesh, self.nodes(side)) for side in sides),
-                ]
-            )
+        matching = [] if faces else self._matching()
+        sides = [*faces, *(side for pairs in matching for side in pairs.T)]
+        facets = [between(self.mesh, self.nodes(side)) for side in sides]
+        node, axis, corner, corner_axis, weight = self._midside_terms(
+            np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *facets]))
         )
-        deck, (whole, origin) = self._known, self._whole
-        links, d = midside_ties(whole, facets, "with_linear_faces").tocoo(), whole.dim()
-        given = np.full(whole.p.shape[1], -1)
-        ends = origin.tocoo()
-        own = (np.diff(origin.indptr) == 1)[
-            ends.row
-        ]  # the others are added to complete elements, and follow of themselves
-        given[ends.row[own]] = ends.col[own]
-        node, axis = given[links.row // d], links.row % d
-        own = (node >= 0) & (self.unknowns[node, axis] >= 0)
-        node, axis, corner, other, weight = (
-            node[own],
-            axis[own],
-            links.col[own] // d,
-            links.col[own] % d,
-            links.data[own],
-        )
-        rows, columns = self.unknowns[node, axis], self.unknowns[corner, other]
-        if (columns < -1).any():
-            number = int(deck.numbers[corner[columns < -1][0]])
+        rows = self.unknowns[node, axis]
+        columns = self.unknowns[corner, corner_axis]
+        deck = self._known
+        follows_others = columns < -1
+        if follows_others.any():
+            number = int(deck.numbers[corner[follows_others][0]])
             raise ModelError(
-                f"with_linear_faces: corner node {number} follows others; take that constraint out, or let the others follow it"
+                f"with_linear_faces: corner node {number} follows others; "
+                "take that constraint out, or let the others follow it"
             )
+
+        # Unknowns of the job = T @ remaining unknowns. Held corners (-1) do not move.
         follows = np.zeros(len(self.labels))
         follows[rows] = 1.0
-        free, left = columns >= 0, np.flatnonzero(follows == 0)
-        T = csr_matrix(
-            diags(1 - follows)
-            + csr_matrix((weight[free], (rows[free], columns[free])), shape=self.K.shape)
-        )[:, left]
-        constraints = deck.constraints.following(
-            np.column_stack([6 * node + axis, 6 * corner + other]), weight
-        )
-        M = None if self.M is None else csr_matrix(T.T @ self.M @ T)
+        remaining = np.flatnonzero(follows == 0)
+        free = columns >= 0
+        by_corners = csr_matrix((weight[free], (rows[free], columns[free])), shape=self.K.shape)
+        T = csr_matrix(diags(1 - follows) + by_corners)[:, remaining]
+        ends = np.column_stack([6 * node + axis, 6 * corner + corner_axis])
         return MatrixJob(
             csr_matrix(T.T @ self.K @ T),
-            self.labels[left],
-            replace(deck, constraints=constraints),
-            M=M,
+            self.labels[remaining],
+            replace(deck, constraints=deck.constraints.following(ends, weight)),
+            M=None if self.M is None else csr_matrix(T.T @ self.M @ T),
+        )
+
+    def _midside_terms(
+        self, facets: Integers
+    ) -> tuple[Integers, Integers, Integers, Integers, Array]:
+        """How nodes amid edges of some facets follow the corners, if the matrix has them.
+
+        Each term is a node of the deck and its axis, a corner and its axis, and a weight.
+        """
+        mesh, origin = self._whole
+        d = mesh.dim()
+        ties = midside_ties(mesh, facets, "with_linear_faces").tocoo()
+        # Node of the mesh -> node of the deck; -1 for a node that was added to complete elements
+        # and is a mean of several.
+        single = np.flatnonzero(np.diff(origin.indptr) == 1)
+        deck_node = np.full(mesh.p.shape[1], -1)
+        deck_node[single] = origin[single].indices
+
+        node = deck_node[ties.row // d]
+        axis = ties.row % d
+        in_matrix = (node >= 0) & (self.unknowns[node, axis] >= 0)
+        return (
+            node[in_matrix],
+            axis[in_matrix],
+            ties.col[in_matrix] // d,
+            ties.col[in_matrix] % d,
+            ties.data[in_matrix],
         )
 
     def _check_midsides(self, corners: Integers) -> None:
-        """Check that the nodes amid the edges of contact faces, on facets between some corners, follow others."""
-        deck, unknowns = self._known, self.unknowns
-        for kind, nodes in deck.unclear:
-            if len(common := np.intersect1d(corners, nodes)):
-                known = ", ".join(
-                    name
-                    for name in SHAPES
-                    if name.startswith("C3D" if self._directions == 3 else "CPE")
-                )
+        """Check that nodes amid edges of contact faces, between some corners, follow others."""
+        deck = self._known
+        for kind, _, nodes in deck.unclear:
+            common = np.intersect1d(corners, nodes)
+            if len(common):
+                family = "C3D" if self._directions == 3 else "CPE"
+                known = ", ".join(name for name in SHAPES if name.startswith(family))
                 raise ModelError(
-                    f"faces: node {deck.numbers[common[0]]} is one of an element {kind}, and which of its nodes lie amid edges "
-                    f"is not known; mesh this body with {known} in the code that writes the matrix"
+                    f"faces: node {deck.numbers[common[0]]} is one of an element {kind}, and "
+                    f"which of its nodes lie amid edges is not known; mesh this body with {known} "
+                    "in the code that writes the matrix"
                 )
         if not len(deck.midsides):
             return
-        whole, origin = self._whole
-        rows = np.intersect1d(
-            origin[facet_nodes(whole, between(self.mesh, corners))].indices, deck.midsides
-        )
-        free, gone = (
-            rows[(unknowns[rows] >= 0).any(axis=1)],
-            rows[(unknowns[rows] < -1).any(axis=1)],
-        )
-        if len(lost := np.setdiff1d(gone, deck.constraints.ends[:, 0] // 6)):
+        mesh, origin = self._whole
+        on_faces = origin[facet_nodes(mesh, between(self.mesh, corners))].indices
+        rows = np.intersect1d(on_faces, deck.midsides)
+        unknowns = self.unknowns[rows]
+        not_in_matrix = rows[(unknowns < -1).any(axis=1)]
+        unexplained = np.setdiff1d(not_in_matrix, deck.constraints.ends[:, 0] // 6)
+        if len(unexplained):
             raise ModelError(
-                f"faces: node {deck.numbers[lost[0]]}, amid an edge of a contact face, has no row in the matrix; retain such nodes"
+                f"faces: node {deck.numbers[unexplained[0]]}, amid an edge of a contact face, has "
+                "no row in the matrix; retain such nodes"
             )
+        free = rows[(unknowns >= 0).any(axis=1)]
         if len(free):
             raise ModelError(
-                f"faces: node {deck.numbers[free[0]]}, amid an edge of a contact face, moves on its own; use job.with_linear_faces()"
+                f"faces: node {deck.numbers[free[0]]}, amid an edge of a contact face, moves on "
+                "its own; use job.with_linear_faces()"
             )
 
     def _corners(self, where: str | ArrayLike) -> Integers:
         return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)
 
     def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
-        """(N, 2) pairs of corner nodes on two faces, each with the nearest one; in a plane job in the order of the face, body 1 on the left.
+        """(N, 2) pairs of corner nodes on two faces, each with the nearest one.
+
+        In a plane job they are in the order of the face, body 1 on the left.
 
         Parameters
         ----------
@@ -211,40 +232,37 @@ class MatrixJob(LabelledMatrix):
             two others, nodes amid edges that move on their own, quadratic elements of other types
             than `Deck.shaped` takes; see `nodes`.
         """
-        one, two, points, numbers = (
-            self._corners(first),
-            self._corners(second),
-            self.points,
-            self._known.numbers,
-        )
+        one = self._corners(first)
+        two = self._corners(second)
         self._check_midsides(np.r_[one, two])
+        numbers = self._known.numbers
         if self._directions == 2:
-            two = np.concatenate(
-                [
-                    line
-                    for line, _ in lines_along(
-                        self.mesh, between(self.mesh, two, numbers), "nodes: the outline"
-                    )
-                ]
-            )
+            facets = between(self.mesh, two, numbers)
+            lines = lines_along(self.mesh, facets, "nodes: the outline")
+            two = np.concatenate([line for line, _ in lines])
         argument = f"faces {shown(first)} and {shown(second)}"
-        if len(one) != len(two) or np.isin(one, two).any():
-            problem = (
-                f"{len(one)} and {len(two)} nodes" if len(one) != len(two) else "nodes in common"
-            )
+        problem = ""
+        if len(one) != len(two):
+            problem = f"{len(one)} and {len(two)} nodes"
+        elif np.isin(one, two).any():
+            problem = "nodes in common"
+        if problem:
             raise ModelError(
                 f"{argument}: {problem}; mesh both with the same nodes, each with its own"
             )
-        nearest = one[cKDTree(points[one]).query(points[two])[1]]
-        taken, count = np.unique(nearest, return_counts=True)
-        if len(taken) != len(one):
+        nearest = one[cKDTree(self.points[one]).query(self.points[two])[1]]
+        nodes, counts = np.unique(nearest, return_counts=True)
+        if len(nodes) != len(one):
             raise ModelError(
-                f"{argument}: node {int(numbers[taken[count.argmax()]])} is the nearest one to several; mesh both with the same nodes"
+                f"{argument}: node {int(numbers[nodes[counts.argmax()]])} is the nearest one to "
+                "several; mesh both with the same nodes"
             )
         return np.column_stack([nearest, two])
 
     def normals(self, face: str | ArrayLike) -> Array:
-        """(N, d) unit normals that point out of the body at the corner nodes on a face: of the circle or sphere through nodes around, Max (1999).
+        """(N, d) unit normals that point out of the body at the corner nodes on a face.
+
+        They are those of the circle or sphere through the nodes around, Max (1999).
 
         Parameters
         ----------
@@ -262,10 +280,10 @@ class MatrixJob(LabelledMatrix):
         return frozen(-inward / np.linalg.norm(inward, axis=1)[:, None])
 
     def areas(self, face: str | ArrayLike) -> Array:
-        """(N,) area that belongs to each of the corner nodes on a face, in the plane length: the `width` of `condense`, such as of wear.
+        """(N,) area of each corner node on a face, in the plane length: `width` of `condense`.
 
-        That of its part of the facets through the corners, as contact faces are linear between
-        them.
+        It is the area of its part of the facets through the corners, because contact faces are
+        linear between them.
 
         Parameters
         ----------
@@ -282,7 +300,8 @@ class MatrixJob(LabelledMatrix):
         --------
         >>> import frictopt as fo
         >>> job = fo.read_calculix("tests/data/flat")
-        >>> round(float(job.areas(job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")[:, 1]).sum()), 9)  # a face 10 wide
+        >>> pairs = job.pairs("N_CONTACT_PUNCH", "N_CONTACT_BLOCK")
+        >>> round(float(job.areas(pairs[:, 1]).sum()), 9)  # a face 10 wide
         10.0
         """
         self._check_not_axisymmetric("areas", "the areas of whole circumferences as `width`")
@@ -294,9 +313,9 @@ class MatrixJob(LabelledMatrix):
         return frozen(areas[nodes])
 
     def _check_not_axisymmetric(self, argument: str, instead: str) -> None:
-        if axisymmetric := sorted(
-            {kind for kind, _, _ in self._known.elements if kind.startswith("CAX")}
-        ):
+        kinds = sorted({block.kind for block in self._known.elements})
+        axisymmetric = [kind for kind in kinds if kind.startswith("CAX")]
+        if axisymmetric:
             raise ModelError(
                 f"{argument}: elements {axisymmetric[0]} are axisymmetric; give condense {instead}"
             )
@@ -310,7 +329,9 @@ class MatrixJob(LabelledMatrix):
         total: object = None,
         nodal: object = None,
     ) -> Array:
-        """(n,) nodal forces of one load, said in one of four ways; on displacements that follow others they go to these, on held ones to the ground.
+        """(n,) nodal forces of one load, given in one of four ways.
+
+        Forces on displacements that follow others go to these, on held ones to the ground.
 
         Parameters
         ----------
@@ -339,52 +360,58 @@ class MatrixJob(LabelledMatrix):
         --------
         >>> import frictopt as fo
         >>> job = fo.read_calculix("tests/data/flat")
-        >>> float(job.force("N_TOP", traction=[0.0, -1.0]).sum().round(9)), float(job.force("N_TOP", total=[0.0, -1.0]).sum().round(9))
-        (-10.0, -1.0)
+        >>> float(job.force("N_TOP", traction=[0.0, -1.0]).sum().round(9))
+        -10.0
+        >>> float(job.force("N_TOP", total=[0.0, -1.0]).sum().round(9))
+        -1.0
         """
-        given = {
-            name: v
-            for name, v in (
-                ("traction", traction),
-                ("pressure", pressure),
-                ("total", total),
-                ("nodal", nodal),
-            )
-            if v is not None
-        }
-        nodes, deck, d = self.nodes(where), self._known, self._directions
-        if len(given) != 1:
+        amounts = {"traction": traction, "pressure": pressure, "total": total, "nodal": nodal}
+        loads = {kind: value for kind, value in amounts.items() if value is not None}
+        nodes = self.nodes(where)
+        if len(loads) != 1:
             raise ModelError(
-                f"force: {' and '.join(given) or 'no load'}; give one of traction, pressure (force per area), total, nodal (force)"
+                f"force: {' and '.join(loads) or 'no load'}; "
+                "give one of traction, pressure (force per area), total, nodal (force)"
             )
         self._check_not_axisymmetric("force", "the nodal forces that belong to the code's matrix")
-        ((name, value),), rows = (
-            given.items(),
-            rows_of_nodes(self.labels, deck.numbers, deck.constraints),
-        )
+        ((kind, value),) = loads.items()
+        deck = self._known
+        rows = rows_of_nodes(self.labels, deck)
+        # (nodes, 6) forces and moments
         forces = np.zeros(rows.shape)
-        if name == "nodal":
-            forces[nodes, :d] = finite_array(
-                "nodal", value, (d,) if real_array("nodal", value).ndim == 1 else (len(nodes), d)
-            )
-        elif name == "pressure":
-            forces[:, :d] = -finite_number("pressure", value) * self._integrals(nodes)[:, :-1]
-        else:
-            share = self._integrals(nodes)[:, -1:]
-            forces[:, :d] = (
-                share * finite_array(name, value, (d,)) / (share.sum() if name == "total" else 1.0)
-            )
-        present, values = rows >= 0, np.zeros(len(self.labels))
-        values[rows[present]] = deck.constraints.passed_on(forces, present, deck.numbers)[present]
+        forces[:, : self._directions] = self._nodal_forces(nodes, kind, value)
+        present = rows >= 0
+        on_unknowns = deck.constraints.passed_on(forces, present, deck.numbers)
+        values = np.zeros(len(self.labels))
+        values[rows[present]] = on_unknowns[present]
         return frozen(values)
 
+    def _nodal_forces(self, nodes: Integers, kind: str, value: object) -> Array:
+        """(nodes, d) forces of a load on some nodes, of one of the kinds that `force` takes."""
+        d = self._directions
+        if kind == "nodal":
+            is_uniform = real_array("nodal", value).ndim == 1
+            forces = np.zeros(self.points.shape)
+            forces[nodes] = finite_array("nodal", value, (d,) if is_uniform else (len(nodes), d))
+            return forces
+        if kind == "pressure":
+            pressure = finite_number("pressure", value)
+            return -pressure * self._integrals(nodes)[:, :-1]
+        # (nodes, 1) area of each node
+        areas = self._integrals(nodes)[:, -1:]
+        traction = areas * finite_array(kind, value, (d,))
+        return traction / areas.sum() if kind == "total" else traction
+
     def _integrals(self, nodes: Integers) -> Array:
-        """(nodes, d + 1) integrals over the outline between some nodes of each node's shape function times the outward normal, and times 1."""
+        """(nodes, d + 1) integrals of each node's shape function over the outline between nodes.
+
+        The first d are those of the function times the outward normal, the last one its own.
+        """
         facets = between(self.mesh, nodes)
-        parts = boundary_forces(
-            self._whole[0],
-            facets,
-            lambda _, normals: np.concatenate([normals, np.ones((1, *normals.shape[1:]))]),
-            "space",
-        )
-        return np.asarray(self._whole[1].T @ parts.T)
+        mesh, origin = self._whole
+        parts = boundary_forces(mesh, facets, _normals_and_one, "space")
+        return np.asarray(origin.T @ parts.T)
+
+
+def _normals_and_one(_: Array, normals: Array) -> Array:
+    return np.concatenate([normals, np.ones((1, *normals.shape[1:]))])

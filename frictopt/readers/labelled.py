@@ -1,11 +1,7 @@
-"""A stiffness matrix that another code wrote, with the deck that says where its nodes are; and modes of vibration.
-
-The modes are those that CalculiX printed. A mode makes a load.
-"""
+"""A stiffness matrix of another code, with labels and deck; and the load of a mode of vibration."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -38,14 +34,11 @@ from ..fem.elasticity import facet_nodes, parts_of, places_among
 from ..fem.faces import lines_along
 from ..fem.given import checked_stiffness
 from ..fem.rigid import node_graph
-from .deck import Deck, checked_labels, displaced, rows_of_nodes, text_of
-from .keywords import deck_of_points
-from .meshes import between, mesh_of, named, with_midsides
-
-_FREQUENCY = re.compile(
-    r"^ +\d+(?: +\S+){2} +(\S+) +\S+ *$", re.MULTILINE
-)  # number, eigenvalue, rad per time, cycles per time, imaginary part
-_PRINTED = re.compile(r"displacements \(vx,vy,vz\).*\n\s*\n((?: *\d+(?: +\S+){3} *\n)+)")
+from .deck import Deck
+from .labels import checked_labels, displaced, rows_of_nodes
+from .listing import deck_of_points
+from .meshes import between, mesh_of, with_midsides, with_sets
+from .printed_modes import printed_modes
 
 
 def modal_load(
@@ -55,7 +48,9 @@ def modal_load(
     natural_frequency: float | None = None,
     glued: ArrayLike | None = None,
 ) -> Array:
-    """The load that moves a structure in one of its modes alone, `M mode`, for `condense`; its displacement is the amplitude of the mode.
+    """The load that moves a structure in one of its modes alone, `M mode`, for `condense`.
+
+    The displacement under the load is the amplitude of the mode.
 
     Parameters
     ----------
@@ -91,83 +86,50 @@ def modal_load(
     >>> import frictopt as fo
     >>> K, M = np.diag([8.0, 18.0]), np.diag([2.0, 2.0])
     >>> load = fo.modal_load(M, [3.0, 0.0])
-    >>> load.round(6).tolist() == fo.modal_load(K, [1.0, 0.0], natural_frequency=2.0 / (2 * np.pi), glued=np.empty((0, 2))).round(6).tolist()
-    True
+    >>> load.round(6).tolist()
+    [1.414214, 0.0]
+    >>> by_stiffness = fo.modal_load(
+    ...     K, [1.0, 0.0], natural_frequency=2.0 / (2 * np.pi), glued=np.empty((0, 2))
+    ... )
+    >>> by_stiffness.round(6).tolist()
+    [1.414214, 0.0]
     """
     shape = finite_array("mode", mode, (None,))
     matrix = checked_stiffness(M, "M")
     if matrix.shape != (len(shape), len(shape)):
         raise ModelError(
-            f"M: shape {matrix.shape}, and a mode of {len(shape)} unknowns; give both in the same unknowns"
+            f"M: shape {matrix.shape}, and a mode of {len(shape)} unknowns; "
+            "give both in the same unknowns"
         )
     load = np.asarray(matrix @ shape)
     if natural_frequency is not None:
-        if glued is None:
-            raise ModelError(
-                "glued: None; a stiffness needs the rows that are glued to each other, whose forces are not those of the mode"
-            )
-        rows = whole_array("glued", glued, (None, 2), least=-1, most=len(shape) - 1)
-        mean = np.where((rows >= 0).all(axis=1), load[rows].mean(axis=1), 0.0)
-        load[rows[rows >= 0]] = np.repeat(mean, (rows >= 0).sum(axis=1))
-        load /= (2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)) ** 2
-    mass = float(shape @ load)
-    if not mass > 0:
+        _take_off_glue_forces(load, glued)
+        omega = 2 * np.pi * finite_number("natural_frequency", natural_frequency, above=0.0)
+        load /= omega**2
+    modal_mass = float(shape @ load)
+    if not modal_mass > 0:
         raise ModelError(
-            f"mode: its modal mass is {mass:g}; give the mass matrix and a mode that moves it"
+            f"mode: its modal mass is {modal_mass:g}; give the mass matrix and a mode that moves it"
         )
-    return frozen(load / np.sqrt(mass))
+    return frozen(load / np.sqrt(modal_mass))
 
 
-def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Array, Array]:
-    """Frequencies (m,) and shapes (m, n) of a file `NAME.dat`, for the nodes and directions (n, 2) of n unknowns; see `MatrixJob.modes`."""
-    rigid = (
-        [] if deck is None else [deck.numbers[reference] for reference, _ in deck.constraints.rigid]
-    )
-    if not (displaced(labels) | np.isin(labels[:, 0], rigid)).all():
+def _take_off_glue_forces(load: Array, glued: ArrayLike | None) -> None:
+    """Replace the forces on two glued rows by their mean, and by 0 if one of them is held."""
+    if glued is None:
         raise ModelError(
-            "modes: the matrix has unknowns that are no displacements of nodes, and CalculiX prints none else; find modes from K and M"
+            "glued: None; a stiffness needs the rows that are glued to each other, "
+            "whose forces are not those of the mode"
         )
-    head, *modes = re.split(r"E I G E N V A L U E +N U M B E R +\d+", text_of(path, "modes"))
-    table = head.partition("E I G E N V A L U E   O U T P U T")[2].partition(
-        "P A R T I C I P A T I O N"
-    )[0]
-    frequencies = [float(value) for value in _FREQUENCY.findall(table)]
-    if not frequencies or len(frequencies) != len(modes):
-        counts = f"{len(frequencies)} frequencies and {len(modes)} modes"
-        raise ModelError(
-            f"modes: {str(path)!r} has {counts}; give the .dat of a step of *FREQUENCY with *NODE PRINT, NSET=.. of U"
-        )
-    return frozen(frequencies), frozen([_shape(mode, labels, path, deck) for mode in modes])
-
-
-def _shape(mode: str, labels: Integers, path: Path, deck: Deck | None) -> Array:
-    """(n,) displacements of one mode, and the rotations of rigid parts by the displacements of their nodes."""
-    rows = [row.split() for block in _PRINTED.findall(mode) for row in block.splitlines()]
-    printed = {
-        int(node): [float(re.sub(r"(\d)([+-]\d{3})$", r"\1E\2", value)) for value in values]
-        for node, *values in rows
-    }
-    needed, turned = set(labels[:, 0].tolist()), labels[~displaced(labels), 0]
-    if deck is not None:
-        for reference in np.flatnonzero(np.isin(deck.numbers, turned)).tolist():
-            unknowns, R = deck.constraints.part(reference)
-            nodes, number = deck.numbers[unknowns // 6].tolist(), int(deck.numbers[reference])
-            needed |= {number, *nodes}
-            if needed <= printed.keys():
-                moved = [
-                    printed[node][axis] for node, axis in zip(nodes, unknowns % 6, strict=True)
-                ] - R[:, :3] @ printed[number]
-                printed[number] += np.linalg.lstsq(R[:, 3:], moved)[0].tolist()
-    if lost := sorted(needed - printed.keys()):
-        raise ModelError(
-            f"modes: {str(path)!r} has no displacement of node {lost[0]} of the matrix; print U of all nodes (*NODE PRINT)"
-        )
-    return np.array([printed[node][direction - 1] for node, direction in labels.tolist()])
+    rows = whole_array("glued", glued, (None, 2), least=-1, most=len(load) - 1)
+    is_free = rows >= 0
+    mean = np.where(is_free.all(axis=1), load[rows].mean(axis=1), 0.0)
+    load[rows[is_free]] = np.repeat(mean, is_free.sum(axis=1))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LabelledMatrix(Shown):
-    """Base of `MatrixJob`: its rows, bodies and mesh, the faces at which bodies match, and modes."""
+    """Base of `MatrixJob`: its rows, bodies and mesh, matching faces of bodies, and modes."""
 
     K: csr_matrix
     labels: Integers
@@ -175,31 +137,35 @@ class LabelledMatrix(Shown):
     M: csr_matrix | None = None
 
     def __post_init__(self) -> None:
-        labels, deck = (
-            checked_labels(self.labels),
-            deck_of_points(self.deck) if isinstance(self.deck, Mapping) else self.deck,
-        )
+        labels = checked_labels(self.labels)
+        deck = deck_of_points(self.deck) if isinstance(self.deck, Mapping) else self.deck
         if deck is not None and not isinstance(deck, Deck):
             raise ModelError(
-                f"deck: {shown(self.deck)}; give the deck of another job, a mapping number of a node -> its coordinates, or None"
+                f"deck: {shown(self.deck)}; give the deck of another job, "
+                "a mapping number of a node -> its coordinates, or None"
             )
         vars(self).update(labels=labels, deck=deck)
-        for name in ("K",) if self.M is None else ("K", "M"):
+        for name in ("K", "M"):
+            if name == "M" and self.M is None:
+                continue
             matrix = checked_stiffness(getattr(self, name), name)
             if matrix.shape[0] != len(labels):
                 raise ModelError(
-                    f"{name}: {shown(matrix)}; give a real sparse matrix of the size of the labels, {len(labels)}"
+                    f"{name}: {shown(matrix)}; "
+                    f"give a real sparse matrix of the size of the labels, {len(labels)}"
                 )
             vars(self)[name] = csr_matrix((matrix + matrix.T) / 2)
 
     def _answer(self) -> Mapping[str, object]:
-        found = {
+        answer: dict[str, object] = {
             "unknowns": len(self.labels),
             "directions": self._directions,
-            "generalised": len(self.generalised),
         }
-        sets = None if self.deck is None else sorted({*self._known.sets, *self._known.surfaces})
-        return {name: count for name, count in found.items() if count} | {"sets": sets}
+        if len(self.generalised):
+            answer["generalised"] = len(self.generalised)
+        has_deck = self.deck is not None
+        answer["sets"] = sorted({*self._known.sets, *self._known.surfaces}) if has_deck else None
+        return answer
 
     @property
     def _directions(self) -> int:
@@ -220,9 +186,10 @@ class LabelledMatrix(Shown):
 
     @cached_property
     def unknowns(self) -> Integers:
-        """(nodes, d) row of K of each node's displacements, -1 where `*BOUNDARY` holds them, -2 where K has none else: they follow others.
+        """(nodes, d) row of K of each displacement of each node.
 
-        Where the job has no deck that tells held displacements (-1), those that K lacks are -2 too:
+        It is -1 if `*BOUNDARY` holds the displacement, and -2 if K lacks it otherwise: it follows
+        others. If the job has no deck that tells held displacements, those that K lacks are -2:
         such a node carries no contact until you say -1.
 
         Raises
@@ -230,18 +197,22 @@ class LabelledMatrix(Shown):
         ModelError
             The matrix has labels of nodes that are not in the deck.
         """
-        return rows_of_nodes(self.labels, self._known.numbers, self._known.constraints)[
-            :, : self._directions
-        ]
+        return rows_of_nodes(self.labels, self._known)[:, : self._directions]
 
     @property
     def generalised(self) -> Integers:
-        """(m,) rows of K that are no displacement of a node, which `condense` eliminates: rotations, modal unknowns, scalar points."""
+        """(m,) rows of K that are no displacement of a node, which `condense` eliminates.
+
+        They are rotations, modal unknowns and scalar points.
+        """
         return np.flatnonzero(~displaced(self.labels))
 
     @cached_property
     def bodies(self) -> Integers:
-        """(nodes,) number of the body that each node belongs to: what K joins is one body. -1 for nodes without a row in K."""
+        """(nodes,) number of the body that each node belongs to; -1 for nodes without a row in K.
+
+        K joins the nodes of a body.
+        """
         _, body = connected_components(
             node_graph(self.K, self.unknowns, self.generalised), directed=False
         )
@@ -251,38 +222,52 @@ class LabelledMatrix(Shown):
 
     @cached_property
     def mesh(self) -> Mesh:
-        """scikit-fem mesh of the deck through the corners of its elements, nodes in the order of `points`; see `Deck.shaped` for the errors."""
+        """scikit-fem mesh through the corners of the elements of the deck.
+
+        Its nodes are in the order of `points`; see `Deck.shaped` for the errors.
+        """
         return mesh_of(self._known, self._directions)
 
     @cached_property
     def _whole(self) -> tuple[Mesh, csr_matrix]:
-        """The mesh with the nodes amid edges, and the (its nodes, nodes of the deck) matrix of its nodes."""
-        return with_midsides(self.mesh, self._known.shaped()[2], self._known.points)
+        """The mesh with the nodes amid edges, and the matrix of its nodes by those of the deck."""
+        return with_midsides(self.mesh, self._known.shaped().nodes, self._known.points)
 
     def _matching(self) -> list[Integers]:
-        """(N, 2) pairs of each connected face at which two bodies have their nodes, and the facets between them, in the same places.
+        """Pairs (N, 2) of each connected face at which two bodies lie on each other.
 
-        Without elements, in space, nodes alone tell, and what two bodies share is one face.
+        Both bodies have the nodes of the face, and the facets between them. In space, without
+        elements, nodes alone decide, and all nodes that two bodies share are one face.
         """
-        body, mesh = (
-            self.bodies,
-            self.mesh if self._known.elements or self._directions == 2 else None,
-        )
-        i, j = coincident(self.points, coordinate_errors(self.points, self._known.corners))
-        i, j = np.where(body[i] < body[j], (i, j), (j, i))
-        found: list[Integers] = []
+        body = self.bodies
+        needs_mesh = bool(self._known.elements) or self._directions == 2
+        mesh = self.mesh if needs_mesh else None
+        errors = coordinate_errors(self.points, self._known.corners)
+        first, second = coincident(self.points, errors)
+        # In each pair the node of the lower body comes first.
+        in_order = body[first] < body[second]
+        lower = np.where(in_order, first, second)
+        upper = np.where(in_order, second, first)
+        faces: list[Integers] = []
         for a, b in combinations(np.unique(body[body >= 0]), 2):
-            own = (body[i] == a) & (body[j] == b)
-            one, two = i[own], j[own]
-            for nodes in (one, two):
-                if (k := first_of(np.bincount(nodes) > 1)) is not None:
-                    raise ModelError(
-                        f"matching_faces: the node at {place(self.points[k])} lies on several of one other body; merge these nodes"
-                    )
+            between_both = (body[lower] == a) & (body[upper] == b)
+            one = lower[between_both]
+            two = upper[between_both]
+            self._check_each_once(one)
+            self._check_each_once(two)
+            # Node of body b -> the node of body a on it, or -1.
             image = np.full(len(self.points), -1)
             image[two] = one
-            found += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
-        return found
+            faces += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
+        return faces
+
+    def _check_each_once(self, nodes: Integers) -> None:
+        node = first_of(np.bincount(nodes) > 1)
+        if node is not None:
+            raise ModelError(
+                f"matching_faces: the node at {place(self.points[node])} lies on several of one "
+                "other body; merge these nodes"
+            )
 
     def nodes(self, where: str | ArrayLike) -> Integers:
         """Nodes as rows of `points`, each once.
@@ -299,22 +284,25 @@ class LabelledMatrix(Shown):
             The deck names no such set, or it is empty; numbers that are no rows of `points`; a
             surface without faces, or between whose nodes there are other facets.
         """
-        deck, name = self._known, where.upper() if isinstance(where, str) else ""
+        deck = self._known
+        name = where.upper() if isinstance(where, str) else ""
         if name in deck.sets or name not in deck.surfaces:
             return deck.nodes(where)
         alone = replace(deck, sets={}, element_sets={}, surfaces={name: deck.surfaces[name]})
-        facets = named(self.mesh, alone, "of the deck").boundaries[name]
-        whole, origin = self._whole
-        if len(between(self.mesh, np.unique(self.mesh.facets[:, facets]))) != len(facets):
+        facets = with_sets(self.mesh, alone, "of the deck").boundaries[name]
+        between_nodes = between(self.mesh, np.unique(self.mesh.facets[:, facets]))
+        if len(between_nodes) != len(facets):
             raise ModelError(
                 f"surface {name!r}: other facets lie between its nodes too; name flat parts of it"
             )
-        return np.unique(origin[facet_nodes(whole, facets)].indices)
+        whole_mesh, origin = self._whole
+        return np.unique(origin[facet_nodes(whole_mesh, facets)].indices)
 
     def modes(self, path: str | Path) -> tuple[Array, Array]:
-        """Natural frequencies (m,), cycles per unit of time, and shapes (m, n) of the modes that CalculiX printed, for `modal_load`.
+        """Natural frequencies (m,) and shapes (m, n) of the modes that CalculiX printed.
 
-        The file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the
+        Frequencies are in cycles per unit of time; shapes are those that `modal_load` takes. The
+        file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the
         displacements U of all nodes. Its deck has the nodes of this job, with the contact glued: by
         `*TIE`, by equations, or by nodes that the bodies share.
 
@@ -332,30 +320,32 @@ class LabelledMatrix(Shown):
         >>> frequencies.tolist(), shapes.shape
         ([24757.59, 47452.97], (2, 964))
         """
-        return printed_modes(
-            file_path("modes", path),
-            self.labels,
-            self.deck if isinstance(self.deck, Deck) else None,
-        )
+        deck = self.deck if isinstance(self.deck, Deck) else None
+        return printed_modes(file_path("modes", path), self.labels, deck)
 
 
 def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
-    """Nodes of each connected face of facets of the outline whose images, where they are no less than 0, are facets of the outline too."""
+    """Nodes of each connected face of the outline whose images are a face of the outline too.
+
+    `image` (nodes,) is -1 for a node without one. Without a mesh all nodes with images are a face.
+    """
+    if not (image >= 0).any():
+        return []
     if mesh is None:
-        return [np.flatnonzero(image >= 0)] if (image >= 0).any() else []
+        return [np.flatnonzero(image >= 0)]
     outline = mesh.boundary_facets()
-    nodes = mesh.facets[:, outline]
-    here = (image[nodes] >= 0).all(axis=0)
-    here[here] = places_among(image[nodes[:, here]].T, nodes.T) >= 0
+    # (corners, m) corners of each facet of the outline
+    corners = mesh.facets[:, outline]
+    matches = (image[corners] >= 0).all(axis=0)
+    matches[matches] = places_among(image[corners[:, matches]].T, corners.T) >= 0
+    if not matches.any():
+        return []
     if mesh.dim() == 2:
-        return (
-            [line for line, _ in lines_along(mesh, outline[here], "matching_faces: the outline")]
-            if here.any()
-            else []
-        )
-    ends = nodes[:, here]
-    part = parts_of((np.tile(ends[0], len(ends) - 1), ends[1:].ravel()), len(image))
-    return [
-        np.unique(ends[:, part[ends[0]] == number])
-        for number in dict.fromkeys(part[ends[0]].tolist())
-    ]
+        lines = lines_along(mesh, outline[matches], "matching_faces: the outline")
+        return [line for line, _ in lines]
+
+    # Facets that share a node belong to one face: the first corner of each is linked to the others.
+    corners = corners[:, matches]
+    links = (np.tile(corners[0], len(corners) - 1), corners[1:].ravel())
+    face = parts_of(links, len(image))[corners[0]]
+    return [np.unique(corners[:, face == number]) for number in dict.fromkeys(face.tolist())]

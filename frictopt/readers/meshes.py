@@ -1,5 +1,6 @@
 """Meshes of files and decks, through meshio and scikit-fem."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,11 +12,14 @@ from ..base import SAME_POINT, Array, Integers, place
 from ..base.libraries import file_path, library
 from ..errors import ModelError
 from ..fem.elasticity import QUADRATIC, completion, places_among
-from .deck import FREE, PLANE, SOLID, Deck
-from .groups import GROUPED, deck_of_file
+from .deck import FREE, Deck
+from .element_types import CORNERS, PLANE_CORNERS
+from .gmsh import GROUPED
+from .groups import deck_of_file
 from .keywords import read_deck
 
-_CORNERS = {  # of the faces S1, S2, ... of an element in decks
+# Corners of the faces S1, S2, ... of an element, as decks number them.
+_FACE_CORNERS = {
     "triangle": ((0, 1), (1, 2), (2, 0)),
     "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
     "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
@@ -31,10 +35,11 @@ _CORNERS = {  # of the faces S1, S2, ... of an element in decks
 
 
 def read_mesh(path: str | Path) -> Mesh:
-    """Read a mesh with its named boundaries and subdomains: `.msh` of gmsh, `.inp` of CalculiX or Abaqus, or what else meshio reads.
+    """Read a mesh with its named boundaries and subdomains.
 
-    In gmsh, physical volumes (in the plane surfaces) are subdomains and physical surfaces (curves)
-    boundaries, called by number if without name. In a deck, a node set names the facets of the
+    The file is a `.msh` of gmsh, an `.inp` of CalculiX or Abaqus, or any that meshio reads. In
+    gmsh, physical volumes (in the plane surfaces) are subdomains and physical surfaces (curves)
+    boundaries, named by number if they have no name. In a deck, a node set names the facets of the
     outline between its nodes; a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes
     both) or a surface names the facets that they are; and any other element set is a subdomain;
     names are in capital letters. Groups of Salome (`.med`) are read by their names. Nodes of no
@@ -73,141 +78,194 @@ def read_mesh(path: str | Path) -> Mesh:
     deck = read_deck(file, mesh_alone=True) if file.suffix.lower() == ".inp" else deck_of_file(file)
     try:
         shape, _, elements = deck.shaped()
-        mesh = mesh_of(deck, 2 if shape in PLANE else 3)
-    except (
-        ModelError,
-        ValueError,
-        IndexError,
-    ) as error:  # scikit-fem refuses elements of nodes that are not in the file
+        mesh = mesh_of(deck, 2 if shape in PLANE_CORNERS else 3)
+    # scikit-fem refuses elements of nodes that are not in the file.
+    except (ValueError, IndexError) as error:
         raise ModelError(f"mesh {file.name}: {str(error).removeprefix('deck: ')}") from error
-    return with_midsides(named(mesh, deck, file.name).remove_unused_nodes(), elements, deck.points)[
-        0
-    ]
+    mesh = with_sets(mesh, deck, file.name).remove_unused_nodes()
+    return with_midsides(mesh, elements, deck.points)[0]
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
-    """scikit-fem mesh of a deck, through the corners of its elements and with its nodes in the order of the deck."""
+    """scikit-fem mesh through the corners of the elements of a deck, its nodes in their order."""
     shape, _, nodes = deck.shaped()
-    if (shape in PLANE) != (directions == 2):
+    if (shape in PLANE_CORNERS) != (directions == 2):
         raise ModelError(
-            f"deck: elements of shape {shape}, but {directions} directions of displacement; give plane elements for 2, solids for 3"
+            f"deck: elements of shape {shape}, but {directions} directions of displacement; "
+            "give plane elements for 2, solids for 3"
         )
     z = np.ptp(deck.points[:, 2])
     if directions == 2 and z > SAME_POINT * np.ptp(deck.points):
         raise ModelError(
-            f"deck: z varies by {z:g}, and there are no solids; give a mesh in z = 0, or in gmsh physical groups of the volumes"
+            f"deck: z varies by {z:g}, and there are no solids; "
+            "give a mesh in z = 0, or in gmsh physical groups of the volumes"
         )
-    linear = shape.rstrip("0123456789")
-    whole = library().Mesh(deck.points, [(linear, nodes[:, : (PLANE | SOLID)[linear]])])
-    from skfem.io.meshio import from_meshio  # here, for it imports meshio
+    # Imported here, because it imports meshio. Without meshio `library` says how to install it.
+    meshio = library()
+    from skfem.io.meshio import from_meshio
 
-    return from_meshio(whole, force_meshio_type=linear)
+    linear_shape = shape.rstrip("0123456789")
+    corners = nodes[:, : CORNERS[shape]]
+    return from_meshio(
+        meshio.Mesh(deck.points, [(linear_shape, corners)]), force_meshio_type=linear_shape
+    )
 
 
 def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Integers:
-    """Facets of the outline all corners of which are among some nodes; with the numbers of all nodes, each of these is a corner of one."""
+    """Facets of the outline all corners of which are among some nodes.
+
+    If the numbers of all nodes are given, each of the nodes must be a corner of such a facet.
+    """
+    facets = _outline_between(mesh, nodes)
+    if not len(facets):
+        raise ModelError(
+            f"nodes: no facet of the outline lies between these {len(nodes)} nodes; "
+            "give the nodes of a face"
+        )
+    if numbers is not None:
+        alone = np.setdiff1d(nodes, mesh.facets[:, facets])
+        if len(alone):
+            raise ModelError(
+                f"nodes: node {numbers[alone[0]]} lies on no facet of the outline between these "
+                "nodes; give the nodes of a face"
+            )
+    return facets
+
+
+def _outline_between(mesh: Mesh, nodes: Integers) -> Integers:
     facets = mesh.boundary_facets()
-    inside = facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
-    if not len(inside):
-        raise ModelError(
-            f"nodes: no facet of the outline lies between these {len(nodes)} nodes; give the nodes of a face"
-        )
-    if numbers is not None and len(lost := np.setdiff1d(nodes, mesh.facets[:, inside])):
-        raise ModelError(
-            f"nodes: node {numbers[lost[0]]} lies on no facet of the outline between these nodes; give the nodes of a face"
-        )
-    return np.asarray(inside)
+    return np.asarray(facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)])
 
 
 def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, csr_matrix]:
-    """The mesh of quadratic elements through whose corners a linear one goes, and the (its nodes, points) matrix of its nodes by the given ones.
+    """The mesh of the quadratic elements of which a mesh has the corners; linear ones as they are.
 
-    `elements` (m, k) are the nodes of its elements as rows of the points, in the order of meshio;
-    linear ones are left as they are.
+    `elements` (m, k) are the nodes of the elements, as rows of the points, in the order of meshio.
+    The second result is the (nodes of the mesh, points) matrix that makes these of the points.
     """
-    from skfem.io.meshio import INV_HEX_MAPPING  # here, for it imports meshio
+    # Imported here, because it imports meshio.
+    from skfem.io.meshio import INV_HEX_MAPPING
 
-    given, corners = elements.shape[1], len(mesh.t)
-    used, t = np.unique(elements[:, :corners], return_inverse=True)
-    numbers = np.unique(mesh.t)
-    if given == corners:
-        return mesh, csr_matrix(
-            (np.ones(len(used)), (numbers, used)), shape=(mesh.p.shape[1], len(points))
-        )
-    order, kind = (
-        INV_HEX_MAPPING[:given] if corners == 8 else np.arange(given),
-        QUADRATIC[type(mesh)],
-    )
-    t = numbers[t.reshape(-1, corners)][
-        :, order[:corners]
-    ].T  # in the order of the file: scikit-fem sorts the corners of triangles
+    count = elements.shape[1]
+    corners = len(mesh.t)
+    # Nodes of the mesh that are corners, and the rows of the points that they are, both rising.
+    mesh_nodes = np.unique(mesh.t)
+    rows, corner_places = np.unique(elements[:, :corners], return_inverse=True)
+    if count == corners:
+        shape = (mesh.p.shape[1], len(points))
+        return mesh, csr_matrix((np.ones(len(rows)), (mesh_nodes, rows)), shape=shape)
+
+    kind = QUADRATIC[type(mesh)]
+    order = INV_HEX_MAPPING[:count] if corners == 8 else np.arange(count)
+    # Corners in the order of the file, because scikit-fem sorts those of triangles.
+    t = mesh_nodes[corner_places.reshape(-1, corners)][:, order[:corners]].T
     curved = kind(mesh.p, np.ascontiguousarray(t), mesh.boundaries, mesh.subdomains)
+
+    # Each node of the curved mesh is a mean of the nodes of the first element that has it.
     node, first = np.unique(curved.dofs.element_dofs, return_index=True)
-    local, element = np.divmod(first, len(elements))
-    weights, places = completion(kind, given)[local], elements[element][:, order]
+    place_in_element, element = np.divmod(first, len(elements))
+    weights = completion(kind, count)[place_in_element]
+    columns = elements[element][:, order]
     origin = csr_matrix(
-        (weights.ravel(), (np.repeat(node, given), places.ravel())),
+        (weights.ravel(), (np.repeat(node, count), columns.ravel())),
         shape=(curved.dofs.N, len(points)),
     )
     origin.eliminate_zeros()
-    if len(lost := np.setdiff1d(elements, origin.indices)):
+    unused = np.setdiff1d(elements, origin.indices)
+    if len(unused):
         raise ModelError(
-            f"mesh: the midside node at {place(points[lost[0]])} is on an edge that has another one; merge nodes that coincide"
+            f"mesh: the midside node at {place(points[unused[0]])} is on an edge that has another "
+            "one; merge nodes that coincide"
         )
-    return replace(
-        curved, doflocs=np.ascontiguousarray((origin @ points[:, : mesh.dim()]).T)
-    ), origin
+    coordinates = np.ascontiguousarray((origin @ points[:, : mesh.dim()]).T)
+    return replace(curved, doflocs=coordinates), origin
 
 
-def named(mesh: Mesh, deck: Deck, what: str) -> Mesh:
+def with_sets(mesh: Mesh, deck: Deck, what: str) -> Mesh:
     """The mesh with the sets of its deck as boundaries and subdomains."""
-    facets, (shape, numbers, elements) = mesh.boundary_facets(), deck.shaped()
-    subdomains = {
-        name: own
+    subdomains = _subdomains(deck)
+    boundaries = _boundaries_of_node_sets(mesh, deck, subdomains)
+    # A surface takes precedence over an element set, and both over a node set of the same name.
+    faces = _faces_of_element_sets(deck) | _faces_of_surfaces(mesh, deck, what)
+    for name, blocks in faces.items():
+        if any(map(len, blocks)):
+            boundaries[name] = _facets_of(mesh, blocks, f"mesh {what}: boundary {name!r}")
+    return mesh.with_boundaries(boundaries).with_subdomains(subdomains)
+
+
+def _subdomains(deck: Deck) -> dict[str, Integers]:
+    """Element set -> its elements in the mesh; sets without any are left out."""
+    numbers = deck.shaped().numbers
+    subdomains = {}
+    for name, members in deck.element_sets.items():
+        elements = np.flatnonzero(np.isin(numbers, members))
+        if len(elements):
+            subdomains[name] = elements
+    return subdomains
+
+
+def _boundaries_of_node_sets(
+    mesh: Mesh, deck: Deck, subdomains: Mapping[str, Integers]
+) -> dict[str, Integers]:
+    """Node set -> facets of the outline between its nodes; sets without any are left out."""
+    nodes_of_elements = deck.shaped().nodes
+    boundaries = {}
+    for name, nodes in deck.sets.items():
+        # A set of all nodes of a subdomain of the same name names no outline.
+        if name in subdomains and np.isin(nodes_of_elements[subdomains[name]], nodes).all():
+            continue
+        facets = _outline_between(mesh, nodes)
+        if len(facets):
+            boundaries[name] = facets
+    return boundaries
+
+
+def _faces_of_element_sets(deck: Deck) -> dict[str, list[Integers]]:
+    """Element set -> nodes (m, k) of the elements in it that only name faces, block by block."""
+    return {
+        name: [nodes[np.isin(numbers, members)] for numbers, nodes in deck.faces]
         for name, members in deck.element_sets.items()
-        if len(own := np.flatnonzero(np.isin(numbers, members)))
     }
-    # whose node sets have all their nodes, and name no outline
-    bodies = {
-        name
-        for name, own in subdomains.items()
-        if name in deck.sets and np.isin(elements[own], deck.sets[name]).all()
-    }
-    outlines = {
-        name: facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)]
-        for name, nodes in deck.sets.items()
-        if name not in bodies
-    }
-    faces = {
-        name: [nodes[np.isin(own, members)] for own, nodes in deck.faces]
-        for name, members in deck.element_sets.items()
-    }
-    corners = next(found for kind, found in _CORNERS.items() if shape.startswith(kind))
+
+
+def _faces_of_surfaces(mesh: Mesh, deck: Deck, what: str) -> dict[str, list[Integers]]:
+    """Surface of elements -> corners (m, k) of its faces, part by part."""
+    shape, numbers, elements = deck.shaped()
+    face_corners = _FACE_CORNERS[shape.rstrip("0123456789")]
+    outline = mesh.boundary_facets()
+    faces: dict[str, list[Integers]] = {}
     for name, parts in deck.surfaces.items():
-        if odd := [face for _, face in parts if face > len(corners)]:
-            raise ModelError(
-                f"mesh {what}: surface {name}: face S{odd[0]} of elements with {len(corners)} faces; repair the deck"
-            )
         faces[name] = []
-        for own, face in parts:
-            members = np.isin(numbers, own)
-            free = mesh.facets[:, facets[members[mesh.f2t[0, facets]]]].T
-            faces[name].append(free if face == FREE else elements[members][:, corners[face - 1]])
+        for members, face in parts:
+            if face > len(face_corners):
+                raise ModelError(
+                    f"mesh {what}: surface {name}: face S{face} of elements with "
+                    f"{len(face_corners)} faces; repair the deck"
+                )
+            is_member = np.isin(numbers, members)
+            if face == FREE:
+                free = outline[is_member[mesh.f2t[0, outline]]]
+                faces[name].append(mesh.facets[:, free].T)
+            else:
+                faces[name].append(elements[is_member][:, face_corners[face - 1]])
         if not any(map(len, faces[name])):
             raise ModelError(
-                f"mesh {what}: surface {name!r}: no solid of the deck has one of its faces; repair it, or take it out"
+                f"mesh {what}: surface {name!r}: no solid of the deck has one of its faces; "
+                "repair it, or take it out"
             )
-    found, k = {name: own for name, own in outlines.items() if len(own)}, len(mesh.facets)
-    for name, blocks in faces.items():
-        nodes = np.concatenate(
-            [np.zeros((0, k), dtype=int), *(own[:, :k] for own in blocks if own.shape[1] >= k)]
+    return faces
+
+
+def _facets_of(mesh: Mesh, blocks: list[Integers], what: str) -> Integers:
+    """Facets of the mesh that some faces are. Corners come first among the nodes (m, k) of each."""
+    corners = len(mesh.facets)
+    # A block of fewer nodes has no faces of this mesh, such as lines in space.
+    faces = [block[:, :corners] for block in blocks if block.shape[1] >= corners]
+    nodes = np.concatenate([np.zeros((0, corners), dtype=int), *faces])
+    facets = places_among(nodes, mesh.facets.T)
+    lost = np.count_nonzero(facets < 0)
+    if lost or not len(nodes):
+        raise ModelError(
+            f"{what}: {lost} of its {len(nodes)} faces belong to no element; {GROUPED}"
         )
-        places = places_among(nodes, mesh.facets.T)
-        lost, some = np.count_nonzero(places < 0), any(map(len, blocks))
-        if lost or (some and not len(nodes)):
-            raise ModelError(
-                f"mesh {what}: boundary {name!r}: {lost} of its {len(nodes)} faces belong to no element; {GROUPED}"
-            )
-        if some:
-            found[name] = np.unique(places)
-    return mesh.with_boundaries(found).with_subdomains(subdomains)
+    return np.unique(facets)

@@ -1,11 +1,15 @@
-"""What answers are compared with: closed-form solutions of frictional contact with citation and units, and the referee of any state.
+"""Closed-form solutions of frictional contact, with citation and units, and the referee of states.
+
+Answers of the package are compared with these. `corners.py` has the singular fields at corners,
+`half_spaces.py` discrete contacts of half-planes and half-spaces, `hertz.py` cylinder and sphere,
+`sliders.py` springs and rods, `uncoupled.py` nodes that do not feel each other.
 
 Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s *
 r1` with `s = -1, +1`, tangential parts `q0, q1` along +x, normal parts `p0, p1` positive in
 compression. A limit is finite, inf (no load factor is too large) or nan (nothing is safe, not even
-`lam = 0`). A dissipation is the work of friction in one cycle of the steady state. Values that are
-not real and finite, out of the range that is given, or of lengths that do not match raise
-`ModelError`.
+`lam = 0`). A dissipation is the work of friction in one cycle of the steady state. `ModelError` is
+raised for values that are not real and finite or out of the given range, and for lengths that do
+not match.
 """
 
 from ..contact import referee

@@ -1,8 +1,9 @@
-"""The corner of a square punch on a half-plane of the same material: bonded (Williams' eigenfunctions of a three-quarter plane), and sliding.
+"""The corner of a square punch on a half-plane of the same material, bonded and sliding.
 
-Polar coordinates sit at the left corner of the contact, `theta` anticlockwise from the bisector of
-the material. The free face of the block is `theta = -3 pi/4`, the interface `theta = pi/4` (running
-along +x into the contact), the free side of the punch `theta = 3 pi/4`.
+The bonded corner has Williams' eigenfunctions of a three-quarter plane. Polar coordinates sit at
+the left corner of the contact, `theta` anticlockwise from the bisector of the material. The free
+face of the block is `theta = -3 pi/4`, the interface `theta = pi/4` (running along +x into the
+contact), the free side of the punch `theta = 3 pi/4`.
 """
 
 from __future__ import annotations
@@ -18,16 +19,18 @@ from numpy.typing import ArrayLike
 from ..base import Array, check_entries, choice, finite_array, finite_number
 from ..errors import ModelError
 
+# theta of the free side of the punch, and of the interface
 _HALF_ANGLE = 3 * pi / 4
 _INTERFACE = pi / 4
 
 
 @dataclass(frozen=True)
 class CornerMode:
-    """One singular mode, stress proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`, of arbitrary amplitude.
+    """One singular mode, of arbitrary amplitude.
 
-    Made by `bonded_corner`: with any other exponent the faces are not free. `stress` raises
-    `ModelError` for distances that are not positive.
+    Stress is proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`. Made by
+    `bonded_corner`: with any other exponent the faces are not free. `stress` raises `ModelError`
+    for distances that are not positive.
 
     Attributes
     ----------
@@ -39,7 +42,7 @@ class CornerMode:
     Examples
     --------
     >>> from frictopt.reference import bonded_corner
-    >>> round(bonded_corner()[0].traction_ratio, 4)  # the corner sticks if the coefficient of friction is above
+    >>> round(bonded_corner()[0].traction_ratio, 4)  # the corner sticks with friction above it
     0.5431
     """
 
@@ -47,8 +50,10 @@ class CornerMode:
     symmetric: bool
 
     def stress(self, r: ArrayLike, theta: ArrayLike) -> tuple[Array, Array, Array]:
-        """Polar stresses `(s_rr, s_tt, s_rt)`, tension positive, at distance r and angle theta (radian), arrays that broadcast."""
-        l1 = self.exponent + 1
+        """Polar stresses `(s_rr, s_tt, s_rt)`, tension positive, at distance r and angle theta.
+
+        theta is in radians; r and theta are arrays that broadcast.
+        """
         distance = finite_array("r", r)
         check_entries(
             "r",
@@ -59,41 +64,49 @@ class CornerMode:
         )
         scale = distance ** (self.exponent - 1)
         F, dF, ddF = (self._angular(theta, order) for order in (0, 1, 2))
-        return scale * (l1 * F + ddF), scale * l1 * self.exponent * F, -scale * self.exponent * dF
+        s_rr = scale * ((self.exponent + 1) * F + ddF)
+        s_tt = scale * (self.exponent + 1) * self.exponent * F
+        s_rt = -scale * self.exponent * dF
+        return s_rr, s_tt, s_rt
 
     @property
     def traction_ratio(self) -> float:
-        """Signed `q / p` on the interface at the left corner; it has the other sign at the right corner.
+        """Signed `q / p` on the interface at the left corner; with the other sign at the right one.
 
         `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same
-        at every distance. Under the symmetric mode alone (pressed together) the corner sticks iff
-        the coefficient of friction exceeds it, and else the punch slips outward.
+        at every distance. Under the symmetric mode alone (pressed together) the corner sticks if
+        the coefficient of friction exceeds it; otherwise the punch slips outward.
         """
         _, s_tt, s_rt = self.stress(1.0, _INTERFACE)
         return float(s_rt / s_tt)
 
     def _angular(self, theta: ArrayLike, order: int) -> Array:
-        """Derivative of F of the given order: two harmonics, weighted such that F vanishes on both faces; F' does so only at an eigenvalue."""
-        plus, minus = self.exponent + 1, self.exponent - 1
+        """Derivative of F of the given order.
+
+        F is the sum of two harmonics, weighted such that it vanishes on both faces; F' vanishes
+        there only at an eigenvalue.
+        """
+        plus = self.exponent + 1
+        minus = self.exponent - 1
         wave = cos if self.symmetric else sin
-        phase = order * pi / 2 - (
-            0.0 if self.symmetric else pi / 2
-        )  # each derivative of a cosine advances it by a quarter turn
+        # A sine is a cosine a quarter turn late; each derivative advances a cosine by a quarter.
+        phase = order * pi / 2
+        if not self.symmetric:
+            phase -= pi / 2
         angle = finite_array("theta", theta)
-        harmonics = [k**order * np.cos(k * angle + phase) for k in (minus, plus)]
-        return np.asarray(
-            wave(plus * _HALF_ANGLE) * harmonics[0] - wave(minus * _HALF_ANGLE) * harmonics[1]
-        )
+        slow = minus**order * np.cos(minus * angle + phase)
+        fast = plus**order * np.cos(plus * angle + phase)
+        return np.asarray(wave(plus * _HALF_ANGLE) * slow - wave(minus * _HALF_ANGLE) * fast)
 
 
 def bonded_corner() -> tuple[CornerMode, CornerMode]:
-    """The two singular modes of the bonded corner of a square punch, symmetric (stronger) and antisymmetric.
+    """The two singular modes of the bonded corner of a square punch.
 
-    Punch (quarter-plane) and block (half-plane) are of the same material, so the bonded pair is one
-    wedge of angle `2 alpha = 3 pi / 2` with free faces, `F = F' = 0` at `theta = +-alpha`. For the
-    symmetric and antisymmetric functions that is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here
-    `sin(3 pi l / 2) = +-l`; each has one root in (0, 1), near 0.544 and 0.909, independent of the
-    elastic constants.
+    The symmetric mode comes first, and is the stronger one. Punch (quarter-plane) and block
+    (half-plane) are of the same material, so the bonded pair is one wedge of angle `2 alpha = 3 pi
+    / 2` with free faces, `F = F' = 0` at `theta = +-alpha`. For the symmetric and the antisymmetric
+    function that is `sin(2 alpha l) +- l sin(2 alpha) = 0`, here `sin(3 pi l / 2) = +-l`; each has
+    one root in (0, 1), near 0.544 and 0.909, independent of the elastic constants.
 
     References
     ----------
@@ -110,20 +123,20 @@ def bonded_corner() -> tuple[CornerMode, CornerMode]:
     [0.5445, 0.9085]
     """
     even = _bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) - exponent, 1 / 3, 2 / 3)
-    odd = _bisection(
-        lambda exponent: sin(2 * _HALF_ANGLE * exponent) + exponent, 2 / 3, 0.95
-    )  # 1, a rigid rotation, is a root as well
+    # The bounds exclude the root 1, which is a rigid rotation.
+    odd = _bisection(lambda exponent: sin(2 * _HALF_ANGLE * exponent) + exponent, 2 / 3, 0.95)
     return CornerMode(even, symmetric=True), CornerMode(odd, symmetric=False)
 
 
 def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "outward") -> float:
-    """Exponent l of the leading mode at a sliding corner: displacement of order `r^l`, pressure and friction of order `r^(l-1)`.
+    """Exponent l of the leading mode at a sliding corner.
 
-    Punch (quarter-plane) and block (half-plane) stay in contact, `q = kappa p` on the interface. q
-    is the force of the block on the punch, positive into the contact, p the pressure; `kappa = +f`
-    for outward slip of the punch (past the corner), `-f` for inward slip. l is the only root in (0,
-    1), dimensionless, independent of the elastic constants; it falls with f for outward slip and
-    rises for inward slip.
+    Displacement is of order `r^l`, pressure and friction are of order `r^(l-1)`. Punch
+    (quarter-plane) and block (half-plane) stay in contact, `q = kappa p` on the interface. q is the
+    force of the block on the punch, positive into the contact, p the pressure; `kappa = +f` for
+    outward slip of the punch (past the corner), `-f` for inward slip. l is the only root in (0, 1),
+    dimensionless, independent of the elastic constants; it falls with f for outward slip and rises
+    for inward slip.
 
     Parameters
     ----------
@@ -171,12 +184,14 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     >>> [round(sliding_corner_exponent(f), 4) for f in (0.0, 0.5, 1.0)]
     [0.774, 0.5604, 0.3854]
     """
-    kappa = finite_number("f", f, least=0.0) * (
-        1 if choice("slip", slip, ("outward", "inward")) == "outward" else -1
-    )
-    strongest, weakest = 3 * pi / 4 - 1 / pi, -1 / pi
-    if not weakest < kappa < strongest:
-        largest = strongest if slip == "outward" else -weakest
+    friction = finite_number("f", f, least=0.0)
+    if choice("slip", slip, ("outward", "inward")) == "outward":
+        kappa = friction
+        largest = 3 * pi / 4 - 1 / pi
+    else:
+        kappa = -friction
+        largest = 1 / pi
+    if not friction < largest:
         raise ModelError(
             f"f: {f:g} leaves no singular mode for {slip} slip; give friction below {largest:.6g}"
         )

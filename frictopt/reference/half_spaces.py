@@ -1,4 +1,7 @@
-"""Half-planes and half-spaces of similar material in contact as discrete contacts, by the exact influence of their surface tractions."""
+"""Half-planes and half-spaces of similar material as discrete contacts.
+
+Their stiffness is the inverse of the exact influence of tractions on cells of the surface.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +16,12 @@ from .hertz import poisson_ratio
 
 
 def half_plane_influence(nodes: int, E_star: float) -> Array:
-    """Relative surface displacement of each of N equal cells per force on each cell, the same for shear and for pressure.
+    """Relative surface displacement of each of N equal cells per force on each cell.
 
-    A force F per depth on the surface of both half-planes, opposite on the two, moves them apart at
-    the distance y by `-2 F / (pi E_star) log|y|` (line load, Johnson 1985, see
-    `half_plane_contact`), up to a rigid motion of the half-planes. Force is spread evenly over a
-    cell and displacement is the mean over a cell::
+    It is the same for shear and for pressure. A force F per depth on the surface of both
+    half-planes, opposite on the two, moves them apart at the distance y by `-2 F / (pi E_star)
+    log|y|` (line load, Johnson 1985, see `half_plane_contact`), up to a rigid motion of the
+    half-planes. Force is spread evenly over a cell and displacement is the mean over a cell::
 
         G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) =
         y^2 log|y| / 2 - 3 y^2 / 4
@@ -51,15 +54,14 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     >>> half_plane_influence(nodes=2, E_star=1.0).round(4).tolist()
     [[1.3962, 0.5137], [0.5137, 1.3962]]
     """
-    N, E_star = (
-        whole_number("nodes", nodes, least=2, most=10_000),
-        finite_number("E_star", E_star, above=0.0),
-    )
-    d = np.arange(1.0, N)  # distance in cells
-    # The second difference of L with log(d h) taken out: what is left is of order d, not d^2 log d,
-    # and cancels with less rounding.
-    nearer = np.r_[0.0, (d[1:] - 1) ** 2 * np.log1p(-1 / d[1:])]
-    apart = np.log(d / N) + ((d + 1) ** 2 * np.log1p(1 / d) + nearer) / 2 - 1.5
+    N = whole_number("nodes", nodes, least=2, most=10_000)
+    E_star = finite_number("E_star", E_star, above=0.0)
+    # Distance in cells, except 0.
+    d = np.arange(1.0, N)
+    # The second difference of L without log(d h): the remainder is of order d, not d^2 log d, and
+    # cancels with less rounding.
+    from_nearer = np.r_[0.0, (d[1:] - 1) ** 2 * np.log1p(-1 / d[1:])]
+    apart = np.log(d / N) + ((d + 1) ** 2 * np.log1p(1 / d) + from_nearer) / 2 - 1.5
     by_distance = -2 / (pi * E_star) * np.r_[np.log(1 / N) - 1.5, apart]
     distance = np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
     return np.asarray(by_distance[distance])
@@ -68,7 +70,7 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
 def half_plane_contact(
     nodes: int, half_length: float, E_star: float, *, R: float | None = None
 ) -> dict[str, Any]:
-    """Contact of two half-planes of similar material, as a contact system with the load cases "P" and "Q".
+    """Contact of two half-planes of similar material, as a contact system.
 
     Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R
     it touches body 2 along the whole interface and nowhere else. Both deform like half-planes;
@@ -115,26 +117,25 @@ def half_plane_contact(
     Examples
     --------
     >>> from frictopt.reference import half_plane_contact
-    >>> half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)["bonded"]["P"][1].round(4).tolist()  # pressed like a rigid punch: more at the edges
+    >>> contact = half_plane_contact(nodes=4, half_length=1.0, E_star=1.0)
+    >>> contact["bonded"]["P"][1].round(4).tolist()  # like a rigid punch: more at the edges
     [0.3458, 0.1542, 0.1542, 0.3458]
     """
-    G, half = (
-        half_plane_influence(nodes, E_star),
-        finite_number("half_length", half_length, above=0.0),
-    )
+    G = half_plane_influence(nodes, E_star)
+    half_length = finite_number("half_length", half_length, above=0.0)
     curvature = 0.0 if R is None else 1 / finite_number("R", R, above=0.0)
     inverse = np.linalg.inv(G)
     inverse = (inverse + inverse.T) / 2
     share = inverse.sum(axis=1) / inverse.sum()
     A = inverse - inverse.sum() * np.outer(share, share)
-    x: Array = half / nodes * np.arange(1.0 - nodes, nodes, 2.0)
-    none = np.zeros(nodes)
+    x: Array = half_length / nodes * np.arange(1.0 - nodes, nodes, 2.0)
+    zero = np.zeros(nodes)
     return dict(
         A=A,
         B=np.zeros_like(A),
         C=A.copy(),
         x=x,
-        bonded={"P": (none, share), "Q": (share, none)},
+        bonded={"P": (zero, share), "Q": (share, zero)},
         gap=curvature * x**2 / 2,
     )
 
@@ -142,12 +143,13 @@ def half_plane_contact(
 def half_space_contact(
     cells: int, half_length: float, R: float, E: float, nu: float
 ) -> dict[str, object]:
-    """Arguments of the `ContactSystem` of a sphere on a half-space of the same material, on the cells of a square grid within a circle.
+    """Arguments of the `ContactSystem` of a sphere on a half-space of the same material.
 
-    Tractions are uniform on each cell and displacements are taken at its middle (Boussinesq,
-    Cerruti; Johnson 1985, sections 3.2 to 3.6). Equal materials leave shear and pressure uncoupled.
-    Its load cases move the far end of the sphere by a unit length: "approach" presses, "x" and "y"
-    shear towards +x and +y. Forces are sums over cells.
+    Its nodes are the cells of a square grid within a circle. Tractions are uniform on each cell and
+    displacements are taken at its middle (Boussinesq, Cerruti; Johnson 1985, sections 3.2 to 3.6).
+    Equal materials leave shear and pressure uncoupled. Its load cases move the far end of the
+    sphere by a unit length: "approach" presses, "x" and "y" shear towards +x and +y. Forces are
+    sums over cells.
 
     Parameters
     ----------
@@ -166,27 +168,29 @@ def half_space_contact(
     Examples
     --------
     >>> import frictopt as fo
-    >>> fo.ContactSystem(**fo.reference.half_space_contact(cells=5, half_length=1.0, R=5.0, E=1.0, nu=0.3))
+    >>> contact = fo.reference.half_space_contact(cells=5, half_length=1.0, R=5.0, E=1.0, nu=0.3)
+    >>> fo.ContactSystem(**contact)
     ContactSystem(nodes=21, tangents=2, loads=['approach', 'x', 'y'], gap=True)
     """
     whole_number("cells", cells, least=3, most=80)
-    half_length, R, E = (
-        finite_number(name, value, above=0.0)
-        for name, value in (("half_length", half_length), ("R", R), ("E", E))
-    )
-    nu, size = poisson_ratio("nu", nu), 2 * half_length / cells
+    half_length = finite_number("half_length", half_length, above=0.0)
+    R = finite_number("R", R, above=0.0)
+    E = finite_number("E", E, above=0.0)
+    nu = poisson_ratio("nu", nu)
+    size = 2 * half_length / cells
     if not 0 < size**2 < np.inf:
         raise ModelError(
-            f"half_length: {half_length:g}; its square is no number, give the length in another unit"
+            f"half_length: {half_length:g}; its square is no number, "
+            "give the length in another unit"
         )
     line = (np.arange(cells) + 0.5) * size - half_length
     x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))
     inside = np.hypot(x, y) < half_length
-    x, y = x[inside], y[inside]
+    x = x[inside]
+    y = y[inside]
     normal, along, across, mixed = _influence(x[:, None] - x, y[:, None] - y, size / 2)
-    scale = (
-        2 * (1 + nu) / (np.pi * E * size**2)
-    )  # 1/(2 pi G) for two bodies, per unit force on a cell
+    # 1 / (2 pi G) for two bodies, per unit force on a cell
+    scale = 2 * (1 + nu) / (np.pi * E * size**2)
     shear = scale * np.block(
         [
             [(1 - nu) * normal + nu * along, nu * mixed],
@@ -195,32 +199,32 @@ def half_space_contact(
     )
     n = len(x)
     S = np.zeros((3 * n, 3 * n))
-    S[: 2 * n, : 2 * n], S[2 * n :, 2 * n :] = (
-        np.linalg.inv(shear),
-        np.linalg.inv(scale * (1 - nu) * normal),
-    )
+    S[: 2 * n, : 2 * n] = np.linalg.inv(shear)
+    S[2 * n :, 2 * n :] = np.linalg.inv(scale * (1 - nu) * normal)
     S = (S + S.T) / 2
-    cases = np.kron(np.eye(3), np.ones(n)) @ S
-    bonded = {"approach": cases[2], "x": -cases[0], "y": -cases[1]}
+    # Forces of a uniform displacement along x, y and the normal.
+    along_x, along_y, pressing = np.kron(np.eye(3), np.ones(n)) @ S
     return {
         "S": S,
         "points": np.column_stack([x, y, np.zeros(n)]),
-        "bonded": bonded,
+        "bonded": {"approach": pressing, "x": -along_x, "y": -along_y},
         "gap": (x**2 + y**2) / (2 * R),
     }
 
 
 def _influence(x: Array, y: Array, half: float) -> tuple[Array, Array, Array, Array]:
-    """Integrals of 1/r, x^2/r^3, y^2/r^3 and x y/r^3 over a square cell around the origin, seen from (x, y)."""
-    parts = np.zeros((3, *x.shape))
+    """Integrals of 1/r, x^2/r^3, y^2/r^3 and x y/r^3 over a square cell around the origin.
+
+    r is the distance from (x, y), `half` half of the side of the cell.
+    """
+    integrals = np.zeros((3, *x.shape))
+    # The antiderivatives at the corners of the cell, with alternating signs.
     for sx in (-1, 1):
         for sy in (-1, 1):
-            X, Y = x + sx * half, y + sy * half
-            r = np.hypot(X, Y)
-            parts += (
-                sx
-                * sy
-                * np.array([Y * np.arcsinh(X / np.abs(Y)), X * np.arcsinh(Y / np.abs(X)), -r])
-            )
-    along, across, mixed = parts
+            X = x + sx * half
+            Y = y + sy * half
+            along = Y * np.arcsinh(X / np.abs(Y))
+            across = X * np.arcsinh(Y / np.abs(X))
+            integrals += sx * sy * np.array([along, across, -np.hypot(X, Y)])
+    along, across, mixed = integrals
     return along + across, along, across, mixed

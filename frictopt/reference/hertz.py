@@ -1,4 +1,7 @@
-"""A cylinder or a sphere that is pressed on a flat body and sheared to and fro: contacts of Hertz, Cattaneo, Mindlin and Deresiewicz."""
+"""A cylinder or a sphere that is pressed on a flat body and sheared to and fro.
+
+These are the contacts of Hertz, Cattaneo, Mindlin and Deresiewicz.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,16 @@ from ..errors import ModelError
 
 def poisson_ratio(name: str, value: float) -> float:
     """Check a Poisson's ratio above -1 and of at most 0.5."""
-    if (nu := finite_number(name, value, above=-1.0)) > 0.5:
+    nu = finite_number(name, value, above=-1.0)
+    if nu > 0.5:
         raise ModelError(f"{name}: {nu:g}; give Poisson's ratio of at most 0.5")
     return nu
 
 
 def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
-    """Contact modulus of two bodies in plane strain, stress, `1 / E_star = (1 - nu1^2) / E1 + (1 - nu2^2) / E2` (Johnson 1985, see `SphereContact`).
+    """Contact modulus of two bodies in plane strain, stress.
+
+    `1 / E_star = (1 - nu1^2) / E1 + (1 - nu2^2) / E2` (Johnson 1985, see `SphereContact`).
 
     Parameters
     ----------
@@ -38,52 +44,57 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     >>> round(contact_modulus(E1=210e9, nu1=0.3, E2=210e9, nu2=0.3) / 1e9, 2)
     115.38
     """
-    E1, E2 = finite_number("E1", E1, above=0.0), finite_number("E2", E2, above=0.0)
-    return 1 / (
-        (1 - poisson_ratio("nu1", nu1) ** 2) / E1 + (1 - poisson_ratio("nu2", nu2) ** 2) / E2
-    )
+    E1 = finite_number("E1", E1, above=0.0)
+    E2 = finite_number("E2", E2, above=0.0)
+    compliance_1 = (1 - poisson_ratio("nu1", nu1) ** 2) / E1
+    compliance_2 = (1 - poisson_ratio("nu2", nu2) ** 2) / E2
+    return 1 / (compliance_1 + compliance_2)
 
 
 class _Round:
-    """Base of round bodies: fields are positive numbers, and Poisson's ratio."""
+    """Base of round bodies, with fields that are positive numbers, or Poisson's ratio."""
 
     P: float
     f: float
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            object.__setattr__(
-                self,
-                name,
-                poisson_ratio(name, value)
-                if name == "nu"
-                else finite_number(name, value, above=0.0),
-            )
+            if name == "nu":
+                checked = poisson_ratio(name, value)
+            else:
+                checked = finite_number(name, value, above=0.0)
+            object.__setattr__(self, name, checked)
 
     def _share(self, name: str, Q: float) -> float:
         """Size of a shear force over its bound, below 1."""
         share = abs(finite_number(name, Q)) / (self.f * self.P)
         if share >= 1:
             raise ModelError(
-                f"{name}: {Q:g}; the body slides, give a shear force below f P = {self.f * self.P:g}"
+                f"{name}: {Q:g}; the body slides, "
+                f"give a shear force below f P = {self.f * self.P:g}"
             )
         return share
 
 
 def _work(a: float, x: float) -> float:
-    """The sum `x^3 / 6 (1 + a x / 2 + ...)` of a work of friction at the share x of the shear force; its closed form loses digits of a small x."""
-    from scipy.special import hyp2f1  # here, because other closed forms need numpy alone
+    """The series `x^3 / 6 (1 + a x / 2 + ...)` of a work of friction, at a share x of the force.
+
+    Its closed form loses digits of a small x.
+    """
+    # Imported here, because other closed forms need numpy alone.
+    from scipy.special import hyp2f1
 
     return x**3 / 6 * float(hyp2f1(a, 2, 4, x))
 
 
 @dataclass(frozen=True)
 class LineContact(_Round):
-    """Cylinder on a half-plane of similar material, under a constant normal force and a shear force that starts from zero.
+    """Cylinder on a half-plane, sheared under a constant normal force.
 
-    Similar are materials whose shear does not change the pressure (`B = 0`), two equal ones above
-    all. Methods take a shear force Q, the resultant of the tractions q of the half-plane on the
-    cylinder along +x, of magnitude below `f P`: beyond that the cylinder slides.
+    The shear force starts from zero. Materials are similar: shear does not change the pressure
+    (`B = 0`), as for two equal ones. Methods take a shear force Q, the resultant of the tractions q
+    of the half-plane on the cylinder along +x, of magnitude below `f P`: beyond that the cylinder
+    slides.
 
     Parameters
     ----------
@@ -115,8 +126,10 @@ class LineContact(_Round):
     --------
     >>> from frictopt.reference import LineContact
     >>> contact = LineContact(P=1.0, R=10.0, E_star=100.0, f=0.5)
-    >>> round(contact.half_width, 4), round(contact.stick_half_width(0.25), 4), f"{contact.dissipation(0.25):.4e}"
-    (0.3568, 0.2523, '9.0484e-05')
+    >>> round(contact.half_width, 4), round(contact.stick_half_width(0.25), 4)
+    (0.3568, 0.2523)
+    >>> f"{contact.dissipation(0.25):.4e}"
+    '9.0484e-05'
     """
 
     P: float
@@ -135,63 +148,75 @@ class LineContact(_Round):
         return 2 * self.P / (pi * self.half_width)
 
     def stick_half_width(self, Q: float) -> float:
-        """Half-width `c = a sqrt(1 - |Q| / (f P))` of what has not slipped, length; in a cycle Q is half the change since the last reversal."""
+        """Half-width `c = a sqrt(1 - |Q| / (f P))` of the part that has not slipped, length.
+
+        In a cycle Q is half the change since the last reversal.
+        """
         return self.half_width * sqrt(1 - self._share("Q", Q))
 
     def pressure(self, x: ArrayLike) -> Array:
-        """Pressure at distance x from the middle, length, any shape; zero outside the contact, stress."""
+        """Pressure at distance x from the middle, any shape; stress, zero outside the contact."""
         return self.peak_pressure * _ellipse(finite_array("x", x), self.half_width)
 
     def shear(self, x: ArrayLike, Q: float) -> Array:
-        """Shear traction q at x, length, any shape, when the shear force first reaches Q, stress: f p, less that of a contact of half-width c."""
-        a, c, x = self.half_width, self.stick_half_width(Q), finite_array("x", x)
+        """Shear traction q at x, length, any shape, when the shear force first reaches Q, stress.
+
+        It is f p, less that of a contact of half-width c.
+        """
+        a = self.half_width
+        c = self.stick_half_width(Q)
+        x = finite_array("x", x)
         peak = float(np.sign(Q)) * self.f * self.peak_pressure
         return peak * (_ellipse(x, a) - c / a * _ellipse(x, c))
 
     def slip(self, x: ArrayLike, Q: float) -> Array:
-        """Slip v at x, length, any shape, when Q is first reached: against Q, zero for `|x| <= c`, nan outside the contact, length.
+        """Slip v at x, length, any shape, when the shear force first reaches Q, length.
 
-        It grows from the edge of the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star
-        a)`, where p_0 is the peak pressure.
+        It is against Q, zero for `|x| <= c`, and nan outside the contact. It grows from the edge of
+        the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star a)`, where p_0 is the
+        peak pressure.
         """
-        a, c = self.half_width, self.stick_half_width(Q)
+        a = self.half_width
+        c = self.stick_half_width(Q)
         distance = np.abs(finite_array("x", x))
-        beyond = np.maximum(distance, c)
-        grown = 0.5 * (beyond * np.sqrt(beyond**2 - c**2) - c**2 * np.arccosh(beyond / c))
+        outside = np.maximum(distance, c)
+        grown = 0.5 * (outside * np.sqrt(outside**2 - c**2) - c**2 * np.arccosh(outside / c))
         slip = -np.sign(Q) * 2 * self.f * self.peak_pressure / (self.E_star * a) * grown
         return np.where(distance <= a, slip, np.nan)
 
     def dissipation(self, Q0: float) -> float:
-        """Work of friction in one cycle of the shear force between `-Q0` and `Q0`, force per depth times length.
+        """Work of friction in one cycle of the shear force between `-Q0` and `Q0`.
 
-        Pressure times slip, integrated over both slipping edges; with `z = |Q0| / (f P)`::
+        Its unit is force per depth times length. Pressure times slip, integrated over both slipping
+        edges; with `z = |Q0| / (f P)`::
 
             W = 4 f^2 P^2 / (pi E_star) (z - z^2 / 2 + (1 - z) log(1 - z))
         """
-        return 4 * (self.f * self.P) ** 2 / (pi * self.E_star) * _work(1.0, self._share("Q0", Q0))
+        unit = 4 * (self.f * self.P) ** 2 / (pi * self.E_star)
+        return unit * _work(1.0, self._share("Q0", Q0))
 
     def worn_depth(self, x: ArrayLike, Q0: float) -> Array:
-        """Depth worn off at x, length, any shape, once shear between `-Q0` and `Q0` has worn the cylinder in.
+        """Depth worn off at x, length, any shape, in the end.
 
-        The stick zone stays, and in the end it carries the whole force. With `c = a sqrt(1 - |Q0| /
-        (f P))` (Ciavarella 1998, Popov 2014)::
+        Shear between `-Q0` and `Q0` wears the cylinder. The stick zone stays, and in the end it
+        carries the whole force. With `c = a sqrt(1 - |Q0| / (f P))` (Ciavarella 1998, Popov 2014)::
 
             h = (a^2 arccosh(|x| / c) - |x| sqrt(x^2 - c^2)) / (2 R)     where that is positive
         """
-        a, c, x = self.half_width, self.stick_half_width(Q0), np.abs(finite_array("x", x))
-        far = np.maximum(x, c)
-        depth: Array = np.maximum(
-            a**2 * np.arccosh(far / c) - far * np.sqrt(far**2 - c**2), 0.0
-        ) / (2 * self.R)
+        a = self.half_width
+        c = self.stick_half_width(Q0)
+        outside = np.maximum(np.abs(finite_array("x", x)), c)
+        height = a**2 * np.arccosh(outside / c) - outside * np.sqrt(outside**2 - c**2)
+        depth: Array = np.maximum(height, 0.0) / (2 * self.R)
         return depth
 
 
 @dataclass(frozen=True)
 class SphereContact(_Round):
-    """Sphere on a half-space of the same material, under a constant normal force and a shear force that starts from zero.
+    """Sphere on a half-space of the same material, sheared under a constant normal force.
 
-    Slip across the direction of the force, which Poisson's ratio causes, is neglected as it is in
-    the sources; the solution is exact for `nu = 0`.
+    The shear force starts from zero. Slip across the direction of the force, which Poisson's ratio
+    causes, is neglected as it is in the sources; the solution is exact for `nu = 0`.
 
     Parameters
     ----------
@@ -229,7 +254,7 @@ class SphereContact(_Round):
 
     @property
     def half_width(self) -> float:
-        """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)` with `E* = E / (2 (1 - nu^2))`."""
+        """Radius a of the contact, length: `a^3 = 3 P R / (4 E*)`, `E* = E / (2 (1 - nu^2))`."""
         return float((1.5 * self.P * self.R * (1 - self.nu**2) / self.E) ** (1 / 3))
 
     def dissipation(self, Q: float) -> float:
@@ -240,33 +265,34 @@ class SphereContact(_Round):
             W = 9 f^2 P^2 / (10 a) * 2 (2 - nu) / G * {1 - (1 - x)^(5/3) - (5 x / 6) [1 + (1 -
             x)^(2/3)]}
 
-        Q is the amplitude of the shear force, below f P: from there on the sphere slides.
+        Q is the amplitude of the shear force, below f P: with more the sphere slides.
         """
         shear_modulus = self.E / (2 * (1 + self.nu))
         unit = 2 * (2 - self.nu) / shear_modulus * (self.f * self.P) ** 2 / self.half_width
         return 0.9 * unit * 5 / 27 * _work(4 / 3, self._share("Q", Q))
 
     def worn_depth(self, r: ArrayLike, Q: float) -> Array:
-        """Depth worn off at distance r from the middle, length, any shape, once shear between -Q and Q has worn the sphere in.
+        """Depth worn off at distance r from the middle, length, any shape, in the end.
 
-        The stick zone stays, and in the end it carries the whole force: the sphere indents by d
-        more, as a flat punch of radius c does. With `c = a (1 - Q / (f P))^(1/3)` and `d = 2 (a^3 -
-        c^3) / (3 R c)` (Popov 2014), outside of c and where it is positive::
+        Shear between -Q and Q wears the sphere. The stick zone stays, and in the end it carries the
+        whole force: the sphere indents by d more, as a flat punch of radius c does. With `c = a (1
+        - Q / (f P))^(1/3)` and `d = 2 (a^3 - c^3) / (3 R c)` (Popov 2014), outside of c and where
+        it is positive::
 
             h = c^2/R + d - r^2/(2R) - ((2 c^2 - r^2) arcsin(c/r) + r c sqrt(1 - c^2/r^2)) / (pi R)
             - (2 d / pi) arcsin(c/r)
 
         """
-        a, R, place = self.half_width, self.R, np.abs(finite_array("r", r))
+        a = self.half_width
+        R = self.R
+        distance = np.abs(finite_array("r", r))
         c = a * (1 - self._share("Q", Q)) ** (1 / 3)
-        d, far = 2 * (a**3 - c**3) / (3 * R * c), np.maximum(place, c)
-        angle = np.arcsin(c / far)
-        lifted = ((2 * c**2 - far**2) * angle + c * np.sqrt(far**2 - c**2)) / (pi * R)
-        return np.where(
-            place > c,
-            np.maximum(c**2 / R + d - far**2 / (2 * R) - lifted - 2 * d / pi * angle, 0.0),
-            0.0,
-        )
+        d = 2 * (a**3 - c**3) / (3 * R * c)
+        outside = np.maximum(distance, c)
+        angle = np.arcsin(c / outside)
+        lifted = ((2 * c**2 - outside**2) * angle + c * np.sqrt(outside**2 - c**2)) / (pi * R)
+        depth = c**2 / R + d - outside**2 / (2 * R) - lifted - 2 * d / pi * angle
+        return np.where(distance > c, np.maximum(depth, 0.0), 0.0)
 
 
 def _ellipse(x: Array, half_width: float) -> Array:

@@ -1,6 +1,6 @@
-"""Springs and rods that slide under constant pressure: friction in parallel (Masing, Iwan) and in series (a rod on a foundation).
+"""Springs and rods that slide under constant pressure; contacts in which slips keep their order.
 
-And when slips keep their order: a condition on stiffness and friction.
+Sliders in parallel are the model of Masing and Iwan, those in series are a rod on a foundation.
 """
 
 from __future__ import annotations
@@ -15,18 +15,14 @@ from ..base import CONDENSATION, Array, check_entries, finite_number, frozen, wh
 from ..contact import ContactSystem, checked_plane
 from .uncoupled import each_node
 
-# a stiffness between two nodes up to this share of the largest entry of A and B counts as none: the
-# data have this error
-_PULL = CONDENSATION
-
 
 def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
-    """Work of friction in one cycle of sliders in parallel whose common base moves between `-X` and `+X`.
+    """Work of friction in one cycle of sliders in parallel.
 
-    Each slider hangs on its own spring. It sticks until the spring force reaches the friction bound
-    and then slips the rest of the way, to and fro over `2 (X - bound / k)`. As a contact system: `A
-    = diag(k)`, `B = 0`, constant pressures `p0 = bound / f`, and `q1 = -k X` as the bonded reaction
-    at the corner where the base is at `+X`.
+    Their common base moves between `-X` and `+X`. Each slider hangs on its own spring. It sticks
+    until the spring force reaches the friction bound and then slips the rest of the way, to and fro
+    over `2 (X - bound / k)`. As a contact system: `A = diag(k)`, `B = 0`, constant pressures `p0 =
+    bound / f`, and `q1 = -k X` as the bonded reaction at the corner where the base is at `+X`.
 
     Parameters
     ----------
@@ -68,11 +64,12 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
 
 
 def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
-    """Work of friction in one cycle of a rod on a Coulomb foundation whose end is pulled to and fro by a force of amplitude F0.
+    """Work of friction in one cycle of a rod on a Coulomb foundation.
 
-    The end force is taken up by friction over the slip length `F0 / tau`, beyond which the rod is
-    at rest: by `n = F0 / (tau h)` nodes, the last of them without slip if n is whole. Each travels
-    twice its largest displacement to and fro against `tau h`. For whole n (any n is accepted)::
+    A force of amplitude F0 pulls its end to and fro. The end force is taken up by friction over the
+    slip length `F0 / tau`, beyond which the rod is at rest: by `n = F0 / (tau h)` nodes, the last
+    of them without slip if n is whole. Each travels twice its largest displacement to and fro
+    against `tau h`. For whole n (any n is accepted)::
 
         W = 2 F0^3 / (3 EA tau) (1 - 1/n^2)
 
@@ -109,19 +106,20 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     >>> rod_dissipation(F0=1.0, EA=1.0, tau=0.5, h=1.0)
     1.0
     """
-    F0, h = finite_number("F0", F0, least=0.0), finite_number("h", h, least=0.0)
-    EA, tau = finite_number("EA", EA, above=0.0), finite_number("tau", tau, above=0.0)
+    F0 = finite_number("F0", F0, least=0.0)
+    h = finite_number("h", h, least=0.0)
+    EA = finite_number("EA", EA, above=0.0)
+    tau = finite_number("tau", tau, above=0.0)
     if h == 0:
         return 2 * F0**3 / (3 * EA * tau)
-    m = floor(F0 / (tau * h))  # nodes that slip; one too many or too few at a whole n adds nothing
-    displacements = (
-        h / EA * (F0 * m * (m + 1) / 2 - tau * h * m * (m + 1) * (2 * m + 1) / 6)
-    )  # added up over the nodes
-    return 4 * tau * h * displacements
+    # Nodes that slip. For a whole n, a node more or less by rounding adds nothing.
+    m = floor(F0 / (tau * h))
+    sum_of_displacements = h / EA * (F0 * m * (m + 1) / 2 - tau * h * m * (m + 1) * (2 * m + 1) / 6)
+    return 4 * tau * h * sum_of_displacements
 
 
 def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
-    """Rod of equal elements on a foundation, as a contact system with the load cases "pressure" and "force".
+    """Rod of equal elements on a foundation, as a contact system.
 
     Every node carries a length h of the rod, including the loaded one at the left end. Slip does
     not change the pressure (`B = 0`). Only friction holds the rod, so A allows it to slide as a
@@ -152,30 +150,30 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     >>> fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     ContactSystem(nodes=4, x=0.5 .. 3.5, loads=['force', 'pressure'], gap=False)
     """
-    N, EA, h = (
-        whole_number("nodes", nodes, least=1, most=10_000),
-        finite_number("EA", EA, above=0.0),
-        finite_number("h", h, above=0.0),
-    )
+    N = whole_number("nodes", nodes, least=1, most=10_000)
+    EA = finite_number("EA", EA, above=0.0)
+    h = finite_number("h", h, above=0.0)
+    # (elements, nodes) elongation of each element by the slips
     incidence = np.diff(np.eye(N), axis=0)
-    none = np.zeros(N)
+    zero = np.zeros(N)
     return dict(
         A=EA / h * incidence.T @ incidence,
         B=np.zeros((N, N)),
         C=EA / h * np.eye(N),
         x=h * np.arange(0.5, N),
-        bonded={"pressure": (none, np.full(N, h)), "force": (-np.eye(N)[0], none)},
-        gap=none,
+        bonded={"pressure": (zero, np.full(N, h)), "force": (-np.eye(N)[0], zero)},
+        gap=zero,
     )
 
 
 def order_preserving(system: ContactSystem) -> Array:
-    """Largest coefficient of friction of each node with which slip at one node only ever pulls the others along.
+    """Largest coefficient of friction of each node with which slips keep their order.
 
-    These are the largest f with `f_i |B_ij| <= -A_ij` for all i != j. With no more at any node, and
-    while all nodes stay closed, two starts with `v <= v'` at every node have `v <= v'` ever after
-    under the same loads. Slips between two safe ones, node by node, then stay between them. It
-    orders slips, not the work of friction: that may be more or less from the larger start.
+    Slip at one node then only pulls the others along. These are the largest f with `f_i |B_ij| <=
+    -A_ij` for all i != j. With no more at any node, and while all nodes stay closed, two starts
+    with `v <= v'` at every node have `v <= v'` ever after under the same loads. Slips between two
+    safe ones, node by node, then stay between them. It orders slips, not the work of friction: that
+    may be more or less from the larger start.
 
     Parameters
     ----------
@@ -186,7 +184,7 @@ def order_preserving(system: ContactSystem) -> Array:
     -------
     Array
         (N,) coefficients of friction, of which the least one holds for all nodes; inf where nothing
-        limits it, below 0 where none keeps the order.
+        limits it, below 0 where no friction keeps the order.
 
     Raises
     ------
@@ -197,18 +195,19 @@ def order_preserving(system: ContactSystem) -> Array:
     --------
     >>> import frictopt as fo
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=16).condense()
-    >>> most = fo.reference.order_preserving(punch)
-    >>> round(float(most.min()), 6), (most < 0.43).nonzero()[0].tolist()
+    >>> friction = fo.reference.order_preserving(punch)
+    >>> round(float(friction.min()), 6), (friction < 0.43).nonzero()[0].tolist()
     (0.428576, [1, 15])
     """
     contact = checked_plane(system, "in space slips have no order, ask guaranteed_limit")
-    pull, coupling = -contact.A, np.abs(contact.B)
-    rounding = _PULL * max(float(np.abs(contact.A).max()), float(coupling.max()))
+    pull = -contact.A
+    coupling = np.abs(contact.B)
+    # The data have this error.
+    rounding = CONDENSATION * max(float(np.abs(contact.A).max()), float(coupling.max()))
     coupled = coupling > rounding
-    shares = np.where(
-        coupled,
-        pull / np.where(coupled, coupling, 1.0),
-        np.where(pull >= -rounding, np.inf, -np.inf),
-    )
-    np.fill_diagonal(shares, np.inf)
-    return frozen(shares.min(axis=1))
+    # (N, N) largest friction of node i by node j
+    by_coupling = pull / np.where(coupled, coupling, 1.0)
+    without_coupling = np.where(pull >= -rounding, np.inf, -np.inf)
+    largest = np.where(coupled, by_coupling, without_coupling)
+    np.fill_diagonal(largest, np.inf)
+    return frozen(largest.min(axis=1))

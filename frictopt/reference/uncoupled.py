@@ -1,7 +1,8 @@
-"""Contacts in which one node does not feel another, and the contact of one node: limits, in the plane and in space, and dissipation."""
+"""Contacts of one node, and those in which no node feels another: limits and dissipation."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
@@ -12,9 +13,13 @@ from ..errors import ModelError
 
 
 def each_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...]:
-    """Check quantities given once for all nodes or once per node and return each as (N,); N is `nodes` or the longest."""
+    """Check quantities given once for all nodes or once per node, and return each as (N,).
+
+    N is `nodes`, or the length of the longest one.
+    """
     arrays = {name: finite_array(name, value) for name, value in values.items()}
-    if "f" in arrays:  # a frictionless node resists no shear and has no limit
+    if "f" in arrays:
+        # A frictionless node resists no shear and has no limit.
         check_entries("f", arrays["f"], arrays["f"] > 0, "give a positive coefficient of friction")
     count = nodes or max(array.size for array in arrays.values()) or 1
     return tuple(for_each(name, array, count) for name, array in arrays.items())
@@ -23,11 +28,12 @@ def each_node(nodes: int | None = None, **values: ArrayLike) -> tuple[Array, ...
 def uncoupled_limit(
     q0: ArrayLike, p0: ArrayLike, q1: ArrayLike, p1: ArrayLike, f: ArrayLike, *, d: ArrayLike = 0.0
 ) -> float:
-    """Limit lambda_1 = lambda_2 of an uncoupled contact, `B = 0`, or of a proportionally coupled one, `B = D A` with `D = diag(d)`.
+    """Limit lambda_1 = lambda_2 of an uncoupled or proportionally coupled contact.
 
-    With `B = D A` slip enters the law of node i only through its own `t_i = (A v)_i`, as `q += t`
-    and `p += d t`, and `A v = t` has a solution for every `t` when A is positive definite. The
-    nodes are then as many single nodes of stiffness 1 and coupling `d`, and the weakest governs::
+    Uncoupled is `B = 0`, proportionally coupled `B = D A` with `D = diag(d)`. With `B = D A` slip
+    enters the law of node i only through its own `t_i = (A v)_i`, as `q += t` and `p += d t`, and
+    `A v = t` has a solution for every `t` when A is positive definite. The nodes are then as many
+    single nodes of stiffness 1 and coupling `d`, and the weakest governs::
 
         lambda = min over nodes of  f (p0 - d q0) / max(|q1 - f^2 d p1|, f |p1 - d q1|)
 
@@ -73,18 +79,17 @@ def uncoupled_limit(
     if (f * np.abs(d) >= 1).any():
         node = int(np.argmax(f * np.abs(d)))
         raise ModelError(
-            f"f: {f[node]:g} at node {node} is not below the critical friction 1/|d| = {1 / abs(d[node]):g}; give less of either"
+            f"f: {f[node]:g} at node {node} is not below the critical friction "
+            f"1/|d| = {1 / abs(d[node]):g}; give less of either"
         )
-    strength, terms = (
-        f * (p0 - d * q0),
-        f * (np.abs(p0) + np.abs(d * q0)),
-    )  # a strength of zero has the rounding of the terms that cancel
+    strength = f * (p0 - d * q0)
+    # A strength of zero has the rounding of the terms that cancel.
+    terms = f * (np.abs(p0) + np.abs(d * q0))
     if (strength < -ROUNDING * terms).any():
         return float("nan")
+    load = np.maximum(np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        ratio = np.maximum(strength, 0.0) / np.maximum(
-            np.abs(q1 - f**2 * d * p1), f * np.abs(p1 - d * q1)
-        )
+        ratio = np.maximum(strength, 0.0) / load
     return float(np.nanmin(ratio, initial=np.inf))
 
 
@@ -188,50 +193,54 @@ def single_node_dissipation(
     Examples
     --------
     >>> from frictopt.reference import single_node_dissipation
-    >>> single_node_dissipation(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5, load_factor=1.0)  # 4 f p0 (1 - f p0)
+    >>> node = dict(A=1.0, B=0.0, q0=0.0, p0=1.0, q1=1.0, p1=0.0, f=0.5)
+    >>> single_node_dissipation(**node, load_factor=1.0)  # 4 f p0 (1 - f p0)
     1.0
     """
     A, B, q0, p0, q1, p1, f = _checked(A, B, q0, p0, q1, p1, f)
     lam = finite_number("load_factor", load_factor, least=0.0)
-    D, e = A * p0 - B * q0, A * p1 - B * q1
+    D = A * p0 - B * q0
+    e = A * p1 - B * q1
     terms = A * abs(p0) + abs(B * q0)
     if D < -ROUNDING * terms:
         raise ModelError(f"p0: {p0:g}; the mean load lifts the node off, give more pressure")
     travel = 2 * (lam * abs(A * q1 - f**2 * B * p1) - f * D) / (A**2 - (f * B) ** 2)
     if lam * abs(e) - D > ROUNDING * (terms + lam * (abs(A * p1) + abs(B * q1))):
         raise ModelError(
-            f"load_factor: {lam:g}; the node lifts off at one corner, give at most {max(D, 0.0) / abs(e):g}"
+            f"load_factor: {lam:g}; the node lifts off at one corner, "
+            f"give at most {max(D, 0.0) / abs(e):g}"
         )
     if abs(q1) <= f * abs(p1) or travel <= 0:
         return 0.0
     swing = lam * e if q1 > 0 else -lam * e
-    ends = (D - swing) / (A + f * B), (D + swing) / (A - f * B)
-    return f * travel * q1 * (ends[0] / (q1 - f * p1) + ends[1] / (q1 + f * p1))
+    p_I = (D - swing) / (A + f * B)
+    p_II = (D + swing) / (A - f * B)
+    return f * travel * q1 * (p_I / (q1 - f * p1) + p_II / (q1 + f * p1))
 
 
 def _checked(
     A: float, B: float, q0: float, p0: float, q1: float, p1: float, f: float
 ) -> tuple[float, ...]:
-    A, B = finite_number("A", A, above=0.0), finite_number("B", B)
-    q0, p0, q1, p1 = (
-        finite_number(name, value)
-        for name, value in zip(("q0", "p0", "q1", "p1"), (q0, p0, q1, p1), strict=True)
-    )
+    A = finite_number("A", A, above=0.0)
+    B = finite_number("B", B)
+    q0 = finite_number("q0", q0)
+    p0 = finite_number("p0", p0)
+    q1 = finite_number("q1", q1)
+    p1 = finite_number("p1", p1)
     f = finite_number("f", f, above=0.0)
     if f * abs(B) >= A:
         raise ModelError(
-            f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; give less friction or weaker coupling"
+            f"f: {f:g} is not below the critical friction A/|B| = {A / abs(B):g}; "
+            "give less friction or weaker coupling"
         )
     return A, B, q0, p0, q1, p1, f
 
 
-_INSIDE = 1e-12  # a point this far outside a circle, over the size of the points, is on it
-
-
 def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
-    """Centre and radius of the smallest circle around points (K, 2) of the plane, K > 0, in any one unit: through two of them, or through three.
+    """Centre and radius of the smallest circle around points (K, 2) of the plane, K > 0.
 
-    All pairs and triples are tried, so give a handful.
+    It goes through two of the points, or through three. All pairs and triples are tried, so give a
+    handful. Points, centre and radius have the same unit.
 
     Examples
     --------
@@ -247,28 +256,34 @@ def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
     size = float(np.abs(array - middle).max())
     if size == 0:
         return array[0], 0.0
-    unit = (array - middle) / size
-    circles = [
-        ((one + two) / 2, float(np.hypot(*(one - two)) / 2)) for one, two in combinations(unit, 2)
-    ]
-    for a, b, c in combinations(unit, 3):
-        matrix = 2 * np.array([b - a, c - a])
-        if abs(np.linalg.det(matrix)) > _INSIDE:
-            centre = np.linalg.solve(matrix, [b @ b - a @ a, c @ c - a @ a])
-            circles.append((centre, float(np.hypot(*(a - centre)))))
-    holding = [
-        circle for circle in circles if np.hypot(*(unit - circle[0]).T).max() <= circle[1] + _INSIDE
-    ]
-    centre, radius = min(holding, key=lambda circle: circle[1])
+    scaled = (array - middle) / size
+    enclosing = []
+    for centre, radius in _circles(scaled):
+        distance = np.hypot(*(scaled - centre).T)
+        if distance.max() <= radius + ROUNDING:
+            enclosing.append((centre, radius))
+    centre, radius = min(enclosing, key=lambda circle: circle[1])
     return middle + size * centre, size * radius
 
 
-def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
-    """Limit lambda_2 of an uncoupled contact in three dimensions (B = 0) whose corners change the shear forces alone.
+def _circles(points: Array) -> Iterator[tuple[Array, float]]:
+    """Centre and radius of the circles through two opposite points, and through three points."""
+    for a, b in combinations(points, 2):
+        yield (a + b) / 2, float(np.hypot(*(a - b)) / 2)
+    for a, b, c in combinations(points, 3):
+        matrix = 2 * np.array([b - a, c - a])
+        on_a_line = abs(np.linalg.det(matrix)) <= ROUNDING
+        if not on_a_line:
+            centre = np.linalg.solve(matrix, [b @ b - a @ a, c @ c - a @ a])
+            yield centre, float(np.hypot(*(a - centre)))
 
-    A residual slip moves the shear forces of each node at all corners by the same vector, which is
-    free where A is positive definite. The node is safe if a circle of radius `f p0` holds its
-    corners, so the weakest node governs::
+
+def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
+    """Limit lambda_2 of an uncoupled contact in space (B = 0).
+
+    Corners of the cycle change the shear forces alone. A residual slip moves the shear forces of
+    each node at all corners by the same vector, which is free where A is positive definite. The
+    node is safe if a circle of radius `f p0` holds its corners, so the weakest node governs::
 
         lambda = min over nodes of  f p0 / (radius of the smallest circle around the corners' q1)
 
@@ -299,17 +314,20 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     Examples
     --------
     >>> from frictopt.reference import smallest_circle_limit
-    >>> smallest_circle_limit(p0=[1.0, 3.0], q1=[[[1.0, 0.0], [1.0, 0.0]], [[-1.0, 0.0], [-1.0, 0.0]]], f=0.5)
+    >>> forward, backward = [[1.0, 0.0], [1.0, 0.0]], [[-1.0, 0.0], [-1.0, 0.0]]
+    >>> smallest_circle_limit(p0=[1.0, 3.0], q1=[forward, backward], f=0.5)
     0.5
     """
     shear = finite_array("q1", q1, (None, None, 2))
     if not shear.size:
         raise ModelError(
-            f"q1: shape {shear.shape}; give the shear forces (K, N, 2) of at least one corner and node"
+            f"q1: shape {shear.shape}; "
+            "give the shear forces (K, N, 2) of at least one corner and node"
         )
-    p0, f = each_node(shear.shape[1], p0=p0, f=f)
+    nodes = shear.shape[1]
+    p0, f = each_node(nodes, p0=p0, f=f)
     if p0.min() < 0:
         return float("nan")
-    radii = np.array([smallest_circle(shear[:, node])[1] for node in range(shear.shape[1])])
+    radii = np.array([smallest_circle(shear[:, node])[1] for node in range(nodes)])
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.where(radii > 0, f * p0 / radii, np.inf).min())

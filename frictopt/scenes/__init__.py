@@ -1,7 +1,11 @@
 """Contacts with meshes of their own, to try and to compare.
 
-A scene is a dataclass of lengths and materials with `model()` and `condense()`; `scene.py` is their
-base. A new scene is a class beside those of `punch.py`, `dovetail.py` and `shrunk.py`.
+A scene is a frozen dataclass of lengths, numbers of elements and materials. Its `model()` is a
+`ContactModel` with meshes, supports and load cases, and its `condense()` the `ContactSystem`.
+
+`scene.py` is the base of all scenes, with the checks of their fields and graded coordinates.
+`punch.py`, `dovetail.py` and `shrunk.py` have the scenes; a new one is a class beside these, with
+`contact_nodes`, `_grids` and `model`. `pictures.py` draws them.
 """
 
 from .dovetail import Dovetail

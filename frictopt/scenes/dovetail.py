@@ -16,13 +16,15 @@ from ..fem.model import ContactModel
 from ..fem.supports import Support
 from .scene import Scene, along, away
 
-_CLEARANCE = 0.2  # of the slot beside neck and foot, over their height
+# Width of the gap between slot and blade, at neck and foot, over their height.
+_CLEARANCE = 0.2
 
 
 @dataclass(frozen=True)
 class Dovetail(Scene):
-    """A blade root, wider below than above, held by both flanks in the slot of a disc; meshed in quadrilaterals.
+    """A blade root that is held by two flanks in the slot of a disc; meshed in quadrilaterals.
 
+    The root is wider below than above.
     Body 1 is the blade, body 2 the disc, clamped at its bottom. The contacts are "right" and
     "left"; the first node is at the bottom of the right flank, the last one at the bottom of the
     left flank. Load cases, each of unit traction on the top of the blade: "pull" along +y, "sway"
@@ -83,34 +85,54 @@ class Dovetail(Scene):
     def _check_sizes(self) -> None:
         if not self.edge_length <= self.flank_length / 2:
             raise ModelError(
-                f"edge_length: {self.edge_length:g}; it must be at most half of flank_length = {self.flank_length:g}"
+                f"edge_length: {self.edge_length:g}; "
+                f"it must be at most half of flank_length = {self.flank_length:g}"
             )
         wall = max(self._foot, self.neck_half_width + _CLEARANCE * self.lug_height)
         if not self.disc_half_width > wall or not self.disc_depth > self._slot:
-            sizes = f"{self.disc_half_width:g}, {self.disc_depth:g}; the slot takes {wall:g}, {self._slot:g}"
-            raise ModelError(f"disc_half_width, disc_depth: {sizes}; give more")
+            raise ModelError(
+                f"disc_half_width, disc_depth: {self.disc_half_width:g}, {self.disc_depth:g}; "
+                f"the slot takes {wall:g}, {self._slot:g}; give more"
+            )
         if not self.corner_size > SAME_POINT * max(self.disc_half_width, self.disc_depth):
             raise ModelError(
-                f"grading: {self.grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements"
+                f"grading: {self.grading:g}; elements at the ends are smaller than rounding, "
+                "give a lower grading or fewer elements"
             )
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
-        """Of the blade and of the disc, x over the width at each height."""
-        h, first, y = self._half_height, self.corner_size, self.contact_nodes * -self._direction[1]
-        heights = self.foot_height, self.neck_height, self.lug_height, self._slot - h
-        below, above, lug, slot = (away(height, first, self.growth) for height in heights)
-        half, inner, side = (
-            away(1.0, first / width, self.growth)
-            for width in (self.neck_half_width, self._foot, self.disc_half_width - self._foot)
-        )
-        base = away(self.disc_depth - self._slot, slot[-1] - slot[-2], self.growth)
-        columns, under = (
-            np.r_[1.0 - inner[:0:-1], 1.0 + side],
-            np.r_[h + slot[1:], self._slot + base[1:]],
-        )
-        blade = np.r_[-(1.0 - half), 1.0 - half[-2::-1]], np.r_[-h - below[:0:-1], y, h + above[1:]]
-        return blade, (np.r_[-columns[:0:-1], columns], np.r_[-under[::-1], y, h + lug[1:]])
+        """Grids of the blade and of the disc: x over the half-width at each height, and heights."""
+        return self._blade_grid, self._disc_grid
+
+    @property
+    def _flank_heights(self) -> Array:
+        return self.contact_nodes * -self._direction[1]
+
+    @property
+    def _blade_grid(self) -> tuple[Array, Array]:
+        h = self._half_height
+        below = away(self.foot_height, self.corner_size, self.growth)
+        above = away(self.neck_height, self.corner_size, self.growth)
+        half = away(1.0, self.corner_size / self.neck_half_width, self.growth)
+        columns = np.r_[-(1.0 - half), 1.0 - half[-2::-1]]
+        return columns, np.r_[-h - below[:0:-1], self._flank_heights, h + above[1:]]
+
+    @property
+    def _disc_grid(self) -> tuple[Array, Array]:
+        """Its x is 1 at the wall of the slot, and 2 at the side of the disc."""
+        h = self._half_height
+        first = self.corner_size
+        lug = away(self.lug_height, first, self.growth)
+        slot = away(self._slot - h, first, self.growth)
+        below_slot = away(self.disc_depth - self._slot, slot[-1] - slot[-2], self.growth)
+        depths = np.r_[h + slot[1:], self._slot + below_slot[1:]]
+
+        inner = away(1.0, first / self._foot, self.growth)
+        outer = away(1.0, first / (self.disc_half_width - self._foot), self.growth)
+        columns = np.r_[1.0 - inner[:0:-1], 1.0 + outer]
+        heights = np.r_[-depths[::-1], self._flank_heights, h + lug[1:]]
+        return np.r_[-columns[:0:-1], columns], heights
 
     @property
     def contact_nodes(self) -> Array:
@@ -136,15 +158,14 @@ class Dovetail(Scene):
         """Depth of the slot below the middle of the flanks."""
         return self._half_height + (1 + _CLEARANCE) * self.foot_height
 
-    def _flank(self, y: Array) -> Array:
-        """Half-width at some heights between the ends of the flanks, and the one of the nearer end elsewhere."""
-        down = (
-            self._half_height - np.clip(y, -self._half_height, self._half_height)
-        ) / -self._direction[1]
-        return np.asarray(self.neck_half_width + down * self._direction[0])
+    def _half_width(self, y: Array) -> Array:
+        """Half-width of the blade at some heights; beyond the flanks, that of the nearer end."""
+        h = self._half_height
+        down_the_flank = (h - np.clip(y, -h, h)) / -self._direction[1]
+        return np.asarray(self.neck_half_width + down_the_flank * self._direction[0])
 
     def model(self) -> ContactModel:
-        """The two meshes with contacts, supports and load cases; rounded ends are an initial gap."""
+        """The two meshes with contacts, supports and load cases; rounded ends are a gap."""
         gap = self._rounded if self.edge_radius else None
         return ContactModel(
             bodies={"blade": self._blade(), "disc": self._disc()},
@@ -158,46 +179,46 @@ class Dovetail(Scene):
 
     def _rounded(self, _: Array, y: Array) -> Array:
         """The gap at rounded ends of the flanks."""
-        beyond = np.maximum(
-            np.abs(y / self._direction[1]) - (self.flank_length / 2 - self.edge_length), 0.0
-        )
-        return np.asarray(beyond**2 / (2 * self.edge_radius))
+        from_middle = np.abs(y / self._direction[1])
+        past_flat = np.maximum(from_middle - (self.flank_length / 2 - self.edge_length), 0.0)
+        return np.asarray(past_flat**2 / (2 * self.edge_radius))
 
     def _blade(self) -> Body:
         """Body 1, with the boundaries "right", "left" and "top"."""
-        columns, levels = self._grids[0]
-        mesh = MeshQuad.init_tensor(columns, levels)
-        mesh = mesh.with_boundaries(
-            _flanks(self._half_height) | {"top": lambda x: x[1] == levels[-1]}
-        )
-        below = np.maximum(-mesh.p[1] - self._half_height, 0.0)
-        width = self._flank(mesh.p[1]) * (1 - _CLEARANCE * below / self.foot_height)
-        return Body(
-            replace(mesh, doflocs=np.array([mesh.p[0] * width, mesh.p[1]])), self.blade_material
-        )
+        columns, heights = self._blade_grid
+        top = heights[-1]
+        mesh = MeshQuad.init_tensor(columns, heights)
+        mesh = mesh.with_boundaries(self._flanks | {"top": lambda x: x[1] == top})
+        x, y = mesh.p
+        below = np.maximum(-y - self._half_height, 0.0)
+        half_width = self._half_width(y) * (1 - _CLEARANCE * below / self.foot_height)
+        return Body(replace(mesh, doflocs=np.array([x * half_width, y])), self.blade_material)
 
     def _disc(self) -> Body:
         """Body 2, with the boundaries "right", "left" and "bottom"."""
-        columns, levels = self._grids[1]
-        mesh = MeshQuad.init_tensor(columns, levels)
-        middle = mesh.p[:, mesh.t].mean(axis=1)
-        mesh = mesh.remove_elements(
-            np.flatnonzero((np.abs(middle[0]) < 1) & (middle[1] > -self._slot))
-        )
-        mesh = mesh.with_boundaries(
-            _flanks(self._half_height) | {"bottom": lambda x: x[1] == levels[0]}
-        )
-        wall = self._flank(mesh.p[1]) + _CLEARANCE * np.maximum(mesh.p[1] - self._half_height, 0.0)
-        out = np.maximum(np.abs(mesh.p[0]) - 1, 0.0)
-        x = np.sign(mesh.p[0]) * np.where(
-            out > 0, wall + out * (self.disc_half_width - wall), np.abs(mesh.p[0]) * wall
-        )
-        return Body(replace(mesh, doflocs=np.array([x, mesh.p[1]])), self.disc_material)
+        columns, heights = self._disc_grid
+        bottom = heights[0]
+        mesh = MeshQuad.init_tensor(columns, heights)
+        middle_x, middle_y = mesh.p[:, mesh.t].mean(axis=1)
+        in_slot = (np.abs(middle_x) < 1) & (middle_y > -self._slot)
+        mesh = mesh.remove_elements(np.flatnonzero(in_slot))
+        mesh = mesh.with_boundaries(self._flanks | {"bottom": lambda x: x[1] == bottom})
+        x, y = mesh.p
+        wall = self._half_width(y) + _CLEARANCE * np.maximum(y - self._half_height, 0.0)
+        # Share of the way from the wall of the slot to the side of the disc.
+        outward = np.maximum(np.abs(x) - 1, 0.0)
+        beside_slot = wall + outward * (self.disc_half_width - wall)
+        distance = np.where(outward > 0, beside_slot, np.abs(x) * wall)
+        points = np.array([np.sign(x) * distance, y])
+        return Body(replace(mesh, doflocs=points), self.disc_material)
 
+    @property
+    def _flanks(self) -> dict[str, Callable[[Array], Booleans]]:
+        """The flanks in the straight meshes, where they are at x = 1 and -1."""
+        return {
+            "right": lambda x: self._is_on_flank(x, 1.0),
+            "left": lambda x: self._is_on_flank(x, -1.0),
+        }
 
-def _flanks(half_height: float) -> dict[str, Callable[..., Booleans]]:
-    """The flanks in the straight mesh, where they are at x = 1 and -1."""
-    return {
-        name: lambda x, at=at: (np.abs(x[0] - at) < SAME_POINT) & (np.abs(x[1]) < half_height)
-        for name, at in (("right", 1.0), ("left", -1.0))
-    }
+    def _is_on_flank(self, x: Array, side: float) -> Booleans:
+        return (np.abs(x[0] - side) < SAME_POINT) & (np.abs(x[1]) < self._half_height)

@@ -1,4 +1,8 @@
-"""Punches on a block: the paper's scene, on a half-plane (Flicek et al. 2015, Fig. 1), one with round ends, and a square punch in space."""
+"""Punches on a block.
+
+They are the paper's scene on a half-plane (Flicek et al. 2015, Fig. 1), a punch with round ends,
+and a square punch in space.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +11,7 @@ from typing import Literal
 import numpy as np
 from skfem import MeshHex, MeshQuad
 
-from ..base import Array, choice, finite_number, frozen, shown
+from ..base import Array, Booleans, choice, finite_number, frozen, shown
 from ..contact import ContactSystem
 from ..errors import ModelError
 from ..fem.bodies import Body
@@ -46,53 +50,67 @@ class PunchOnBlock(Scene):
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
-        face, half = self.contact_nodes, self.block_half_width
-        up, down, beside = (
-            away(length, self.corner_size, self.growth)
-            for length in (self.punch_height, self.block_depth, half - self.half_width)
-        )
-        side = self.half_width + beside[1:]
+        face = self.contact_nodes
+        half = self.block_half_width
+        up = away(self.punch_height, self.corner_size, self.growth)
+        down = -away(self.block_depth, self.corner_size, self.growth)[::-1]
+        side = self.half_width + away(half - self.half_width, self.corner_size, self.growth)[1:]
+        # The sum may be off by rounding.
         side[-1] = half
+        width = np.r_[-side[::-1], face, side]
         across = len(self._directions) - 1
-        return [face] * across + [up], [np.r_[-side[::-1], face, side]] * across + [-down[::-1]]
+        return [face] * across + [up], [width] * across + [down]
 
     def model(self) -> ContactModel:
         """The two meshes with supports and load cases."""
+        *across, up = self._directions
+        shears = {
+            "Q" if len(across) == 1 else f"Q{axis}": [Traction("punch", "top", **{axis: 1.0})]
+            for axis in across
+        }
+        return ContactModel(
+            bodies={"punch": self._punch(), "block": self._block()},
+            supports=self._supports,
+            loads={
+                "P": [Traction("punch", "top", **{up: -1.0})],
+                **shears,
+                "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
+            },
+        )
+
+    def _mesh(self, body: int) -> MeshQuad | MeshHex:
         kind = MeshQuad if self._directions == "xy" else MeshHex
-        punch, block = (kind.init_tensor(*lines) for lines in self._grids)
-        punch = punch.with_boundaries(
+        return kind.init_tensor(*self._grids[body])
+
+    def _punch(self) -> Body:
+        """Body 1, with the boundaries "contact" and "top"."""
+        mesh = self._mesh(0).with_boundaries(
             {"contact": lambda x: x[-1] == 0, "top": lambda x: x[-1] == self.punch_height}
         )
-        block = block.with_boundaries(
+        return Body(mesh, self.punch_material, self.element)
+
+    def _block(self) -> Body:
+        """Body 2, with the boundaries "contact", "bottom", "left" and "right"."""
+
+        def on_contact(x: Array) -> Booleans:
+            return (x[-1] == 0) & (np.abs(x[:-1]) < self.half_width).all(axis=0)
+
+        mesh = self._mesh(1).with_boundaries(
             {
-                "contact": lambda x: (x[-1] == 0) & (np.abs(x[:-1]) < self.half_width).all(axis=0),
+                "contact": on_contact,
                 "bottom": lambda x: x[-1] == -self.block_depth,
                 "left": lambda x: x[0] == -self.block_half_width,
                 "right": lambda x: x[0] == self.block_half_width,
             }
         )
-        *across, up = list(self._directions)
-        shears = {name: f"Q{name}" if len(across) > 1 else "Q" for name in across}
-        return ContactModel(
-            bodies={
-                "punch": Body(punch, self.punch_material, self.element),
-                "block": Body(block, self.block_material, self.element),
-            },
-            supports=self._supports,
-            loads={
-                "P": [Traction("punch", "top", **{up: -1.0})],
-                **{
-                    case: [Traction("punch", "top", **{name: 1.0})] for name, case in shears.items()
-                },
-                "sigma": [Traction("block", "left", x=-1.0), Traction("block", "right", x=1.0)],
-            },
-        )
+        return Body(mesh, self.block_material, self.element)
 
 
 @dataclass(frozen=True)
 class PunchOnHalfPlane(PunchOnBlock):
-    """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals; the default has the paper's size.
+    """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals.
 
+    The default has the size of the paper's scene.
     The bottom of the block is on rollers: free to slide, one node held. The contact is `-half_width
     <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the
     punch; "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the
@@ -140,9 +158,8 @@ class PunchOnHalfPlane(PunchOnBlock):
         if isinstance(self.grading, str):
             choice("grading", self.grading, ("sine",))
         else:
-            object.__setattr__(
-                self, "grading", finite_number("grading", self.grading, least=1.0, below=1e15)
-            )
+            grading = finite_number("grading", self.grading, least=1.0, below=1e15)
+            object.__setattr__(self, "grading", grading)
         super().__post_init__()
 
     @property
@@ -160,14 +177,16 @@ class PunchOnHalfPlane(PunchOnBlock):
         return [Support("block", "bottom", "y"), Support("block", (0.0, -self.block_depth), "x")]
 
     def condense(self) -> ContactSystem:
-        """Mesh, assemble and condense to the contact's interface: the mean with the mirror image, which removes the asymmetry of rounding."""
+        """Mesh, assemble and condense to the contact.
+
+        The result is the mean with its mirror image, which removes the asymmetry of rounding.
+        """
         system = self.model().condense()
-        parity = {
-            "P": -1,
-            "sigma": -1,
-            "Q": 1,
-        }  # of the shear reactions; that of the pressures is the opposite
-        A, B, C = _even(system.A), _even(system.B, -1), _even(system.C)
+        # Parity of the shear reactions; the pressures have the opposite one.
+        parity = {"P": -1, "sigma": -1, "Q": 1}
+        A = _even(system.A)
+        B = _even(system.B, -1)
+        C = _even(system.C)
         return replace(
             system,
             S=np.block([[A, B.T], [B, C]]),
@@ -186,8 +205,9 @@ def _even(values: Array, sign: int = 1) -> Array:
 
 @dataclass(frozen=True)
 class RoundedPunch(Scene):
-    """A punch with a flat middle and round ends on a block that stands for a half-plane; without a flat, a cylinder.
+    """A punch with a flat middle and round ends on a block that stands for a half-plane.
 
+    Without a flat it is a cylinder.
     The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)` above the block: the parabola of
     the radius, as an initial gap on straight meshes. Load cases are those of `PunchOnHalfPlane`.
     Outer nodes are open under any load, and pressure falls to zero where the contact ends.
@@ -209,7 +229,9 @@ class RoundedPunch(Scene):
     Examples
     --------
     >>> import frictopt as fo
-    >>> float(fo.scenes.RoundedPunch(radius=50, punch=fo.scenes.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)).condense().gap[-1])
+    >>> straight = fo.scenes.PunchOnHalfPlane(elements=20, grading=1.0, growth=1.5)
+    >>> punch = fo.scenes.RoundedPunch(radius=50, punch=straight)
+    >>> float(punch.condense().gap[-1])
     0.01
     """
 
@@ -225,7 +247,8 @@ class RoundedPunch(Scene):
     def _check_sizes(self) -> None:
         if not self.flat_half_width < self.punch.half_width:
             raise ModelError(
-                f"flat_half_width: {self.flat_half_width:g}; it must be less than the punch's half_width = {self.punch.half_width:g}"
+                f"flat_half_width: {self.flat_half_width:g}; "
+                f"it must be less than the punch's half_width = {self.punch.half_width:g}"
             )
 
     @property
@@ -243,9 +266,8 @@ class RoundedPunch(Scene):
         return self._gap_at(self.contact_nodes)
 
     def _gap_at(self, x: Array, _: Array | None = None) -> Array:
-        return np.asarray(
-            np.maximum(np.abs(x) - self.flat_half_width, 0.0) ** 2 / (2 * self.radius)
-        )
+        past_the_flat = np.maximum(np.abs(x) - self.flat_half_width, 0.0)
+        return np.asarray(past_the_flat**2 / (2 * self.radius))
 
     def model(self) -> ContactModel:
         """The two straight meshes with supports, load cases and the initial gap."""

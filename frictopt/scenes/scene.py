@@ -1,4 +1,4 @@
-"""What all scenes share: the checks of their fields, graded coordinates, and that they condense their model."""
+"""The base of all scenes: checks of their fields, and graded coordinates for their meshes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -12,10 +12,22 @@ from ..errors import ModelError
 from ..fem.elasticity import Material
 from ..fem.model import ContactModel
 
-_MOST_ELEMENTS = 10_000  # along a contact: in the plane S is dense and takes 3 GB then
-_MOST_NODES = 1_000_000  # twenty times those of the paper's scene
-_APART = 1e6  # the largest length over the smallest
-_RANGES: dict[str, dict[str, float]] = {  # of numbers that are not positive lengths
+
+@dataclass(frozen=True)
+class SceneLimits:
+    """The largest scenes."""
+
+    # Elements along the contact: with so many the dense S of a plane contact takes 3 GB.
+    elements: int = 10_000
+    # Nodes of all meshes: twenty times those of the paper's scene.
+    nodes: int = 1_000_000
+    # The largest length over the smallest one.
+    length_ratio: float = 1e6
+
+
+LIMITS = SceneLimits()
+# Ranges of the numbers that are not positive lengths.
+_RANGES: dict[str, dict[str, float]] = {
     "angle": {"least": 10.0, "below": 80.000_001},
     "bore_radius": {"least": 0.0},
     "edge_radius": {"least": 0.0},
@@ -27,63 +39,73 @@ _RANGES: dict[str, dict[str, float]] = {  # of numbers that are not positive len
 
 @dataclass(frozen=True)
 class Scene(Plotted):
-    """Base of scenes, whose fields are numbers, materials, and `elements`, the number of them along the contact."""
+    """Base of scenes: their fields are numbers, materials, and `elements` along the contact."""
 
-    _multiple: ClassVar[int] = 2  # of which `elements` is one, so that nodes lie in the middle
-    _within: ClassVar[
-        Sequence[tuple[str, str]]
-    ] = ()  # lengths of which the first is less than the second
+    # `elements` is a multiple of this, so that nodes lie in the middle.
+    _multiple: ClassVar[int] = 2
+    # Pairs of lengths of which the first must be less than the second.
+    _within: ClassVar[Sequence[tuple[str, str]]] = ()
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            object.__setattr__(
-                self, field.name, self._checked(field.name, field.type, getattr(self, field.name))
-            )
-        lengths = {
-            field.name: float(getattr(self, field.name))
-            for field in fields(self)
-            if field.type is float and field.name not in _RANGES
-        }
-        for inner, outer in self._within:
-            if not getattr(self, inner) < getattr(self, outer):
-                raise ModelError(
-                    f"{outer}: {getattr(self, outer):g}; it must be more than {inner} = {getattr(self, inner):g}"
-                )
-        small, large = (pick(lengths, key=lambda name: lengths[name]) for pick in (min, max))
-        if lengths[large] > _APART * lengths[small]:
-            raise ModelError(
-                f"{large}: {lengths[large]:g} beside {small} = {lengths[small]:g}; give at most {_APART:g} times as much"
-            )
+            value = self._checked(field.name, field.type, getattr(self, field.name))
+            object.__setattr__(self, field.name, value)
+        self._check_lengths()
         self._check_sizes()
-        nodes = sum(np.prod([float(len(line)) for line in lines]) for lines in self._grids)
-        if nodes > _MOST_NODES:
-            given = ", ".join(
-                f"{name} = {getattr(self, name)}"
-                for name in ("elements", *lengths, "grading", "growth")
-                if hasattr(self, name)
-            )
-            raise ModelError(
-                f"{given}: they make a mesh of {nodes:.0e} nodes, the most are {_MOST_NODES:.0e}; give less, or more growth"
-            )
+        self._check_nodes()
 
     def _checked(self, name: str, kind: object, value: Any) -> Any:
         """The value of a field of some kind."""
         if name == "elements":
-            value = whole_number(name, value, least=max(2, self._multiple), most=_MOST_ELEMENTS)
+            least = max(2, self._multiple)
+            value = whole_number(name, value, least=least, most=LIMITS.elements)
             if value % self._multiple:
                 raise ModelError(
-                    f"elements: {value}; give a multiple of {self._multiple}, so that nodes lie in the middle"
+                    f"elements: {value}; give a multiple of {self._multiple}, "
+                    "so that nodes lie in the middle"
                 )
-        if kind is Material and not isinstance(value, Material):
+        elif kind is Material and not isinstance(value, Material):
             raise ModelError(f"{name}: {shown(value)}; give a Material")
-        return (
-            finite_number(name, value, **_RANGES.get(name, {"above": 0.0}))
-            if kind is float
-            else value
-        )
+        elif kind is float:
+            value = finite_number(name, value, **_RANGES.get(name, {"above": 0.0}))
+        return value
+
+    @property
+    def _lengths(self) -> dict[str, float]:
+        """Name of each positive length -> its value."""
+        names = [field.name for field in fields(self) if field.type is float]
+        return {name: getattr(self, name) for name in names if name not in _RANGES}
+
+    def _check_lengths(self) -> None:
+        """Refuse lengths in the wrong order, or too far apart."""
+        for inner, outer in self._within:
+            if not getattr(self, inner) < getattr(self, outer):
+                raise ModelError(
+                    f"{outer}: {getattr(self, outer):g}; "
+                    f"it must be more than {inner} = {getattr(self, inner):g}"
+                )
+        lengths = self._lengths
+        smallest = min(lengths, key=lambda name: lengths[name])
+        largest = max(lengths, key=lambda name: lengths[name])
+        if lengths[largest] > LIMITS.length_ratio * lengths[smallest]:
+            raise ModelError(
+                f"{largest}: {lengths[largest]:g} beside {smallest} = {lengths[smallest]:g}; "
+                f"give at most {LIMITS.length_ratio:g} times as much"
+            )
 
     def _check_sizes(self) -> None:
         """Refuse sizes that do not fit."""
+
+    def _check_nodes(self) -> None:
+        """Refuse meshes of too many nodes."""
+        nodes = sum(np.prod([float(len(line)) for line in lines]) for lines in self._grids)
+        if nodes > LIMITS.nodes:
+            names = ("elements", *self._lengths, "grading", "growth")
+            sizes = [f"{name} = {getattr(self, name)}" for name in names if hasattr(self, name)]
+            raise ModelError(
+                f"{', '.join(sizes)}: they make a mesh of {nodes:.0e} nodes, "
+                f"the most are {LIMITS.nodes:.0e}; give less, or more growth"
+            )
 
     @property
     def contact_nodes(self) -> Array:
@@ -110,23 +132,28 @@ class Scene(Plotted):
 
 
 def along(half_length: float, elements: int, grading: float) -> Array:
-    """(elements + 1,) coordinates, mirror-symmetric, of even elements in geometric progression: in the middle `grading` times the end."""
+    """(elements + 1,) mirror-symmetric coordinates, for an even number of elements.
+
+    Sizes are in geometric progression; the middle element has `grading` times the size of the end.
+    """
     sizes = grading ** -np.linspace(0.0, 1.0, elements // 2)
     right = half_length * np.cumsum(sizes) / sizes.sum()
     right[-1] = half_length
     if not (np.diff(right, prepend=0.0) > 0).all():
         raise ModelError(
-            f"grading: {grading:g}; elements at the ends are smaller than rounding, give a lower grading or fewer elements"
+            f"grading: {grading:g}; elements at the ends are smaller than rounding, "
+            "give a lower grading or fewer elements"
         )
     return np.concatenate([-right[::-1], [0.0], right])
 
 
 def away(length: float, first: float, growth: float) -> Array:
-    """Coordinates from 0 to exactly `length`, steps growing by `growth` from about `first`."""
+    """Coordinates from 0 to exactly `length`; steps grow by `growth` from about `first`."""
     steps = max(1.0, np.ceil(np.log1p(length / first * (growth - 1)) / np.log(growth)))
-    if steps > _MOST_NODES:
+    if steps > LIMITS.nodes:
         raise ModelError(
-            f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, the most are {_MOST_NODES:g}; give more"
+            f"growth: {growth:g} makes {steps:.0e} elements from {first:g} on over {length:g}, "
+            f"the most are {LIMITS.nodes:g}; give more"
         )
     nodes = np.concatenate([[0.0], np.cumsum(growth ** np.arange(steps))])
     nodes *= length / nodes[-1]

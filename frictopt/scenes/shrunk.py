@@ -1,4 +1,7 @@
-"""Contacts of round bodies, one shrunk onto or into the other: a collar on a shaft, axisymmetric, and a pin in a plate, a closed ring."""
+"""Contacts of round bodies, one shrunk onto or into the other.
+
+A collar on a shaft is axisymmetric; the contact of a pin in a plate is a closed ring.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +22,7 @@ from .scene import Scene, along, away
 
 @dataclass(frozen=True)
 class PressFit(Scene):
-    """A collar on a shaft, in axisymmetry: shrunk on by an interference, and under axial loads; meshed in quadrilaterals.
+    """A collar that is shrunk onto a shaft, in axisymmetry; meshed in quadrilaterals.
 
     x is the radius, y runs along the shaft, from the middle of the collar. Body 1 is the collar,
     body 2 the shaft; the nodes of the contact go from its upper to its lower end, against y, and so
@@ -54,8 +57,10 @@ class PressFit(Scene):
     --------
     >>> import frictopt as fo
     >>> system = fo.scenes.PressFit(elements=4, growth=2.0).condense()
-    >>> system.nodes, round(float(system.bonded["push"][0].sum()), 9)  # along the tangent, -y: the shaft holds the collar back
-    (5, 1.0)
+    >>> system.nodes
+    5
+    >>> round(float(system.bonded["push"][0].sum()), 9)  # along -y: the shaft holds the collar
+    1.0
     """
 
     shaft_radius: float = 1.0
@@ -77,17 +82,17 @@ class PressFit(Scene):
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
-        a, half, end = self.shaft_radius, self.collar_length / 2, self.shaft_length / 2
-        lengths = end - half, a - self.bore_radius, self.collar_radius - a
-        beyond, inside, outside = (
-            away(length, self.corner_size, self.growth) for length in lengths
-        )
-        beyond, inward = half + beyond[1:], a - inside[::-1]
-        beyond[-1], inward[[0, -1]] = end, (self.bore_radius, a)
-        return (a + outside, self.contact_nodes), (
-            inward,
-            np.r_[-beyond[::-1], self.contact_nodes, beyond],
-        )
+        a = self.shaft_radius
+        half = self.collar_length / 2
+        end = self.shaft_length / 2
+        past_collar = half + away(end - half, self.corner_size, self.growth)[1:]
+        inward = a - away(a - self.bore_radius, self.corner_size, self.growth)[::-1]
+        outward = a + away(self.collar_radius - a, self.corner_size, self.growth)
+        # Sums may be off by rounding.
+        past_collar[-1] = end
+        inward[[0, -1]] = self.bore_radius, a
+        along_shaft = np.r_[-past_collar[::-1], self.contact_nodes, past_collar]
+        return (outward, self.contact_nodes), (inward, along_shaft)
 
     @property
     def contact_nodes(self) -> Array:
@@ -96,36 +101,49 @@ class PressFit(Scene):
 
     def model(self) -> ContactModel:
         """The two meshes with contact, supports and load cases."""
-        a, half, end = self.shaft_radius, self.collar_length / 2, self.shaft_length / 2
-        collar, shaft = (MeshQuad.init_tensor(*lines) for lines in self._grids)
-        collar = collar.with_boundaries(
-            {"contact": lambda x: x[0] == a, "lower": lambda x: x[1] == -half}
-        )
-        shaft = shaft.with_boundaries(
-            {"lower": lambda x: x[1] == -end, "upper": lambda x: x[1] == end}
-        )
-        shaft = shaft.with_boundaries({"contact": lambda x: (x[0] == a) & (np.abs(x[1]) < half)})
-        face, section = np.pi * (self.collar_radius**2 - a**2), np.pi * (a**2 - self.bore_radius**2)
+        collar_face = np.pi * (self.collar_radius**2 - self.shaft_radius**2)
+        shaft_section = np.pi * (self.shaft_radius**2 - self.bore_radius**2)
         return ContactModel(
-            bodies={
-                "collar": Body(collar, self.collar_material),
-                "shaft": Body(shaft, self.shaft_material),
-            },
+            bodies={"collar": self._collar(), "shaft": self._shaft()},
             contacts=[Contact("collar", "shaft")],
             supports=[Support("shaft", (self.bore_radius, 0.0), "y")],
             loads={
                 "fit": [Interference("contact")],
                 "tension": [Traction("shaft", "upper", y=1.0), Traction("shaft", "lower", y=-1.0)],
                 "push": [
-                    Traction("collar", "lower", y=1 / face),
-                    Traction("shaft", "upper", y=-1 / section),
+                    Traction("collar", "lower", y=1 / collar_face),
+                    Traction("shaft", "upper", y=-1 / shaft_section),
                 ],
             },
             kinematics="axisymmetric",
         )
 
+    def _collar(self) -> Body:
+        """Body 1, with the boundaries "contact" and "lower"."""
+        mesh = MeshQuad.init_tensor(*self._grids[0]).with_boundaries(
+            {
+                "contact": lambda x: x[0] == self.shaft_radius,
+                "lower": lambda x: x[1] == -self.collar_length / 2,
+            }
+        )
+        return Body(mesh, self.collar_material)
 
-_CORE = 0.5  # half-side of the square in the middle of the pin, over its radius
+    def _shaft(self) -> Body:
+        """Body 2, with the boundaries "contact", "lower" and "upper"."""
+        half = self.collar_length / 2
+        end = self.shaft_length / 2
+        mesh = MeshQuad.init_tensor(*self._grids[1]).with_boundaries(
+            {
+                "contact": lambda x: (x[0] == self.shaft_radius) & (np.abs(x[1]) < half),
+                "lower": lambda x: x[1] == -end,
+                "upper": lambda x: x[1] == end,
+            }
+        )
+        return Body(mesh, self.shaft_material)
+
+
+# Half-side of the square in the middle of the pin, over its radius.
+_CORE = 0.5
 
 
 @dataclass(frozen=True)
@@ -175,25 +193,30 @@ class PinInPlate(Scene):
     def _check_sizes(self) -> None:
         if not 1.5 * self.radius < self.plate_half_width:
             raise ModelError(
-                f"plate_half_width: {self.plate_half_width:g}; it must be more than 1.5 radius = {1.5 * self.radius:g}"
+                f"plate_half_width: {self.plate_half_width:g}; "
+                f"it must be more than 1.5 radius = {1.5 * self.radius:g}"
             )
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
-        """Coordinates of the square in the middle; shares of the way to it from the ring, and from the ring to the edge, beside the rays."""
-        line = (
-            _CORE * self.radius * np.tan(np.linspace(-np.pi / 4, np.pi / 4, self.elements // 4 + 1))
-        )
-        ways = (1 - _CORE) * self.radius, self.plate_half_width - self.radius
-        inner, outer = (away(1.0, self.corner_size / way, self.growth) for way in ways)
-        return (line, line), (1 - inner[-2::-1], self._rays[0]), (outer, self._rays[0])
+        """Grids of the square in the pin, of the pin around it and of the plate.
+
+        The first are x and y, the others shares of the way along a ray, and positions on the ring:
+        from the square to the ring, and from the ring to the edge of the plate.
+        """
+        angles = np.linspace(-np.pi / 4, np.pi / 4, self.elements // 4 + 1)
+        line = _CORE * self.radius * np.tan(angles)
+        pin_size = self.corner_size / ((1 - _CORE) * self.radius)
+        plate_size = self.corner_size / (self.plate_half_width - self.radius)
+        in_pin = 1 - away(1.0, pin_size, self.growth)[-2::-1]
+        in_plate = away(1.0, plate_size, self.growth)
+        return (line, line), (in_pin, self._rays[0]), (in_plate, self._rays[0])
 
     @property
     def contact_nodes(self) -> Array:
-        """(elements + 1,) distances along the ring from the angle 0 and back to it, by its chords."""
-        return np.asarray(
-            2 * self.radius * np.sin(np.pi / self.elements) * np.arange(self.elements + 1)
-        )
+        """(elements + 1,) distances along the chords of the ring, from angle 0 and back to it."""
+        chord = 2 * self.radius * np.sin(np.pi / self.elements)
+        return np.asarray(chord * np.arange(self.elements + 1))
 
     @property
     def _rays(self) -> Array:
@@ -203,11 +226,11 @@ class PinInPlate(Scene):
 
     def model(self) -> ContactModel:
         """The two meshes with contact, supports and load cases."""
-        half, area = (
-            self.plate_half_width,
-            self.elements / 2 * self.radius**2 * np.sin(2 * np.pi / self.elements),
-        )
-        density, taken_up = 1 / area, -1 / (8 * half)
+        half = self.plate_half_width
+        # The meshed pin is a polygon.
+        area = self.elements / 2 * self.radius**2 * np.sin(2 * np.pi / self.elements)
+        density = 1 / area
+        taken_up = -1 / (8 * half)
         return ContactModel(
             bodies={"pin": self._pin(), "plate": self._plate()},
             contacts=[Contact("pin", "plate", "ring", "ring")],
@@ -222,49 +245,48 @@ class PinInPlate(Scene):
 
     def _pin(self) -> Body:
         """Body 1, with the boundary "ring"."""
-        rays, half = self._rays, _CORE * self.radius
-        square, (share, _), _ = self._grids
-        core = MeshQuad.init_tensor(*square)
-        inner = half * rays / np.abs(rays).max(axis=0)
-        rings = inner[:, None, :] + share[:, None] * (self.radius * rays - inner)[:, None, :]
-        distance = np.hypot(core.p[0][:, None] - inner[0], core.p[1][:, None] - inner[1])
-        first = distance.argmin(axis=0)
-        numbers = np.concatenate(
-            [
-                first[None],
-                core.p.shape[1] + np.arange(share.size * self.elements).reshape(share.size, -1),
-            ]
-        )
-        points = np.concatenate([core.p, rings.reshape(2, -1)], axis=1)
+        (square, _), (share, _), _ = self._grids
+        core = MeshQuad.init_tensor(square, square)
+        on_square = self._on_square(_CORE * self.radius)
+        rings = self._rings(on_square, self.radius * self._rays, share)
+        # (core nodes, N) distance of each node of the core from each one on the edge of the square
+        distance = np.hypot(core.p[0][:, None] - on_square[0], core.p[1][:, None] - on_square[1])
+        on_core = distance.argmin(axis=0)
+        on_rings = core.p.shape[1] + np.arange(share.size * self.elements)
+        numbers = np.concatenate([on_core[None], on_rings.reshape(share.size, -1)])
+        points = np.concatenate([core.p, rings], axis=1)
         mesh = MeshQuad(points, np.concatenate([core.t, _between(numbers)], axis=1))
         return Body(mesh.with_boundaries({"ring": mesh.boundary_facets()}), self.pin_material)
 
     def _plate(self) -> Body:
         """Body 2, with the boundaries "ring", "right", "left" and "outside"."""
-        rays, half = self._rays, self.plate_half_width
-        outer = half * rays / np.abs(rays).max(axis=0)
+        half = self.plate_half_width
         share = self._grids[2][0]
-        rings = (
-            self.radius * rays[:, None, :]
-            + share[:, None] * (outer - self.radius * rays)[:, None, :]
-        )
+        rings = self._rings(self.radius * self._rays, self._on_square(half), share)
         numbers = np.arange(share.size * self.elements).reshape(share.size, -1)
-        mesh = MeshQuad(rings.reshape(2, -1), _between(numbers))
+        mesh = MeshQuad(rings, _between(numbers))
         near = SAME_POINT * half
         sides = {
             "right": lambda x: np.abs(x[0] - half) < near,
             "left": lambda x: np.abs(x[0] + half) < near,
-        }
-        sides |= {
             "outside": lambda x: half - np.abs(x).max(axis=0) < near,
+            # The plate begins at 1 radius, and its sides are more than 1.5 radii away.
             "ring": lambda x: np.hypot(*x) < 1.25 * self.radius,
         }
         return Body(mesh.with_boundaries(sides), self.plate_material)
 
+    def _on_square(self, half: float) -> Array:
+        """(2, N) points at which the rays meet a square."""
+        return np.asarray(half * self._rays / np.abs(self._rays).max(axis=0))
+
+    def _rings(self, inner: Array, outer: Array, share: Array) -> Array:
+        """(2, rings N) nodes of rings, at shares of the way from inner to outer points (2, N)."""
+        rings = inner[:, None, :] + share[:, None] * (outer - inner)[:, None, :]
+        return rings.reshape(2, -1)
+
 
 def _between(numbers: Integers) -> Integers:
     """(4, m) elements between successive rings of nodes, (rings, N)."""
-    after = np.roll(numbers, -1, axis=1)
-    return np.array(
-        [numbers[:-1].ravel(), numbers[1:].ravel(), after[1:].ravel(), after[:-1].ravel()]
-    )
+    following = np.roll(numbers, -1, axis=1)
+    corners = [numbers[:-1], numbers[1:], following[1:], following[:-1]]
+    return np.array([nodes.ravel() for nodes in corners])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.readers.constraining import CONSTRAINING
-from frictopt.readers.keywords import _READERS, MAKING, TURNING
+from frictopt.readers.keywords import KEPT as READ
+from frictopt.readers.keywords import REFUSED as NOT_READ
 from helpers.formats_page import rows, section
 
 PLACES = [(x, y, z) for z in (0, 1, 1, 2) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
@@ -65,7 +65,7 @@ def named(keyword):
     """A constraint of the rules of the code: its name is known."""
     return (
         f"*{keyword}\n1, 2\n",
-        lambda _, job: f"*{keyword.replace(' ', '')}" in job.deck.constraints.others,
+        lambda _, job: f"*{keyword.replace(' ', '')}" in job.deck.constraints.unresolved,
     )
 
 
@@ -186,13 +186,9 @@ def test_the_page_lists_what_the_reader_knows():
     } == REFUSED.keys() | OF_JOBS.keys()
     listed = {name.split(",")[0].strip("*").replace(" ", "") for name in DECK}
     assert listed == {
-        *_READERS,
-        *CONSTRAINING,
-        *MAKING,
-        *TURNING,
+        *READ,
+        *(refusal.keyword for refusal in NOT_READ),
         "INCLUDE",
-        "INSTANCE",
-        "MODELCHANGE",
         "CONTACTPAIR",
     }
     assert len(WITHOUT) > 100 and not listed & {
@@ -252,7 +248,7 @@ def test_what_has_no_effect_has_none(folder, name):
         [*map(np.ndarray.tolist, block[1:])] for block in other.elements
     ]
     assert (
-        one.constraints.others == other.constraints.others == ()
+        one.constraints.unresolved == other.constraints.unresolved == ()
         and not other.constraints.held.any()
     )
 

@@ -316,7 +316,7 @@ DAMAGED = [
         "job.inp",
         "*NSET, NSET=LEFT",
         "*NSET, NSET=LEFT, ELSET=NONE",
-        "set 'LEFT of nodes' names 'NONE', which is no other set",
+        "node set 'LEFT' names 'NONE', which is no other set",
     ),
     (
         "job.inp",

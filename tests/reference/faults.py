@@ -6,15 +6,15 @@ FAULTS = (
     Fault(
         "reference/sliders.py",
         "the critical friction by column",
-        old="shares.min(axis=1)",
-        new="shares.min(axis=0)",
+        old="largest.min(axis=1)",
+        new="largest.min(axis=0)",
         tests="order_preserving",
     ),
     Fault(
         "reference/hertz.py",
         "slip from the wrong root",
-        old="c ** 2 * np.arccosh(beyond / c)",
-        new="c * np.arccosh(beyond / c)",
+        old="c ** 2 * np.arccosh(outside / c)",
+        new="c * np.arccosh(outside / c)",
         tests="reference_*",
     ),
     Fault(

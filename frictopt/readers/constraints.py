@@ -1,0 +1,90 @@
+"""Displacements that a deck holds, and those that follow others: where loads on them go."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from ..base import ROUNDING, Array, Booleans, Integers
+from ..errors import ModelError
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """Held displacements and rotations, and those that follow others.
+
+    Unknowns 6 i to 6 i + 5 are the displacements and rotations of node i. `*BOUNDARY` holds some;
+    `*EQUATION`, `*RIGID BODY`, and `*COUPLING` with `*KINEMATIC` let some follow others. In a rigid
+    part `u_i = u_ref + rotation x (x_i - x_ref)`.
+    """
+
+    # (nodes, 6) whether an unknown is held
+    held: Booleans
+    # (m, 2) an unknown that follows, and one that it follows
+    ends: Integers = field(default_factory=lambda: np.zeros((0, 2), dtype=np.intp))
+    # (m,) how much it follows
+    weights: Array = field(default_factory=lambda: np.zeros(0))
+    # row of the reference of each rigid part, and of the node of its rotation (None: the code
+    # makes that node)
+    rigid: tuple[tuple[int, int | None], ...] = ()
+    # keywords whose equations are not in the deck
+    unresolved: tuple[str, ...] = ()
+
+    def passed_on(self, forces: Array, present: Booleans, numbers: Integers) -> Array:
+        """Forces and moments (nodes, 6), moved from unknowns that follow others to these.
+
+        `present` (nodes, 6) are the unknowns of the matrix, `numbers` those of the nodes.
+        """
+        missing = ~(present | self.held).ravel()
+        in_use = missing[self.ends[:, 0]]
+        followers, leaders = self.ends[in_use].T
+        size = forces.size
+        follow = csr_matrix((self.weights[in_use], (followers, leaders)), shape=(size, size))
+        follows = np.zeros(size, dtype=bool)
+        follows[followers] = True
+
+        moved = forces.ravel()
+        # A chain of unknowns that follow each other has at most this length.
+        for _ in followers:
+            on_followers = np.where(follows, moved, 0.0)
+            if not on_followers.any():
+                break
+            moved = np.where(follows, 0.0, moved) + follow.T @ on_followers
+
+        lost = missing & (np.abs(moved) > ROUNDING * np.abs(forces).max(initial=0.0))
+        if lost.any():
+            node, axis = divmod(int(lost.argmax()), 6)
+            raise ModelError(self._lost(int(numbers[node]), axis + 1))
+        return np.asarray(moved.reshape(forces.shape))
+
+    def _lost(self, node: int, direction: int) -> str:
+        reason = "give the deck of the same job"
+        if self.unresolved:
+            reason = f"the deck has {', '.join(self.unresolved)}"
+        return (
+            f"force: it acts on node {node}, direction {direction}, that neither the matrix nor "
+            f"*BOUNDARY has, and no *EQUATION says what it follows ({reason}); load nodes that "
+            "follow no others, write the constraint as *EQUATION, or merge tied nodes"
+        )
+
+    def part(self, reference: int) -> tuple[Integers, Array]:
+        """Unknowns (m,) that follow the displacements of a node, and how much they follow it.
+
+        The (m, 6) weights are those of its displacements and rotations.
+        """
+        first = 6 * reference
+        leader = self.ends[:, 1]
+        follows_node = (leader >= first) & (leader < first + 6)
+        follows_displacement = follows_node & (leader < first + 3)
+        unknowns = np.unique(self.ends[follows_displacement, 0])
+        places = (self.ends[follows_node, 0], leader[follows_node] - first)
+        follow = csr_matrix((self.weights[follows_node], places), shape=(self.held.size, 6))
+        return unknowns, follow[unknowns].toarray()
+
+    def following(self, ends: Integers, weights: Array) -> "Constraints":
+        """The same constraints, with more unknowns that follow others."""
+        return replace(
+            self,
+            ends=np.concatenate([self.ends, ends]),
+            weights=np.concatenate([self.weights, weights]),
+        )

@@ -1,0 +1,114 @@
+"""The text of decks of CalculiX and Abaqus: their blocks, and the entries of a line."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import ModelError
+
+
+@dataclass(frozen=True)
+class Block:
+    """A keyword with its parameters, and the data lines below it.
+
+    Keyword, names and values of parameters are in capital letters; keyword and names lack blanks.
+    """
+
+    keyword: str
+    parameters: Mapping[str, str]
+    lines: list[str]
+
+    def __str__(self) -> str:
+        pairs = [f"{name}={value}" if value else name for name, value in self.parameters.items()]
+        return f"*{self.keyword} {', '.join(pairs)}".rstrip()
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """The entries of each data line that are not empty."""
+        return [fields(line) for line in self.lines]
+
+
+def blocks(path: Path) -> Iterator[Block]:
+    """The blocks of a deck, in order; those of an included file stand in its place."""
+    lines = list(_lines(path))
+    starts = [i for i, line in enumerate(lines) if line.startswith("*")]
+    for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
+        yield _block(lines[start:end])
+
+
+def _block(lines: list[str]) -> Block:
+    head = lines[0][1:]
+    first = 1
+    while head.endswith(",") and first < len(lines) and _has_parameters(lines[first]):
+        head += lines[first]
+        first += 1
+
+    keyword, *parts = head.split(",")
+    parameters = {}
+    for part in filter(None, map(str.strip, parts)):
+        name, _, value = part.partition("=")
+        parameters[_without_blanks(name)] = value.strip().strip('"').upper()
+    return Block(_without_blanks(keyword), parameters, lines[first:])
+
+
+def _has_parameters(line: str) -> bool:
+    """Whether a line after a comma continues the keyword line.
+
+    Abaqus continues keyword lines in this way. CalculiX ignores a comma at the end of one.
+    """
+    return "=" in line or line.split(",")[0].strip().upper() == "GENERATE"
+
+
+def _lines(path: Path, depth: int = 0) -> Iterator[str]:
+    """The lines of a deck that are no comments.
+
+    The lines of an included file stand in its place, where they may continue the block above.
+    """
+    if depth > 20:
+        raise ModelError(f"deck {path.name}: it includes itself; take the *INCLUDE out")
+    stripped = map(str.strip, text_of(path, "deck").splitlines())
+    lines = (line for line in stripped if line and not line.startswith("**"))
+    for line in lines:
+        if _without_blanks(line.split(",")[0]) != "*INCLUDE":
+            yield line
+            continue
+        # The name of the file may stand on the line below the keyword.
+        parameters = line if "=" in line else next(lines, "")
+        yield from _lines(path.parent / _included_file(parameters), depth + 1)
+
+
+def _included_file(parameters: str) -> str:
+    for part in parameters.split(","):
+        name, _, file = part.partition("=")
+        if _without_blanks(name) == "INPUT":
+            return file.strip(' "')
+    return ""
+
+
+def _without_blanks(words: str) -> str:
+    return "".join(words.split()).upper()
+
+
+def entries(line: str) -> list[str]:
+    """The entries of a data line, empty ones too."""
+    return [entry.strip().strip('"') for entry in line.split(",")]
+
+
+def fields(line: str) -> list[str]:
+    """The entries of a data line that are not empty."""
+    return [entry for entry in entries(line) if entry]
+
+
+def number(entry: str) -> float:
+    """The value of an entry, with an exponent of E or D."""
+    return float(entry.upper().replace("D", "E"))
+
+
+def text_of(path: Path, what: str) -> str:
+    """Text of a file, without a byte-order mark."""
+    try:
+        return path.read_text(encoding="utf-8-sig", errors="replace")
+    except (OSError, ValueError) as error:
+        raise ModelError(
+            f"{what}: {str(path)!r} cannot be read ({error}); give the path of a file"
+        ) from error

@@ -1,0 +1,225 @@
+"""What the blocks of a deck list, by numbers and names; and the deck made of it, by rows."""
+
+from collections.abc import Container, Iterable, Mapping, Sequence
+from types import MappingProxyType
+
+from numpy.typing import ArrayLike
+
+from ..base import Integers, finite_array, frozen, whole, whole_number
+from ..errors import ModelError
+from .constraint_blocks import constraints_of
+from .deck import Deck, Elements
+from .deck_text import Block
+
+
+def deck_of_points(
+    points: Mapping[int, ArrayLike],
+    solids: Mapping[str, Sequence[Sequence[int]]] = MappingProxyType({}),
+    sets: Mapping[str, Sequence[int]] = MappingProxyType({}),
+    held: Iterable[Sequence[int]] = (),
+) -> Deck:
+    """A deck of nodes, and perhaps of elements, node sets and held displacements.
+
+    `points` are number of a node -> coordinates (2,) or (3,), `solids` type of elements -> number
+    and nodes of each, `held` node and direction, from 1, of each held displacement.
+    """
+    listing = DeckListing()
+    for name, point in points.items():
+        node = whole_number("deck: node", name, least=1, most=10**12)
+        coordinates = finite_array(f"deck: node {node}", point, (None,)).tolist()
+        if len(coordinates) not in (2, 3):
+            raise ModelError(
+                f"deck: node {node} has {len(coordinates)} coordinates; give two or three"
+            )
+        listing.nodes[node] = coordinates
+    if not listing.nodes:
+        raise ModelError("deck: no nodes; give number of a node -> its coordinates")
+    listing.elements_by_type = [
+        (kind, [list(row) for row in rows]) for kind, rows in solids.items()
+    ]
+    for set_name, nodes in sets.items():
+        listing.node_sets.add(set_name, map(str, nodes))
+    deck = listing.deck()
+    row_of_node = {node: row for row, node in enumerate(listing.nodes)}
+    for node, direction in held:
+        if direction <= 6 and node in row_of_node:
+            deck.constraints.held[row_of_node[node], direction - 1] = True
+    return deck
+
+
+class Sets:
+    """Named sets of nodes, or of elements: their members are numbers, ranges, and names of sets."""
+
+    def __init__(self, known: Container[int]) -> None:
+        self._known = known
+        self.members: dict[str, list[str | range]] = {}
+
+    def add(self, name: str, members: Iterable[str | range]) -> None:
+        """Add members to a set."""
+        self.members.setdefault(name, []).extend(members)
+
+    def numbers_in(self, name: str) -> list[int]:
+        """Numbers in a set."""
+        return self.numbers(self.members[name], f"set {name!r}", (name,))
+
+    def numbers(
+        self, members: Iterable[str | range], owner: str, above: tuple[str, ...] = ()
+    ) -> list[int]:
+        """Numbers that some members stand for, each once, in their order.
+
+        `owner` has the members, for errors. It is inside the sets `above`, which it must not name.
+        Of a range, both codes take the numbers that exist.
+        """
+        numbers: list[int] = []
+        for member in members:
+            if isinstance(member, range):
+                numbers += [number for number in member if number in self._known]
+            elif member.isdecimal():
+                numbers.append(int(member))
+            else:
+                name = member.upper()
+                if name not in self.members or name in above:
+                    raise ModelError(
+                        f"deck: {owner} names {name!r}, which is no other set; repair the deck"
+                    )
+                numbers += self.numbers(self.members[name], f"set {name!r}", (*above, name))
+        return list(dict.fromkeys(numbers))
+
+
+class DeckListing:
+    """What the blocks of a deck list.
+
+    Blocks may use numbers and names that are listed further down; `deck` resolves them at the end.
+    """
+
+    def __init__(self) -> None:
+        # number of a node -> coordinates
+        self.nodes: dict[int, list[float]] = {}
+        # number of an element -> numbers of its nodes
+        self.elements: dict[int, list[int]] = {}
+        # type of some elements; number and nodes of each, all of one length
+        self.elements_by_type: list[tuple[str, list[list[int]]]] = []
+        self.node_sets = Sets(self.nodes)
+        self.element_sets = Sets(self.elements)
+        # node set, and an element set whose nodes it has too
+        self.node_sets_of_elements: list[tuple[str, str]] = []
+        # surface of nodes -> nodes and node sets
+        self.node_surfaces: dict[str, list[str]] = {}
+        # surface of elements -> element or element set, and the number of a face of these
+        self.faces: dict[str, list[tuple[str, int]]] = {}
+        # surface of elements -> surfaces that it combines
+        self.unions: dict[str, list[str]] = {}
+        # element set (none: all elements), and its thickness (nan: one that varies)
+        self.thicknesses: list[tuple[str | None, float]] = []
+        self.constraint_blocks: list[Block] = []
+
+    def deck(self) -> Deck:
+        """The deck, in which rows of the nodes stand for their numbers."""
+        row_of_node = {node: row for row, node in enumerate(self.nodes)}
+        points = frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in self.nodes.values()])
+        sets = self._sets(row_of_node)
+
+        def nodes_of_elements(elements: str) -> Integers:
+            nodes = self._nodes_of_elements(elements, "a rigid body")
+            return _rows(row_of_node, nodes, f"element set {elements}")
+
+        return Deck(
+            numbers=whole(list(self.nodes)),
+            points=points,
+            sets=sets,
+            elements=tuple(
+                _elements(row_of_node, kind, rows) for kind, rows in self.elements_by_type
+            ),
+            element_sets={
+                name: whole(self.element_sets.numbers_in(name))
+                for name in self.element_sets.members
+            },
+            thicknesses=self._thicknesses_of_plane_elements(),
+            constraints=constraints_of(
+                self.constraint_blocks, row_of_node, sets, nodes_of_elements, points
+            ),
+            surfaces={
+                name: tuple(self._faces_of(name, ())) for name in (*self.faces, *self.unions)
+            },
+        )
+
+    def _sets(self, row_of_node: Mapping[int, int]) -> dict[str, Integers]:
+        """Rows of the nodes of each surface of nodes, and of each node set, which goes first."""
+        for name, elements in self.node_sets_of_elements:
+            nodes = self._nodes_of_elements(elements, f"node set {name!r}")
+            self.node_sets.add(name, map(str, nodes))
+        sets = {}
+        for name, members in self.node_surfaces.items():
+            nodes = self.node_sets.numbers(members, "a surface")
+            sets[name] = _rows(row_of_node, nodes, f"surface {name}")
+        for name in self.node_sets.members:
+            nodes = self.node_sets.numbers_in(name)
+            sets[name] = _rows(row_of_node, nodes, f"node set {name}")
+        return sets
+
+    def _nodes_of_elements(self, elements: str, owner: str) -> list[int]:
+        """Numbers of the nodes of the elements of a set, which `owner` names."""
+        numbers = self.element_sets.numbers([elements], owner)
+        nodes = [node for number in numbers for node in self.elements.get(number, [])]
+        return list(dict.fromkeys(nodes))
+
+    def _thicknesses_of_plane_elements(self) -> tuple[float, ...]:
+        """Distinct thicknesses of the sections that have plane elements."""
+        plane_elements = {
+            number
+            for kind, rows in self.elements_by_type
+            if kind.startswith(("CPE", "CPS"))
+            for number, *_ in rows
+        }
+        thicknesses = []
+        for name, thickness in self.thicknesses:
+            if name is None:
+                members = plane_elements
+            elif name in self.element_sets.members:
+                members = plane_elements.intersection(self.element_sets.numbers_in(name))
+            else:
+                members = set()
+            if members:
+                thicknesses.append(thickness)
+        return tuple(dict.fromkeys(thicknesses))
+
+    def _faces_of(self, name: str, above: tuple[str, ...]) -> list[tuple[Integers, int]]:
+        """The faces of a surface of elements, and of those that it combines.
+
+        The surfaces `above` combine this one; it must not combine these.
+        """
+        if name in above or (name not in self.faces and name not in self.unions):
+            raise ModelError(
+                f"deck: surface {above[-1]!r} combines {name!r}, which is no other surface of "
+                "elements; write the faces of the elements (S1, S2, ...) in its place"
+            )
+        faces = []
+        for member, face in self.faces.get(name, []):
+            if member.isdecimal() and int(member) not in self.elements:
+                raise ModelError(
+                    f"deck: surface {name} names element {member}, which is not defined; "
+                    "repair the deck"
+                )
+            faces.append((whole(self.element_sets.numbers([member], "a surface")), face))
+        for combined in self.unions.get(name, []):
+            faces += self._faces_of(combined, (*above, name))
+        return faces
+
+
+def _elements(row_of_node: Mapping[int, int], kind: str, rows: list[list[int]]) -> Elements:
+    """Elements of one type, from the number and the nodes of each."""
+    nodes = [node for row in rows for node in row[1:]]
+    return Elements(
+        kind,
+        whole([row[0] for row in rows]),
+        _rows(row_of_node, nodes, f"elements {kind}").reshape(len(rows), -1),
+    )
+
+
+def _rows(row_of_node: Mapping[int, int], nodes: Sequence[int], what: str) -> Integers:
+    try:
+        return whole([row_of_node[node] for node in nodes])
+    except KeyError as error:
+        raise ModelError(
+            f"deck: {what} names node {error}, which is not defined; repair the deck"
+        ) from error
