@@ -1,0 +1,73 @@
+"""A program on its way through a reduction, and what each step of the reduction offers."""
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..base import Array, Booleans, Integers
+from .compiled import Block
+
+After = TypeVar("After")
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program `min cost @ z` over the z that obey dense equations and whose slacks are in cones.
+
+    The slacks are `right - sparse @ z`. The first `zero` of them are zero. The others are in cones
+    `|s[1:]| <= s[0]` of these `sizes`, the linear ones, of size 1, first. The dense equations are
+    `z[block.defined] = block.matrix @ z[block.of]`. `unit` holds the units of z, 0 where unknown.
+    """
+
+    sparse: csr_array
+    right: Array
+    cost: Array
+    zero: int
+    sizes: Integers
+    unit: Array
+    blocks: tuple[Block, ...]
+
+    @property
+    def linear(self) -> int:
+        """The number of equations and linear rows, which come first."""
+        return self.zero + int((self.sizes == 1).sum())
+
+    @property
+    def heads(self) -> Integers:
+        """The first row of each cone, linear rows included."""
+        return self.zero + np.cumsum(self.sizes) - self.sizes
+
+    @property
+    def in_blocks(self) -> Booleans:
+        """Which unknowns stand in dense equations."""
+        mask = np.zeros(len(self.cost), dtype=bool)
+        for block in self.blocks:
+            mask[block.defined] = True
+            mask[block.of] = True
+        return mask
+
+
+class Step(Generic[After]):
+    """A step of a reduction: it turns a program into a smaller one, and answers of that one back.
+
+    A step is made of the program before it; `apply` returns the program after it. By default
+    values and multipliers are the same before and after.
+    """
+
+    def apply(self) -> After:
+        """The program after the step."""
+        raise NotImplementedError
+
+    def values(self, x: Array) -> Array:
+        """The unknowns of the program before the step, from those of the program after it."""
+        return x
+
+    def multipliers(self, y: Array, cost_factor: float) -> Array:
+        """The multipliers of the program before the step, from those of the program after it.
+
+        `cost_factor` is 1 for multipliers that balance the cost, and 0 for those of a
+        contradiction, which balance nothing.
+        """
+        return y
