@@ -20,7 +20,7 @@ The entries of a condensed stiffness are right to this share of the largest one.
 RESIDUAL = 1e-9
 """Largest residual of an answer.
 
-It is that of a state in the contact law and the balance of energy, and that of a limit in its proofs.
+It is that of a state in the contact law and the balance of energy, or of a limit in its proofs.
 """
 
 # Events this close, relative, count as simultaneous: their times are answers.
