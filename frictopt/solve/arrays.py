@@ -1,5 +1,9 @@
-"""A program as solvers take it: a cost, sparse rows and one dense block, in cones; and its exact solution next to a rough one."""
+"""A program as solvers take it, and its exact solution next to a rough one.
 
+It has a cost, sparse rows and one dense block, in cones.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,23 +14,51 @@ from scipy.sparse import csr_array, eye_array, hstack, vstack
 
 from ..base import ROUNDING, STALLED, Array, Integers
 
-_NOT_UNIQUE = (
-    ROUNDING / 10
-)  # singular directions of these equations, over the largest: there the solution stays as it is
-_POLISHED = 1e-3 * ROUNDING  # errors of the equations of active cones that no step makes smaller
-_STEPS = 8  # of Newton's method at most; mostly three do
-_GAPS = 4  # between ratios of multiplier to slack that are tried
-_REVISIONS = 4  # of the active rows and cones from one such gap
-_LEAST_RATIO = 1e-12  # ratios below it, and above its inverse, are alike
+
+@dataclass(frozen=True)
+class PolishSettings:
+    """Numbers of the polish."""
+
+    # Singular directions of the equations, over the largest: there the solution stays as it is.
+    not_unique: float = ROUNDING / 10
+    # Error of the equations of active cones that no step makes smaller.
+    polished: float = 1e-3 * ROUNDING
+    # Largest number of Newton's steps; mostly three are enough.
+    steps: int = 8
+    # Gaps between ratios of multiplier to slack that are tried.
+    gaps: int = 4
+    # Revisions of the active rows and cones from one such gap.
+    revisions: int = 4
+    # Ratios below it, and above its inverse, are alike.
+    least_ratio: float = 1e-12
+
+
+POLISH = PolishSettings()
+
+
+class RowsInCones:
+    """Base of programs whose first `zero` slacks are zero, and whose other slacks are in cones.
+
+    The cones are `|s[1:]| <= s[0]` of these `sizes`, the linear ones, of size 1, first.
+    """
+
+    zero: int
+    sizes: Integers
+
+    @property
+    def linear(self) -> int:
+        """The number of equations and linear rows, which come first."""
+        return self.zero + int((self.sizes == 1).sum())
+
+    @property
+    def heads(self) -> Integers:
+        """The first row of each cone, linear rows included."""
+        return self.zero + np.cumsum(self.sizes) - self.sizes
 
 
 @dataclass(frozen=True, eq=False)
-class Arrays:
-    """A program as solvers take it: min `cost @ x` over the x whose slacks `right - sparse @ [x, block @ x]` are in cones.
-
-    The first `zero` slacks are zero; the others are in cones `|s[1:]| <= s[0]` of these `sizes`,
-    the linear ones, of size 1, first.
-    """
+class Arrays(RowsInCones):
+    """A program: min `cost @ x` over the x with the slacks `right - sparse @ [x, block @ x]`."""
 
     sparse: csr_array
     block: Array
@@ -46,9 +78,9 @@ class Arrays:
     @cached_property
     def cones(self) -> list[Integers]:
         """The rows of the cones, (n, d) for each size d."""
-        starts = self.zero + np.cumsum(self.sizes) - self.sizes
         return [
-            starts[self.sizes == size][:, None] + np.arange(size) for size in np.unique(self.sizes)
+            self.heads[self.sizes == size][:, None] + np.arange(size)
+            for size in np.unique(self.sizes)
         ]
 
     def slack(self, x: Array) -> Array:
@@ -65,29 +97,29 @@ class Arrays:
         return float(max([*outside, np.abs(s[: self.zero]).max(initial=0.0)]))
 
     def off(self, x: Array, y: Array) -> float:
-        """Largest violation of the optimality conditions: slacks, balance of the multipliers, and their work on the slacks."""
+        """Largest violation of the optimality conditions.
+
+        These are the cones of the slacks, and the balance of the multipliers and their work.
+        """
         if not (np.isfinite(x).all() and np.isfinite(y).all()):
             return np.inf
-        return float(
-            max(
-                self.violation(x),
-                np.abs(self.matrix.T @ y + self.cost).max(initial=0.0),
-                abs(y @ self.slack(x)),
-            )
-        )
+        balance = np.abs(self.matrix.T @ y + self.cost).max(initial=0.0)
+        return float(max(self.violation(x), balance, abs(y @ self.slack(x))))
 
     @property
     def widened(self) -> "Arrays":
-        """The program with `block @ x` as unknowns of their own, defined by its first equations, so that all rows are sparse."""
+        """The program with `block @ x` as further unknowns, which its first equations define."""
         parts, width = self.block.shape
         if not parts:
             return self
-        matrix = csr_array(
-            vstack([hstack([csr_array(self.block), -eye_array(parts)]), self.sparse])
-        )
-        right, cost = np.r_[np.zeros(parts), self.right], np.r_[self.cost, np.zeros(parts)]
+        definitions = hstack([csr_array(self.block), -eye_array(parts)])
         return Arrays(
-            matrix, np.zeros((0, width + parts)), right, cost, parts + self.zero, self.sizes
+            sparse=csr_array(vstack([definitions, self.sparse])),
+            block=np.zeros((0, width + parts)),
+            right=np.r_[np.zeros(parts), self.right],
+            cost=np.r_[self.cost, np.zeros(parts)],
+            zero=parts + self.zero,
+            sizes=self.sizes,
         )
 
     def admissible(self, y: Array) -> Array:
@@ -99,11 +131,13 @@ class Arrays:
         return y
 
 
-def polish(program: Arrays, x: Array, y: Array) -> tuple[Array, Array]:
+def polish(
+    program: Arrays, x: Array, y: Array, settings: PolishSettings = POLISH
+) -> tuple[Array, Array]:
     """Move a solution onto its active rows and cones, by Newton's method on their equations.
 
     Which are active is read from the ratios of multiplier to slack, which solvers leave large for
-    active rows and cones and small for the others. Where the widest gap between the ratios does not
+    active rows and cones and small for the others. If the widest gap between the ratios does not
     part them rightly, the next ones are tried; rows and cones that the solution contradicts change
     sides. The answer is the point that breaks the conditions of the whole program least; whether it
     is good enough is for a residual to say.
@@ -111,47 +145,58 @@ def polish(program: Arrays, x: Array, y: Array) -> tuple[Array, Array]:
     best = x, program.admissible(y)
     least = program.off(*best)
     with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and `off` judges it
-        for share in _shares(program, x, y):
-            at, slopes, before = x, y, None
-            for _ in range(_REVISIONS):
-                active = _Active(program, at, slopes, share)
-                if before is not None and all(
-                    np.array_equal(*pair) for pair in zip(active.rows, before.rows, strict=True)
-                ):
-                    break
-                at, slopes = active.solved(at, slopes)
-                for told in (
-                    slopes,
-                    y,
-                ):  # where more is active than there are unknowns, the multipliers are not unique
-                    told = program.admissible(told)
-                    if (off := program.off(at, told)) < least:
-                        best, least = (at, told), off
-                    if least <= ROUNDING:
-                        return best
-                before = active
+        for share in _shares(program, x, y, settings):
+            for solution in _revised(program, x, y, share, settings):
+                off = program.off(*solution)
+                if off < least:
+                    best = solution
+                    least = off
+                if least <= ROUNDING:
+                    return best
     return best
 
 
-def _shares(program: Arrays, x: Array, y: Array) -> list[float]:
-    """Ratios of multiplier to slack in the middle of the widest gaps between those of all rows and cones, the widest gap first."""
+def _revised(
+    program: Arrays, x: Array, y: Array, share: float, settings: PolishSettings
+) -> Iterator[tuple[Array, Array]]:
+    """Solutions with what is active, as long as it changes.
+
+    If more is active than there are unknowns, the multipliers are not unique: those of the rough
+    solution may be as good.
+    """
+    at, slopes = x, y
+    before: list[Integers] | None = None
+    for _ in range(settings.revisions):
+        active = _Active(program, at, slopes, share)
+        if before is not None and all(map(np.array_equal, active.rows, before)):
+            return
+        at, slopes = active.solved(at, slopes, settings)
+        yield at, program.admissible(slopes)
+        yield at, program.admissible(y)
+        before = active.rows
+
+
+def _shares(program: Arrays, x: Array, y: Array, settings: PolishSettings) -> list[float]:
+    """Ratios of multiplier to slack in the widest gaps between those of all rows and cones.
+
+    Each is the middle of its gap. The widest gap comes first.
+    """
     s = program.slack(x)
-    room, by = np.hstack([side for cone in program.cones for side in _sides(s[cone], y[cone])])
-    ratios = np.where(room > 0, by / np.where(room > 0, room, 1.0), np.inf)
-    powers = np.sort(np.log10(np.clip(ratios, _LEAST_RATIO, 1 / _LEAST_RATIO)))
-    return [
-        float(10 ** powers[[k, k + 1]].mean())
-        for k in np.argsort(-np.diff(powers), kind="stable")[:_GAPS]
-    ]
+    sides = [side for cone in program.cones for side in _sides(s[cone], y[cone])]
+    slack, multiplier = np.hstack(sides)
+    ratios = np.where(slack > 0, multiplier / np.where(slack > 0, slack, 1.0), np.inf)
+    powers = np.sort(np.log10(np.clip(ratios, settings.least_ratio, 1 / settings.least_ratio)))
+    widest = np.argsort(-np.diff(powers), kind="stable")[: settings.gaps]
+    return [float(10 ** powers[[k, k + 1]].mean()) for k in widest]
 
 
 def _sides(s: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Slacks and multipliers of cones, (n, d), on their boundary and at their apex."""
-    radius, slid = np.linalg.norm(s[:, 1:], axis=1), np.linalg.norm(y[:, 1:], axis=1)
-    return (s[:, 0] - radius, y[:, 0] + np.copysign(slid, y[:, 0])), (
-        s[:, 0] + radius,
-        y[:, 0] - slid,
-    )
+    radius = np.linalg.norm(s[:, 1:], axis=1)
+    slid = np.linalg.norm(y[:, 1:], axis=1)
+    boundary = (s[:, 0] - radius, y[:, 0] + np.copysign(slid, y[:, 0]))
+    apex = (s[:, 0] + radius, y[:, 0] - slid)
+    return boundary, apex
 
 
 def _directed(vectors: Array) -> tuple[Array, Array]:
@@ -162,80 +207,99 @@ def _directed(vectors: Array) -> tuple[Array, Array]:
 
 
 class _Active:
-    """What is active at a point: equations, cones at their apex, where all slacks vanish, and cones on their boundary, which are the last `rows`."""
+    """What is active at a point: `rows` whose slacks vanish, and cones on their boundary.
+
+    Slacks vanish in equations, and in cones at their apex. Of the list `rows` these are the first
+    entry; each further one, (n, d), holds cones on their boundary.
+    """
 
     def __init__(self, program: Arrays, x: Array, y: Array, share: float) -> None:
-        self._program, s = program, program.slack(x)
-        shut, on = [np.arange(program.zero)], list[Integers]()
-        for cone in (
-            program.cones if program.zero < len(x) else ()
-        ):  # as many equations as unknowns fix them, and prove it
+        self._program = program
+        s = program.slack(x)
+        vanishing = [np.arange(program.zero)]
+        on_boundary = list[Integers]()
+        # As many equations as unknowns fix the unknowns, and prove it.
+        cones = program.cones if program.zero < len(x) else []
+        for cone in cones:
             (slack, slid), (tip, excess) = _sides(s[cone], y[cone])
             apex = excess > share * tip
-            shut.append(cone[apex].ravel())
-            on += (
-                [cone[(slid > share * slack) & ~apex & s[cone[:, 1:]].any(axis=1)]]
-                if cone.shape[1] > 1
-                else []
-            )
-        self.rows = [np.concatenate(shut), *on]
+            vanishing.append(cone[apex].ravel())
+            if cone.shape[1] > 1:
+                slides = (slid > share * slack) & ~apex & s[cone[:, 1:]].any(axis=1)
+                on_boundary.append(cone[slides])
+        self.rows = [np.concatenate(vanishing), *on_boundary]
 
     def _equations(self, x: Array, m: Array) -> tuple[Array, Array, Array]:
-        """Values of the active rows and cones, their gradients, and the Hessian of their sum weighted by the multipliers m, negative."""
-        (shut, *on), matrix, s, n = self.rows, self._program.matrix, self._program.slack(x), len(x)
-        values, gradients, hessian, at = (
-            [s[shut]],
-            [-matrix[shut].toarray()],
-            np.zeros((n, n)),
-            len(shut),
-        )
-        for cone in on:
+        """Values of the active rows and cones, their gradients, and a Hessian.
+
+        The Hessian, negative, is that of their sum weighted by the multipliers m.
+        """
+        vanishing, *on_boundary = self.rows
+        matrix = self._program.matrix
+        s = self._program.slack(x)
+        n = len(x)
+        values = [s[vanishing]]
+        gradients = [-matrix[vanishing].toarray()]
+        hessian = np.zeros((n, n))
+        first = len(vanishing)
+        for cone in on_boundary:
             radius, unit = _directed(s[cone[:, 1:]])
             sides = -matrix[cone[:, 1:].ravel()].toarray().reshape(*unit.shape, n)
             along = np.einsum("ri,riz->rz", unit, sides)
             values.append(s[cone[:, 0]] - radius)
             gradients.append(-matrix[cone[:, 0]].toarray() - along)
-            weight = np.sqrt(np.maximum(m[at : at + len(cone)], 0.0) / radius)
-            across = ((sides - unit[:, :, None] * along[:, None]) * weight[:, None, None]).reshape(
-                -1, n
-            )
-            hessian, at = hessian + across.T @ across, at + len(cone)
+            multipliers = m[first : first + len(cone)]
+            weight = np.sqrt(np.maximum(multipliers, 0.0) / radius)
+            across = (sides - unit[:, :, None] * along[:, None]) * weight[:, None, None]
+            across = across.reshape(-1, n)
+            hessian = hessian + across.T @ across
+            first += len(cone)
         return np.concatenate(values), np.vstack(gradients), hessian
 
-    def solved(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """The x and multipliers that solve the equations of what is active, by Newton's method from a point."""
-        cost, (shut, *on) = self._program.cost, self.rows
-        m, least = np.concatenate([y[shut], *(y[cone[:, 0]] for cone in on)]), np.inf
+    def solved(self, x: Array, y: Array, settings: PolishSettings = POLISH) -> tuple[Array, Array]:
+        """The x and multipliers that solve the equations of what is active, by Newton's method."""
+        vanishing, *on_boundary = self.rows
+        cost = self._program.cost
+        m = np.concatenate([y[vanishing], *(y[cone[:, 0]] for cone in on_boundary)])
         best = x, m
-        for _ in range(_STEPS):
+        least = np.inf
+        for _ in range(settings.steps):
             values, gradients, hessian = self._equations(x, m)
-            error = max(
-                float(np.abs(gradients.T @ m - cost).max(initial=0.0)),
-                float(np.abs(values).max(initial=0.0)),
-            )
+            balance = float(np.abs(gradients.T @ m - cost).max(initial=0.0))
+            error = max(balance, float(np.abs(values).max(initial=0.0)))
             if error < least:
-                best, least = (x, m), error
+                best = x, m
+                least = error
             elif least <= STALLED or not np.isfinite(error):
                 break
-            if error <= _POLISHED:
+            if error <= settings.polished:
                 break
             matrix = np.block([[-hessian, gradients.T], [gradients, np.zeros((len(m), len(m)))]])
-            step = _least(matrix, np.r_[cost, -values])
-            x, m = x + step[: len(x)], step[len(x) :]
-        (x, m), slopes, at = best, np.zeros(len(y)), len(shut)
-        s, slopes[shut] = self._program.slack(x), m[:at]
-        for cone in on:
-            size = m[at : at + len(cone)]
-            slopes[cone[:, 0]], at = size, at + len(cone)
-            slopes[cone[:, 1:]] = -size[:, None] * _directed(s[cone[:, 1:]])[1]
-        return x, slopes
+            step = _least(matrix, np.r_[cost, -values], settings.not_unique)
+            x = x + step[: len(x)]
+            m = step[len(x) :]
+        return best[0], self._multipliers(*best, len(y))
+
+    def _multipliers(self, x: Array, m: Array, count: int) -> Array:
+        """Multipliers of all rows, from those of what is active."""
+        vanishing, *on_boundary = self.rows
+        s = self._program.slack(x)
+        multipliers = np.zeros(count)
+        first = len(vanishing)
+        multipliers[vanishing] = m[:first]
+        for cone in on_boundary:
+            size = m[first : first + len(cone)]
+            multipliers[cone[:, 0]] = size
+            multipliers[cone[:, 1:]] = -size[:, None] * _directed(s[cone[:, 1:]])[1]
+            first += len(cone)
+        return multipliers
 
 
-def _least(matrix: Array, right: Array) -> Array:
-    """The solution of symmetric equations, the least one where they have several."""
+def _least(matrix: Array, right: Array, not_unique: float) -> Array:
+    """The solution of symmetric equations, the least one if they have several."""
     factor, order, _ = dsytrf(matrix, lwork=int(dsytrf_lwork(len(matrix))[0]))
-    if dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > _NOT_UNIQUE:
+    if dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > not_unique:
         return np.asarray(dsytrs(factor, order, right)[0])
     return np.asarray(
-        lstsq(matrix, right, cond=_NOT_UNIQUE, lapack_driver="gelsy", check_finite=False)[0]
+        lstsq(matrix, right, cond=not_unique, lapack_driver="gelsy", check_finite=False)[0]
     )

@@ -1,7 +1,11 @@
-"""The one way of a linear or cone program to its answer: compiled, reduced, solved, polished, proven, and put back into the cvxpy problem."""
+"""The way of a linear or cone program to its answer.
+
+A program is compiled, reduced, solved, polished, proven, and put back into the cvxpy problem.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -9,7 +13,7 @@ import cvxpy as cp
 import numpy as np
 from scipy.sparse import coo_array, csr_array, hstack, vstack
 
-from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, SolveRecord
+from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, Integers, SolveRecord
 from .arrays import Arrays, polish
 from .compiled import Change, Compiled, Proof, proof
 from .flipped import Flipped, Plain, flipped
@@ -29,14 +33,17 @@ from .solvers import (
     solver_order,
 )
 
-_LARGE = 400  # unknowns from which on the own interior point is faster than Clarabel
-# a proof that there is no answer holds for unknowns at least `1 / FAR / RESIDUAL` times as large as
-# their units
+# Number of unknowns above which our interior point is faster than Clarabel.
+_LARGE = 400
+# A proof that there is no answer holds for unknowns up to `1 / FAR / RESIDUAL` times their units.
 _FAR = 1e3
 
 
 class NoAnswer(NamedTuple):
-    """Why a program has no optimum: the ids of the rows that contradict each other, or the unknowns z that grow without end."""
+    """Why a program has no optimum.
+
+    Either the rows with the ids `ruling` contradict each other, or the unknowns z grow without end.
+    """
 
     ruling: frozenset[int]
     z: Array | None
@@ -44,17 +51,20 @@ class NoAnswer(NamedTuple):
 
 
 class Chain:
-    """A problem with what it takes to solve it: the units of its variables and of its objective, and changes of variables.
+    """A problem with what it takes to solve it.
 
-    `units` are one or one for each entry, in the units of the problem; others follow from the rows.
-    All three may be set anew for each solution. `simplify`: leave out rows that others stand for.
-    `defines`: let equations define unknowns; a balance of unknowns that are in cones of their own
-    is better kept, see `flipped`.
+    `units` are the units of its variables, one or one for each entry, in the units of the problem;
+    those of other variables follow from the rows. `unit` is that of the objective, and `changes`
+    are changes of variables. All three may be set anew for each solution.
+
+    With `simplify` redundant rows are left out. With `defines` equations define unknowns; a balance
+    of unknowns that are in cones of their own is better kept, see `flipped`.
     """
 
-    proof: Proof  # by the multipliers that stand in the problem
-    # largest one of a compiled row by the values that stand there, over the size of its terms
+    proof: Proof
+    """What the multipliers in the problem prove."""
     violation: float
+    """Largest violation of a compiled row by the values in the problem, over its terms."""
 
     def __init__(
         self,
@@ -65,13 +75,11 @@ class Chain:
         unit: float = 1.0,
         defines: bool = True,
     ) -> None:
-        self.problem, self.units, self.changes, self._simplify, self.unit = (
-            problem,
-            dict(units),
-            changes,
-            simplify,
-            unit,
-        )
+        self.problem = problem
+        self.units = dict(units)
+        self.changes = changes
+        self.unit = unit
+        self._simplify = simplify
         self._defines = defines
         self._compiled = Compiled(problem)
         self._reduced: Reduced | None = None
@@ -94,58 +102,70 @@ class Chain:
         above: float = -np.inf,
         tolerance: float = RESIDUAL,
     ) -> tuple[C, SolveRecord]:
-        """Solve with the first solver whose answer passes, polished if need be: what `judged` makes of what then stands in the problem."""
-        started, attempts, agreed = perf_counter(), list[Attempt](), True
-        asked, none = False, None
+        """Solve with the first solver whose answer has a residual within the tolerance.
+
+        `judged` makes the claim of what stands in the problem. If a solver finds no optimum,
+        `no_optimum` makes it. A solver may stop once the objective is surely not `above` a number.
+        """
+        started = perf_counter()
+        attempts = list[Attempt]()
         self._compiled.read()
         self._reduced = None
-        program = self.reduced.arrays
-        kind, ways = _ways(program, solver)
-        enough = ROUNDING if kind == SOCP else tolerance
-        for form, name, polished in ways:
-            outcome, x, y = run(form.arrays, name, form.above(above / self.reduced.cost_unit))
-            outcome = form.said.get(outcome, outcome)
-            claim = None
+        reduced = self.reduced
+        kind = kind_of(reduced.arrays)
+        # It depends on the program and not on the solver, so it is asked for once.
+        claim_of_none = cache(no_optimum or (lambda: None))
+        agreed = True
+        for way in _ways(reduced.arrays, solver):
+            outcome, x, y = way.run(above / reduced.cost_unit)
             if outcome == OPTIMAL:
-                agreed, claim = False, self._claim(*form.back(x, form.arrays.admissible(y)), judged)
-                attempts.append(Attempt(name, outcome, claim.residual))
-                if (
-                    polished and not claim.residual <= enough
-                ):  # the digits that interior points leave cost little in small programs
-                    refined = self._claim(*form.back(*polish(form.arrays, x, y)), judged)
-                    attempts.append(
-                        Attempt(
-                            name,
-                            f"refined on the {'vertex' if kind == LP else 'active cones'}",
-                            refined.residual,
-                        )
-                    )
-                    worse = claim.residual < refined.residual
-                    claim = (
-                        self._claim(*form.back(x, form.arrays.admissible(y)), judged)
-                        if worse
-                        else refined
-                    )
+                said_none = False
+                enough = ROUNDING if kind == SOCP else tolerance
+                claim: C | None = self._best_claim(way, x, y, judged, enough, attempts)
             else:
-                said = outcome in (INFEASIBLE, UNBOUNDED, NONE)
-                if said and no_optimum and not asked:
-                    none, asked = (
-                        no_optimum(),
-                        True,
-                    )  # once, for it depends on the program and not on the solver
-                claim = none if said else None
-                attempts.append(Attempt(name, outcome, claim.residual if claim else float("inf")))
-                agreed = agreed and said
+                said_none = outcome in (INFEASIBLE, UNBOUNDED, NONE)
+                claim = claim_of_none() if said_none else None
+                residual = claim.residual if claim else np.inf
+                attempts.append(Attempt(way.solver, outcome, residual))
+            agreed = agreed and said_none
             if claim and claim.residual <= tolerance:
-                told = (f"rows: {self.reduced.left_out} that others stand for",) * (
-                    self.reduced.left_out > 0
-                )
+                seconds = perf_counter() - started
                 return claim, SolveRecord(
-                    name, tuple(attempts), claim.residual, told, perf_counter() - started
+                    way.solver, tuple(attempts), claim.residual, self._left_out, seconds
                 )
         raise failed(kind, tolerance, attempts, agreed)
 
+    @property
+    def _left_out(self) -> tuple[str, ...]:
+        count = self.reduced.left_out
+        return (f"rows: {count} that others stand for",) if count else ()
+
+    def _best_claim(
+        self,
+        way: "_Way",
+        x: Array,
+        y: Array,
+        judged: Callable[[], C],
+        enough: float,
+        attempts: list[Attempt],
+    ) -> C:
+        """The claim of an optimum, or of the polished one if its residual is not `enough`."""
+        rough = way.rough(x, y)
+        claim = self._claim(*rough, judged)
+        attempts.append(Attempt(way.solver, OPTIMAL, claim.residual))
+        if not way.polished or claim.residual <= enough:
+            return claim
+        # The digits that interior points leave cost little in small programs.
+        refined = self._claim(*way.refined(x, y), judged)
+        linear = kind_of(self.reduced.arrays) == LP
+        outcome = "refined on the vertex" if linear else "refined on the active cones"
+        attempts.append(Attempt(way.solver, outcome, refined.residual))
+        if claim.residual < refined.residual:
+            return self._claim(*rough, judged)  # it has to stand in the problem again
+        return refined
+
     def _claim(self, x: Array, y: Array, judged: Callable[[], C]) -> C:
+        """The claim of an answer of the reduced program, which then stands in the problem."""
         reduced = self.reduced
         z, multipliers = reduced.back(x, y)
         self.violation = self._compiled.violation(z, reduced.z_unit)
@@ -155,7 +175,7 @@ class Chain:
 
     @contextmanager
     def kept(self) -> Iterator[None]:
-        """What stands in the unknowns and multipliers of the problem stands in them again afterwards."""
+        """Put the values and multipliers of the problem back afterwards."""
         values = standing(self.problem)
         try:
             yield
@@ -165,196 +185,237 @@ class Chain:
     def value_along(self, growth: NoAnswer, variable: cp.Variable) -> Any:
         """The part of a variable in unknowns that grow without end."""
         assert growth.z is not None
-        values = growth.z[self._compiled.place(variable)].reshape(variable.shape, order="F")
+        part = growth.z[self._compiled.place(variable)]
+        values = part.reshape(variable.shape, order="F")
         return float(values) if values.ndim == 0 else values
 
     def contradiction(self) -> NoAnswer | None:
-        """Proof that no values of the variables obey all rows (Farkas's lemma): its multipliers stand in the rows then. None where there is none.
+        """Proof that no values of the variables obey all rows (Farkas's lemma), or None.
 
-        Along unknowns that can grow without end, it must hold to the last digits of its terms.
+        Its multipliers stand in the rows then. Along unknowns that can grow without end, it must
+        hold to the last digits of its terms.
         """
-        found = _least_excess(self.reduced.arrays)
-        if found is None or not found[0] > RESIDUAL:
+        excess = _least_excess(self.reduced.arrays)
+        if excess is None or not excess[0] > RESIDUAL:
             return None
-        ray, compiled = self.ray(), self._compiled
-        for told in (found[1], _clean(found[1])):
-            multipliers = self.reduced.multipliers(
-                told, np.zeros(len(compiled.cost)), self.reduced.z_unit
-            )
-            error = self._contradicts(multipliers, None if ray is None else ray[0])
+        growing = self.ray()
+        ray = None if growing is None else growing[0]
+        for y in (excess[1], _clean(excess[1])):
+            multipliers = self.reduced.multipliers(y, self.reduced.z_unit, cost_factor=0.0)
+            error = self._contradicts(multipliers, ray)
             if error <= RESIDUAL:
-                sizes = compiled.save_multipliers(multipliers)
+                sizes = self._compiled.save_multipliers(multipliers)
                 set_no_optimum(self.problem, cp.INFEASIBLE)
                 largest = max(sizes.values(), default=0.0)
-                return NoAnswer(
-                    frozenset(row for row, size in sizes.items() if size > RESIDUAL * largest),
-                    None,
-                    error,
-                )
+                ruling = (row for row, size in sizes.items() if size > RESIDUAL * largest)
+                return NoAnswer(frozenset(ruling), None, error)
         return None
 
     def _contradicts(self, multipliers: Array, ray: Array | None) -> float:
-        """The error of a contradiction by multipliers, for unknowns up to many times their units and all along a ray; inf if they prove none."""
-        compiled, units = self._compiled, self.reduced.z_unit
-        balance, outside, terms = (
-            compiled.matrix.T @ multipliers,
-            compiled.outside(multipliers),
-            np.abs(compiled.matrix),
-        )
+        """The error of a contradiction by multipliers; inf if they prove none.
+
+        It holds for unknowns up to many times their units, and all along a ray.
+        """
+        compiled = self._compiled
+        balance = compiled.matrix.T @ multipliers
+        outside = compiled.outside(multipliers)
+        terms = np.abs(compiled.matrix)
         lack = -float(compiled.right @ multipliers) - float(outside @ np.abs(compiled.right))
         if not lack > 0:
             return np.inf
-        if ray is not None and abs(balance @ ray) > RESIDUAL * (
-            np.abs(multipliers) @ (terms @ np.abs(ray))
-        ):
-            return np.inf
-        return float(np.abs(balance) @ units + outside @ (terms @ units)) / lack / _FAR
+        if ray is not None:
+            terms_along = np.abs(multipliers) @ (terms @ np.abs(ray))
+            if abs(balance @ ray) > RESIDUAL * terms_along:
+                return np.inf
+        units = self.reduced.z_unit
+        error = float(np.abs(balance) @ units + outside @ (terms @ units))
+        return error / lack / _FAR
 
     def ray(self) -> tuple[Array, float] | None:
-        """A direction z in which the objective grows without end from any values that obey all rows, and its error; None where none is found.
+        """A direction z in which the objective grows without end, and its error, or None.
 
-        The error is how far z leaves a row of the program as it was compiled, over the terms of z
-        in that row.
+        It holds from any values that obey all rows. The error is how far z leaves a row of the
+        program as it was compiled, over the terms of z in that row.
         """
         program, compiled = self.reduced.arrays, self._compiled
         for along in _inside(program, np.zeros(len(program.right)), program.cost):
             z, sizes = self.reduced.direction(along)
-            growing, terms = -float(compiled.cost @ z), float(np.abs(compiled.cost) @ np.abs(z))
+            growing = -float(compiled.cost @ z)
+            terms = float(np.abs(compiled.cost) @ np.abs(z))
             leaving = compiled.leaving(z, sizes)
             if leaving <= RESIDUAL and growing > RESIDUAL * terms:
                 return z, leaving
         return None
 
     def growth(self) -> NoAnswer | None:
-        """Proof that the objective grows without end: a `ray`, and values that obey all rows as they were compiled; None where there is none."""
+        """Proof that the objective grows without end, or None.
+
+        It consists of a `ray`, and of values that obey all rows as they were compiled.
+        """
         ray = self.ray()
         if ray is None:
             return None
         program, reduced = self.reduced.arrays, self.reduced
         for start in _inside(program, program.right):
-            unsafe = self._compiled.violation(
-                reduced.back(start, np.zeros(len(program.right)))[0], reduced.z_unit
-            )
+            z, _ = reduced.back(start, np.zeros(len(program.right)))
+            unsafe = self._compiled.violation(z, reduced.z_unit)
             if unsafe <= RESIDUAL:
                 set_no_optimum(self.problem, cp.UNBOUNDED)
                 return NoAnswer(frozenset(), ray[0], max(ray[1], unsafe))
         return None
 
 
-def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterator[Array]:
-    """Values whose slacks, with this right side, lie as deep in their cones as solvers find, up to 1; with `-cost @ x >= 1` if there is a cost.
+class _Way(NamedTuple):
+    """A form of a program, the solver that is to solve it, and whether its answer is polished."""
 
-    They may lie outside. The caller judges them.
-    """
-    (parts, width), zero = program.block.shape, program.zero
-    heads = zero + np.cumsum(program.sizes) - program.sizes
-    raised = coo_array(
-        (-np.ones(len(heads)), (heads, np.zeros(len(heads), dtype=int))), shape=(len(right), 1)
-    )
-    rows = csr_array(hstack([program.sparse[:, :width], raised, program.sparse[:, width:]]))
-    last = np.zeros((1 if cost is None else 2, width + 1 + parts))
-    last[0, width] = -1.0
-    if cost is not None:
-        last[1, :width] = cost
-    sides, linear = np.r_[1.0, -np.ones(len(last) - 1)], zero + int((program.sizes == 1).sum())
-    arrays = Arrays(
-        sparse=csr_array(vstack([rows[:linear], csr_array(last), rows[linear:]])),
-        block=np.hstack([program.block, np.zeros((parts, 1))]),
-        right=np.r_[right[:linear], sides, right[linear:]],
-        cost=np.eye(1, width + 1, width)[0],
-        zero=zero,
-        sizes=np.r_[
-            np.ones(linear - zero + len(sides), dtype=int), program.sizes[program.sizes > 1]
-        ],
-    )
-    for form, name, _ in _ways(arrays)[1]:
-        status, x, y = run(form.arrays, name, -np.inf)
+    form: Plain | Flipped
+    solver: str
+    polished: bool
+
+    def run(self, above: float = -np.inf) -> tuple[str, Array, Array]:
+        """Status of the program, and x and multipliers of its form."""
+        status, x, y = run(self.form.arrays, self.solver, self.form.above(above))
+        return self.form.said.get(status, status), x, y
+
+    def rough(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """The solution of the program as the solver left it, with multipliers in their cones."""
+        return self.form.back(x, self.form.arrays.admissible(y))
+
+    def refined(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """The polished solution of the program."""
+        return self.form.back(*polish(self.form.arrays, x, y))
+
+    def solutions(self) -> Iterator[tuple[Array, Array]]:
+        """Solutions of the program to be judged, the polished one last."""
+        status, x, y = self.run()
         if status == OPTIMAL:
-            yield form.back(x, form.arrays.admissible(y))[0][:width]
-            deepest = form.back(*polish(form.arrays, x, y))[0][:width]
+            yield self.rough(x, y)
+            if self.polished:
+                yield self.refined(x, y)
+
+
+def kind_of(program: Arrays) -> str:
+    """The kind of a program, which has its own solvers."""
+    if program.sizes.max(initial=1) == 1:
+        return LP
+    return LARGE_SOCP if len(program.cost) >= _LARGE else SOCP
+
+
+def _ways(program: Arrays, solver: str | None = None) -> list[_Way]:
+    """Forms and solvers in the order in which they are tried."""
+    kind = kind_of(program)
+    # Clarabel factors a large program of few entries faster, and the polish takes far longer.
+    sparse = kind == LARGE_SOCP and not len(program.block)
+    names = solver_order(solver, SOCP if sparse else kind)
+    plain = Plain(program)
+    dual = flipped(program)
+    ways = list[_Way]()
+    if dual:
+        ways += [_Way(dual, name, True) for name in solver_order(solver, LARGE_SOCP)]
+    if sparse:
+        ways += [_Way(plain, name, False) for name in names]
+    return ways + [_Way(plain, name, True) for name in names]
+
+
+def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterator[Array]:
+    """Values whose slacks, with this right side, lie as deep in their cones as solvers find.
+
+    The depth is at most 1. With a cost they also have `-cost @ x >= 1`. They may lie outside; the
+    caller judges them.
+    """
+    parts, width = program.block.shape
+    linear = program.linear
+    raised = _raised(program.sparse, width, program.heads)
+    bounds = np.zeros((1 if cost is None else 2, width + 1 + parts))
+    bounds[0, width] = -1.0  # the depth, minus the raise, is at most 1
+    bound_right = [1.0]
+    if cost is not None:
+        bounds[1, :width] = cost
+        bound_right.append(-1.0)
+    arrays = _least_raise(
+        program,
+        csr_array(vstack([raised[:linear], csr_array(bounds), raised[linear:]])),
+        np.r_[right[:linear], bound_right, right[linear:]],
+        program.zero,
+    )
+    for way in _ways(arrays):
+        status, x, y = way.run()
+        if status == OPTIMAL:
+            yield way.rough(x, y)[0][:width]
+            deepest = way.refined(x, y)[0][:width]
             yield deepest
             yield _clean(deepest)
 
 
-def _clean(values: Array) -> Array:
-    """Values with 0 for those that are rounding beside the largest one: at the end of a cone, rounding lies outside of it."""
-    size = np.abs(values)
-    return np.where(size > CONDENSATION * size.max(initial=0.0), values, 0.0)
-
-
 def _least_excess(program: Arrays) -> tuple[float, Array] | None:
-    """The least e >= 0 by which all slacks must be raised to be in their cones, equations too, and the multipliers of the rows.
+    """The least e >= 0 by which all slacks must be raised to be in their cones, and multipliers.
 
-    None where no solver finds it.
+    An equation is raised in both senses. None if no solver finds the answer.
     """
-    (parts, width), zero, linear = (
-        program.block.shape,
-        program.zero,
-        int((program.sizes == 1).sum()),
+    parts, width = program.block.shape
+    zero = program.zero
+    linear = program.linear
+    right = program.right
+    raised = _raised(program.sparse, width, np.r_[np.arange(zero), program.heads])
+    opposite = _raised(-program.sparse[:zero], width, np.arange(zero))
+    sign = csr_array(-np.eye(1, width + 1 + parts, width))  # -e <= 0
+    arrays = _least_raise(
+        program,
+        csr_array(vstack([raised[:linear], opposite, sign, raised[linear:]])),
+        np.r_[right[:linear], -right[:zero], 0.0, right[linear:]],
+        0,
     )
-    sparse, right, count = csr_array(program.sparse), program.right, len(program.right)
-    heads = np.r_[np.arange(zero), zero + np.cumsum(program.sizes) - program.sizes]
-    raised = coo_array(
-        (-np.ones(len(heads)), (heads, np.zeros(len(heads), dtype=int))), shape=(count, 1)
-    )
-    rows = csr_array(hstack([sparse[:, :width], raised, sparse[:, width:]]))
-    back = (
-        csr_array(hstack([-sparse[:zero, :width], -np.ones((zero, 1)), -sparse[:zero, width:]]))
-        if zero
-        else rows[:0]
-    )
-    last = csr_array(-np.eye(1, width + 1 + parts, width))
-    arrays = Arrays(
-        sparse=csr_array(vstack([rows[: zero + linear], back, last, rows[zero + linear :]])),
-        block=np.hstack([program.block, np.zeros((parts, 1))]),
-        right=np.r_[right[: zero + linear], -right[:zero], 0.0, right[zero + linear :]],
-        cost=np.eye(1, width + 1, width)[0],
-        zero=0,
-        sizes=np.r_[np.ones(2 * zero + linear + 1, dtype=int), program.sizes[program.sizes > 1]],
-    )
-    for form, name, polished in _ways(arrays)[1]:
-        status, *found = run(form.arrays, name, -np.inf)
-        for refined in (False, True)[: 1 + polished] if status == OPTIMAL else ():
-            x, y = form.back(
-                *(
-                    polish(form.arrays, *found)
-                    if refined
-                    else (found[0], form.arrays.admissible(found[1]))
-                )
-            )
-            value, bound = float(x[width]), -float(arrays.right @ y)
-            off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
-            if abs(value - bound) + off <= RESIDUAL or bound - off > RESIDUAL:
-                own = np.r_[
-                    y[:zero] - y[zero + linear : 2 * zero + linear],
-                    y[zero : zero + linear],
-                    y[2 * zero + linear + 1 :],
-                ]
-                return bound if bound - off > RESIDUAL else min(value, bound), own
+    for way in _ways(arrays):
+        for x, y in way.solutions():
+            excess = _proven_excess(arrays, x, y)
+            if excess is not None:
+                of_equations = y[:zero] - y[linear : linear + zero]
+                of_cones = y[linear + zero + 1 :]
+                return excess, np.r_[of_equations, y[zero:linear], of_cones]
     return None
 
 
-def _ways(
-    program: Arrays, solver: str | None = None
-) -> tuple[str, list[tuple[Plain | Flipped, str, bool]]]:
-    """The kind of a program, and the forms, the solvers, and whether to polish, in the order in which they are tried."""
-    kind = (
-        LP
-        if program.sizes.max(initial=1) == 1
-        else LARGE_SOCP
-        if len(program.cost) >= _LARGE
-        else SOCP
+def _proven_excess(arrays: Arrays, x: Array, y: Array) -> float | None:
+    """The least excess if the multipliers prove it, or prove that there is one; else None."""
+    value = float(arrays.cost @ x)
+    bound = -float(arrays.right @ y)
+    off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
+    if bound - off > RESIDUAL:
+        return bound
+    return min(value, bound) if abs(value - bound) + off <= RESIDUAL else None
+
+
+def _raised(sparse: csr_array, width: int, heads: Integers) -> csr_array:
+    """Rows with a further unknown, the number `width`, by which the slacks `heads` are raised."""
+    column = coo_array(
+        (-np.ones(len(heads)), (heads, np.zeros(len(heads), dtype=int))),
+        shape=(sparse.shape[0], 1),
     )
-    sparse = kind == LARGE_SOCP and not len(
-        program.block
-    )  # of few entries: Clarabel factors it faster, and the polish takes far longer
-    names, plain, dual = (
-        solver_order(solver, SOCP if sparse else kind),
-        Plain(program),
-        flipped(program),
+    return csr_array(hstack([sparse[:, :width], column, sparse[:, width:]]))
+
+
+def _least_raise(program: Arrays, sparse: csr_array, right: Array, zero: int) -> Arrays:
+    """The program to minimise the last unknown, over these rows in the cones of another program.
+
+    `zero` of the rows are equations; others that the program has not are linear.
+    """
+    parts, width = program.block.shape
+    cones = program.sizes[program.sizes > 1]
+    linear = len(right) - zero - int(cones.sum())
+    return Arrays(
+        sparse=sparse,
+        block=np.hstack([program.block, np.zeros((parts, 1))]),
+        right=right,
+        cost=np.eye(1, width + 1, width)[0],
+        zero=zero,
+        sizes=np.r_[np.ones(linear, dtype=int), cones],
     )
-    ways: list[tuple[Plain | Flipped, str, bool]] = (
-        [(dual, name, True) for name in solver_order(solver, LARGE_SOCP)] if dual else []
-    )
-    ways += [(plain, name, False) for name in names if sparse]
-    return kind, ways + [(plain, name, True) for name in names]
+
+
+def _clean(values: Array) -> Array:
+    """Values with 0 for what is rounding beside the largest one.
+
+    At the end of a cone, rounding lies outside of it.
+    """
+    size = np.abs(values)
+    return np.where(size > CONDENSATION * size.max(initial=0.0), values, 0.0)

@@ -1,7 +1,10 @@
-"""A cvxpy problem as cvxpy compiles it, with its dense equations as blocks: what its multipliers prove, and the answer put back into it."""
+"""A cvxpy problem as cvxpy compiles it, with its dense equations as blocks.
+
+Here the answer is put back into the problem, and `proof` says what its multipliers prove.
+"""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -14,12 +17,9 @@ from scipy.sparse import csr_array, hstack
 
 from ..base import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
 
-_FIRST, _ITERATIONS = (
-    8,
-    4,
-)  # of an inverse iteration: vectors at first, twice as many where all are soft, and steps
-_EXACT = ROUNDING / 100  # rounding of a sum, over the size of its terms
-# whose order of rows and columns the arrays have; it takes linear rows and second-order cones
+# Rounding of a sum, over the size of its terms.
+_EXACT = ROUNDING / 100
+# Solver whose order of rows and columns the arrays have; it takes linear rows and cones.
 _SOLVER = "CLARABEL"
 
 
@@ -42,11 +42,12 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A change of variables of a dense equation `row`, `z[defined] = square @ z[of]`: `z[of] = matrix @ x`, and `z[defined] = product @ x`, sparse.
+    """A change of variables of a dense equation `row`, `z[defined] = square @ z[of]`.
 
-    `blocks` are what other dense equations of the same unknowns are of x; `unit` (n,) is the unit
-    of x. The first of x are the values `loaded` of the left side, in their units, and the rest is
-    what no value resists.
+    With the new unknowns x, `z[of] = matrix @ x`, and `z[defined] = product @ x` is sparse. `unit`
+    (n,) holds the units of x. `blocks` are the matrices by which other dense equations of the same
+    unknowns follow from x. The first of x are the values `loaded` of the left side, in their units.
+    The others are what no value resists.
     """
 
     row: cp.Constraint
@@ -58,82 +59,72 @@ class Change:
 
 
 class Compiled:
-    """A problem `min cost @ z` over the z whose slacks `right - matrix @ z` are in cones, as cvxpy compiles it.
+    """A problem `min cost @ z` over the z whose slacks are in cones, as cvxpy compiles it.
 
-    Equations `x == Constant @ y` of two variables are blocks: cvxpy compiles `x == 0` and `y == 0`
-    in their place, so that no dense matrix goes through it, and their rows are the first
-    `sparse_zero`. Parameters are read anew by `read`, and compiled once.
+    The slacks are `right - matrix @ z`. The first `zero` of them are zero, the next `nonneg` are
+    >= 0, and cones `|s[1:]| <= s[0]` of the sizes `soc` follow. The values of a variable begin in z
+    at `columns[its id]`.
 
-    The first `zero` slacks are zero, the next `nonneg` are >= 0, and cones `|s[1:]| <= s[0]` of the
-    sizes `soc` follow. The values of a variable begin in z at `columns[its id]`.
+    Equations `x == Constant @ y` of two variables are `blocks`. No dense matrix goes through cvxpy,
+    which compiles `x == 0` and `y == 0` in their place; the rows of these are the first
+    `sparse_zero`. The problem is compiled once; `read` reads the values of its parameters.
     """
 
     def __init__(self, problem: cp.Problem) -> None:
         self.problem = problem
-        dense = {
-            row.args[0].variables()[0].id: row
-            for row in reversed(problem.constraints)
-            if _is_dense(row)
-        }  # one for each variable
-        of = {variable.id for row in dense.values() for variable in row.args[1].variables()}
-        self._dense = [
-            row
-            for row in problem.constraints
-            if any(row is one and at not in of for at, one in dense.items())
-        ]
-        others = [row for row in problem.constraints if not any(row is one for one in self._dense)]
+        self._dense = _dense_rows(problem)
+        dense_ids = {row.id for row in self._dense}
+        others = [row for row in problem.constraints if row.id not in dense_ids]
         self._parts = [
             part == 0 for row in self._dense for part in (row.args[0], row.args[1].args[1])
         ]
         self._skeleton = cp.Problem(problem.objective, [*self._parts, *others])
-        for variable in (
-            problem.variables()
-        ):  # cvxpy carries values over to unknowns of its own, and refuses nan
-            variable.save_value(
-                variable.value
-                if variable.value is not None and np.isfinite(variable.value).all()
-                else None
-            )
+        for variable in problem.variables():
+            # cvxpy carries values over to unknowns that it adds, and refuses NaN.
+            if variable.value is not None and not np.isfinite(variable.value).all():
+                variable.save_value(None)
         self.read()
-        self.blocks, self.sparse_zero = list[Block](), 0
-        for row, (x, y) in zip(
-            self._dense, zip(self._parts[::2], self._parts[1::2], strict=True), strict=True
-        ):
-            rows, sources = (
-                slice(at, at + part.size)
-                for at, part in ((self.sparse_zero, x), (self.sparse_zero + x.size, y))
-            )
-            defined, of = (self.matrix[part].indices.astype(int) for part in (rows, sources))
-            sign, self.sparse_zero = (
-                float(self.matrix.data[self.matrix.indptr[rows.start]]),
-                sources.stop,
-            )
-            self.blocks.append(
-                Block(row, np.asarray(row.args[1].args[0].value), defined, of, rows, sources, sign)
+        self.blocks = list(self._blocks())
+        self.sparse_zero = sum(part.size for part in self._parts)
+
+    def _blocks(self) -> Iterator[Block]:
+        """The dense equations, with the places of their sides in the compiled matrix."""
+        end = 0
+        for row, x, y in zip(self._dense, self._parts[::2], self._parts[1::2], strict=True):
+            rows = slice(end, end + x.size)
+            sources = slice(rows.stop, rows.stop + y.size)
+            end = sources.stop
+            yield Block(
+                row,
+                matrix=np.asarray(row.args[1].args[0].value),
+                defined=self.matrix[rows].indices.astype(int),
+                of=self.matrix[sources].indices.astype(int),
+                rows=rows,
+                sources=sources,
+                sign=float(self.matrix.data[self.matrix.indptr[rows.start]]),
             )
 
     def read(self) -> None:
         """Read the values of all parameters."""
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore"
-            )  # of the way that cvxpy takes with expressions of three dimensions
+            # cvxpy warns of how it takes expressions of three dimensions.
+            warnings.simplefilter("ignore")
             data, self._chain, self._inverse = self._skeleton.get_problem_data(
                 _SOLVER, enforce_dpp=True, solver_opts={}
             )
-        self.matrix, self.right, self.cost = (
-            csr_array(data["A"]),
-            np.asarray(data["b"]),
-            np.asarray(data["c"]),
-        )
+        self.matrix = csr_array(data["A"])
         self.matrix.eliminate_zeros()
-        dims = data["dims"]
-        self.zero, self.nonneg, self.soc = (
-            int(dims.zero),
-            int(dims.nonneg),
-            [int(size) for size in dims.soc],
-        )
+        self.right = np.asarray(data["b"])
+        self.cost = np.asarray(data["c"])
+        self.zero = int(data["dims"].zero)
+        self.nonneg = int(data["dims"].nonneg)
+        self.soc = [int(size) for size in data["dims"].soc]
         self.columns = data["param_prob"].var_id_to_col
+
+    @property
+    def sizes(self) -> Integers:
+        """Sizes of the cones, the linear ones, of size 1, first."""
+        return np.concatenate([np.ones(self.nonneg, dtype=int), np.array(self.soc, dtype=int)])
 
     def place(self, variable: cp.Variable) -> slice:
         """Where the values of a variable stand in z."""
@@ -141,55 +132,64 @@ class Compiled:
         return slice(first, first + variable.size)
 
     def whole(self, y: Array) -> Array:
-        """Multipliers, of which those of the rows of `z[of]` follow from those of their blocks."""
+        """Complete multipliers, in place: those of the rows of `z[of]` follow from their blocks."""
         for block in self.blocks:
             y[block.sources] = -(block.matrix.T @ y[block.rows])
         return y
 
     def violation(self, z: Array, units: Array) -> float:
-        """Largest violation of a row by values, over the size of its terms, those of an unknown counted from its unit on."""
-        return self._largest(
-            z, self.right, np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right)
-        )
+        """Largest violation of a row by values, over the sizes of its terms.
+
+        In these an unknown counts at least with its unit.
+        """
+        terms = np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right)
+        return self._largest(z, self.right, terms, np.zeros_like(terms))
 
     def leaving(self, z: Array, sizes: Array) -> float:
-        """How far a direction leaves a row at most, over its terms in that row, beyond rounding; its values are sums of terms of `sizes`."""
-        terms = np.abs(self.matrix)
-        return self._largest(
-            z, np.zeros_like(self.right), terms @ np.abs(z), _EXACT * (terms @ sizes)
-        )
+        """How far a direction leaves a row at most, beyond rounding, over its terms in that row.
 
-    def _largest(self, z: Array, right: Array, size: Array, rounding: Array | float = 0.0) -> float:
-        """Largest violation of a row of this right side beyond its rounding, over its size."""
-        s, zero = right - self.matrix @ z, self.zero
+        Its values are sums of terms of these `sizes`.
+        """
+        terms = np.abs(self.matrix)
+        rounding = _EXACT * (terms @ sizes)
+        return self._largest(z, np.zeros_like(self.right), terms @ np.abs(z), rounding)
+
+    def _largest(self, z: Array, right: Array, terms: Array, rounding: Array) -> float:
+        """Largest violation of a row of this right side, beyond its rounding, over its terms."""
+        s = right - self.matrix @ z
         for block in self.blocks:
-            s[block.rows], s[block.sources] = 0.0, 0.0  # put in: their errors are the referee's
-        sizes, tails = (
-            np.r_[np.ones(self.nonneg, dtype=int), np.array(self.soc, dtype=int)],
-            s.copy(),
-        )
-        heads = zero + np.cumsum(sizes) - sizes
+            # Dense equations are put in; the referee counts their errors.
+            s[block.rows] = 0.0
+            s[block.sources] = 0.0
+        zero = self.zero
+        heads = zero + np.cumsum(self.sizes) - self.sizes
+        tails = s.copy()
         tails[heads] = 0.0
-        off = np.r_[np.abs(s[:zero]), np.sqrt(np.add.reduceat(tails**2, heads)) - s[heads]]
-        size, rounding = (
-            np.r_[each[:zero], np.add.reduceat(each, heads)]
-            for each in (size, np.broadcast_to(rounding, size.shape))
-        )
-        return float(np.max((off - rounding) / np.where(size > 0, size, 1.0), initial=0.0))
+        off_cones = np.sqrt(np.add.reduceat(tails**2, heads)) - s[heads]
+        off = np.r_[np.abs(s[:zero]), off_cones]
+        terms = np.r_[terms[:zero], np.add.reduceat(terms, heads)]
+        rounding = np.r_[rounding[:zero], np.add.reduceat(rounding, heads)]
+        return float(np.max((off - rounding) / np.where(terms > 0, terms, 1.0), initial=0.0))
 
     def outside(self, y: Array) -> Array:
-        """How far the multipliers of each row or cone lie outside of the dual cone, for a cone at its first row."""
-        heads = self.zero + self.nonneg + np.cumsum([0, *self.soc])[:-1]
-        lengths, lacks = y.copy(), np.zeros(len(y))
-        lengths[: self.zero + self.nonneg], lengths[heads] = 0.0, 0.0
-        lacks[self.zero : self.zero + self.nonneg] = -y[self.zero : self.zero + self.nonneg]
+        """How far the multipliers of each row or cone lie outside of the dual cone.
+
+        For a cone this stands at its first row.
+        """
+        linear = slice(self.zero, self.zero + self.nonneg)
+        heads = linear.stop + np.cumsum([0, *self.soc])[:-1]
+        excess = np.zeros(len(y))
+        excess[linear] = -y[linear]
         if len(heads):
-            lacks[heads] = np.sqrt(np.add.reduceat(lengths**2, heads)) - y[heads]
-        return np.maximum(lacks, 0.0)
+            tails = y.copy()
+            tails[: linear.stop] = 0.0
+            tails[heads] = 0.0
+            excess[heads] = np.sqrt(np.add.reduceat(tails**2, heads)) - y[heads]
+        return np.maximum(excess, 0.0)
 
     def save(self, z: Array, y: Array) -> None:
         """Put an answer into the variables and the multipliers of the rows of the problem."""
-        told = SimpleNamespace(
+        solution = SimpleNamespace(
             x=z,
             z=y,
             status="Solved",
@@ -198,19 +198,18 @@ class Compiled:
             solve_time=0.0,
             iterations=0,
         )
-        self._skeleton.unpack_results(told, self._chain, self._inverse)
+        self._skeleton.unpack_results(solution, self._chain, self._inverse)
         for row, part in zip(self._dense, self._parts[::2], strict=True):
             row.save_dual_value(part.dual_value)
         values = {variable.id: variable.value for variable in self.problem.variables()}
         duals = {
             part.id: part.value for row in self.problem.constraints for part in row.dual_variables
         }
-        self.problem.unpack(
-            Solution(cp.OPTIMAL, float(self.problem.objective.value), values, duals, {})
-        )
+        value = float(self.problem.objective.value)
+        self.problem.unpack(Solution(cp.OPTIMAL, value, values, duals, {}))
 
     def save_multipliers(self, y: Array) -> dict[int, float]:
-        """Put multipliers alone into the rows of the problem; the largest of each row, by its id."""
+        """Put multipliers into the rows of the problem; return the largest of each by its id."""
         self.save(np.zeros(len(self.cost)), y)
         return {
             row.id: max(float(np.abs(part.value).max(initial=0.0)) for part in row.dual_variables)
@@ -218,12 +217,26 @@ class Compiled:
         }
 
 
+def _dense_rows(problem: cp.Problem) -> list[cp.Constraint]:
+    """Dense equations of a problem, at most one for each variable that they define.
+
+    A variable that one of them defines stands on the right side of none.
+    """
+    by_variable = dict[int, cp.Constraint]()
+    for row in problem.constraints:
+        if _is_dense(row):
+            by_variable.setdefault(row.args[0].variables()[0].id, row)
+    sources = {variable.id for row in by_variable.values() for variable in row.args[1].variables()}
+    chosen = {row.id for defined, row in by_variable.items() if defined not in sources}
+    return [row for row in problem.constraints if row.id in chosen]
+
+
 @dataclass(frozen=True)
 class Proof:
-    """What multipliers prove of a largest objective: the value, its upper bound without the defect, and the defect.
+    """What multipliers prove of a largest objective.
 
-    The defect is by how much the bound may be off because the multipliers do not quite balance, for
-    all z of the size of this one, or of their unit.
+    `bound` is an upper bound of the `value`, up to the `defect`: so much it may be off for all z of
+    the size of this one, or of their unit, because the multipliers do not quite balance.
     """
 
     value: float
@@ -233,23 +246,25 @@ class Proof:
 
     @property
     def gap(self) -> float:
-        """Distance of the bound from the value, and the defect, over the value, or over a thousandth of its unit where that is more."""
-        return (abs(self.bound - self.value) + self.defect) / max(
-            abs(self.value), FLOOR * self.unit
-        )
+        """Distance of the bound from the value, and the defect, over the size of the value.
+
+        This size is at least a thousandth of the unit.
+        """
+        size = max(abs(self.value), FLOOR * self.unit)
+        return (abs(self.bound - self.value) + self.defect) / size
 
 
 def proof(compiled: Compiled, z: Array, y: Array, units: Array, unit: float) -> Proof:
-    """The bound that multipliers in their cones prove by weak duality on the program as it was compiled, in the sense of the problem's objective."""
+    """The bound that multipliers in their cones prove by weak duality on the compiled program.
+
+    It has the sense of the problem's objective, whose value is that of z.
+    """
     sense = -1.0 if isinstance(compiled.problem.objective, cp.Maximize) else 1.0
-    constant = float(compiled.problem.objective.value) - sense * float(compiled.cost @ z)
+    cost = float(compiled.cost @ z)
+    constant = float(compiled.problem.objective.value) - sense * cost
     defect = float(np.abs(compiled.matrix.T @ y + compiled.cost) @ np.maximum(np.abs(z), units))
-    return Proof(
-        constant + sense * float(compiled.cost @ z),
-        constant - sense * float(compiled.right @ y),
-        defect,
-        unit,
-    )
+    bound = constant - sense * float(compiled.right @ y)
+    return Proof(constant + sense * cost, bound, defect, unit)
 
 
 def _is_dense(row: cp.Constraint) -> bool:
@@ -267,7 +282,10 @@ def _is_dense(row: cp.Constraint) -> bool:
 
 
 def _is_variable(part: cp.Expression) -> bool:
-    """Whether an expression is a variable, or entries of it in the order of its columns or chosen by a matrix of zeros and ones, each once."""
+    """Whether an expression is a variable, or some of its entries, each once.
+
+    They may stand in the order of its columns, or be chosen by a matrix of zeros and ones.
+    """
     while isinstance(part, (cp.reshape, cp.atoms.affine.binary_operators.MulExpression)):
         if not isinstance(part, cp.reshape) and not _chooses(part.args[0]):
             return False
@@ -276,6 +294,7 @@ def _is_variable(part: cp.Expression) -> bool:
 
 
 def _chooses(factor: cp.Expression) -> bool:
+    """Whether a factor is a constant matrix of zeros and ones that chooses entries, each once."""
     if not isinstance(factor, cp.Constant) or factor.ndim != 2:
         return False
     matrix = csr_array(factor.value)
@@ -287,48 +306,53 @@ def _chooses(factor: cp.Expression) -> bool:
 
 
 def unresisted(square: Array, others: Array, along: Array, across: Array) -> tuple[Array, Array]:
-    """Orthonormal vectors x (t, k) that a symmetric, positive semi-definite matrix does not resist, nor others, and its inverse on the rest (t, t).
+    """What a symmetric, positive semi-definite matrix (t, t) does not resist, and its inverse.
 
-    Each x counts in units of 1 over `along` (t,), and each of the others, (o, t), in `across` (o,),
-    so that a soft unknown beside stiff ones is not taken for a free one. An x that changes one of
-    the others is resisted, however little.
+    The first are orthonormal vectors x (t, k) that neither the matrix nor the `others` (o, t)
+    resist. The inverse (t, t) is that on all other vectors. Each x counts in units of 1 over
+    `along` (t,), and each of the others in `across` (o,), so that a soft unknown beside stiff ones
+    is not taken for a free one. An x that changes one of the others is resisted, however little.
     """
     t = len(along)
-    scaled, pressure = square / np.outer(along, along), others / np.outer(across, along)
+    scaled = square / np.outer(along, along)
+    pressure = others / np.outer(across, along)
+    # An unknown that nothing feels is free by itself, so that the others stay exact.
     idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0, initial=0.0) > RIGID))
-    scaled[idle, idle] = (
-        1.0  # what nothing feels at all is free by itself, so that the others stay exact
-    )
-    factor, rng, count, stiffest = (
-        lu_factor(scaled + RIGID * np.eye(t)),
-        np.random.default_rng(0),
-        0,
-        0.0,
-    )
-    while (
-        stiffest <= RIGID and count < t
-        # inverse iteration of more vectors than there are soft ones, which many small eigenvalues
-        # cannot slow
-    ):
-        count = min(2 * count or _FIRST, t)
-        soft = rng.normal(size=(t, count))
-        for _ in range(_ITERATIONS):
-            soft = np.linalg.qr(lu_solve(factor, soft))[0]
-        values, turn = np.linalg.eigh(soft.T @ scaled @ soft)
-        stiffest = values[-1]
-    values, soft = values[values <= RIGID], (soft @ turn)[:, values <= RIGID]
+    scaled[idle, idle] = 1.0
+    values, soft = _soft_vectors(scaled)
     soft[idle] = 0.0
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0, initial=0.0) > RIGID)
-    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
-    root = cholesky(
-        (scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False
-    )  # soft vectors have the stiffness 1 + value
+    # With the soft vectors added the matrix is well conditioned; they have the stiffness 1 + value.
+    root = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)
     inverse = np.tril(dpotri(root, lower=1, overwrite_c=1)[0])
+    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
     inverse += np.tril(inverse, -1).T + (soft * share) @ soft.T
     inverse /= np.outer(along, along)
     rigid = np.hstack([np.linalg.qr(soft[:, ~held] / along[:, None])[0], np.eye(t)[:, idle]])
     inverse -= rigid @ (rigid.T @ inverse)
     return rigid, np.asarray(inverse - (inverse @ rigid) @ rigid.T)
+
+
+def _soft_vectors(matrix: Array) -> tuple[Array, Array]:
+    """Eigenvalues up to `RIGID` and their orthonormal eigenvectors (t, k) of a matrix (t, t).
+
+    They are found by four steps of inverse iteration of more vectors than there are soft ones,
+    which many small eigenvalues cannot slow: of eight at first, and twice as many if all are soft.
+    """
+    t = len(matrix)
+    factor = lu_factor(matrix + RIGID * np.eye(t))
+    rng = np.random.default_rng(0)
+    count = 0
+    stiffest = 0.0
+    while stiffest <= RIGID and count < t:
+        count = min(2 * count or 8, t)
+        vectors = rng.normal(size=(t, count))
+        for _ in range(4):
+            vectors = np.linalg.qr(lu_solve(factor, vectors))[0]
+        values, turn = np.linalg.eigh(vectors.T @ matrix @ vectors)
+        stiffest = values[-1]
+    is_soft = values <= RIGID
+    return values[is_soft], (vectors @ turn)[:, is_soft]
 
 
 def by_inverse(
@@ -339,39 +363,45 @@ def by_inverse(
     unit: Array,
     sizes: Array,
 ) -> Change:
-    """The change of variables of a dense equation of a square matrix, whose unknowns are its values, and what it does not resist.
+    """The change of a dense equation of a square matrix to its values and what it does not resist.
 
     The values balance each other on `free` (t, k): those of k rows follow from the others. The
-    first of the `others`, dense equations of the same unknowns, does not feel the free vectors;
-    what the rest may feel of them is turned so that each is felt, or not at all. `unit` (t,) are
+    first of the `others`, dense equations of the same unknowns, does not feel the free vectors.
+    What the rest may feel of them is turned so that each is felt, or not at all. `unit` (t,) are
     the units of the values, `sizes` (k,) those of the free vectors.
     """
-    each, count = unit[:, None], free.shape[1]
-    resting = each * free
-    pivots = qr(resting.T, mode="r", pivoting=True)[1] if count else np.arange(len(each))
-    balancing, loaded = pivots[:count], np.sort(pivots[count:])
-    basis = np.zeros(
-        (len(each), len(loaded))
-    )  # unit values, balanced by those at as many rows as there are free vectors
-    basis[loaded, np.arange(len(loaded))] = 1.0
-    basis[balancing] = -np.linalg.solve(resting[balancing].T, resting[loaded].T)
-    basis[np.abs(basis) <= ROUNDING] = 0.0
-    values = csr_array(each * basis)
-    held, turned = (values.T @ inverse).T, free * sizes
+    count = free.shape[1]
+    basis, loaded = _balanced(unit[:, None] * free)
+    values = csr_array(unit[:, None] * basis)
+    held = (values.T @ inverse).T
     matrices = {other: np.asarray(other.args[1].args[0].value) for other in others}
-    feeling = np.vstack([np.zeros((0, len(each))), *(matrices[other] for other in others[1:])])
+    turned = free * sizes
+    feeling = np.vstack([np.zeros((0, len(unit))), *(matrices[other] for other in others[1:])])
     if count and len(feeling):
         turned = turned @ svd(feeling @ turned)[2].T
+    largest = np.abs(turned).max(axis=0, initial=0.0)
     blocks = dict[cp.Constraint, Array]()
     for other, matrix in matrices.items():
         moved = np.zeros((len(matrix), count)) if other is others[0] else matrix @ turned
-        moved[
-            :,
-            np.abs(moved).max(axis=0, initial=0.0)
-            <= CONDENSATION * np.abs(turned).max(axis=0, initial=0.0),
-        ] = 0.0
+        unmoved = np.abs(moved).max(axis=0, initial=0.0) <= CONDENSATION * largest
+        moved[:, unmoved] = 0.0
         blocks[other] = np.hstack([matrix @ held, moved])
-    product = csr_array(hstack([values, csr_array((len(each), count))]))
-    return Change(
-        row, np.hstack([held, turned]), product, blocks, np.ones(product.shape[1]), loaded
-    )
+    product = csr_array(hstack([values, csr_array((len(unit), count))]))
+    new_unit = np.ones(product.shape[1])
+    return Change(row, np.hstack([held, turned]), product, blocks, new_unit, loaded)
+
+
+def _balanced(free: Array) -> tuple[Array, Integers]:
+    """Values (t, t - k) that balance each other on `free` (t, k), and the rows of their units.
+
+    Each is 1 in one of these rows, and balanced in as many other rows as there are free vectors.
+    """
+    t, count = free.shape
+    pivots = qr(free.T, mode="r", pivoting=True)[1] if count else np.arange(t)
+    balancing = pivots[:count]
+    loaded = np.sort(pivots[count:])
+    basis = np.zeros((t, len(loaded)))
+    basis[loaded, np.arange(len(loaded))] = 1.0
+    basis[balancing] = -np.linalg.solve(free[balancing].T, free[loaded].T)
+    basis[np.abs(basis) <= ROUNDING] = 0.0
+    return basis, loaded

@@ -1,4 +1,4 @@
-"""A cvxpy problem that can be copied and pickled, whatever solver has had it; and printing it by the names of its parts."""
+"""A cvxpy problem that can be copied and pickled, whatever solver has had it, and printing it."""
 
 import copy
 import re
@@ -12,39 +12,33 @@ from cvxpy.reductions.solution import Solution
 
 from ..base import RESIDUAL, Array, Recorded
 
-_BINDING = (
-    100 * RESIDUAL
-    # slack, over the largest of its row, up to which it is printed as binding: solvers leave more than
-    # the residual
-)
-
-_SAID = {True: "yes", False: "no"}
-_SHOWN = 8  # rows of the mechanism that are printed
-
 Duals: TypeAlias = tuple[tuple[str, Array], ...]
 
 
 class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
-    """A problem whose deep copies and pickles have its values, and unknowns and parameters of their own.
+    """A problem whose deep copies and pickles have values, unknowns and parameters of their own.
 
     cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. In a plain
-    copy the numbers are others, which ends Python. Nor can what solvers leave in a problem be
+    copy the numbers are others, which ends Python. What solvers leave in a problem cannot be
     pickled. So both stay behind.
     """
 
     stays_in_memory = True  # files of results leave it out
 
     def __str__(self) -> str:
-        lines = dict[tuple[str, int], list[str]]()  # by what they are of a number k
+        """The problem; lines that differ in one number in brackets are printed as one."""
+        numbers_of = dict[tuple[str, int], list[str]]()  # by the line and its repetition
         for line in super().__str__().split("\n"):
-            numbers, again = set(re.findall(r"\[(\d+)\]", line)), 0
-            kind, k = (
-                (re.sub(r"\[\d+\]", "[k]", line), *numbers) if len(numbers) == 1 else (line, "")
-            )
-            while k in lines.get((kind, again), ()):
-                again += 1
-            lines.setdefault((kind, again), []).append(k)
-        return "\n".join(_line(kind, ks) for (kind, _), ks in lines.items())
+            numbers = set(re.findall(r"\[(\d+)\]", line))
+            kind, number = line, ""
+            if len(numbers) == 1:
+                kind = re.sub(r"\[\d+\]", "[k]", line)
+                (number,) = numbers
+            repetition = 0
+            while number in numbers_of.get((kind, repetition), ()):
+                repetition += 1
+            numbers_of.setdefault((kind, repetition), []).append(number)
+        return "\n".join(_line(kind, numbers) for (kind, _), numbers in numbers_of.items())
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _again, (self.objective, self.constraints, self.status, self.value)
@@ -53,10 +47,12 @@ class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
         return _again(self.objective, self.constraints, self.status, self.value, memo)
 
 
-def _line(kind: str, ks: list[str]) -> str:
-    if len(ks) == 1:
-        return kind.replace("[k]", f"[{ks[0]}]")
-    return f"{kind}  for k = {', '.join(ks if len(ks) < 5 else [*ks[:2], '...', ks[-1]])}"
+def _line(kind: str, numbers: list[str]) -> str:
+    """A line with the numbers k for which it stands."""
+    if len(numbers) == 1:
+        return kind.replace("[k]", f"[{numbers[0]}]")
+    few = numbers if len(numbers) < 5 else [*numbers[:2], "...", numbers[-1]]
+    return f"{kind}  for k = {', '.join(few)}"
 
 
 def _again(
@@ -67,25 +63,23 @@ def _again(
     parts = [objective, *constraints]
     while parts:
         part = parts.pop()
-        for name in [
-            name for name in vars(part) if name.startswith("_lazy") or name == "__deepcopy__"
-        ]:  # which is None in cvxpy's own copies
-            delattr(part, name)
+        for name in list(vars(part)):
+            if name.startswith("_lazy") or name == "__deepcopy__":  # None in cvxpy's own copies
+                delattr(part, name)
         parts += part.args
     problem = Problem(objective, constraints)
     if status in ("optimal", "optimal_inaccurate"):
-        problem.unpack(
-            Solution(status, value, {part.id: part.value for part in problem.variables()}, {}, {})
-        )
+        values = {part.id: part.value for part in problem.variables()}
+        problem.unpack(Solution(status, value, values, {}, {}))
     elif status in (cp.INFEASIBLE, cp.UNBOUNDED):
         set_no_optimum(problem, status)
     return problem
 
 
 def set_no_optimum(problem: cp.Problem, status: str) -> None:
-    """Give a problem the status infeasible or unbounded, and the value that cvxpy has for it. Its unknowns then have no values.
+    """Give a problem the status infeasible or unbounded, and the value that cvxpy has for it.
 
-    The multipliers that stand in an infeasible one stay, for they prove it.
+    Its unknowns then have no values. The multipliers in an infeasible one stay, for they prove it.
     """
     multipliers = {dual: dual.value for row in problem.constraints for dual in row.dual_variables}
     low = isinstance(problem.objective, cp.Maximize) == (status == cp.INFEASIBLE)
@@ -100,33 +94,39 @@ class Explained(Recorded):
     problem: cp.Problem | None
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
-        """Title; the answer, with which what stands in the problem must agree to be printed; slips that limit the load, largest first; the reason."""
+        """Title, answer, slips that limit the load, largest first, and the reason.
+
+        What stands in the problem is printed only if it agrees with the answer.
+        """
         raise NotImplementedError
 
     def explain(self) -> str:
-        """The model by its names, as text: sizes, curvature, DPP, what was left out, and the rows that bind."""
+        """The model by its names, as text: sizes, curvature, DPP, left-out and binding rows."""
         title, value, mechanism, reason = self._told()
         lines = [title, "=" * len(title)]
-        lines += [] if value is None else [f"answer      {value:.12g}"]
-        lines += [f"reason      {reason}"] if reason else []
-        lines += (
-            ["problem     none"] if self.problem is None else _problem_lines(self.problem, value)
-        )
-        lines += ["left out"] + [f"    {text}" for text in self.record.left_out or ("nothing",)]
+        if value is not None:
+            lines.append(f"answer      {value:.12g}")
+        if reason:
+            lines.append(f"reason      {reason}")
+        if self.problem is None:
+            lines.append("problem     none")
+        else:
+            lines += _problem_lines(self.problem, value)
+        lines.append("left out")
+        lines += [f"    {text}" for text in self.record.left_out or ("nothing",)]
         if mechanism is not None and len(mechanism):
-            table = mechanism.head(_SHOWN).to_string(index=False, float_format="{:.4g}".format)
-            lines += [
-                f"binding mechanism, {min(_SHOWN, len(mechanism))} of {len(mechanism)} slips",
-                *(f"    {row}" for row in table.split("\n")),
-            ]
+            shown = mechanism.head(8)
+            lines.append(f"binding mechanism, {len(shown)} of {len(mechanism)} slips")
+            table = shown.to_string(index=False, float_format="{:.4g}".format)
+            lines += [f"    {row}" for row in table.split("\n")]
         return "\n".join(lines)
 
 
 def label_of(row: cp.Constraint) -> str:
     """The label of a row, or the side of it that is no constant."""
-    return str(
-        row.label or next((side for side in row.args if not side.is_constant()), row.args[0])
-    )
+    if row.label:
+        return str(row.label)
+    return str(next((side for side in row.args if not side.is_constant()), row.args[0]))
 
 
 def dual_of(row: cp.Constraint) -> Any:
@@ -136,11 +136,8 @@ def dual_of(row: cp.Constraint) -> Any:
 
 def standing(problem: cp.Problem) -> dict[cp.Variable, Any]:
     """What stands in the unknowns and multipliers of a problem."""
-    parts = [
-        *problem.variables(),
-        *(dual for row in problem.constraints for dual in row.dual_variables),
-    ]
-    return {part: part.value for part in parts}
+    duals = [dual for row in problem.constraints for dual in row.dual_variables]
+    return {part: part.value for part in [*problem.variables(), *duals]}
 
 
 def put_back(values: Mapping[cp.Variable, Any]) -> None:
@@ -160,46 +157,54 @@ def duals(problem: cp.Problem) -> Duals:
 
 
 def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
-    objective = problem.objective.expr
-    solved = objective.value is not None and (
-        value is None or bool(np.isclose(objective.value, value, rtol=1e-9, atol=1e-12))
+    """A problem with its parts; with their values if its objective has this value."""
+    objective = problem.objective.expr.value
+    solved = objective is not None and (
+        value is None or bool(np.isclose(objective, value, rtol=1e-9, atol=1e-12))
     )
-    compiled = f"convex (DCP) {_SAID[problem.is_dcp()]}, compiled once for all parameters (DPP) {_SAID[problem.is_dpp()]}"
+    convex, dpp = (_yes_or_no(known) for known in (problem.is_dcp(), problem.is_dpp()))
+    mixed = ", mixed-integer" if problem.is_mixed_integer() else ""
     lines = [
-        f"problem     {problem.status or 'not solved'}, {compiled}{', mixed-integer' if problem.is_mixed_integer() else ''}"
+        f"problem     {problem.status or 'not solved'}, convex (DCP) {convex}, "
+        f"compiled once for all parameters (DPP) {dpp}{mixed}"
     ]
     lines += [f"    {line}" for line in str(problem).split("\n")]
     if not solved:
         lines.append(
-            "values      none here: the problem has no optimum, or has been solved for something else since"
+            "values      none here: the problem has no optimum, "
+            "or has been solved for something else since"
         )
-    lines += [
-        "variables",
-        *(
-            f"    {variable.name():<24} {_size(variable.shape)}{_domain(variable)}"
-            for variable in problem.variables()
-        ),
-    ]
-    lines += ["parameters"] * bool(problem.parameters())
-    lines += [
-        f"    {parameter.name():<24} {_size(parameter.shape)}{f', {_range(parameter.value)}' if solved else ''}"
-        for parameter in problem.parameters()
-    ]
+    lines.append("variables")
+    lines += map(_variable_line, problem.variables())
+    if problem.parameters():
+        lines.append("parameters")
+        lines += [_parameter_line(parameter, solved) for parameter in problem.parameters()]
     lines.append("constraints")
-    for row in problem.constraints:
-        cone = isinstance(row, cp.SOC)
-        curvature = "second-order cone" if cone else row.expr.curvature.lower()
-        size = _size(row.args[0].shape if cone else row.shape)
-        lines.append(
-            f"    {label_of(row):<24} {size}, {curvature}{_binding(row) if solved else ''}"
-        )
-    return lines
+    return lines + [_row_line(row, solved) for row in problem.constraints]
 
 
-def _domain(variable: cp.Variable) -> str:
-    return (
-        ", boolean" if variable.attributes["boolean"] else ", >= 0" if variable.is_nonneg() else ""
-    )
+def _variable_line(variable: cp.Variable) -> str:
+    domain = ", >= 0" if variable.is_nonneg() else ""
+    if variable.attributes["boolean"]:
+        domain = ", boolean"
+    return f"    {variable.name():<24} {_size(variable.shape)}{domain}"
+
+
+def _parameter_line(parameter: cp.Parameter, solved: bool) -> str:
+    values = f", {_range(parameter.value)}" if solved else ""
+    return f"    {parameter.name():<24} {_size(parameter.shape)}{values}"
+
+
+def _row_line(row: cp.Constraint, solved: bool) -> str:
+    kind, shape = "second-order cone", row.args[0].shape
+    if not isinstance(row, cp.SOC):
+        kind, shape = row.expr.curvature.lower(), row.shape
+    binding = _binding(row) if solved else ""
+    return f"    {label_of(row):<24} {_size(shape)}, {kind}{binding}"
+
+
+def _yes_or_no(known: bool) -> str:
+    return "yes" if known else "no"
 
 
 def _binding(row: cp.Constraint) -> str:
@@ -212,7 +217,8 @@ def _binding(row: cp.Constraint) -> str:
         low, high = np.linalg.norm(high, axis=row.axis), low
     slack = np.atleast_1d(high - low)
     size = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
-    return f", {int((slack <= _BINDING * size).sum())} of {slack.size} rows bind"
+    binds = slack <= 100 * RESIDUAL * size  # solvers leave more slack than the residual
+    return f", {int(binds.sum())} of {slack.size} rows bind"
 
 
 def _size(shape: tuple[int, ...]) -> str:
@@ -222,5 +228,5 @@ def _size(shape: tuple[int, ...]) -> str:
 def _range(values: float | Array | None) -> str:
     if values is None:
         return "no value"
-    least, most = float(np.min(values)), float(np.max(values))
-    return f"{least:.4g}" if least == most else f"{least:.4g} .. {most:.4g}"
+    low, high = float(np.min(values)), float(np.max(values))
+    return f"{low:.4g}" if low == high else f"{low:.4g} .. {high:.4g}"

@@ -1,4 +1,7 @@
-"""Rows that others stand for."""
+"""Redundant rows, which other rows imply, leave the program; their multipliers are zero."""
+
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from scipy.linalg import qr
@@ -6,55 +9,178 @@ from scipy.sparse import csr_array
 
 from ..base import ROUNDING, Array, Booleans, Integers
 from .arrays import Arrays
+from .eliminated import Definitions
+from .program import Program, Step
+
+# If f is less, `abs(q) <= f p` keeps `p >= 0` to fewer digits, and the row `p >= 0` stays.
+_CLEAR = 0.01
+
+P = TypeVar("P", Program, Arrays)
 
 
-def dominated(matrix: csr_array, right: Array) -> Integers:
-    """The linear rows that others stand for: they differ in the coefficient of one unknown >= 0, and in the right side, and are weaker in both."""
-    n, single = len(right), np.flatnonzero(np.diff(matrix.indptr) == 1)
-    at = matrix.indptr[single]
-    signed = single[(matrix.data[at] < 0) & (right[single] <= 0)]
+class RowsLeftOut(Step[P]):
+    """Equations and linear rows leave the program."""
+
+    def __init__(self, program: P, rows: Integers) -> None:
+        self._before: P = program
+        self._stays = np.ones(len(program.right), dtype=bool)
+        self._stays[rows] = False
+
+    def apply(self) -> P:
+        """The program of the rows that stay."""
+        program, stays = self._before, self._stays
+        if stays.all():
+            return program
+        equations = int(stays[: program.zero].sum())
+        linear_left_out = int((~stays[program.zero :]).sum())
+        smaller: P = replace(
+            program,
+            sparse=csr_array(program.sparse[stays]),
+            right=program.right[stays],
+            zero=equations,
+            sizes=program.sizes[linear_left_out:],
+        )
+        return smaller
+
+    def multipliers(self, y: Array, cost_factor: float) -> Array:
+        """Zero for the rows that were left out."""
+        multipliers = np.zeros(len(self._stays))
+        multipliers[self._stays] = y
+        return multipliers
+
+
+def implied_by_norms(program: Program, bounds: Definitions) -> Integers:
+    """Linear rows `a z <= b` that an abs or a norm implies, as `abs(q) <= f p` does `p >= 0`.
+
+    The unknown t of an abs or a norm is never negative. So its bound `t + c a z <= c b`, a row of
+    `bounds`, implies `a z <= b`.
+    """
+    sure = _never_negative(program, bounds.unknowns)
+    unknowns, names, pivots = (part[sure] for part in bounds)
+    rows = csr_array(program.sparse[names])
+    is_bound = rows.indices == np.repeat(unknowns, np.diff(rows.indptr))
+    rows.data = np.where(is_bound, 0.0, rows.data)
+    clear = largest_entries(rows) >= _CLEAR * pivots
+    linear = np.setdiff1d(np.arange(program.zero, program.linear), bounds.rows)
+    return _implied_by(rows[clear], program.right[names[clear]], program, linear)
+
+
+def implied_by_cones(program: Program) -> Integers:
+    """Linear rows that follow from a first slack >= 0 of a cone, if one unknown alone is in it."""
+    heads = program.heads[program.sizes > 1]
+    heads = heads[np.diff(program.sparse.indptr)[heads] == 1]
+    linear = np.arange(program.zero, program.linear)
+    return _implied_by(program.sparse[heads], program.right[heads], program, linear)
+
+
+def _implied_by(
+    sources: csr_array, source_right: Array, program: Program, linear: Integers
+) -> Integers:
+    """Those of the rows `linear` that are multiples of a source with no smaller right side."""
+    if not sources.shape[0]:
+        return linear[:0]
+    source_keys, source_limits, _ = _keys(sources, source_right)
+    keys, limits, sizes = _keys(program.sparse[linear], program.right[linear])
+    group = np.unique(np.r_[source_keys, keys], return_inverse=True)[1]
+    count = len(source_keys)
+    least = np.full(len(group), np.inf)  # the right side that sources imply for a group of rows
+    np.minimum.at(least, group[:count], source_limits)
+    return linear[(limits >= least[group[count:]]) & (sizes > 0)]
+
+
+def _never_negative(program: Program, unknowns: Integers) -> Booleans:
+    """Which unknowns t are never negative.
+
+    The rows and first slacks with `-t` in them must add up to a multiple of `-t <= 0`.
+    """
+    heads = program.heads
+    rows = program.sparse[heads]
+    weights = csr_array(rows[:, unknowns].T)
+    weights.data = np.minimum(weights.data, 0.0)
+    total = csr_array(weights @ rows)
+    total.data[np.abs(total.data) <= ROUNDING * np.abs(total.data).max(initial=0.0)] = 0.0
+    total.eliminate_zeros()
+    alone = np.diff(total.indptr) == 1
+    alone[alone] = total.indices[total.indptr[:-1][alone]] == unknowns[alone]
+    return np.asarray(alone & (weights @ program.right[heads] == 0))
+
+
+def _keys(rows: csr_array, right: Array) -> tuple[Array, Array, Array]:
+    """Keys of rows, their scaled right sides, and their scales, which are their largest entries.
+
+    A key is the product of the scaled row with a random complex vector: rows that differ in scale
+    alone have equal keys, up to 12 digits.
+    """
+    sizes = largest_entries(rows)
+    scale = np.where(sizes > 0, sizes, 1.0)
+    vectors = np.random.default_rng(0).normal(size=(2, rows.shape[1]))
+    marks = rows @ (vectors[0] + 1j * vectors[1]) / scale
+    return np.round(marks, 12), right / scale, sizes
+
+
+def largest_entries(rows: csr_array) -> Array:
+    """The size of the largest entry of each row, 0 of an empty one."""
+    if not rows.shape[0]:
+        return np.zeros(0)
+    entries = np.r_[np.abs(rows.data), 0.0]  # one more, where empty last rows begin
+    largest = np.maximum.reduceat(entries, rows.indptr[:-1])
+    return np.asarray(largest * (np.diff(rows.indptr) > 0))
+
+
+def dominated(program: Program) -> Integers:
+    """Linear rows that another row implies for an unknown x >= 0.
+
+    They are equal to it except for the coefficient of x and the right side, and weaker in both.
+    """
+    linear = slice(program.zero, program.linear)
+    matrix = csr_array(program.sparse[linear])
+    right = program.right[linear]
+    n = len(right)
+    single = np.flatnonzero(np.diff(matrix.indptr) == 1)
+    first = matrix.indptr[single]
+    # Rows -c x <= d with c > 0 and d <= 0: they say that x >= 0.
+    signed = single[(matrix.data[first] < 0) & (right[single] <= 0)]
     if not len(signed):
         return np.zeros(0, dtype=int)
-    unknown, entries, coefficient = (
-        int(matrix.indices[matrix.indptr[signed[0]]]),
-        matrix.tocoo(),
-        np.zeros(n),
-    )
-    its, ways = entries.col == unknown, np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
-    coefficient[entries.row[its]], ways[unknown] = entries.data[its], 0.0
-    mark = matrix @ ways  # equal rows have equal marks, and others only by chance
+    unknown = int(matrix.indices[matrix.indptr[signed[0]]])
+
+    entries = matrix.tocoo()
+    in_column = entries.col == unknown
+    coefficient = np.zeros(n)
+    coefficient[entries.row[in_column]] = entries.data[in_column]
+    vectors = np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
+    vectors[unknown] = 0.0
+    mark = matrix @ vectors  # equal for equal rows, and for others only by chance
+
+    # In each group of equal marks, rows stand in the order of falling coefficients. A row is
+    # stronger than all before it only if its right side is less.
     order = np.lexsort([right, -coefficient, mark[:, 1], mark[:, 0]])
-    new = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
-    rank, after = np.unique(right[order], return_inverse=True)[1], (n + 1) * np.cumsum(new)
-    least = (
-        np.minimum.accumulate(rank - after) + after
-    )  # of each group: those of the next are less than all before
-    stronger = new | (rank < np.r_[n, least[:-1]])
-    return np.setdiff1d(
-        order[~stronger], signed
-    )  # the row that says the sign is needed for all others
+    begins = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
+    rank = np.unique(right[order], return_inverse=True)[1]
+    shift = (n + 1) * np.cumsum(begins)  # all ranks of a group are below those of groups before
+    least = np.minimum.accumulate(rank - shift) + shift
+    stronger = begins | (rank < np.r_[n, least[:-1]])
+    weaker = np.setdiff1d(order[~stronger], signed)  # the sign itself must stay
+    return np.asarray(program.zero + weaker)
 
 
-def headed(matrix: csr_array, right: Array, sizes: Integers) -> Integers:
-    """The linear rows that say no more than `x >= 0` of an unknown x that alone bounds a cone: the cone says so, too."""
-    linear, heads = int((sizes == 1).sum()), (np.cumsum(sizes) - sizes)[sizes > 1]
-
-    def alone(rows: Integers, signs: Booleans) -> tuple[Integers, Integers]:
-        """Of some rows those of one entry, which is negative, and the unknown of each."""
-        rows = rows[(np.diff(matrix.indptr)[rows] == 1) & signs[rows]]
-        rows = rows[matrix.data[matrix.indptr[rows]] < 0]
-        return rows, matrix.indices[matrix.indptr[rows]]
-
-    unknowns = alone(heads, right <= 0)[1]
-    rows, signed = alone(np.arange(linear), right >= 0)
-    return rows[np.isin(signed, unknowns)]
+def empty(program: Program) -> Integers:
+    """Linear rows without unknowns that always hold."""
+    linear = np.arange(program.zero, program.linear)
+    without_entries = np.diff(program.sparse.indptr)[linear] == 0
+    return np.asarray(linear[without_entries & ~(program.right[linear] < 0)])
 
 
-def independent(program: Arrays) -> Integers:
-    """The equations for which no others stand; where others contradict them, too."""
-    zero, width = program.zero, program.block.shape[1]
+def dependent(program: Arrays) -> Integers:
+    """Equations that the others imply. Those that contradict the others are none of them."""
+    zero = program.zero
+    width = program.block.shape[1]
+    if not zero:
+        return np.zeros(0, dtype=int)
     equations = (
         program.sparse[:zero, :width].toarray() + program.sparse[:zero, width:] @ program.block
     )
-    upper, order = qr(np.vstack([equations.T, program.right[:zero]]), mode="r", pivoting=True)
-    return np.sort(order[: int((np.abs(np.diagonal(upper)) > ROUNDING).sum())])
+    columns = np.vstack([equations.T, program.right[:zero]])
+    upper, order = qr(columns, mode="r", pivoting=True)
+    rank = int((np.abs(np.diagonal(upper)) > ROUNDING).sum())
+    return np.asarray(np.sort(order[rank:]))

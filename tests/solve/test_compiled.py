@@ -13,6 +13,7 @@ import frictopt as fo
 from frictopt.base import SolveRecord
 from frictopt.limits.models import named
 from frictopt.solve import chain as chains
+from frictopt.solve import eliminated
 from frictopt.solve import reduced as reductions
 from frictopt.solve.arrays import polish
 from frictopt.solve.chain import Chain
@@ -203,7 +204,7 @@ def any_program(rng, cones, n=5):
     )
 
 
-STEPS = ("own_unknowns", "defined_unknowns", "dominated", "changes")
+STEPS = ("bounds_of_norms", "defined_unknowns", "dominated", "changes")
 
 
 @pytest.mark.parametrize("cones", [False, True])
@@ -223,13 +224,13 @@ def test_what_a_reduction_gives_back_solves_the_compiled_program(seed, steps, co
     exact = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
     best, compiled = problem.solve(solver="CLARABEL", **exact), Compiled(problem)
     with pytest.MonkeyPatch.context() as patch:
-        for name, none in (
-            ("own_unknowns", None),
-            ("defined_unknowns", None),
-            ("dominated", np.zeros(0, dtype=int)),
+        for module, name, none in (
+            (eliminated, "bounds_of_norms", eliminated.NO_DEFINITIONS),
+            (eliminated, "defined_unknowns", eliminated.NO_DEFINITIONS),
+            (reductions, "dominated", np.zeros(0, dtype=int)),
         ):
             if name not in steps:
-                patch.setattr(reductions, name, lambda *_, none=none: none)
+                patch.setattr(module, name, lambda *_, none=none: none)
         reduced = Reduced(compiled, units, [change()] if "changes" in steps else [])
     if steps == STEPS:
         assert (

@@ -1,0 +1,74 @@
+"""A cone program without the unknowns that its equations determine."""
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.sparse import csr_array, hstack
+
+from ..base import Array
+from .arrays import Arrays
+
+
+class Condensed:
+    """The rows `right - A y` in cones, and `objective @ y + constant`.
+
+    The equations of the program are solved for as many unknowns, which are eliminated.
+    """
+
+    def __init__(self, program: Arrays) -> None:
+        width, zero = len(program.cost), program.zero
+        if zero >= width:
+            raise np.linalg.LinAlgError("as many equations as unknowns")
+        self._program = program
+        equations = (
+            program.sparse[:zero, :width].toarray() + program.sparse[:zero, width:] @ program.block
+        )
+        self._pivots = qr(equations, mode="r", pivoting=True)[1][:zero] if zero else np.arange(0)
+        self._remaining = np.setdiff1d(np.arange(width), self._pivots)
+        # The eliminated unknowns are start + rest @ y.
+        self._square = equations[:, self._pivots]
+        self._start = np.linalg.solve(self._square, program.right[:zero])
+        self._rest = np.linalg.solve(self._square, -equations[:, self._remaining])
+
+        rows = program.sparse[zero:]
+        dense = program.block[:, self._pivots]
+        remaining = csr_array(rows[:, self._remaining])
+        eliminated = (rows[:, width:], rows[:, self._pivots])
+        # Rows with more than a fifth of the unknowns, as of nodes that balance free bodies, would
+        # fill the sparse products. They count as dense.
+        long = np.diff(remaining.indptr) > 0.2 * len(self._remaining)
+        count = int(long.sum())
+        chosen = csr_array(
+            (np.ones(count), (np.flatnonzero(long), np.arange(count))), shape=(len(long), count)
+        )
+        self.block = np.vstack(
+            [
+                program.block[:, self._remaining] + dense @ self._rest,
+                self._rest,
+                remaining[long].toarray(),
+            ]
+        )
+        self.sparse = csr_array(hstack([remaining.multiply(~long[:, None]), *eliminated, chosen]))
+        self.right = (
+            program.right[zero:] - hstack(eliminated) @ np.r_[dense @ self._start, self._start]
+        )
+        self.objective = program.cost[self._remaining] + self._rest.T @ program.cost[self._pivots]
+        self.constant = float(program.cost[self._pivots] @ self._start)
+
+    def rows(self, y: Array) -> Array:
+        """`A y`."""
+        return np.asarray(self.sparse @ np.concatenate([y, self.block @ y]))
+
+    def columns(self, z: Array) -> Array:
+        """`A' z`."""
+        work = self.sparse.T @ z
+        return np.asarray(work[: len(self._remaining)] + work[len(self._remaining) :] @ self.block)
+
+    def whole(self, y: Array, z: Array) -> tuple[Array, Array]:
+        """The x and multipliers of the program."""
+        program = self._program
+        x = np.empty(len(program.cost))
+        x[self._remaining] = y
+        x[self._pivots] = self._start + self._rest @ y
+        work = program.sparse[program.zero :].T @ z
+        off = program.cost + work[: len(x)] + work[len(x) :] @ program.block
+        return x, np.concatenate([-np.linalg.solve(self._square.T, off[self._pivots]), z])

@@ -1,0 +1,204 @@
+"""Dense equations: they become one block that all rows share.
+
+A dense equation of a square matrix may be changed to unknowns in which it is sparse, see `Change`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..base import Array, Integers
+from .arrays import Arrays
+from .compiled import Block, Change, Compiled
+from .program import Program, Step
+
+
+def program_of(compiled: Compiled, units: Mapping[cp.Variable, Any]) -> Program:
+    """A compiled program without the rows that stand in the place of its dense equations."""
+    unit = np.zeros(len(compiled.cost))
+    for variable, size in units.items():
+        if variable.id in compiled.columns:
+            each = np.broadcast_to(size, variable.shape)
+            unit[compiled.place(variable)] = np.ravel(each, order="F")
+    first = compiled.sparse_zero
+    return Program(
+        sparse=csr_array(compiled.matrix[first:]),
+        right=compiled.right[first:],
+        cost=compiled.cost,
+        zero=compiled.zero - first,
+        sizes=compiled.sizes,
+        unit=unit,
+        blocks=tuple(compiled.blocks),
+    )
+
+
+class Changed(Step[Program]):
+    """One dense equation of a square matrix is changed to the unknowns x of a `Change`.
+
+    They are put in before the unknown number `start`. The values of the equation are then sparse in
+    x, and its unknowns are defined by a dense equation of x.
+    """
+
+    def __init__(self, program: Program, change: Change, start: int) -> None:
+        self._before = program
+        self._change = change
+        (self.square,) = (block for block in program.blocks if block.row is change.row)
+        count = len(change.unit)
+        self.end = start + count
+        self._new = np.arange(start, self.end)
+        old = np.arange(len(program.cost))
+        self._old = np.where(old < start, old, old + count)  # where the unknowns before stand after
+
+    def apply(self) -> Program:
+        """The program in the unknowns before it and in x."""
+        program, change, square = self._before, self._change, self.square
+        n, width = len(program.cost), len(program.cost) + len(self._new)
+        stays = np.ones(n, dtype=bool)
+        stays[square.defined] = False
+        stays = np.flatnonzero(stays)
+        product = change.product.tocoo()
+        data = np.r_[np.ones(len(stays)), product.data]
+        rows = np.r_[stays, square.defined[product.row]]
+        columns = np.r_[self._old[stays], self._new[product.col]]
+        before = csr_array((data, (rows, columns)), shape=(n, width))  # z = before @ z of after
+        unit = np.empty(width)
+        unit[self._old] = program.unit
+        unit[self._new] = change.unit
+        others = [self._moved(block) for block in program.blocks if block is not square]
+        unknowns = replace(square, defined=self._old[square.of], of=self._new, matrix=change.matrix)
+        return replace(
+            program,
+            sparse=csr_array(program.sparse @ before),
+            cost=before.T @ program.cost,
+            unit=unit,
+            blocks=(*others, unknowns),
+        )
+
+    def _moved(self, block: Block) -> Block:
+        """Another dense equation, of x in place of the unknowns of the square one."""
+        change = self._change
+        shared, of_block, of_square = np.intersect1d(block.of, self.square.of, return_indices=True)
+        defined = self._old[block.defined]
+        if not len(shared):
+            return replace(block, defined=defined, of=self._old[block.of])
+        if block.row in change.blocks:
+            matrix = change.blocks[block.row]
+        else:
+            matrix = block.matrix[:, of_block] @ change.matrix[of_square]
+        apart = np.setdiff1d(np.arange(len(block.of)), of_block)
+        if len(apart):
+            matrix = np.hstack([matrix, block.matrix[:, apart]])
+        of = np.r_[self._new, self._old[block.of[apart]]]
+        return replace(block, defined=defined, of=of, matrix=matrix)
+
+    def values(self, x: Array) -> Array:
+        """Values before the change; those of other dense equations are still to be computed."""
+        z = x[self._old]
+        z[self.square.of] = self._change.matrix @ x[self._new]
+        z[self.square.defined] = self._change.product @ x[self._new]
+        return z
+
+    def units(self, unit: Array) -> Array:
+        """Units of the unknowns before the change."""
+        return unit[self._old]
+
+
+class Stacked(Step[Arrays]):
+    """Unknowns x that rows or cost need, and one dense block for all that they need besides.
+
+    The rows are then about `[x, block @ x]`.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self._before = program
+        needed = program.cost != 0
+        needed[program.sparse.indices] = True
+        self._needed = needed.copy()  # by rows or cost
+        defined = np.zeros(len(needed), dtype=bool)
+        for block in program.blocks:
+            needed[block.of] |= needed[block.defined].any()
+            defined[block.defined] = True
+        self.unknowns = np.flatnonzero(needed & ~defined)
+        self._parts = [block.defined[self._needed[block.defined]] for block in program.blocks]
+
+    @property
+    def _columns(self) -> Integers:
+        """The unknowns before the step, in the order of `[x, block @ x]`."""
+        return np.concatenate([self.unknowns, *self._parts])
+
+    @property
+    def unit(self) -> Array:
+        """Units of `[x, block @ x]`, 0 where unknown."""
+        return self._before.unit[self._columns]
+
+    def apply(self) -> Arrays:
+        """The program of the needed unknowns."""
+        program = self._before
+        width = len(self.unknowns)
+        place = np.full(len(program.cost), -1)
+        place[self.unknowns] = np.arange(width)
+        parts = [np.zeros((0, width))]
+        for equations in program.blocks:
+            needed = self._needed[equations.defined]
+            part = np.zeros((int(needed.sum()), width))
+            columns = place[equations.of]
+            part[:, columns[columns >= 0]] = equations.matrix[needed][:, columns >= 0]
+            parts.append(part)
+        block = np.vstack(parts)
+        cost = program.cost[self._columns]
+        return Arrays(
+            sparse=csr_array(program.sparse[:, self._columns]),
+            block=block,
+            right=program.right,
+            cost=cost[:width] + cost[width:] @ block,
+            zero=program.zero,
+            sizes=program.sizes,
+        )
+
+    def values(self, x: Array) -> Array:
+        """All unknowns, zero where nothing needs them; dense equations are still to be computed."""
+        z = np.zeros(len(self._before.cost))
+        z[self.unknowns] = x
+        return z
+
+    def units(self, unit: Array) -> Array:
+        """Units of all unknowns, from those of x."""
+        units = self._before.unit.copy()
+        units[self.unknowns] = unit
+        return units
+
+
+def dense_multipliers(
+    compiled: Compiled,
+    changes: Sequence[tuple[Change, Block]],
+    y: Array,
+    cost: Array,
+    sizes: Array,
+) -> Array:
+    """The multipliers of all compiled rows, from those of the sparse ones, for this cost.
+
+    Those of a dense equation balance the unknowns that it defines. If the rounding of an inverse
+    leaves the other unknowns out of balance, the multipliers of the changed equations are
+    corrected, if that helps. `sizes` (n,) weigh the balances.
+    """
+    multipliers = np.r_[np.zeros(compiled.sparse_zero), y]
+    off = compiled.matrix.T @ multipliers + cost
+    for block in compiled.blocks:
+        multipliers[block.rows] = -block.sign * off[block.defined]
+    multipliers = compiled.whole(multipliers)
+    off = compiled.matrix.T @ multipliers + cost
+
+    corrected = multipliers.copy()
+    for change, square in changes:
+        loaded = change.loaded
+        rows = np.arange(square.rows.start, square.rows.stop)[loaded]
+        work = off[square.of] @ change.matrix[:, : len(loaded)]
+        scale = change.product[loaded][:, : len(loaded)].diagonal()
+        corrected[rows] += square.sign * work / scale
+    corrected = compiled.whole(corrected)
+    still_off = compiled.matrix.T @ corrected + cost
+    return corrected if np.abs(still_off) @ sizes < np.abs(off) @ sizes else multipliers

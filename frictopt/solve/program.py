@@ -1,0 +1,63 @@
+"""A program on its way through a reduction, and what each step of the reduction offers."""
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..base import Array, Booleans, Integers
+from .arrays import RowsInCones
+from .compiled import Block
+
+After = TypeVar("After")
+
+
+@dataclass(frozen=True, eq=False)
+class Program(RowsInCones):
+    """A program `min cost @ z` over the z that obey dense equations and whose slacks are in cones.
+
+    The slacks are `right - sparse @ z`. `unit` holds the units of z, 0 where unknown. The dense
+    equations are `z[block.defined] = block.matrix @ z[block.of]`.
+    """
+
+    sparse: csr_array
+    right: Array
+    cost: Array
+    zero: int
+    sizes: Integers
+    unit: Array
+    blocks: tuple[Block, ...]
+
+    @property
+    def in_blocks(self) -> Booleans:
+        """Which unknowns stand in dense equations."""
+        mask = np.zeros(len(self.cost), dtype=bool)
+        for block in self.blocks:
+            mask[block.defined] = True
+            mask[block.of] = True
+        return mask
+
+
+class Step(Generic[After]):
+    """A step of a reduction: it turns a program into a smaller one, and answers of that one back.
+
+    A step is made of the program before it; `apply` returns the program after it. By default
+    values and multipliers are the same before and after.
+    """
+
+    def apply(self) -> After:
+        """The program after the step."""
+        raise NotImplementedError
+
+    def values(self, x: Array) -> Array:
+        """The unknowns of the program before the step, from those of the program after it."""
+        return x
+
+    def multipliers(self, y: Array, cost_factor: float) -> Array:
+        """The multipliers of the program before the step, from those of the program after it.
+
+        `cost_factor` is 1 for multipliers that balance the cost, and 0 for those of a
+        contradiction, which balance nothing.
+        """
+        return y

@@ -1,0 +1,175 @@
+"""Units in which the unknowns, the rows and the cost of a program are near one."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ..base import NO_COUPLING, ROUNDING, Array, Booleans
+from .arrays import Arrays
+from .program import Step
+from .redundant import largest_entries
+
+
+class ScaledUnknowns(Step[Arrays]):
+    """Unknowns in units of their own.
+
+    `unit` holds those of `[x, block @ x]`; units that are 0 follow from the rows. The first
+    `changed` unknowns stem from changes: their units are such that no entry of the block exceeds 1.
+    """
+
+    def __init__(self, program: Arrays, unit: Array, changed: int) -> None:
+        self._before = program
+        width = program.block.shape[1]
+        inequalities = slice(program.zero, None)
+        sizes = csr_array(np.abs(program.sparse[inequalities]))
+        self._units = _derived(unit, sizes, np.abs(program.right[inequalities]))
+        block = program.block * self._units[:width] / self._units[width:, None]
+        largest = np.abs(block[:, :changed]).max(axis=0, initial=1.0)
+        self._units[:changed] /= largest
+        block[:, :changed] /= largest
+        block[np.abs(block).max(axis=1, initial=0.0) <= NO_COUPLING] = 0.0
+        self._block = block
+        self.units = self._units[:width]
+
+    def apply(self) -> Arrays:
+        """The program in these units."""
+        sparse = self._before.sparse.copy()
+        sparse.data *= self._units[sparse.indices]
+        cost = self._before.cost * self.units
+        return replace(self._before, sparse=sparse, block=self._block, cost=cost)
+
+    def values(self, x: Array) -> Array:
+        """Values in the units of the user."""
+        return x * self.units
+
+
+def _derived(unit: Array, sizes: csr_array, constant: Array) -> Array:
+    """Units of the unknowns: an unknown one is the largest that the rows allow, or 1.
+
+    `sizes` are the sizes of the entries of the rows, `constant` those of their right sides. A row
+    allows an unknown what its other terms, in their units, add up to.
+    """
+    entries = sizes.tocoo()
+    while (unit == 0).any():
+        unknown = unit == 0
+        allowance = sizes @ unit + constant
+        tells = unknown[entries.col] & (allowance[entries.row] > 0) & (entries.data > 0)
+        if not tells.any():
+            break
+        allowed = np.full(len(unit), np.inf)
+        np.minimum.at(
+            allowed, entries.col[tells], allowance[entries.row[tells]] / entries.data[tells]
+        )
+        unit = np.where(unknown & np.isfinite(allowed), allowed, unit)
+    return np.where(unit == 0, 1.0, unit)
+
+
+class Felt(Step[Arrays]):
+    """Unknowns that neither a row nor the cost feels leave the program; their values are zero."""
+
+    def __init__(self, program: Arrays) -> None:
+        self._before = program
+        self._width = program.block.shape[1]
+        in_rows = np.bincount(program.sparse.indices, minlength=self._width)[: self._width] > 0
+        felt = program.block.any(axis=0) | in_rows | (program.cost != 0)
+        self._felt = np.flatnonzero(felt)
+
+    def apply(self) -> Arrays:
+        """The program of the unknowns that are felt."""
+        program = self._before
+        if len(self._felt) == self._width:
+            return program
+        columns = np.r_[self._felt, self._width : program.sparse.shape[1]]
+        return replace(
+            program,
+            sparse=csr_array(program.sparse[:, columns]),
+            block=program.block[:, self._felt],
+            cost=program.cost[self._felt],
+        )
+
+    def values(self, x: Array) -> Array:
+        """All unknowns."""
+        values = np.zeros(self._width)
+        values[self._felt] = x
+        return values
+
+
+class ShutCones(Step[Arrays]):
+    """Cones whose first slack is zero for all unknowns become equations of their other slacks."""
+
+    def __init__(self, program: Arrays) -> None:
+        self._before = program
+        self._shut = _shut(program)
+        of_cone = np.repeat(np.arange(len(program.sizes)), program.sizes)
+        rows = np.arange(program.zero, len(program.right))
+        heads = program.heads
+        in_shut = self._shut[of_cone]
+        self._heads = heads[self._shut]
+        self._tails = rows[in_shut & (heads[of_cone] != rows)]
+        self._order = np.r_[: program.zero, self._tails, rows[~in_shut]]
+
+    def apply(self) -> Arrays:
+        """The program with these equations after the others."""
+        program = self._before
+        if not len(self._heads):
+            return program
+        return replace(
+            program,
+            sparse=csr_array(program.sparse[self._order]),
+            right=program.right[self._order],
+            zero=program.zero + len(self._tails),
+            sizes=program.sizes[~self._shut],
+        )
+
+    def multipliers(self, y: Array, cost_factor: float) -> Array:
+        """The multiplier of a first slack is large enough for its cone."""
+        multipliers = np.zeros(len(self._before.right))
+        multipliers[self._order] = y
+        if len(self._heads):
+            lengths = self._before.sizes[self._shut] - 1
+            starts = np.cumsum(lengths) - lengths
+            squares = np.add.reduceat(multipliers[self._tails] ** 2, starts)
+            multipliers[self._heads] = np.sqrt(squares)
+        return multipliers
+
+
+def _shut(program: Arrays) -> Booleans:
+    """Which cones have a first slack of rounding size beside their other slacks."""
+    if program.sizes.max(initial=1) == 1:
+        return np.zeros(len(program.sizes), dtype=bool)
+    heads = program.heads - program.zero
+    of_cone = np.repeat(np.arange(len(program.sizes)), program.sizes)
+    columns = np.r_[np.ones(program.block.shape[1]), np.abs(program.block).max(axis=1, initial=0.0)]
+    terms = (np.abs(program.sparse) @ columns + np.abs(program.right))[program.zero :]
+    after_head = np.r_[terms[1:] * (np.diff(of_cone) == 0), 0.0]
+    largest = np.maximum.reduceat(after_head, heads)
+    return np.asarray((program.sizes > 1) & (terms[heads] <= ROUNDING * largest))
+
+
+class ScaledRows(Step[Arrays]):
+    """Rows and cost in units of their largest entries; the rows of one cone have one unit."""
+
+    def __init__(self, program: Arrays) -> None:
+        self._before = program
+        self.cost_unit = float(np.abs(program.cost).max(initial=0.0)) or 1.0
+        largest = largest_entries(program.sparse)
+        right = np.abs(program.right)
+        unit = np.where(largest > 0, largest, np.where(right > 0, right, 1.0))
+        if len(program.sizes):
+            zero = program.zero
+            of_cones = np.maximum.reduceat(unit[zero:], program.heads - zero)
+            unit[zero:] = np.repeat(of_cones, program.sizes)
+        self._unit = unit
+
+    def apply(self) -> Arrays:
+        """The program in these units."""
+        program = self._before
+        sparse = program.sparse.copy()
+        sparse.data *= np.repeat(1 / self._unit, np.diff(sparse.indptr))
+        cost = program.cost / self.cost_unit
+        return replace(program, sparse=sparse, right=program.right / self._unit, cost=cost)
+
+    def multipliers(self, y: Array, cost_factor: float) -> Array:
+        """Multipliers in the units of the user."""
+        return y * self.cost_unit / self._unit
