@@ -76,25 +76,15 @@ FAULTS = (
     Fault(
         "fem/schur.py",
         "an unknown that nothing holds is let pass",
-        old="pivots <= least[first:last]",
-        new="pivots < -least[first:last]",
+        old="pivots <= smallest[first:last]",
+        new="pivots < -smallest[first:last]",
         tests="condense",
     ),
     Fault(
         "fem/schur.py",
         "what fronts leave to the first of several is dropped",
-        old=(
-            "while left:\n    unknowns, update = left.pop()\n    to, m = (place[unknowns], "
-            "int(np.searchsorted(unknowns, last)))\n    _add(own, update[:m, :m], to[:m], "
-            "to[:m], lower=True)\n    _add(below, update[m:, :m], to[m:], to[:m])\n    "
-            "_add(after, update[m:, m:], to[m:], to[m:], lower=True)\n    del update"
-        ),
-        new=(
-            "if left:\n    unknowns, update = left.pop()\n    to, m = (place[unknowns], "
-            "int(np.searchsorted(unknowns, last)))\n    _add(own, update[:m, :m], to[:m], "
-            "to[:m], lower=True)\n    _add(below, update[m:, :m], to[m:], to[:m])\n    "
-            "_add(after, update[m:, m:], to[m:], to[m:], lower=True)\n    del update"
-        ),
+        old="while updates:\n    unknowns, update = updates.pop()\n    index = place[unknowns]\n    m = int(np.searchsorted(unknowns, last))\n    _add(pivot, update[:m, :m], index[:m], index[:m], lower=True)\n    _add(coupling, update[m:, :m], index[m:], index[:m])\n    _add(contribution, update[m:, m:], index[m:], index[m:], lower=True)\n    del update",
+        new="if updates:\n    unknowns, update = updates.pop()\n    index = place[unknowns]\n    m = int(np.searchsorted(unknowns, last))\n    _add(pivot, update[:m, :m], index[:m], index[:m], lower=True)\n    _add(coupling, update[m:, :m], index[m:], index[:m])\n    _add(contribution, update[m:, m:], index[m:], index[m:], lower=True)\n    del update",
         tests="condense",
     ),
     Fault(
@@ -191,8 +181,8 @@ FAULTS = (
     Fault(
         "fem/supports.py",
         "an edge has one normal",
-        old="lean < SMOOTH",
-        new="lean < -2",
+        old="smallest < SMOOTH",
+        new="smallest < -2",
         tests="oblique_supports",
     ),
     Fault(
@@ -463,8 +453,8 @@ FAULTS = (
     Fault(
         "fem/elasticity.py",
         "midside nodes do not turn with a curved face",
-        old="shares[:, :, None, None] * np.eye(3) - turn",
-        new="shares[:, :, None, None] * np.eye(3) - 0 * turn",
+        old="weights[:, :, None, None] * np.eye(3) - turn",
+        new="weights[:, :, None, None] * np.eye(3) - 0 * turn",
         tests="quadratic",
     ),
     Fault(
@@ -598,8 +588,8 @@ FAULTS = (
     Fault(
         "fem/bodies.py",
         "a body's own name for a shared edge",
-        old="other != number and len(shared)",
-        new="len(shared)",
+        old="other == number or not len(shared)",
+        new="not len(shared)",
         tests="split",
     ),
     Fault(
