@@ -14,17 +14,9 @@ from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
-from .coincidence import mesh_errors, one_point
+from .coincidence import coincide, mesh_errors
 from .condense import Glued
-from .contacts import (
-    Contact,
-    Interference,
-    Joint,
-    check_touching,
-    joined,
-    normals_into,
-    shares,
-)
+from .contacts import Contact, Interference, Joint, join_faces, normals_into
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .guided_pairs import guided_pairs, node_directions
@@ -39,7 +31,9 @@ from .loads import (
     Traction,
 )
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
+from .shared_corners import independent_pairs
 from .supports import Support, along_axes, nodes_of, normals_along
+from .touching import check_touching
 
 Load: TypeAlias = (
     Traction
@@ -231,7 +225,7 @@ class Assembly:
         for contact, normals in zip(contacts, normals_into(contacts, bodies), strict=True):
             body_1 = bodies[contact.body_1]
             body_2 = bodies[contact.body_2]
-            joint = joined(contact, body_1, body_2, normals, self.kinematics)
+            joint = join_faces(contact, body_1, body_2, normals, self.kinematics)
             joints.append(joint)
             touched[contact.body_1, contact.body_2].append(joint.nodes)
             touched[contact.body_2, contact.body_1].append(joint.projection.indices)
@@ -361,34 +355,34 @@ class Assembly:
         # Node of body 2 that coincides with the node of body 1; -1 if there is none.
         links = projection.tocoo()
         node = nodes[links.row]
-        coincides = one_point(
+        coincides = coincide(
             self.points[links.col] - self.points[node], self.errors[links.col] + self.errors[node]
         )
         partners = np.full(len(nodes), -1)
         partners[links.row[coincides]] = links.col[coincides]
 
-        kept, means, normals = shares(
+        pairs, means, normals = independent_pairs(
             contacts,
             number,
             nodes,
             partners,
             self.points[nodes],
+            self.errors[nodes],
             normals,
             widths,
-            self.errors[nodes],
         )
         opening = csr_matrix(means @ openings(nodes, projection))
         directions = self.directions if len(self.oblique) else None
         guided = guided_pairs(
-            nodes[kept], opening, self.free_rows, normals, self.points, self.errors, directions
+            nodes[pairs], opening, self.free_rows, normals, self.points, self.errors, directions
         )
         frames = frames_of(guided.normals, guided.blocked)
-        self.pairs = Interface(nodes[kept], opening, frames, guided.candidates, directions)
+        self.pairs = Interface(nodes[pairs], opening, frames, guided.candidates, directions)
         self.sides = (
-            identity(len(self.points), format="csr")[nodes[kept]],
-            projection[kept],
+            identity(len(self.points), format="csr")[nodes[pairs]],
+            projection[pairs],
         )
-        self.contact = number[kept]
+        self.contact = number[pairs]
         self.gap = np.asarray(means @ gap)
         # The tip of a crack, which both faces share, adds no width to the next pair.
         self.width = np.asarray((means > 0) @ np.where(nodes == partners, 0.0, widths))

@@ -78,7 +78,7 @@ class Body:
     3
     >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0])
     >>> mesh = mesh.with_boundaries({"contact": lambda x: x[2] == 0})
-    >>> fo.Body(mesh)
+    >>> fo.Body(mesh)  # doctest: +NORMALIZE_WHITESPACE
     Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0,
     nu=0.3, density=None))
     >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
@@ -250,10 +250,10 @@ def split_bodies(
         elements = np.flatnonzero(owner == number)
         boundaries = {**(mesh.boundaries or {}), **_shared_facets(mesh, owner, number, materials)}
         part = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
-        kept = {boundary: facets for boundary, facets in part.boundaries.items() if len(facets)}
+        named = {boundary: facets for boundary, facets in part.boundaries.items() if len(facets)}
         points = points_from(mesh, elements, part)
         try:
-            bodies[name] = Body(replace(part, doflocs=points, _boundaries=kept), material, element)
+            bodies[name] = Body(replace(part, doflocs=points, _boundaries=named), material, element)
         except ModelError as error:
             raise ModelError(f"body {name!r}: {error}") from error
     return bodies
@@ -266,10 +266,10 @@ def _shared_facets(
     inner = np.flatnonzero(mesh.f2t[1] >= 0)
     sides = owner[mesh.f2t[:, inner]]
     of_body = (sides == number).any(axis=0)
-    found = {}
-    for other, neighbour in enumerate(names):
-        shared = inner[of_body & (sides == other).any(axis=0)]
-        if other == number or not len(shared):
+    facets = {}
+    for number_2, neighbour in enumerate(names):
+        shared = inner[of_body & (sides == number_2).any(axis=0)]
+        if number_2 == number or not len(shared):
             continue
         if neighbour in (mesh.boundaries or {}):
             name = list(names)[number]
@@ -277,8 +277,8 @@ def _shared_facets(
                 f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets "
                 "with; call it otherwise"
             )
-        found[neighbour] = shared
-    return found
+        facets[neighbour] = shared
+    return facets
 
 
 def _owners(mesh: Mesh, materials: Mapping[str, Material]) -> Integers:
@@ -375,8 +375,8 @@ def units_apart(names: Sequence[str], bodies: Sequence[Body]) -> Iterator[str]:
             "the same unit (mm or m)?"
         )
     (soft, name_of_soft), (stiff, name_of_stiff) = sorted([(E_1, name_1), (E_2, name_2)])
-    least, most = UNITS.thousandfold
-    if least <= stiff / soft <= most:
+    lower, upper = UNITS.thousandfold
+    if lower <= stiff / soft <= upper:
         yield (
             f"bodies: E = {soft:g} of {name_of_soft!r} and {stiff:g} of {name_of_stiff!r}, "
             f"{stiff / soft:.4g} times as much; are both in the same unit (MPa or GPa)? Steel is "

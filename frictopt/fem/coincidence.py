@@ -5,9 +5,8 @@ error of half a unit in its last digit. All coordinates of a mesh that have the 
 written with the same number of digits, or of decimals; the larger of the two units counts. A minus
 may take the place of a digit in a file.
 
-Numbers of fewer than six digits are round and taken as exact. Their error, and that of coordinates
-with more than twelve digits, such as those of a mesh that was turned, is a share of the size of the
-mesh.
+Numbers of fewer than six digits are round and taken as exact. Coordinates of a mesh that was turned
+have more than twelve digits. In both cases the error is a share of the size of the mesh.
 """
 
 from dataclasses import dataclass
@@ -24,9 +23,9 @@ class DigitSettings:
     """Numbers of the search for the digits of coordinates."""
 
     # Fewest digits that count as those of a file; numbers of fewer digits are round.
-    fewest: int = 6
+    min_digits: int = 6
     # Most digits. With more, the share of the size of the mesh is larger than the last digit.
-    most: int = 12
+    max_digits: int = 12
     # So many coordinates are tried first, because they usually show that a mesh has many digits.
     sample: int = 100
     # Relative error of a decimal number, also after a change of units by a power of ten.
@@ -77,12 +76,12 @@ def _digits(sizes: Array, exponent: Array) -> int | None:
 
     The first digit of each number is the digit of its exponent.
     """
-    for digits in range(SETTINGS.fewest - 1, SETTINGS.most + 1):
+    for digits in range(SETTINGS.min_digits - 1, SETTINGS.max_digits + 1):
         sample = slice(SETTINGS.sample)
         if _have_digits(sizes[sample], exponent[sample], digits) and _have_digits(
             sizes, exponent, digits
         ):
-            return digits if digits >= SETTINGS.fewest else None
+            return digits if digits >= SETTINGS.min_digits else None
     return None
 
 
@@ -97,7 +96,7 @@ def mesh_errors(mesh: Mesh) -> Array:
     return coordinate_errors(mesh.p.T, np.unique(mesh.t))
 
 
-def along(directions: Array, errors: Array) -> Array:
+def error_along(directions: Array, errors: Array) -> Array:
     """(n,) error along unit vectors (n, d), from the errors of the coordinates (n, d)."""
     return np.asarray(np.sum(np.abs(directions) * errors, axis=1))
 
@@ -110,7 +109,7 @@ def measured(distance: Array, error: Array) -> Array:
     return np.where(distance > (1 - 2 * COUNTS) * error, distance, 0.0)
 
 
-def one_point(difference: Array, errors: Array) -> Booleans:
+def coincide(difference: Array, errors: Array) -> Booleans:
     """(n,) whether two points coincide: their difference is within the sum of their errors."""
     return np.asarray((np.abs(difference) <= errors).all(axis=-1))
 
@@ -118,5 +117,5 @@ def one_point(difference: Array, errors: Array) -> Booleans:
 def coincident(points: Array, errors: Array) -> tuple[Integers, Integers]:
     """Pairs i, j of points (n, d) that coincide, i < j."""
     i, j = cKDTree(points).query_pairs(2 * float(errors.max()), p=np.inf, output_type="ndarray").T
-    same = one_point(points[i] - points[j], errors[i] + errors[j])
+    same = coincide(points[i] - points[j], errors[i] + errors[j])
     return i[same], j[same]

@@ -37,7 +37,7 @@ from .matrix_checks import (
     checked_rows,
     checked_stiffness,
 )
-from .pair_checks import check_course, check_sides
+from .pair_checks import check_order, check_sides
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Factor, eliminate, nested_dissection
 
@@ -201,7 +201,7 @@ def condense(
     initial_gap = checked_gap(gap, x, x - P @ coordinates, frames[:, -1], pair_errors)
     forces = _checked_forces(loads, held, K.shape[0])
     if d == 2:
-        check_course(x, frames, names)
+        check_order(x, frames, names)
     widths: Any = width
     if d == 2 and width is None:
         widths = _half_widths(x, names)

@@ -224,12 +224,12 @@ def integration_points(mesh: Mesh, facets: Integers) -> tuple[Array, Array, Arra
 
     # Points and tangents in the reference element.
     corners = element.refdom.p[:, corner_numbers]
-    at = np.einsum("dkm,kq->dmq", corners, shapes)
+    reference_points = np.einsum("dkm,kq->dmq", corners, shapes)
     reference_tangents = np.einsum("dkm,keq->edmq", corners, slopes)
 
     nodes = mesh.dofs.element_dofs[:, elements]
     x = mesh.p[:, nodes]
-    values, gradients = functions_of(element, len(nodes), at)
+    values, gradients = functions_of(element, len(nodes), reference_points)
     values = values * on_facets(type(mesh))[number].T[:, :, None]
     points = np.einsum("akm,kmq->amq", x, values)
     jacobian = np.einsum("akm,kbmq->abmq", x, gradients)
@@ -274,7 +274,7 @@ def gradient_forces(basis: Basis, stress: Array, kinematics: Kinematics) -> Arra
 
 
 def quadratic(mesh: Mesh) -> Mesh:
-    """The same straight mesh with midside nodes.
+    """Add midside nodes to a mesh, and keep it straight.
 
     They are in the middle of each edge, in quadrilaterals and hexahedra also of each facet
     and element.
@@ -307,7 +307,7 @@ def points_from(mesh: Mesh, elements: Integers, part: Mesh) -> Array:
     return points
 
 
-def functions_of(element: Element, count: int, at: Array) -> tuple[Array, Array]:
+def functions_of(element: Element, count: int, points: Array) -> tuple[Array, Array]:
     """Values (count, ...) and slopes (count, d, ...) of the first functions of an element.
 
     They are evaluated at points (d, ...) of the reference element.
@@ -315,9 +315,9 @@ def functions_of(element: Element, count: int, at: Array) -> tuple[Array, Array]
     values = []
     slopes = []
     for i in range(count):
-        value, slope = element.lbasis(at, i)
-        values.append(np.broadcast_to(value, at.shape[1:]))
-        slopes.append(np.broadcast_to(slope, at.shape))
+        value, slope = element.lbasis(points, i)
+        values.append(np.broadcast_to(value, points.shape[1:]))
+        slopes.append(np.broadcast_to(slope, points.shape))
     return np.array(values), np.array(slopes)
 
 
@@ -327,15 +327,15 @@ def corner_weights(kind: type[Mesh]) -> Array:
     return functions_of(linear, linear.refdom.nnodes, kind.elem.doflocs.T)[0].T
 
 
-def completion(kind: type[Mesh], given: int) -> Array:
-    """(nodes, given) weights of the nodes of a quadratic element, from its first `given` nodes.
+def completion(kind: type[Mesh], count: int) -> Array:
+    """(nodes, count) weights of the nodes of a quadratic element, from its first `count` nodes.
 
     If only its edges have midside nodes, those of facets and of the element follow from the
     functions of the serendipity element.
     """
-    if given in _SERENDIPITY:
-        return functions_of(_SERENDIPITY[given](), given, kind.elem.doflocs.T)[0].T
-    return np.eye(given)
+    if count in _SERENDIPITY:
+        return functions_of(_SERENDIPITY[count](), count, kind.elem.doflocs.T)[0].T
+    return np.eye(count)
 
 
 def on_facets(kind: type[Mesh]) -> Booleans:
@@ -362,13 +362,13 @@ def parts_of(links: Sequence[Integers] | Integers, size: int) -> Integers:
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def places_among(rows: Integers, others: Integers) -> Integers:
-    """(m,) index of each row of numbers (m, k) among other rows (n, k); -1 if there is none.
+def places_among(rows: Integers, known: Integers) -> Integers:
+    """(m,) index of each row of numbers (m, k) among known rows (n, k); -1 if it is unknown.
 
     The order of the numbers in a row does not matter.
     """
-    count = len(others)
-    sorted_rows = np.sort(np.concatenate([others, rows]), axis=1)
+    count = len(known)
+    sorted_rows = np.sort(np.concatenate([known, rows]), axis=1)
     number = np.unique(sorted_rows, axis=0, return_inverse=True)[1].ravel()
     index = np.full(len(number), -1)
     index[number[:count]] = np.arange(count)

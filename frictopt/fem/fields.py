@@ -56,9 +56,9 @@ class Recoverable:
         Warns
         -----
         ModelWarning
-            Open nodes carry force. Then slip and gap are not those of a state under these loads, or
-            the system has another initial gap or contact stiffness (`ContactSystem.with_gap`,
-            `with_contact_stiffness`) than the model (`Contact`).
+            Open nodes carry force. Then slip and gap are not those of a state under these loads. Or
+            the system has another initial gap or contact stiffness than the model (see
+            `ContactSystem.with_gap`, `with_contact_stiffness`, and `Contact`).
 
         Raises
         ------
@@ -76,31 +76,31 @@ class Recoverable:
         >>> bool(abs(fields.q).max() < 1), round(float(fields.p.sum()), 9)
         (True, 2.0)
         """
-        parts = self._parts
+        assembly = self._parts
         amplitudes, slip, gap = self._state(loads, slip, gap)
-        n = len(parts.contact)
-        d = parts.points.shape[1]
+        n = len(assembly.contact)
+        d = assembly.points.shape[1]
         v = finite_array("slip", slip, (n,) if d == 2 else (n, 2))
-        w = parts.gap if gap is None else finite_array("gap", gap, (n,))
+        w = assembly.gap if gap is None else finite_array("gap", gap, (n,))
 
         case = self._combined_case(amplitudes)
         moved = case.displacements
-        left = case.forces - parts.whole @ moved
-        motion = joined(v, w - parts.gap)
+        net_force = case.forces - assembly.whole @ moved
+        motion = joined(v, w - assembly.gap)
         if np.isfinite(self._springs).any():
             # The motion of the bodies is that of their surfaces minus the deformation of the
             # springs between them.
             system = self._condensed
             forces = joined(*system.reaction(amplitudes)) + system.S @ motion
             tangential, normal = self._springs
-            motion -= compliances(tangential, normal, parts.width, d - 1) * forces
+            motion -= compliances(tangential, normal, assembly.width, d - 1) * forces
         motion[-n:] += case.overlaps
-        R, D = parts.release
+        R, D = assembly.release
         with bar_of(progress, "recovery"):
-            y, reactions = self._recovery.displacements(R.T @ left, motion)
+            y, reactions = self._recovery.displacements(R.T @ net_force, motion)
         if gap is not None:
             warn_of_open_nodes(w, reactions, float(np.abs(y).max()))
-        u = parts.tied @ (R @ y + D @ left + moved)
+        u = assembly.tied @ (R @ y + D @ net_force + moved)
         displacement, strain, stress = self._body_fields(u, amplitudes)
         q, p = parted(reactions, d)
         return BodyFields(
@@ -111,10 +111,10 @@ class Recoverable:
             frozen(p),
             frozen(v),
             frozen(w),
-            parts.bodies,
+            assembly.bodies,
             self.units,
-            parts.glued.interface.frames,
-            parts.sides,
+            assembly.glued.interface.frames,
+            assembly.sides,
         )
 
     def _state(
@@ -149,15 +149,15 @@ class Recoverable:
     def _combined_case(self: Any, amplitudes: Mapping[str, float]) -> LoadCase:
         """The sum of the load cases, times their amplitudes.
 
-        The amplitude of a locked bolt is its force, divided by the force of a unit load. A
-        shortening of 1 is the load case of the model.
+        The case of a locked bolt is a shortening of 1, but at amplitude 1 it is shortened to its
+        force in the glued bodies.
         """
-        parts = self._parts
-        has_locked_bolt = any(cut.bolt.locked for cut in parts.cuts)
+        assembly = self._parts
+        has_locked_bolt = any(cut.bolt.locked for cut in assembly.cuts)
         bolts = self._condensed.bolts if has_locked_bolt else {}
-        forces = np.zeros(parts.points.size)
-        displacements = np.zeros(parts.points.size)
-        overlaps = np.zeros(len(parts.contact))
+        forces = np.zeros(assembly.points.size)
+        displacements = np.zeros(assembly.points.size)
+        overlaps = np.zeros(len(assembly.contact))
         for name, amplitude in amplitudes.items():
             _, shortening = bolts.get(name, (0.0, 1.0))
             factor = amplitude * shortening
@@ -171,7 +171,7 @@ class Recoverable:
         self: Any, u: Array, amplitudes: Mapping[str, float]
     ) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
         """Displacement, strain and stress of each body, from the displacements u (size,)."""
-        parts = self._parts
+        assembly = self._parts
         expansions = [
             (amplitude, load)
             for name, amplitude in amplitudes.items()
@@ -181,13 +181,13 @@ class Recoverable:
         displacement = {}
         strain = {}
         stress = {}
-        for name, body in parts.bodies.items():
-            first = parts.first_node[name]
-            rows = parts.rows[first : first + body.mesh.p.shape[1]]
+        for name, body in assembly.bodies.items():
+            first = assembly.first_node[name]
+            rows = assembly.rows[first : first + body.mesh.p.shape[1]]
             displacement[name] = frozen(u[rows].T)
-            seam = parts.sector.seam(first, body)
+            seam = assembly.sector.seam(first, body)
             strain[name], stress[name] = strain_and_stress(
-                name, body, parts.kinematics, displacement[name], expansions, seam
+                name, body, assembly.kinematics, displacement[name], expansions, seam
             )
         return displacement, strain, stress
 

@@ -25,7 +25,7 @@ _TWO_NORMALS = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class GuidedPairs:
-    """Normals of N pairs, and what their supports prevent."""
+    """N pairs: normals, directions without slip, and candidates for dependent nodes."""
 
     # (N, d) normals, of any length
     normals: Array
@@ -46,18 +46,27 @@ def guided_pairs(
 ) -> GuidedPairs:
     """Find the directions in which pairs cannot slip, and the nodes that can be dependent.
 
-    A pair cannot slip along an axis if supports hold all its nodes along that axis. The same is
-    true on a plane of symmetry (or an axis of symmetry) if supports hold the nodes of both bodies
-    there, and the rest of the pair lies on one side: the mirror image cancels its motion. The
-    normal is then put into the plane, because it comes from facets on one side only.
+    A pair cannot slip along an axis if supports hold all its nodes along that axis. This is also
+    true on a plane of symmetry (or an axis of symmetry), on two conditions. Supports hold the nodes
+    of both bodies there, and the rest of the pair lies on one side: its mirror image cancels its
+    motion. The normal is then put into the plane, because it comes from facets on one side only.
 
     A node can be dependent if it is held along exactly the axes in which its pairs cannot slip.
     Then no other node depends on its motion along these axes.
 
-    Arguments are the nodes (N,) of body 1, the matrix M of their relative motions, the `unknowns`
-    (nodes, d), negative where held, normals (N, d), coordinates with their errors (nodes, d), and
-    the `directions` (nodes, d, d) of the unknowns, None: the axes. If a node of a pair has other
-    directions, "axes" are the directions of the pair.
+    Parameters
+    ----------
+    nodes, opening
+        (N,) nodes of body 1 of the pairs, and (N, all nodes) matrix M of the relative motions.
+    unknowns
+        (all nodes, d) unknowns, negative if held.
+    normals
+        (N, d) normals of the pairs.
+    points, errors
+        (all nodes, d) coordinates and their errors.
+    directions
+        (all nodes, d, d) directions of the unknowns of each node; None: x, y and z. A pair of nodes
+        with other directions has axes of its own.
     """
     links = opening.tocoo()  # one link for each node of a pair: `row` is the pair, `col` the node
     axes, held = _axes_of_pairs(links, unknowns < 0, directions, points[nodes])

@@ -58,7 +58,7 @@ class Interface:
     directions: Array | None = None
 
     @cached_property
-    def followers(self) -> tuple[Integers, csr_matrix, csr_matrix]:
+    def dependent_nodes(self) -> tuple[Integers, csr_matrix, csr_matrix]:
         """Dependent nodes (N,), one for each pair, and matrices W (N, N) and Q (N, all nodes).
 
         The dependent nodes move by `W Z + Q u`, with the relative motions `Z = M u` along the axes.
@@ -83,7 +83,7 @@ class Interface:
         return dependent, W, Q
 
     def _independent_columns(self, pairs: Integers) -> Integers:
-        """One candidate for each of some pairs, such that their columns of M are independent."""
+        """A candidate for each of some pairs, such that their columns of M are independent."""
         nodes = np.unique(self.candidates[pairs].indices)
         M = self.candidates[pairs][:, nodes].toarray()
         # A small diagonal entry of R shows a row that depends on the rows before it.
@@ -103,7 +103,7 @@ class Interface:
     @cached_property
     def spread(self) -> csr_matrix:
         """(all nodes, all nodes) displacements of all nodes due to those of independent nodes."""
-        dependent, _, Q = self.followers
+        dependent, _, Q = self.dependent_nodes
         size = Q.shape[1]
         return csr_matrix(
             _all_but(dependent, size) + identity(size, format="csr")[:, dependent] @ Q
@@ -135,7 +135,7 @@ class Interface:
         `unknowns` (nodes, d) are the rows of the stiffness, -1 if a displacement is held at zero,
         and `size` is the number of all rows.
         """
-        dependent, W, _ = self.followers
+        dependent, W, _ = self.dependent_nodes
         free = unknowns >= 0
         free[dependent] = False
         columns = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
@@ -154,7 +154,7 @@ class Interface:
 
     def relative(self, u: csr_matrix, unknowns: Integers) -> Array:
         """(d N, k) relative motions, direction by direction, of displacements u (size, k)."""
-        dependent = self.followers[0]
+        dependent = self.dependent_nodes[0]
         d = unknowns.shape[1]
         if self.directions is None:
             to_directions = identity(len(dependent) * d)

@@ -19,7 +19,7 @@ class LoadCase:
 
     # (size,) nodal forces
     forces: Array
-    # (size,) displacements of moved supports, of what is glued to them, and of the far face of a
+    # (size,) displacements of moved supports, of the nodes glued to them, and of the far face of a
     # locked bolt that is shortened by 1; all other displacements are zero
     displacements: Array
     # (N,) overlaps of the pairs
@@ -103,7 +103,7 @@ def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Seque
     if not displacements.any():
         return displacements
 
-    dependent, _, Q = model.pairs.followers
+    dependent, _, Q = model.pairs.dependent_nodes
     rows = model.rows[dependent]
     glued = Q @ displacements[model.rows]
     # On a plane of symmetry a dependent node follows only the nodes of its pair on that plane.

@@ -19,7 +19,7 @@ from ..base import (
     whole_array,
 )
 from ..errors import ModelError
-from .coincidence import along, coincident, coordinate_errors, measured, one_point
+from .coincidence import coincide, coincident, coordinate_errors, error_along, measured
 from .elasticity import parts_of
 from .interface import Interface
 
@@ -101,7 +101,7 @@ def checked_rows(
 
 
 def _checked_indices(name: str, rows: ArrayLike, size: int) -> Integers:
-    """Check rows of a matrix of `size` rows; there may be none."""
+    """Check a list of rows of a matrix with `size` rows; it may be empty."""
     if len(listed(name, rows)) == 0:
         rows = np.zeros(0)
     return whole_array(name, rows, (None,), least=0, most=size - 1)
@@ -143,8 +143,8 @@ def checked_pairs(
     on_contact = np.union1d(nodes, P.indices)
     if (i := first_of((rows[on_contact] < -1).any(axis=1))) is not None:
         raise ModelError(
-            f"pairs: node {on_contact[i]} at {place(points[on_contact[i]])} follows other nodes, by "
-            "an equation or a tie (-2 in unknowns); on a contact let the others follow it (in "
+            f"pairs: node {on_contact[i]} at {place(points[on_contact[i]])} follows other nodes, "
+            "by an equation or a tie (-2 in unknowns); on a contact let the others follow it (in "
             "*EQUATION by exchanging the first term), or take the constraint out"
         )
     return nodes, P
@@ -173,21 +173,21 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
 
     i, j = coincident(points, coordinate_errors(points))
     ends = (np.r_[i, j], np.r_[j, i])
-    coincide = csr_matrix((np.ones(2 * len(i)), ends), shape=graph.shape)
+    coincidences = csr_matrix((np.ones(2 * len(i)), ends), shape=graph.shape)
     # (nodes, bodies) whether a neighbour of a node coincides with a node of a body
-    beside = neighbours @ coincide @ membership
+    beside = neighbours @ coincidences @ membership
 
     is_free = np.asarray((rows >= 0).all(axis=1))
     is_lone = (joined[i] != joined[j]) & (is_free[i] | is_free[j]) & (body[i] != body[j])
-    for one, two in zip(i[is_lone].tolist(), j[is_lone].tolist(), strict=True):
-        next_to_contact = (is_ground[one] or beside[one, body[two]]) and (
-            is_ground[two] or beside[two, body[one]]
+    for node_1, node_2 in zip(i[is_lone].tolist(), j[is_lone].tolist(), strict=True):
+        next_to_contact = (is_ground[node_1] or beside[node_1, body[node_2]]) and (
+            is_ground[node_2] or beside[node_2, body[node_1]]
         )
-        if next_to_contact and in_contact[body[one], body[two]]:
+        if next_to_contact and in_contact[body[node_1], body[node_2]]:
             raise ModelError(
-                f"pairs: nodes {one} and {two} lie on each other at {place(points[one])}, next to "
-                "the contact of their bodies, in no pair; add the pair, for there the bodies would "
-                "pass through each other"
+                f"pairs: nodes {node_1} and {node_2} lie on each other at {place(points[node_1])}, "
+                "next to the contact of their bodies, in no pair; add the pair, for there the "
+                "bodies would pass through each other"
             )
 
 
@@ -206,15 +206,15 @@ def checked_gap(
 ) -> Array:
     """(N,) initial gap: as given, or measured.
 
-    Arguments are the places (N, d) of the nodes of body 1, these minus the places on body 2, unit
-    normals, and the errors of the openings.
+    Arguments are the places (N, d) of the nodes of body 1, the openings (N, d) from body 2 to them,
+    unit normals, and the errors of the openings.
     """
     if gap is not None and not isinstance(gap, str):
         return finite_array("gap", gap, (len(points),))
 
     if gap is None:
         distance = np.linalg.norm(opening, axis=1)
-        if (i := first_of(~one_point(opening, errors), distance)) is not None:
+        if (i := first_of(~coincide(opening, errors), distance)) is not None:
             raise ModelError(
                 f"pairs: the nodes of pair {i}, at {place(points[i])} and "
                 f"{place(points[i] - opening[i])}, lie {distance[i]:g} apart; let them coincide, "
@@ -224,7 +224,7 @@ def checked_gap(
 
     choice("gap", gap, ("measured",))
     distance = np.sum(opening * normals, axis=1)
-    error = along(normals, errors)
+    error = error_along(normals, errors)
     if (i := first_of(distance < -error, -distance)) is not None:
         raise ModelError(
             f"gap: the bodies overlap by {-distance[i]:g} at pair {i}, {place(points[i])}; move "

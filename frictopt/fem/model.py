@@ -26,7 +26,7 @@ from .fields import Recoverable
 from .load_cases import LoadCase, load_case
 from .load_sizes import load_sizes
 from .modes import Vibrating
-from .pair_checks import check_course
+from .pair_checks import check_order
 from .recovery import Viewed
 from .supports import Support
 
@@ -132,7 +132,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         return (Contact(body_1, body_2),)
 
     def _checked_loads(self) -> dict[str, Sequence[Load]]:
-        """The load cases, at least one, none of them empty."""
+        """The load cases: at least one, each with at least one load."""
         loads: dict[str, Sequence[Load]] = {}
         for name, parts in checked_cases("loads", self.loads, "list of Traction").items():
             loads[name] = listed_parts(f"loads[{name!r}]", parts, *get_args(Load))
@@ -179,35 +179,35 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             A rigid motion is free, supports hold both nodes of a pair, or the stiffness cannot be
             factorised accurately.
         """
-        parts = self._parts
-        glued = parts.glued
-        points = parts.points[parts.pairs.nodes]
+        assembly = self._parts
+        glued = assembly.glued
+        points = assembly.points[assembly.pairs.nodes]
         frames = glued.interface.frames
-        contact = [parts.names[number] for number in parts.contact]
+        contact = [assembly.names[number] for number in assembly.contact]
         if self.kinematics != "space":
-            check_course(points, frames, contact)
-        parts.check_ends()
+            check_order(points, frames, contact)
+        assembly.check_ends()
 
-        # The loads (size, cases) on the bodies, with the forces that hold moved supports.
+        # Forces (size, cases) on the bodies if only the moved supports have moved.
         force = np.column_stack([case.forces for case in self._cases.values()])
         moved = np.column_stack([case.displacements for case in self._cases.values()])
-        left = force - parts.whole @ moved
-        R, D = parts.release
+        net_force = force - assembly.whole @ moved
+        R, D = assembly.release
         with bar_of(progress, "condensation"):
-            loads = dict(zip(self._cases, (R.T @ left).T, strict=True))
+            loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
             S, bonded, compliance = condensed(glued, loads)
         # Moved supports, and bolts that are cut, move the loads as well.
-        compliance += force.T @ moved + moved.T @ left + left.T @ (D @ left)
+        compliance += force.T @ moved + moved.T @ net_force + net_force.T @ (D @ net_force)
         bonded, compliance, bolts = by_their_forces(self.loads, bonded, compliance)
 
         system = ContactSystem(
             S,
             points,
             bonded,
-            gap=parts.gap,
+            gap=assembly.gap,
             frames=frames,
             contact=np.array(contact),
-            width=parts.width,
+            width=assembly.width,
             E_star=self._contact_modulus(),
             compliance=compliance,
             bolts=bolts,
@@ -244,15 +244,15 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
                 f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, "
                 f"{body.mesh.p.shape[1]} nodes"
             )
-        parts = self._parts
-        nodes = np.bincount(parts.contact, minlength=len(self.contacts)).tolist()
+        assembly = self._parts
+        nodes = np.bincount(assembly.contact, minlength=len(self.contacts)).tolist()
         answer: dict[str, object] = {
             "bodies": bodies,
-            "contacts": dict(zip(parts.names, nodes, strict=True)),
+            "contacts": dict(zip(assembly.names, nodes, strict=True)),
             "supports": len(self.supports),
         }
-        if parts.sector.count > 1:
-            answer["sector"] = f"1 of {parts.sector.count}"
+        if assembly.sector.count > 1:
+            answer["sector"] = f"1 of {assembly.sector.count}"
         return answer | {"loads": list(self.loads), "kinematics": self.kinematics}
 
     @cached_property

@@ -16,7 +16,7 @@ from .interface import Interface
 class SideSettings:
     """Tolerances of `check_sides`."""
 
-    # A neighbour lies in the plane of the contact if its height is below this share of its distance.
+    # A neighbour lies in the plane of the contact if its height, relative to its distance, is less.
     in_plane: float = 1e3 * CONDENSATION
     # A shift pulls a node if the force exceeds this share of its stiffness; less is rounding.
     pulled: float = 1e3 * CONDENSATION
@@ -29,7 +29,7 @@ class SideSettings:
 SETTINGS = SideSettings()
 
 
-def check_course(points: Array, frames: Array, names: Sequence[str]) -> None:
+def check_order(points: Array, frames: Array, names: Sequence[str]) -> None:
     """Check that the pairs of each contact in the plane run along their tangents, without flips.
 
     `points` (N, 2) are the places of the pairs, `frames` their directions, and `names` their
@@ -80,7 +80,7 @@ def check_sides(
     node = links.col[is_telling]
     side = np.sign(links.data[is_telling])  # 1 in body 1, -1 in body 2
 
-    # One entry for each neighbour of each node; its height is positive if it agrees.
+    # Each entry is a neighbour of a node. Its height is positive if it agrees with the normal.
     neighbours = graph[node].tocoo()
     neighbour_pair = pair[neighbours.row]
     neighbour_side = side[neighbours.row]
@@ -93,8 +93,8 @@ def check_sides(
     def any_neighbour(flags: Booleans) -> Booleans:
         """(2, N) whether any counted neighbour of a pair in body 1, and in body 2, has a flag."""
         number = neighbour_pair + len(normals) * (neighbour_side < 0)
-        found = np.bincount(number[counts & flags], minlength=2 * len(normals)) > 0
-        return found.reshape(2, -1)
+        flagged = np.bincount(number[counts & flags], minlength=2 * len(normals)) > 0
+        return flagged.reshape(2, -1)
 
     agree = any_neighbour(heights > 0)
     contradict = any_neighbour(heights < 0)

@@ -1,7 +1,7 @@
 """Elimination of unknowns from a sparse stiffness, front after front.
 
-The fronts are found by nested dissection on coordinates. What remains after the elimination is the
-Schur complement of the kept unknowns.
+The fronts are found by nested dissection on coordinates. The elimination leaves the Schur
+complement of the kept unknowns.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ class EliminationSettings:
 
     # Parts of at most this many nodes are not cut further.
     leaf: int = 64
-    # An unknown has no stiffness if less than this share of its own is left.
+    # An unknown has no stiffness if less than this share of its first stiffness remains.
     no_stiffness: float = ROUNDING / 10
     # So many columns of an update are added to the next front at once, which saves memory.
     columns: int = 128
@@ -216,7 +216,7 @@ def _add(
     """Add a matrix to rows and columns of A, in increasing order; with `lower`, its lower part."""
     entries = A.reshape(-1, order="F")  # a view: A is stored by columns
     for first in range(0, len(columns), SETTINGS.columns):
-        some = slice(first, first + SETTINGS.columns)
+        chunk = slice(first, first + SETTINGS.columns)
         part = slice(first if lower else 0, None)
-        indices = columns[some, None] * len(A) + rows[part]
-        np.add.at(entries, indices.ravel(), update.T[some, part].ravel())
+        indices = columns[chunk, None] * len(A) + rows[part]
+        np.add.at(entries, indices.ravel(), update.T[chunk, part].ravel())

@@ -23,7 +23,7 @@ from ..errors import ModelError
 from .bodies import Body
 from .coincidence import mesh_errors
 from .elasticity import corner_weights, facet_nodes, places_of
-from .faces import facets_around, normals_of
+from .faces import facets_around, normals_of, unit_vectors
 from .normals import SMOOTH, normals_of_faces
 
 Place = str | tuple[float, ...]
@@ -155,8 +155,8 @@ def normals_along(
 ) -> list[tuple[Integers, Array]]:
     """Nodes (n,) that each support of a body holds along normals, and these unit normals (n, d).
 
-    Faces that continue smoothly are one face: nodes that they share have the mean normal. The same
-    is true of nodes on the seam of a sector. Midside nodes have the mean normal of their corners.
+    Faces that continue smoothly are one face: nodes that they share have the mean normal, and so
+    have nodes on the seam of a sector. Midside nodes have the mean normal of their corners.
     """
     mesh = body.mesh
     points = mesh.p.T
@@ -170,9 +170,9 @@ def normals_along(
         _join_at_seam(weighted, seam)
 
     # Sum of the normals of all faces that continue smoothly at a node, (faces, nodes, d).
-    unit = _unit(weighted)
+    unit = unit_vectors(weighted)
     smooth = np.einsum("and,bnd->abn", unit, unit) > SMOOTH
-    normals = _unit(np.einsum("abn,bnd->and", smooth, weighted))
+    normals = unit_vectors(np.einsum("abn,bnd->and", smooth, weighted))
     held = []
     for support, facets, corners, of_corners in zip(
         supports, faces, corners_of_faces, normals, strict=True
@@ -192,7 +192,7 @@ def normals_along(
         total = np.zeros_like(points)
         np.add.at(total, mesh.dofs.element_dofs[:, elements], of_nodes)
         nodes = facet_nodes(mesh, facets)
-        held.append((nodes, _unit(total)[nodes]))
+        held.append((nodes, unit_vectors(total)[nodes]))
     return held
 
 
@@ -204,15 +204,9 @@ def _join_at_seam(weighted: Array, seam: Seam) -> None:
     high, low, turn = seam
     on_low = weighted[:, low].any(axis=2, keepdims=True)
     on_high = weighted[:, high].any(axis=2, keepdims=True)
-    both = on_low & on_high
-    weighted[:, low] += both * (weighted[:, high] @ turn)
-    weighted[:, high] = np.where(both, weighted[:, low] @ turn.T, weighted[:, high])
-
-
-def _unit(vectors: Array) -> Array:
-    """Vectors (..., d) of length one; zero stays zero."""
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.maximum(lengths, np.finfo(float).tiny))
+    on_both = on_low & on_high
+    weighted[:, low] += on_both * (weighted[:, high] @ turn)
+    weighted[:, high] = np.where(on_both, weighted[:, low] @ turn.T, weighted[:, high])
 
 
 def along_axes(normals: Array) -> tuple[Booleans, Integers]:
