@@ -1,8 +1,23 @@
 """Finite-element models of a contact, condensed to its interface.
 
-In come meshes of scikit-fem or matrices of any code; out goes a `ContactSystem`. `model.py` has
-`ContactModel`, made of bodies (`bodies.py`, `elasticity.py`), contacts (`contacts.py`, `faces.py`,
-`interface.py`), supports, loads, bolts and sectors (a file each); `assembly.py` assembles it,
-`condense.py` and `schur.py` condense it. `recovery.py` gives stresses back, `modes.py` modes.
-`pictures.py` and `views.py` draw, `paraview.py` exports.
+In come meshes of scikit-fem, or matrices of any code. Out goes a `ContactSystem`: the stiffness S
+of the relative motions z of the node pairs, and the bonded reactions of each load case. With the
+stiffness K of the separate bodies, the displacements are `u = T y`, where y are the displacements
+inside the bodies and z. S is the Schur complement of z in `T^T K T`.
+
+| file | what is in it |
+|---|---|
+| `model.py` | `ContactModel`: the description by the user, and its condensation |
+| `bodies.py`, `elasticity.py` | meshes with materials, their stiffness and nodal forces |
+| `contacts.py`, `supports.py`, `cyclic.py` | contacts, supports, and sectors of a ring |
+| `loads.py`, `bolts.py`, `load_sizes.py` | loads, tightened bolts, and sizes of load cases |
+| `faces.py`, `clipping.py`, `normals.py` | facets, overlaps of faces, and normals |
+| `coincidence.py`, `touching.py` | which points coincide, and whether bodies touch unjoined |
+| `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases on them |
+| `shared_corners.py` | corners of several contacts |
+| `condense.py`, `schur.py`, `rigid.py` | condensation, elimination, and free rigid motions |
+| `interface.py`, `guided_pairs.py` | pairs as unknowns, and pairs on planes of symmetry |
+| `matrix_checks.py`, `pair_checks.py` | checks of matrices, and of the order and sides of pairs |
+| `fields.py`, `recovery.py`, `modes.py` | displacements and stresses, and modes of vibration |
+| `pictures.py`, `views.py`, `paraview.py` | drawing and export |
 """

@@ -1,8 +1,8 @@
-"""The bodies of a contact model, of their own meshes or of one that is split."""
+"""The bodies of a contact model: each with its mesh, or parts of one mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -26,14 +26,21 @@ from .elasticity import (
     through_corners,
 )
 
-_UNITS_APART = 2e5  # Pa and MPa differ by 1e6, rubber and steel by up to 1e5
-_THOUSANDFOLD = (
-    500.0,
-    5000.0,
-    # GPa and MPa differ by 1000, and metals by up to 5; polymers on steel by less, rubber on steel by
-    # more
-)
-_SIZES_APART = 500.0  # mm and m differ by 1000, a pad and a half-plane by some hundred
+
+@dataclass(frozen=True)
+class UnitSettings:
+    """Ratios of moduli and sizes of two bodies that suggest different units."""
+
+    # Pa and MPa differ by 1e6, rubber and steel by up to 1e5.
+    moduli: float = 2e5
+    # mm and m differ by 1000, a pad and a half-plane by some hundred.
+    sizes: float = 500.0
+    # MPa and GPa differ by 1000, and metals by up to 5. Polymers differ from steel by less than
+    # this range, rubber by more.
+    thousandfold: tuple[float, float] = (500.0, 5000.0)
+
+
+UNITS = UnitSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,32 +51,34 @@ class Body:
     ----------
     mesh
         The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane, `MeshTet` or `MeshHex`
-        in space; or with curved sides `MeshTri2`, `MeshQuad2`, `MeshTet2` or `MeshHex2`, the
-        elements of which are quadratic.
+        in space. Meshes with curved sides are `MeshTri2`, `MeshQuad2`, `MeshTet2` or `MeshHex2`;
+        their elements are quadratic.
     material
         Its material.
     element
         "linear"; "quadratic": displacements are quadratic in each element, and `mesh` becomes the
-        mesh with nodes amid its sides; or "mean_dilatation": linear quadrilaterals and hexahedra
-        that do not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock,
-        quadratic ones do not. None: as the mesh is.
+        mesh with midside nodes; or "mean_dilatation": linear quadrilaterals and hexahedra that do
+        not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock, quadratic ones
+        do not. None: the elements of the mesh.
 
     Raises
     ------
     ModelError
-        Elements that are not convex, turned inside out or without area or volume, others than
-        these, a quadratic mesh with linear elements, a mesh of several parts that share no edge (in
-        space no face), nodes that belong to no element.
+        Elements are not convex, turned inside out, without area or volume, or of another kind. A
+        quadratic mesh is given with linear elements. The mesh has several parts that share no edge
+        (in space no face), or nodes that belong to no element.
 
     Examples
     --------
     >>> from skfem import MeshHex, MeshQuad
     >>> import frictopt as fo
-    >>> mesh = MeshQuad.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[1] == 0})
+    >>> mesh = MeshQuad.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0])
+    >>> mesh = mesh.with_boundaries({"contact": lambda x: x[1] == 0})
     >>> fo.Body(mesh, fo.Material(E=70e9, nu=0.33)).boundary_nodes("contact", "interface").size
     3
-    >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0]).with_boundaries({"contact": lambda x: x[2] == 0})
-    >>> fo.Body(mesh)
+    >>> mesh = MeshHex.init_tensor([0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 1.0])
+    >>> mesh = mesh.with_boundaries({"contact": lambda x: x[2] == 0})
+    >>> fo.Body(mesh)  # doctest: +NORMALIZE_WHITESPACE
     Body(MeshHex1, 12 nodes, 2 elements, boundaries=['contact'], element='linear', Material(E=1.0,
     nu=0.3, density=None))
     >>> fo.Body(mesh).boundary_nodes("contact", "interface").size
@@ -84,59 +93,66 @@ class Body:
 
     def __post_init__(self) -> None:
         check_kind(self.mesh)
-        straight = type(self.mesh) in QUADRATIC
-        element = choice(
-            "element",
-            ("linear" if straight else "quadratic") if self.element is None else self.element,
-            ELEMENT_NAMES,
-        )
-        if element != "quadratic" and not straight:
+        kind = type(self.mesh)
+        is_straight = kind in QUADRATIC
+        usual = "linear" if is_straight else "quadratic"
+        element = choice("element", usual if self.element is None else self.element, ELEMENT_NAMES)
+        if element != "quadratic" and not is_straight:
             raise ModelError(
-                f"element: {element!r}, but the mesh is a {type(self.mesh).__name__} with quadratic elements; leave `element` out"
+                f"element: {element!r}, but the mesh is a {kind.__name__} with quadratic "
+                "elements; leave `element` out"
             )
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
-        vars(self).update(
-            element=element,
-            mesh=quadratic(self.mesh) if element == "quadratic" and straight else self.mesh,
-        )
-        _check_elements(self.mesh)
+        mesh = self.mesh
+        if element == "quadratic" and is_straight:
+            mesh = quadratic(mesh)
+        vars(self).update(element=element, mesh=mesh)
+        _check_elements(mesh)
 
     def __repr__(self) -> str:
-        mesh, names = self.mesh, sorted(self.mesh.boundaries or {})
-        parts = f"{type(mesh).__name__}, {mesh.p.shape[1]} nodes, {mesh.nelements} elements, boundaries={names}, element={self.element!r}"
-        return f"Body({parts}, {self.material})"
+        mesh = self.mesh
+        return (
+            f"Body({type(mesh).__name__}, {mesh.p.shape[1]} nodes, {mesh.nelements} elements, "
+            f"boundaries={sorted(mesh.boundaries or {})}, element={self.element!r}, "
+            f"{self.material})"
+        )
 
     def boundary(self, name: str, argument: str) -> Integers:
-        """Facets of the boundary of that name, which lie on the outline of the mesh; error messages call it `argument`."""
+        """Facets of a boundary, which lie on the outline; error messages call it `argument`."""
         boundaries = self.mesh.boundaries or {}
         if not isinstance(name, str) or name not in boundaries:
-            hint = (
-                "; a Contact takes the boundary 'contact' of both bodies unless others are named"
-                if shown(name) == "'contact'"
-                else ""
-            )
+            hint = ""
+            if shown(name) == "'contact'":
+                hint = (
+                    "; a Contact takes the boundary 'contact' of both bodies unless others are "
+                    "named"
+                )
             raise ModelError(
-                f"{argument}: boundary {shown(name)} is unknown; this mesh names {sorted(boundaries)}{hint}"
+                f"{argument}: boundary {shown(name)} is unknown; this mesh names "
+                f"{sorted(boundaries)}{hint}"
             )
         facets = np.unique(boundaries[name])
         if not len(facets) or np.any(self.mesh.f2t[1, facets] >= 0):
-            hint = "name facets of its outline (`split_bodies` gives bodies that share nodes their own)"
             raise ModelError(
-                f"{argument}: boundary {name!r} has no facets, or facets inside the body; {hint}"
+                f"{argument}: boundary {name!r} has no facets, or facets inside the body; name "
+                "facets of its outline (`split_bodies` gives bodies that share nodes their own)"
             )
         return facets
 
     def boundary_nodes(self, name: str, argument: str) -> Integers:
-        """Nodes on the boundary of that name; error messages call it `argument`."""
+        """Nodes on a boundary; error messages call it `argument`."""
         return facet_nodes(self.mesh, self.boundary(name, argument))
 
     @property
     def through_corners(self) -> Body:
-        """The body with linear elements through its corner nodes, which keep their numbers: contacts see it so."""
+        """The body with linear elements through its corner nodes, as contacts take it.
+
+        The corner nodes keep their numbers.
+        """
         if self.element != "quadratic":
             return self
-        linear = copy(self)  # one body still where a bolt cuts it
+        linear = copy(self)  # without the checks: a body that a bolt cuts has two parts
         object.__setattr__(linear, "mesh", through_corners(self.mesh))
         return linear
 
@@ -147,38 +163,43 @@ def check_kind(mesh: Mesh) -> None:
     if type(mesh) not in kinds:
         names = ", ".join(kind.__name__ for kind in kinds)
         raise ModelError(
-            f"mesh: a {type(mesh).__name__}; give one of scikit-fem with elements of one shape, linear or quadratic: {names}"
+            f"mesh: a {type(mesh).__name__}; give one of scikit-fem with elements of one shape, "
+            f"linear or quadratic: {names}"
         )
 
 
 def _check_elements(mesh: Mesh) -> None:
-    """Check that all elements are convex and have a size, that they hang together by their facets, and that every node belongs to one."""
+    """Check that elements are convex and have a size, that they are connected, and all nodes."""
+    is_plane = mesh.dim() == 2
     if (i := first_of(~np.isfinite(mesh.p).all(axis=0))) is not None:
         raise ModelError(f"mesh: node {i} has coordinates that are not finite")
     sizes = _sizes(mesh)
     bad = ~((sizes > 0).all(axis=0) | (sizes < 0).all(axis=0))
     if (i := first_of(bad)) is not None:
-        repair = (
-            "repair the mesh"
-            if type(mesh) in QUADRATIC
-            else "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
-        )
-        size = "area" if mesh.dim() == 2 else "volume"
+        repair = "repair the mesh"
+        if type(mesh) not in QUADRATIC:
+            repair = "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
+        size = "area" if is_plane else "volume"
         raise ModelError(
-            f"mesh: {bad.sum()} elements are not convex or have no {size}, the first is {i}; {repair}"
+            f"mesh: {bad.sum()} elements are not convex or have no {size}, the first is {i}; "
+            f"{repair}"
         )
-    if parts := parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1]).max():
-        share = "edge" if mesh.dim() == 2 else "face"
+    part = parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1])
+    if part.max() > 0:
+        share = "edge" if is_plane else "face"
         raise ModelError(
-            f"mesh: {parts + 1} parts that share no {share}; give one connected body (merge nodes that coincide)"
+            f"mesh: {part.max() + 1} parts that share no {share}; give one connected body (merge "
+            "nodes that coincide)"
         )
-    if loose := mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs)):
-        raise ModelError(f"mesh: {loose} nodes belong to no element; remove them")
+    unused = mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs))
+    if unused:
+        raise ModelError(f"mesh: {unused} nodes belong to no element; remove them")
 
 
 def _sizes(mesh: Mesh) -> Array:
-    """(nodes, elements) signed area or volume of the elements as it is at each of their nodes."""
-    element, nodes = mesh.elem(), mesh.dofs.element_dofs
+    """(nodes, elements) signed area or volume, from the Jacobian of the elements at their nodes."""
+    element = mesh.elem()
+    nodes = mesh.dofs.element_dofs
     slopes = functions_of(element, len(nodes), element.doflocs.T)[1]
     return np.asarray(np.linalg.det(np.einsum("aie,ibk->keab", mesh.p[:, nodes], slopes)))
 
@@ -188,9 +209,9 @@ def split_bodies(
 ) -> dict[str, Body]:
     """Split a mesh with a named subdomain for each body into bodies with nodes of their own.
 
-    Each body keeps the named boundaries of the mesh that it has facets on. The facets that it
-    shares with another body become one more boundary, of the name of that body: between a pin and a
-    plate that share nodes the contact is `Contact("pin", "plate", "plate", "pin")`.
+    Each body keeps the named boundaries of the mesh on which it has facets. The facets that it
+    shares with another body become a boundary with the name of that body: between a pin and a plate
+    that share nodes the contact is `Contact("pin", "plate", "plate", "pin")`.
 
     Parameters
     ----------
@@ -209,8 +230,8 @@ def split_bodies(
     Raises
     ------
     ModelError
-        Another kind of mesh, a subdomain that is unknown, elements in none or in two of the
-        subdomains, a boundary called as another body, or what `Body` refuses.
+        The mesh is of another kind. A subdomain is unknown. Elements are in no subdomain, or in
+        two. A boundary has the name of a neighbouring body. `Body` refuses a part.
 
     Examples
     --------
@@ -224,110 +245,141 @@ def split_bodies(
     """
     check_kind(mesh)
     owner = _owners(mesh, materials)
-    inner = np.flatnonzero(mesh.f2t[1] >= 0)
-    sides, bodies = owner[mesh.f2t[:, inner]], {}
+    bodies = {}
     for number, (name, material) in enumerate(materials.items()):
-        elements, boundaries = np.flatnonzero(owner == number), dict(mesh.boundaries or {})
-        own = (sides == number).any(axis=0)
-        for other, neighbour in enumerate(materials):
-            shared = inner[own & (sides == other).any(axis=0)]
-            if other != number and len(shared):
-                if neighbour in boundaries:
-                    raise ModelError(
-                        f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets with; call it otherwise"
-                    )
-                boundaries[neighbour] = shared
+        elements = np.flatnonzero(owner == number)
+        boundaries = {**(mesh.boundaries or {}), **_shared_facets(mesh, owner, number, materials)}
         part = replace(mesh, _boundaries=boundaries).restrict(elements, skip_subdomains=True)
-        kept = {boundary: facets for boundary, facets in part.boundaries.items() if len(facets)}
+        named = {boundary: facets for boundary, facets in part.boundaries.items() if len(facets)}
+        points = points_from(mesh, elements, part)
         try:
-            bodies[name] = Body(
-                replace(part, doflocs=points_from(mesh, elements, part), _boundaries=kept),
-                material,
-                element,
-            )
+            bodies[name] = Body(replace(part, doflocs=points, _boundaries=named), material, element)
         except ModelError as error:
             raise ModelError(f"body {name!r}: {error}") from error
     return bodies
 
 
+def _shared_facets(
+    mesh: Mesh, owner: Integers, number: int, names: Iterable[str]
+) -> dict[str, Integers]:
+    """Name of each neighbour of a body -> facets that both share."""
+    inner = np.flatnonzero(mesh.f2t[1] >= 0)
+    sides = owner[mesh.f2t[:, inner]]
+    of_body = (sides == number).any(axis=0)
+    facets = {}
+    for number_2, neighbour in enumerate(names):
+        shared = inner[of_body & (sides == number_2).any(axis=0)]
+        if number_2 == number or not len(shared):
+            continue
+        if neighbour in (mesh.boundaries or {}):
+            name = list(names)[number]
+            raise ModelError(
+                f"mesh: boundary {neighbour!r} has the name of a body that {name!r} shares facets "
+                "with; call it otherwise"
+            )
+        facets[neighbour] = shared
+    return facets
+
+
 def _owners(mesh: Mesh, materials: Mapping[str, Material]) -> Integers:
-    """(elements,) number of the subdomain that each element is in, in the order of the materials."""
+    """(elements,) number of the subdomain of each element, in the order of the materials."""
     if not isinstance(materials, Mapping) or not materials:
         raise ModelError(
             f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material"
         )
-    subdomains, owner = mesh.subdomains or {}, np.full(mesh.t.shape[1], -1)
+    subdomains = mesh.subdomains or {}
+    owner = np.full(mesh.t.shape[1], -1)
     for number, name in enumerate(materials):
         if name not in subdomains:
-            hint = (
-                ""
-                if subdomains
-                else "; name each body in the mesh (gmsh: a physical group of its volumes, in the plane of its surfaces)"
-            )
+            hint = ""
+            if not subdomains:
+                hint = (
+                    "; name each body in the mesh (gmsh: a physical group of its volumes, in the "
+                    "plane of its surfaces)"
+                )
             raise ModelError(
-                f"materials: subdomain {name!r} is unknown; this mesh names {sorted(subdomains)}{hint}"
+                f"materials: subdomain {name!r} is unknown; this mesh names "
+                f"{sorted(subdomains)}{hint}"
             )
         elements = np.asarray(subdomains[name])
         if np.any(owner[elements] >= 0):
+            before = list(materials)[owner[elements].max()]
             raise ModelError(
-                f"materials: subdomain {name!r} shares elements with {list(materials)[owner[elements].max()]!r}; give each to one body"
+                f"materials: subdomain {name!r} shares elements with {before!r}; give each to one "
+                "body"
             )
         owner[elements] = number
     if owner.min() < 0:
         raise ModelError(
-            f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name all subdomains, or remove these"
+            f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name "
+            "all subdomains, or remove these"
         )
     return owner
 
 
 def checked_kinematics(kinematics: Kinematics | None, bodies: Mapping[str, Body]) -> Kinematics:
-    """Check the bodies, and the kinematics by their dimension."""
+    """Check the bodies, and that the kinematics suits their dimension."""
     for name, body in bodies.items():
         check_text("bodies: name", name, "a printable text")
         if not isinstance(body, Body):
             raise ModelError(
                 f"bodies[{name!r}]: a {type(body).__name__}; give a Body(mesh, material)"
             )
-    named = {body.mesh.dim(): name for name, body in reversed(list(bodies.items()))}
-    if len(named) > 1:
+    first_of_dimension = {body.mesh.dim(): name for name, body in reversed(list(bodies.items()))}
+    if len(first_of_dimension) > 1:
         raise ModelError(
-            f"bodies: {named[2]!r} is plane, {named[3]!r} in space; give meshes of one dimension"
+            f"bodies: {first_of_dimension[2]!r} is plane, {first_of_dimension[3]!r} in space; give "
+            "meshes of one dimension"
         )
-    usual: Kinematics = "space" if 3 in named else "plane_strain"
-    found = choice("kinematics", usual if kinematics is None else kinematics, KINEMATICS)
-    if (found == "space") != (3 in named):
+    is_spatial = 3 in first_of_dimension
+    usual: Kinematics = "space" if is_spatial else "plane_strain"
+    chosen = choice("kinematics", usual if kinematics is None else kinematics, KINEMATICS)
+    if (chosen == "space") != is_spatial:
+        dimension = "in space" if is_spatial else "in the plane"
         raise ModelError(
-            f"kinematics: {found!r} with bodies {'in space' if 3 in named else 'in the plane'}; leave it out, or give other meshes"
+            f"kinematics: {chosen!r} with bodies {dimension}; leave it out, or give other meshes"
         )
-    for name, body in bodies.items() if found == "axisymmetric" else ():
-        radius = body.mesh.p[0]
-        if radius.min() < 0:
-            raise ModelError(
-                f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an axisymmetric body x is the radius, >= 0"
-            )
-        if body.element == "mean_dilatation":
-            raise ModelError(
-                f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or quadratic elements"
-            )
-    return found
+    if chosen == "axisymmetric":
+        for name, body in bodies.items():
+            _check_axisymmetric(name, body)
+    return chosen
+
+
+def _check_axisymmetric(name: str, body: Body) -> None:
+    radius = body.mesh.p[0]
+    if radius.min() < 0:
+        raise ModelError(
+            f"bodies[{name!r}]: x = {radius.min():g} at node {int(radius.argmin())}; of an "
+            "axisymmetric body x is the radius, >= 0"
+        )
+    if body.element == "mean_dilatation":
+        raise ModelError(
+            f"bodies[{name!r}]: element {body.element!r}; axisymmetric bodies have linear or "
+            "quadratic elements"
+        )
 
 
 def units_apart(names: Sequence[str], bodies: Sequence[Body]) -> Iterator[str]:
-    """Warnings of moduli or sizes of two bodies that may be in different units."""
-    E, sizes = (
-        [body.material.E for body in bodies],
-        [float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies],
-    )
-    for what, (a, b), most, units in (
-        ("E", E, _UNITS_APART, "Pa or MPa"),
-        ("size", sizes, _SIZES_APART, "mm or m"),
-    ):
-        if max(a, b) >= most * min(a, b):
-            yield f"bodies: {what} = {a:g} of {names[0]!r} and {b:g} of {names[1]!r}; are both in the same unit ({units})?"
-    ratio = max(E) / min(E)
-    if _THOUSANDFOLD[0] <= ratio <= _THOUSANDFOLD[1]:
-        soft, stiff = (names[E.index(value)] for value in (min(E), max(E)))
+    """Warnings if moduli or sizes of two bodies suggest that they are in different units."""
+    name_1, name_2 = names
+    E_1, E_2 = (body.material.E for body in bodies)
+    if max(E_1, E_2) >= UNITS.moduli * min(E_1, E_2):
         yield (
-            f"bodies: E = {min(E):g} of {soft!r} and {max(E):g} of {stiff!r}, {ratio:.4g} times as much; are both in the same unit (MPa or GPa)? "
-            "Steel is 20,000 times as stiff as rubber and more, and less than 500 times as stiff as a hard polymer"
+            f"bodies: E = {E_1:g} of {name_1!r} and {E_2:g} of {name_2!r}; are both in the same "
+            "unit (Pa or MPa)?"
+        )
+    size_1, size_2 = (float(np.ptp(body.mesh.p, axis=1).max()) for body in bodies)
+    if max(size_1, size_2) >= UNITS.sizes * min(size_1, size_2):
+        yield (
+            f"bodies: size = {size_1:g} of {name_1!r} and {size_2:g} of {name_2!r}; are both in "
+            "the same unit (mm or m)?"
+        )
+    (soft, name_of_soft), (stiff, name_of_stiff) = sorted([(E_1, name_1), (E_2, name_2)])
+    lower, upper = UNITS.thousandfold
+    if lower <= stiff / soft <= upper:
+        yield (
+            f"bodies: E = {soft:g} of {name_of_soft!r} and {stiff:g} of {name_of_stiff!r}, "
+            f"{stiff / soft:.4g} times as much; are both in the same unit (MPa or GPa)? Steel is "
+            "20,000 times as stiff as rubber and more, and less than 500 times as stiff as a hard "
+            "polymer"
         )

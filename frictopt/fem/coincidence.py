@@ -1,12 +1,15 @@
 """Which points coincide: coordinates have the digits of their file.
 
-This is the only place that says how far apart two points may be that are one. A coordinate may be
-off by half a unit in the last of its digits. All coordinates of a mesh that have the same sign have
-as many digits, or as many decimals, as they can be written with, whichever leaves the larger unit:
-a minus may take the place of a digit in a file. Fewer than six digits are those of round numbers,
-which are exact. These, and coordinates of more than twelve digits, such as those of a mesh that was
-turned, may be off by a share of the size of the mesh.
+This is the only place that decides how far apart two coincident points may be. A coordinate has an
+error of half a unit in its last digit. All coordinates of a mesh that have the same sign are
+written with the same number of digits, or of decimals; the larger of the two units counts. A minus
+may take the place of a digit in a file.
+
+Numbers of fewer than six digits are round and taken as exact. Coordinates of a mesh that was turned
+have more than twelve digits. In both cases the error is a share of the size of the mesh.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,61 +17,78 @@ from skfem import Mesh
 
 from ..base import COUNTS, SAME_POINT, Array, Booleans, Integers
 
-_FEWEST, _MOST = (
-    6,
-    12,
-)  # digits; with more, the share of the size of the mesh is larger than the last digit
-_SAMPLE = 100  # coordinates that tell at once that a mesh has many digits
-_WRITTEN = (
-    8 * np.finfo(float).eps
-)  # relative error of a decimal number, also after a change of units by a power of ten
+
+@dataclass(frozen=True)
+class DigitSettings:
+    """Numbers of the search for the digits of coordinates."""
+
+    # Fewest digits that count as those of a file; numbers of fewer digits are round.
+    min_digits: int = 6
+    # Most digits. With more, the share of the size of the mesh is larger than the last digit.
+    max_digits: int = 12
+    # So many coordinates are tried first, because they usually show that a mesh has many digits.
+    sample: int = 100
+    # Relative error of a decimal number, also after a change of units by a power of ten.
+    rounding: float = 8 * float(np.finfo(float).eps)
+
+
+SETTINGS = DigitSettings()
 
 
 def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     """(nodes, d) error of each coordinate of a mesh (nodes, d).
 
-    The corners are the nodes that were written with these digits; None: all. Nodes amid edges may
-    have been computed.
+    The digits are those of the corners; None: of all nodes. Midside nodes may have been computed.
     """
     written = (points if corners is None else points[corners]).ravel()
     unit = np.zeros(points.shape)
     for sign in (-1, 1):
-        sizes, own = sign * written[sign * written > 0], sign * points >= 0
-        largest = np.full(sizes.shape, _place(sizes.max(initial=0.0)))
+        sizes = sign * written[sign * written > 0]
+        has_sign = sign * points >= 0
+        # All sizes with the decimals of the largest one: the unit is the same for all.
+        largest = np.full(sizes.shape, _exponent(sizes.max(initial=0.0)))
         by_decimals = _unit(largest[:1], _digits(sizes, largest)).max(initial=0.0)
-        by_digits = np.where(
-            points[own] == 0, 0.0, _unit(_place(sign * points[own]), _digits(sizes, _place(sizes)))
-        )
-        unit[own] = np.maximum(unit[own], np.maximum(by_decimals, by_digits))
+        # Each size with its own exponent and the same number of digits.
+        digits = _digits(sizes, _exponent(sizes))
+        by_digits = _unit(_exponent(sign * points[has_sign]), digits)
+        by_digits = np.where(points[has_sign] == 0, 0.0, by_digits)
+        unit[has_sign] = np.maximum(unit[has_sign], np.maximum(by_decimals, by_digits))
     # Two roundings of one number may differ by a whole unit: a little more than half of it is
     # allowed to each.
     rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())
     return np.asarray(np.maximum((1 + COUNTS) / 2 * unit, rounding))
 
 
-def _place(sizes: Array) -> Array:
+def _exponent(sizes: Array) -> Array:
     """Power of ten of the first digit of numbers >= 0."""
     return np.asarray(np.floor(np.log10(np.maximum(sizes, np.finfo(float).tiny))))
 
 
-def _unit(first: Array, digits: int | None) -> Array:
-    """Unit in the last of some digits, of which the first has a power of ten; zero without a number of digits."""
-    return np.zeros(first.shape) if digits is None else 10.0 ** (first - digits + 1)
+def _unit(exponent: Array, digits: int | None) -> Array:
+    """Unit of the last of some digits, if the first digit has this exponent; 0 without digits."""
+    if digits is None:
+        return np.zeros(exponent.shape)
+    return np.asarray(10.0 ** (exponent - digits + 1))
 
 
-def _digits(sizes: Array, first: Array) -> int | None:
-    """The fewest digits with which all numbers can be written; None if they are fewer than six, or more than twelve.
+def _digits(sizes: Array, exponent: Array) -> int | None:
+    """The fewest digits, six to twelve, with which all numbers can be written; else None.
 
-    The first digit of each number is the one of a power of ten.
+    The first digit of each number is the digit of its exponent.
     """
-    for digits in range(_FEWEST - 1, _MOST + 1):
-        for some in (slice(_SAMPLE), slice(None)):
-            scaled = sizes[some] * 10.0 ** (digits - 1 - first[some])
-            if not (np.abs(scaled - np.rint(scaled)) <= _WRITTEN * scaled).all():
-                break
-        else:
-            return digits if digits >= _FEWEST else None
+    for digits in range(SETTINGS.min_digits - 1, SETTINGS.max_digits + 1):
+        sample = slice(SETTINGS.sample)
+        if _have_digits(sizes[sample], exponent[sample], digits) and _have_digits(
+            sizes, exponent, digits
+        ):
+            return digits if digits >= SETTINGS.min_digits else None
     return None
+
+
+def _have_digits(sizes: Array, exponent: Array, digits: int) -> bool:
+    """Whether all numbers can be written with so many digits."""
+    scaled = sizes * 10.0 ** (digits - 1 - exponent)
+    return bool((np.abs(scaled - np.rint(scaled)) <= SETTINGS.rounding * scaled).all())
 
 
 def mesh_errors(mesh: Mesh) -> Array:
@@ -76,23 +96,26 @@ def mesh_errors(mesh: Mesh) -> Array:
     return coordinate_errors(mesh.p.T, np.unique(mesh.t))
 
 
-def along(directions: Array, errors: Array) -> Array:
-    """(n,) error along directions (n, d), of length one, from those of the coordinates (n, d)."""
+def error_along(directions: Array, errors: Array) -> Array:
+    """(n,) error along unit vectors (n, d), from the errors of the coordinates (n, d)."""
     return np.asarray(np.sum(np.abs(directions) * errors, axis=1))
 
 
 def measured(distance: Array, error: Array) -> Array:
-    """(n,) the distance, where it exceeds its error (n,), else zero: a whole unit of the last digit is a distance."""
+    """(n,) distance if it exceeds its error (n,), else zero.
+
+    A distance of a whole unit of the last digit counts.
+    """
     return np.where(distance > (1 - 2 * COUNTS) * error, distance, 0.0)
 
 
-def one_point(apart: Array, errors: Array) -> Booleans:
-    """(n,) whether points coincide that are `apart` (n, d), with the sum of the errors of both (n, d)."""
-    return np.asarray((np.abs(apart) <= errors).all(axis=-1))
+def coincide(difference: Array, errors: Array) -> Booleans:
+    """(n,) whether two points coincide: their difference is within the sum of their errors."""
+    return np.asarray((np.abs(difference) <= errors).all(axis=-1))
 
 
 def coincident(points: Array, errors: Array) -> tuple[Integers, Integers]:
     """Pairs i, j of points (n, d) that coincide, i < j."""
     i, j = cKDTree(points).query_pairs(2 * float(errors.max()), p=np.inf, output_type="ndarray").T
-    same = one_point(points[i] - points[j], errors[i] + errors[j])
+    same = coincide(points[i] - points[j], errors[i] + errors[j])
     return i[same], j[same]

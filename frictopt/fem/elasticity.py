@@ -1,4 +1,9 @@
-"""Elasticity of one body on a scikit-fem mesh, plane, axisymmetric or in space: its material, elements, stiffness and load vectors."""
+"""Elasticity of one body on a scikit-fem mesh: material, stiffness, and nodal forces.
+
+A body is plane, axisymmetric or in space. A mesh of scikit-fem counts its corner nodes first, as in
+`mesh.t` and `mesh.facets`, then the midside nodes of edges, facets and elements. The functions at
+the end of the file answer questions on such meshes.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -17,21 +22,17 @@ from ..errors import ModelError
 
 ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]
 Kinematics: TypeAlias = Literal["plane_strain", "plane_stress", "axisymmetric", "space"]
-ELEMENT_NAMES, KINEMATICS = get_args(ElementName), get_args(Kinematics)
+ELEMENT_NAMES = get_args(ElementName)
+KINEMATICS = get_args(Kinematics)
 Amount: TypeAlias = float | Callable[..., ArrayLike]
-"""A number, or a function of the coordinates x and y, and z in space (arrays), that returns an array of their shape."""
-_FACETS = {
-    2: skfem.ElementLineP1,
-    3: skfem.ElementTriP1,
-    4: skfem.ElementQuad1,
-}  # by the number of corners
-_ORDER = 5  # of the integration over facets
-MOMENTS = LinearForm(
-    lambda v, w: w.amount * v
-)  # of an amount at the points of integration with the function of each node
+"""A number, or a function of the coordinates x and y, and z in space (arrays).
 
-# A mesh of scikit-fem counts its corner nodes first, as `mesh.t` and `mesh.facets` have them, then
-# those amid edges, facets and elements.
+The function returns an array of their shape.
+"""
+
+# Integral of an amount, given at the integration points, times the function of each node.
+MOMENTS = LinearForm(lambda v, w: w.amount * v)
+
 QUADRATIC = {
     skfem.MeshTri1: skfem.MeshTri2,
     skfem.MeshQuad1: skfem.MeshQuad2,
@@ -41,13 +42,14 @@ QUADRATIC = {
 _LINEAR = {second: first for first, second in QUADRATIC.items()} | {
     first: first for first in QUADRATIC
 }
-_SERENDIPITY = {8: skfem.ElementQuadS2, 20: skfem.ElementHexS2}  # by the number of their nodes
-_POINTS = {
-    skfem.MeshQuad2: 5,
-    skfem.MeshHex2: 5,
-}  # three points a direction: exact for uniform stress in curved elements, and for straight ones
-# the most that a node may lie off the middle of its corners, over their distance: some 45 degrees
-# of arc
+# Elements by their number of nodes: facets, and serendipity elements.
+_FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
+_SERENDIPITY = {8: skfem.ElementQuadS2, 20: skfem.ElementHexS2}
+# Order of integration. Three points a direction are exact for uniform stress in curved elements,
+# and for any stress in straight elements.
+_ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5}
+# Largest distance of a midside node from the middle of its corners, relative to the distance of the
+# corners: some 45 degrees of arc.
 _OFF = 0.1
 
 
@@ -63,7 +65,7 @@ class Material:
         Poisson's ratio, -1 < nu < 0.5.
     density
         Mass per volume, > 0, in the unit of E times time^2 / length^2: tonne/mm^3 beside MPa, mm
-        and s (steel: 7.85e-9), kg/m^3 beside Pa, m and s. None: not known; modes need it.
+        and s (steel: 7.85e-9), kg/m^3 beside Pa, m and s. None: unknown; modes need it.
 
     Raises
     ------
@@ -98,12 +100,13 @@ class Material:
         return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu)), self.E / (2 * (1 + self.nu))
 
     def _plane_lame(self, kinematics: Kinematics) -> tuple[float, float]:
-        """Lame's constants that join the stresses in the plane to the strains in it: in plane stress, lambda is E nu / (1 - nu^2)."""
-        return (
-            (self.E * self.nu / (1 - self.nu**2), self.lame[1])
-            if kinematics == "plane_stress"
-            else self.lame
-        )
+        """Lame's constants between strains and stresses in the plane.
+
+        In plane stress, lambda is E nu / (1 - nu^2).
+        """
+        if kinematics == "plane_stress":
+            return self.E * self.nu / (1 - self.nu**2), self.lame[1]
+        return self.lame
 
     @property
     def plane_modulus(self) -> float:
@@ -111,14 +114,20 @@ class Material:
         return self.E / (1 - self.nu**2)
 
 
+def basis_of(mesh: Mesh) -> Basis:
+    """The functions of one displacement of a body, and points of integration."""
+    return Basis(mesh, mesh.elem(), intorder=_ORDERS.get(type(mesh)))
+
+
 def element_means(basis: Basis, values: Array) -> Array:
-    """Values (elements, ..., integration points) of a basis, each replaced by the mean of its element."""
+    """Replace values (elements, ..., integration points) by their means over each element."""
     dx = np.expand_dims(basis.dx, tuple(range(1, values.ndim - 1)))
-    return np.broadcast_to(((values * dx).sum(axis=-1) / dx.sum(axis=-1))[..., None], values.shape)
+    means = (values * dx).sum(axis=-1) / dx.sum(axis=-1)
+    return np.broadcast_to(means[..., None], values.shape)
 
 
 def circumference(x: Array, kinematics: Kinematics) -> Array:
-    """Length around the axis at each point, `2 pi x`; 1 in space and, as unit depth, in the plane."""
+    """Length around the axis at each point, `2 pi x`; 1 in space, and as depth in the plane."""
     return 2 * np.pi * x if kinematics == "axisymmetric" else np.ones_like(x)
 
 
@@ -128,7 +137,9 @@ def body_stiffness(
     element: ElementName | None = None,
     kinematics: Kinematics = "plane_strain",
 ) -> csr_matrix:
-    """Stiffness matrix of one body, in the plane per unit depth; unknowns are all x displacements by node, then all y, then all z ones.
+    """Stiffness matrix of one body, in the plane per unit depth.
+
+    The unknowns are all x displacements by node, then all y, then all z displacements.
 
     An axisymmetric body has the radius x and the axis x = 0; its stiffness is that of the whole
     circumference. The radial displacement u makes the hoop strain u / x.
@@ -138,41 +149,46 @@ def body_stiffness(
     can then keep its volume without locking. There are no zero-energy modes, because the second
     constant acts in full. In triangles and tetrahedra div u is uniform, so nothing changes there.
     """
-    basis, (lam, mu) = basis_of(mesh), material._plane_lame(kinematics)
+    basis = basis_of(mesh)
+    lam, mu = material._plane_lame(kinematics)
     x = np.asarray(basis.global_coordinates())[0]
     weights = basis.dx * circumference(x, kinematics)
-    slopes = np.ascontiguousarray(
-        np.moveaxis(np.array([field.grad for (field,) in basis.basis]), 2, 0).swapaxes(1, 2)
-    )
-    count, d, n, _ = slopes.shape  # element, direction, node, point of integration
-    dilatation, hoop = slopes, np.zeros(0)
-    if element == "mean_dilatation":
-        dilatation = element_means(basis, slopes)
+    # (element, direction, node, point) slopes of the functions
+    gradients = np.array([field.grad for (field,) in basis.basis])
+    slopes = np.ascontiguousarray(np.moveaxis(gradients, 2, 0).swapaxes(1, 2))
+    count, d, n, _ = slopes.shape
+
+    def products(functions: Array) -> Array:
+        """(element, function, function) integrals of products of two functions."""
+        rows = functions.reshape(count, -1, functions.shape[-1])
+        return np.asarray((rows * weights[:, None]) @ rows.swapaxes(1, 2))
+
+    # K_aibj = int (lambda div_ai div_bj + mu N_i,b N_j,a + mu delta_ab sum_c N_i,c N_j,c)
+    squares = products(slopes)
     if kinematics == "axisymmetric":
         hoop = np.stack([np.broadcast_to(field, x.shape) / x for (field,) in basis.basis], axis=1)
         dilatation = slopes.copy()
         dilatation[:, 0] += hoop
-
-    def products(functions: Array) -> Array:
-        """(element, function, function) integrals of the products of functions (element, ..., point)."""
-        own = functions.reshape(count, -1, functions.shape[-1])
-        return np.asarray((own * weights[:, None]) @ own.swapaxes(1, 2))
-
-    shears = products(slopes)
-    whole = lam * (shears if dilatation is slopes else products(dilatation)).reshape(
-        count, d, n, d, n
-    )
-    shears = mu * shears.reshape(whole.shape)
-    whole += shears.transpose(0, 3, 2, 1, 4)
+        volume = products(dilatation)
+    elif element == "mean_dilatation":
+        volume = products(element_means(basis, slopes))
+    else:
+        volume = squares
+    stiffness = lam * volume.reshape(count, d, n, d, n)
+    shears = mu * squares.reshape(stiffness.shape)
+    stiffness += shears.transpose(0, 3, 2, 1, 4)
+    same_direction = np.einsum("ebibj->eij", shears)
     for a in range(d):
-        whole[:, a, :, a] += np.einsum("ebibj->eij", shears)
-    if len(hoop):
-        whole[:, 0, :, 0] += 2 * mu * products(hoop)
-    unknowns = (
-        (np.arange(d)[:, None, None] * mesh.p.shape[1] + basis.element_dofs).reshape(d * n, count).T
-    )
-    rows, columns = np.repeat(unknowns, d * n, axis=1), np.tile(unknowns, d * n)
-    return csr_matrix((whole.ravel(), (rows.ravel(), columns.ravel())), shape=(mesh.p.size,) * 2)
+        stiffness[:, a, :, a] += same_direction
+    if kinematics == "axisymmetric":
+        stiffness[:, 0, :, 0] += 2 * mu * products(hoop)
+
+    numbers = np.arange(d)[:, None, None] * mesh.p.shape[1] + basis.element_dofs
+    unknowns = numbers.reshape(d * n, count).T
+    rows = np.repeat(unknowns, d * n, axis=1)
+    columns = np.tile(unknowns, d * n)
+    entries = (stiffness.ravel(), (rows.ravel(), columns.ravel()))
+    return csr_matrix(entries, shape=(mesh.p.size,) * 2)
 
 
 def boundary_forces(
@@ -181,48 +197,49 @@ def boundary_forces(
     traction: Callable[[Array, Array], ArrayLike],
     kinematics: Kinematics,
 ) -> Array:
-    """(components, nodes) integrals over facets of the outline, times the function of each node, of a traction: of points and outward normals."""
+    """(components, nodes) nodal forces of a traction on facets of the outline.
+
+    The traction is a function of points and outward unit normals.
+    """
     points, normals, sizes, nodes, values = integration_points(mesh, facets)
     amounts = np.array(traction(points, normals)) * circumference(points[0], kinematics) * sizes
-    return np.array(
-        [
-            np.bincount(nodes.ravel(), part.ravel(), minlength=mesh.p.shape[1])
-            for part in np.einsum("cmq,kmq->ckm", amounts, values)
-        ]
-    )
+    forces = np.einsum("cmq,kmq->ckm", amounts, values)
+    count = mesh.p.shape[1]
+    return np.array([np.bincount(nodes.ravel(), part.ravel(), minlength=count) for part in forces])
 
 
 def integration_points(mesh: Mesh, facets: Integers) -> tuple[Array, Array, Array, Integers, Array]:
-    """Points (d, m, q) on facets of the outline, outward unit normals, sizes (m, q); nodes (k, m) of their elements, functions (k, m, q) of these.
+    """Points (d, m, q) on facets of the outline, outward unit normals, and sizes (m, q).
 
-    The integration is on the facets themselves: scikit-fem would invert the map of very thin
-    elements, in vain.
+    Also returned are the nodes (k, m) of the elements, and their functions (k, m, q) at the points.
+    The integration is on the facets themselves, because scikit-fem would have to invert the map of
+    very thin elements.
     """
-    element, (elements, number) = mesh.elem(), places_of(mesh, facets)
-    local = np.array(element.refdom.facets)[number].T
-    flat = _FACETS[len(local)]()
-    on_flat, weights = get_quadrature(flat.refdom, _ORDER)
-    corners = element.refdom.p[:, local]
-    shapes, slopes = functions_of(flat, len(local), on_flat)
-    at, ways = (
-        np.einsum("dkm,kq->dmq", corners, shapes),
-        np.einsum("dkm,keq->edmq", corners, slopes),
-    )
+    element = mesh.elem()
+    elements, number = places_of(mesh, facets)
+    corner_numbers = np.array(element.refdom.facets)[number].T  # (corners, m)
+    facet_element = _FACETS[len(corner_numbers)]()
+    on_facet, weights = get_quadrature(facet_element.refdom, 5)
+    shapes, slopes = functions_of(facet_element, len(corner_numbers), on_facet)
+
+    # Points and tangents in the reference element.
+    corners = element.refdom.p[:, corner_numbers]
+    reference_points = np.einsum("dkm,kq->dmq", corners, shapes)
+    reference_tangents = np.einsum("dkm,keq->edmq", corners, slopes)
+
     nodes = mesh.dofs.element_dofs[:, elements]
-    values, gradients = functions_of(element, len(nodes), at)
+    x = mesh.p[:, nodes]
+    values, gradients = functions_of(element, len(nodes), reference_points)
     values = values * on_facets(type(mesh))[number].T[:, :, None]
-    points = np.einsum("akm,kmq->amq", mesh.p[:, nodes], values)
-    along = np.einsum(
-        "abmq,ebmq->eamq", np.einsum("akm,kbmq->abmq", mesh.p[:, nodes], gradients), ways
-    )
-    normals = (
-        np.array([along[0, 1], -along[0, 0]])
-        if len(along) == 1
-        else np.cross(along[0], along[1], axis=0)
-    )
-    inward = mesh.p[:, mesh.t[:, elements]].mean(axis=1) - mesh.p[:, mesh.facets[:, facets]].mean(
-        axis=1
-    )
+    points = np.einsum("akm,kmq->amq", x, values)
+    jacobian = np.einsum("akm,kbmq->abmq", x, gradients)
+    tangents = np.einsum("abmq,ebmq->eamq", jacobian, reference_tangents)
+    if len(tangents) == 1:
+        normals = np.array([tangents[0, 1], -tangents[0, 0]])
+    else:
+        normals = np.cross(tangents[0], tangents[1], axis=0)
+    middle_of_facet = mesh.p[:, mesh.facets[:, facets]].mean(axis=1)
+    inward = mesh.p[:, mesh.t[:, elements]].mean(axis=1) - middle_of_facet
     normals = normals * -np.sign(np.sum(normals.sum(axis=2) * inward, axis=0))[:, None]
     sizes = np.linalg.norm(normals, axis=0)
     if (m := first_of(~(sizes > 0).all(axis=1))) is not None:
@@ -236,37 +253,32 @@ def volume_forces(mesh: Mesh, force: Callable[[Array], Array], kinematics: Kinem
     """(d, nodes) nodal forces of a force per volume, a function of points (d, ...)."""
     basis = basis_of(mesh)
     points = np.asarray(basis.global_coordinates())
-    return np.array(
-        [
-            MOMENTS.assemble(basis, amount=part)
-            for part in force(points) * circumference(points[0], kinematics)
-        ]
-    )
+    amounts = force(points) * circumference(points[0], kinematics)
+    return np.array([MOMENTS.assemble(basis, amount=amount) for amount in amounts])
 
 
 def gradient_forces(basis: Basis, stress: Array, kinematics: Kinematics) -> Array:
-    """(d, nodes) nodal forces that a tension of the same size in all directions, given at the integration points, exerts on the nodes."""
+    """(d, nodes) nodal forces of a tension that is equal in all directions.
+
+    The tension `stress` is given at the integration points.
+    """
     x = np.asarray(basis.global_coordinates())[0]
     amount = stress * circumference(x, kinematics)
-    axes = range(basis.mesh.dim())
-    forces = np.array(
-        [
-            LinearForm(lambda v, w, a=a: w.amount * v.grad[a]).assemble(basis, amount=amount)
-            for a in axes
-        ]
-    )
+    forces = []
+    for a in range(basis.mesh.dim()):
+        form = LinearForm(lambda v, w, a=a: w.amount * v.grad[a])
+        forces.append(form.assemble(basis, amount=amount))
     if kinematics == "axisymmetric":
         forces[0] += MOMENTS.assemble(basis, amount=amount / x)
-    return forces
-
-
-def basis_of(mesh: Mesh) -> Basis:
-    """The functions of one displacement of a body, and points of integration."""
-    return Basis(mesh, mesh.elem(), intorder=_POINTS.get(type(mesh)))
+    return np.array(forces)
 
 
 def quadratic(mesh: Mesh) -> Mesh:
-    """The mesh with a node amid each edge (of quadrilaterals and hexahedra each facet and element too), straight as it is."""
+    """Add midside nodes to a mesh, and keep it straight.
+
+    They are in the middle of each edge, in quadrilaterals and hexahedra also of each facet
+    and element.
+    """
     return replace(
         QUADRATIC[type(mesh)].from_mesh(mesh),
         _boundaries=mesh.boundaries,
@@ -275,7 +287,7 @@ def quadratic(mesh: Mesh) -> Mesh:
 
 
 def through_corners(mesh: Mesh) -> Mesh:
-    """The linear mesh of the same elements, facets and names through the corner nodes, which keep their numbers."""
+    """The linear mesh through the corner nodes, which keep their numbers, as do all facets."""
     return _LINEAR[type(mesh)](
         np.ascontiguousarray(mesh.p[:, : mesh.nvertices]),
         mesh.t,
@@ -285,44 +297,56 @@ def through_corners(mesh: Mesh) -> Mesh:
     )
 
 
-def points_from(mesh: Mesh, elements: Integers, other: Mesh) -> Array:
-    """(d, nodes) coordinates for another mesh, whose elements are some of this mesh: scikit-fem takes along those of corners alone."""
-    points = np.zeros((mesh.dim(), other.dofs.N))
-    points[:, other.dofs.element_dofs] = mesh.p[:, mesh.dofs.element_dofs[:, elements]]
+def points_from(mesh: Mesh, elements: Integers, part: Mesh) -> Array:
+    """(d, nodes) coordinates of all nodes of a part, which consists of some elements of a mesh.
+
+    The coordinates that scikit-fem restricts are those of corners only.
+    """
+    points = np.zeros((mesh.dim(), part.dofs.N))
+    points[:, part.dofs.element_dofs] = mesh.p[:, mesh.dofs.element_dofs[:, elements]]
     return points
 
 
-def functions_of(element: Element, count: int, at: Array) -> tuple[Array, Array]:
-    """Values (count, ...) and slopes (count, d, ...) of the first functions of an element at points (d, ...) of its reference."""
-    found = [element.lbasis(at, i) for i in range(count)]
-    return np.array([np.broadcast_to(value, at.shape[1:]) for value, _ in found]), np.array(
-        [np.broadcast_to(slope, at.shape) for _, slope in found]
-    )
+def functions_of(element: Element, count: int, points: Array) -> tuple[Array, Array]:
+    """Values (count, ...) and slopes (count, d, ...) of the first functions of an element.
+
+    They are evaluated at points (d, ...) of the reference element.
+    """
+    values = []
+    slopes = []
+    for i in range(count):
+        value, slope = element.lbasis(points, i)
+        values.append(np.broadcast_to(value, points.shape[1:]))
+        slopes.append(np.broadcast_to(slope, points.shape))
+    return np.array(values), np.array(slopes)
 
 
 def corner_weights(kind: type[Mesh]) -> Array:
-    """(nodes, corners) the functions of the corners of a linear element at the nodes of a reference element of this kind: each node as their mean."""
+    """(nodes, corners) weights that make each node of a straight element a mean of its corners."""
     linear = _LINEAR[kind].elem()
     return functions_of(linear, linear.refdom.nnodes, kind.elem.doflocs.T)[0].T
 
 
-def completion(kind: type[Mesh], given: int) -> Array:
-    """(nodes, given) the nodes of a quadratic element by its first ones: those amid facets and elements by serendipity, where only edges have one."""
-    return (
-        functions_of(_SERENDIPITY[given](), given, kind.elem.doflocs.T)[0].T
-        if given in _SERENDIPITY
-        else np.eye(given)
-    )
+def completion(kind: type[Mesh], count: int) -> Array:
+    """(nodes, count) weights of the nodes of a quadratic element, from its first `count` nodes.
+
+    If only its edges have midside nodes, those of facets and of the element follow from the
+    functions of the serendipity element.
+    """
+    if count in _SERENDIPITY:
+        return functions_of(_SERENDIPITY[count](), count, kind.elem.doflocs.T)[0].T
+    return np.eye(count)
 
 
 def on_facets(kind: type[Mesh]) -> Booleans:
     """(facets, nodes) which nodes of an element lie on each of its facets."""
-    weights, facets = corner_weights(kind), kind.elem.refdom.facets
+    weights = corner_weights(kind)
+    facets = kind.elem.refdom.facets
     return np.array([(np.delete(weights, facet, axis=1) == 0).all(axis=1) for facet in facets])
 
 
 def places_of(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers]:
-    """(m,) elements that some facets bound, and the numbers of the facets in them."""
+    """(m,) elements at some facets, and the numbers of the facets in them."""
     elements = mesh.f2t[0, facets]
     return elements, (mesh.t2f[:, elements] == facets).argmax(axis=0)
 
@@ -333,82 +357,87 @@ def facet_nodes(mesh: Mesh, facets: Integers) -> Integers:
 
 
 def parts_of(links: Sequence[Integers] | Integers, size: int) -> Integers:
-    """(size,) number of the part that each of some things belongs to, by links (2, m) of them."""
-    return np.asarray(
-        connected_components(
-            coo_matrix((np.ones(len(links[0])), tuple(links)), shape=(size, size)), directed=False
-        )[1]
-    )
+    """(size,) number of the connected part of each item; `links` (2, m) connect items."""
+    graph = coo_matrix((np.ones(len(links[0])), tuple(links)), shape=(size, size))
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def places_among(rows: Integers, others: Integers) -> Integers:
-    """(m,) place of each row of numbers (m, k) among others (n, k), in whatever order they stand in a row; -1 where it is none of them."""
-    _, number = np.unique(
-        np.sort(np.concatenate([others, rows]), axis=1), axis=0, return_inverse=True
-    )
-    place = np.full(len(number), -1)
-    place[number.ravel()[: len(others)]] = np.arange(len(others))
-    return np.asarray(place[number.ravel()[len(others) :]])
+def places_among(rows: Integers, known: Integers) -> Integers:
+    """(m,) index of each row of numbers (m, k) among known rows (n, k); -1 if it is unknown.
+
+    The order of the numbers in a row does not matter.
+    """
+    count = len(known)
+    sorted_rows = np.sort(np.concatenate([known, rows]), axis=1)
+    number = np.unique(sorted_rows, axis=0, return_inverse=True)[1].ravel()
+    index = np.full(len(number), -1)
+    index[number[:count]] = np.arange(count)
+    return np.asarray(index[number[count:]])
 
 
 def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
-    """(nodes d, nodes d) matrix of the midside nodes on some facets by their corners, displacements node by node; all other rows are empty.
+    """(nodes d, nodes d) matrix of the midside nodes on some facets by their corners.
 
-    A node follows the mean of its corners, two of an edge or four of a facet. Where it is off their
-    middle by `a`, on a curved face, it also turns with the corners x_c of the facet, by the
-    rotation that fits their displacements best:
+    Displacements are counted node by node; the rows of all other nodes are empty. A midside node
+    follows the mean of its corners, two of an edge or four of a facet. On a curved face it is off
+    the middle of its corners by a vector a. It then also turns with the corners x_c of the facet,
+    by the rotation that fits their displacements best:
 
-        u_m = sum_c weight_c u_c + rotation x a,    J rotation = sum_c r_c x u_c,    J = sum_c
-        |r_c|^2 1 - r_c r_c^T,    r_c = x_c - their mean
+        u_m = sum_c weight_c u_c + rotation x a,
+        J rotation = sum_c r_c x u_c,    J = sum_c |r_c|^2 1 - r_c r_c^T,    r_c = x_c - their mean
 
-    So rigid motions remain what they are, and forces and moments are handed over as such. A node on
-    several facets follows their mean.
+    So rigid motions stay rigid, and forces and moments are passed on. A node on several facets
+    follows their mean.
     """
-    means, (elements, number), d = corner_weights(type(mesh)), places_of(mesh, facets), mesh.dim()
-    corners = means.shape[1]
-    local, which = np.nonzero(on_facets(type(mesh))[number].T[corners:])
-    local, elements, facet = (
-        local + corners,
-        elements[which],
-        np.array(mesh.elem.refdom.facets)[number[which]],
-    )
-    node, ends = mesh.dofs.element_dofs[local, elements], mesh.t[facet.T, elements].T
-    shares = means[local[:, None], facet]
-    points = np.pad(mesh.p[:, ends].transpose(1, 2, 0), ((0, 0), (0, 0), (0, 3 - d)))
-    middle = np.einsum("nc,ncd->nd", shares, points)
-    off = np.pad(mesh.p[:, node].T, ((0, 0), (0, 3 - d))) - middle
-    size = 2 * np.where(shares > 0, np.linalg.norm(points - middle[:, None], axis=2), 0.0).max(
-        axis=1, initial=0.0
-    )
+    d = mesh.dim()
+    node, ends, weights = _midside_nodes(mesh, facets)
+    to_space = (0, 3 - d)  # vectors of the plane get a zero
+    points = np.pad(mesh.p[:, ends].transpose(1, 2, 0), ((0, 0), (0, 0), to_space))
+    middle = np.einsum("nc,ncd->nd", weights, points)
+    off = np.pad(mesh.p[:, node].T, ((0, 0), to_space)) - middle  # (n, 3), the vectors a
+    from_middle = np.linalg.norm(points - middle[:, None], axis=2)
+    size = 2 * np.where(weights > 0, from_middle, 0.0).max(axis=1, initial=0.0)
     distance = np.linalg.norm(off, axis=1)
     if (i := first_of(distance > _OFF * size, distance)) is not None:
         raise ModelError(
-            f"{argument}: the midside node at {place(mesh.p[:, node[i]])} lies {distance[i]:.3g} off the middle of its corners, which are "
-            f"{size[i]:.3g} apart; contact faces are linear between corners: mesh the face finer than {_OFF:g} of that distance, or straighten it"
+            f"{argument}: the midside node at {place(mesh.p[:, node[i]])} lies {distance[i]:.3g} "
+            f"off the middle of its corners, which are {size[i]:.3g} apart; contact faces are "
+            f"linear between corners: mesh the face finer than {_OFF:g} of that distance, or "
+            "straighten it"
         )
     off[distance <= SAME_POINT * size] = 0.0
-    arms = _crossing(points - points.mean(axis=1)[:, None])
-    turn = (
-        _crossing(off)[:, None]
-        @ np.linalg.pinv(np.einsum("ncki,nckj->nij", arms, arms), hermitian=True)[:, None]
-        @ arms
-    )
-    blocks = (shares[:, :, None, None] * np.eye(3) - turn)[:, :, :d, :d]
-    row, column = (
-        d * node[:, None, None, None] + np.arange(d)[:, None],
-        d * ends[:, :, None, None] + np.arange(d),
-    )
-    total = csr_matrix(
-        (blocks.ravel(), [np.broadcast_to(index, blocks.shape).ravel() for index in (row, column)]),
-        shape=(mesh.p.size,) * 2,
-    )
-    ties = csr_matrix(
-        diags(1 / np.maximum(np.repeat(np.bincount(node, minlength=mesh.p.shape[1]), d), 1)) @ total
-    )
+
+    arms = _cross_matrices(points - points.mean(axis=1)[:, None])  # of the r_c
+    J = np.einsum("ncki,nckj->nij", arms, arms)
+    turn = _cross_matrices(off)[:, None] @ np.linalg.pinv(J, hermitian=True)[:, None] @ arms
+    blocks = (weights[:, :, None, None] * np.eye(3) - turn)[:, :, :d, :d]  # (n, corners, d, d)
+    row = d * node[:, None, None, None] + np.arange(d)[:, None]
+    column = d * ends[:, :, None, None] + np.arange(d)
+    indices = [np.broadcast_to(index, blocks.shape).ravel() for index in (row, column)]
+    total = csr_matrix((blocks.ravel(), indices), shape=(mesh.p.size,) * 2)
+    facets_of_node = np.repeat(np.bincount(node, minlength=mesh.p.shape[1]), d)
+    ties = csr_matrix(diags(1 / np.maximum(facets_of_node, 1)) @ total)
     ties.eliminate_zeros()
     return ties
 
 
-def _crossing(vectors: Array) -> Array:
-    """(..., 3, 3) matrices of the vector products with vectors (..., 3)."""
+def _midside_nodes(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers, Array]:
+    """Midside nodes (n,) on each facet, corners (n, c) of the facet, and weights (n, c).
+
+    The weights make the node a mean of these corners, in a straight element.
+    """
+    weights = corner_weights(type(mesh))
+    elements, number = places_of(mesh, facets)
+    corners = weights.shape[1]
+    local, which = np.nonzero(on_facets(type(mesh))[number].T[corners:])
+    local = local + corners  # corners come first in an element
+    elements = elements[which]
+    facet = np.array(mesh.elem.refdom.facets)[number[which]]
+    node = mesh.dofs.element_dofs[local, elements]
+    ends = mesh.t[facet.T, elements].T
+    return node, ends, weights[local[:, None], facet]
+
+
+def _cross_matrices(vectors: Array) -> Array:
+    """(..., 3, 3) matrices of the cross products with vectors (..., 3)."""
     return np.asarray(np.cross(np.eye(3), vectors[..., None, :]))

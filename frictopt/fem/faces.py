@@ -1,4 +1,4 @@
-"""Faces of meshed bodies: facets, in the plane as one chain, their overlaps, and the dual mortar projection between two faces (Wohlmuth 2000)."""
+"""Faces of meshed bodies: facets and their order, overlaps of two faces, and mortar projection."""
 
 from dataclasses import dataclass
 
@@ -11,43 +11,54 @@ from ..base import ROUNDING, Array, Integers, place
 from ..contact.frames import frames_of
 from ..errors import ModelError
 from .bodies import Body
+from .clipping import common_parts, hat_functions, integration_points_of
 
-# least share of a facet that faces another face: ends and rims of round faces miss each other by
-# their sag
+# Least share of a facet that faces another face: ends and rims of round faces miss each other by
+# their sag.
 FACED = 0.5
-_NEAR = (1 - np.sqrt(1 / 3)) / 2
-# of an interval and of a triangle, of equal weight: exact for products of two hat functions, with a
-# linear depth in the plane
-_POINTS = {
-    2: np.array([[1 - _NEAR, _NEAR], [_NEAR, 1 - _NEAR]]),
-    3: np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6,
-}
-# largest cosine of the angle between the normals of facets that face each other: they lean by up to
-# 60 degrees
-_OPPOSITE = -0.5
-# towards the place where a normal meets the other face; each leaves a quarter of the way where the
-# faces lean by 30 degrees
-_STEPS = 10
+
+
+@dataclass(frozen=True)
+class FacingSettings:
+    """Numbers of the search for facets that face each other."""
+
+    # Largest cosine of the angle between the normals of two facets: they lean by up to 60 degrees.
+    opposite: float = -0.5
+    # Steps towards the place where a normal meets the other face. Each step leaves a quarter of the
+    # distance if the faces lean by 30 degrees.
+    steps: int = 10
+
+
+SETTINGS = FacingSettings()
 
 
 def facets_around(mesh: Mesh, facets: Integers) -> Integers:
-    """(facets, corners) nodes of facets of the outline, in the order in which their normals point into the body."""
+    """(facets, corners) nodes of facets of the outline, ordered so that normals point inward."""
     nodes = np.array(mesh.facets[:, facets].T)
     corners = mesh.p.T[nodes]
     inward = mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1).T - corners[:, 0]
-    away = np.sum(normals_of(corners) * inward, axis=1) < 0
-    nodes[away] = nodes[away][:, ::-1]
+    points_outward = np.sum(normals_of(corners) * inward, axis=1) < 0
+    nodes[points_outward] = nodes[points_outward][:, ::-1]
     return nodes
 
 
 def normals_of(corners: Array) -> Array:
-    """(facets, d) unit normals of facets (facets, corners, d): of an edge that turned by 90 degrees, of a polygon that of its area."""
+    """(facets, d) unit normals of facets (facets, corners, d), see `areas_of`."""
     normals = areas_of(corners)
     return np.asarray(normals / np.linalg.norm(normals, axis=1)[:, None])
 
 
+def unit_vectors(vectors: Array) -> Array:
+    """Vectors (..., d) of length one; zero vectors stay zero."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.maximum(lengths, np.finfo(float).tiny))
+
+
 def areas_of(corners: Array) -> Array:
-    """(facets, d) normals of facets (facets, corners, d) with the length of an edge, or with the area of a polygon."""
+    """(facets, d) normals of facets (facets, corners, d), as long as the edge or the area.
+
+    The normal of an edge is the edge turned by 90 degrees; that of a polygon follows from its area.
+    """
     arms = corners - corners[:, :1]
     if corners.shape[2] == 2:
         return np.column_stack([-arms[:, 1, 1], arms[:, 1, 0]])
@@ -55,82 +66,96 @@ def areas_of(corners: Array) -> Array:
 
 
 def sag(facets: Integers, points: Array, errors: Array) -> Array:
-    """(nodes,) distance by which the facets at a node may miss the curved face that they stand for, from the angle that they turn there.
+    """(nodes,) distance by which the facets at a node may miss the curved face they stand for.
 
-    A flat face turns by the errors (nodes, d) of its coordinates: that is no sag.
+    It follows from the angle that the facets turn at the node. The errors (nodes, d) of the
+    coordinates turn the facets of a flat face as well: their part is subtracted.
     """
     corners = points[facets]
-    normals, longest = (
-        normals_of(corners)[:, None],
-        np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2)),
-    )
-    mean, turn, worst = np.zeros_like(points), np.zeros(len(points)), np.zeros(len(points))
-    np.add.at(mean, facets, normals)
-    mean = mean / np.maximum(np.linalg.norm(mean, axis=1), np.finfo(float).tiny)[:, None]
-    np.maximum.at(
-        turn,
-        facets,
-        4 * np.arcsin(np.minimum(np.linalg.norm(mean[facets] - normals, axis=2) / 2, 1.0)),
-    )
-    flat = (
-        np.linalg.norm(errors[facets], axis=2).max(axis=1)
-        * longest ** (points.shape[1] - 1)
-        / np.linalg.norm(areas_of(corners), axis=1)
-    )
-    np.maximum.at(
-        worst, facets, np.maximum(turn[facets].max(axis=1) * longest / 8 - flat, 0.0)[:, None]
-    )
-    return worst
+    normals = normals_of(corners)[:, None]
+    edges = corners[:, :, None] - corners[:, None]
+    longest = np.linalg.norm(edges, axis=3).max(axis=(1, 2))
+
+    total = np.zeros_like(points)
+    np.add.at(total, facets, normals)
+    half_chord = np.linalg.norm(unit_vectors(total)[facets] - normals, axis=2) / 2
+    turn = np.zeros(len(points))
+    np.maximum.at(turn, facets, 4 * np.arcsin(np.minimum(half_chord, 1.0)))
+
+    area = np.linalg.norm(areas_of(corners), axis=1)
+    error = np.linalg.norm(errors[facets], axis=2).max(axis=1)
+    flat = error * longest ** (points.shape[1] - 1) / area
+    of_facets = np.maximum(turn[facets].max(axis=1) * longest / 8 - flat, 0.0)
+    of_nodes = np.zeros(len(points))
+    np.maximum.at(of_nodes, facets, of_facets[:, None])
+    return of_nodes
 
 
 def neighbours(
-    places: Array, reach: Array, others: Array, radii: Array
+    places: Array, reach: Array, centres: Array, radii: Array
 ) -> tuple[Integers, Integers]:
-    """Pairs i, j of places and others, (n, d) and (m, d), at a distance of at most `reach[i] + radii[j]`; the search goes by sizes of radii."""
-    octave, pairs = np.ceil(np.log2(radii)), []
+    """Pairs i, j of places (n, d) and centres (m, d) at most `reach[i] + radii[j]` apart.
+
+    Centres of similar radii (up to a factor of two) are searched together.
+    """
+    octave = np.ceil(np.log2(radii))
+    pairs = []
     for size in np.unique(octave):
-        some = np.flatnonzero(octave == size)
-        found = cKDTree(others[some]).query_ball_point(places, reach + radii[some].max())
-        i, j = (
-            np.repeat(np.arange(len(places)), [len(part) for part in found]),
-            some[np.concatenate(found).astype(np.intp)],
-        )
-        near = np.linalg.norm(places[i] - others[j], axis=1) <= reach[i] + radii[j]
+        group = np.flatnonzero(octave == size)
+        tree = cKDTree(centres[group])
+        hits = tree.query_ball_point(places, reach + radii[group].max())
+        i = np.repeat(np.arange(len(places)), [len(hit) for hit in hits])
+        j = group[np.concatenate(hits).astype(np.intp)]
+        near = np.linalg.norm(places[i] - centres[j], axis=1) <= reach[i] + radii[j]
         pairs.append((i[near], j[near]))
     i, j = (np.concatenate(part) for part in zip(*pairs, strict=True))
     return i, j
 
 
-def course(body: Body, boundary: str, argument: str) -> Integers:
-    """Nodes of a boundary in the plane in their order, the body on the left of the way; error messages call it `argument`."""
-    mesh, start = body.mesh, f"{argument}: boundary {boundary!r}"
-    (line, closed), *others = lines_along(mesh, body.boundary(boundary, argument), start)
-    if others:
-        one, other = (place(mesh.p[:, nodes[0]]) for nodes in (line, others[0][0]))
+def ordered_nodes(body: Body, boundary: str, argument: str) -> Integers:
+    """Nodes of a boundary in the plane in their order, with the body on the left.
+
+    Error messages call the boundary `argument`.
+    """
+    mesh = body.mesh
+    name = f"{argument}: boundary {boundary!r}"
+    lines = lines_along(mesh, body.boundary(boundary, argument), name)
+    if len(lines) > 1:
+        place_1, place_2 = (place(mesh.p[:, nodes[0]]) for nodes, _ in lines[:2])
         raise ModelError(
-            f"{start} is in several pieces, one at {one}, another at {other}; make a contact of each piece"
+            f"{name} is in several pieces, one at {place_1}, another at {place_2}; make a contact "
+            "of each piece"
         )
+    line, is_closed = lines[0]
     nodes = line[::-1]
-    return np.roll(nodes, -int(nodes.argmin())) if closed else nodes
+    return np.roll(nodes, -int(nodes.argmin())) if is_closed else nodes
 
 
 def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integers, bool]]:
-    """Nodes of facets of a plane outline, line by line, the body on the right of the way, and whether the line is closed: it begins leftmost then."""
+    """Nodes of facets of a plane outline, line by line, and whether each line is closed.
+
+    The body is on the right of the line. A closed line begins at its leftmost node.
+    """
     end, start = facets_around(mesh, facets).T
     for nodes in (start, end):
-        if (np.bincount(nodes) > 1).any():
+        uses = np.bincount(nodes)
+        if uses.max() > 1:
             raise ModelError(
-                f"{argument} touches itself at {place(mesh.p[:, np.bincount(nodes).argmax()])}; make a contact of each part"
+                f"{argument} touches itself at {place(mesh.p[:, uses.argmax()])}; make a contact "
+                "of each part"
             )
     onward = dict(zip(start.tolist(), end.tolist(), strict=True))
-    inner, lines = np.isin(start, end), []
-    for i in np.lexsort((*mesh.p[::-1, start], inner)):  # ends of open lines come first
-        node, line = int(start[i]), []
+    is_inner = np.isin(start, end)  # all other nodes begin an open line
+    lines = []
+    for i in np.lexsort((*mesh.p[::-1, start], is_inner)):
+        line = []
+        node = int(start[i])
         while node in onward:
             line.append(node)
             node = onward.pop(node)
         if line:
-            lines.append((np.array(line if inner[i] else [*line, node]), bool(inner[i])))
+            is_closed = bool(is_inner[i])
+            lines.append((np.array(line if is_closed else [*line, node]), is_closed))
     return lines
 
 
@@ -138,179 +163,139 @@ def lines_along(mesh: Mesh, facets: Integers, argument: str) -> list[tuple[Integ
 class Overlaps:
     """Points of integration on the overlaps of the facets of two faces."""
 
-    facet: Integers  # (m,) of body 1 that each point lies on
-    weights: Array  # (m,) length or area that it stands for
-    own: Integers  # (m, k) nodes of that facet
-    phi: Array  # (m, k) their hat functions at the point
-    other: Integers  # (m, l) nodes of the facet of body 2 that the point faces
-    chi: Array  # (m, l) their hat functions there
+    # (m,) facet of body 1 on which each point lies
+    facet: Integers
+    # (m,) length or area of each point
+    weights: Array
+    # (m, k) nodes of that facet, and their hat functions at the point
+    nodes_1: Integers
+    phi: Array
+    # (m, l) nodes of the facet of body 2 that the point faces, and their hat functions there
+    nodes_2: Integers
+    chi: Array
 
 
 def faced(overlaps: Overlaps, corners: Array) -> Array:
     """(facets,) share of each facet (facets, corners, d) of body 1 that faces body 2."""
-    return np.asarray(
-        np.bincount(overlaps.facet, overlaps.weights, minlength=len(corners))
-        / np.linalg.norm(areas_of(corners), axis=1)
-    )
+    areas = np.linalg.norm(areas_of(corners), axis=1)
+    return np.asarray(np.bincount(overlaps.facet, overlaps.weights, minlength=len(corners)) / areas)
 
 
-def mortar_projection(overlaps: Overlaps, nodes: Integers, others: int) -> tuple[csr_matrix, Array]:
-    """(n, others) matrix `P = D^-1 M` that gives the n nodes of the face the displacements of nodes on the other side, and the diagonal (n,) of D.
+def mortar_projection(overlaps: Overlaps, nodes: Integers, count: int) -> tuple[csr_matrix, Array]:
+    """Dual mortar projection of displacements from body 2 to n nodes of body 1 (Wohlmuth 2000).
 
-    With phi the hat functions of the face, psi the dual ones (over the overlaps of a facet, `int
-    psi_a phi_b` is `int phi_a` for a = b, else zero) and chi those of the other side, `D = diag(int
-    phi_a)` and `M_aj = int psi_a chi_j`. Linear displacements along the face are reproduced, and a
-    uniform traction is handed over as such.
+    Returned are the (n, count) matrix `P = D^-1 M` and the diagonal (n,) of D. Here phi are the
+    hat functions of face 1, chi those of face 2, and psi the dual functions: over the overlaps of a
+    facet, `int psi_a phi_b` is `int phi_a` for a = b, else zero. Then `D = diag(int phi_a)` and
+    `M_aj = int psi_a chi_j`. Linear displacements along the face are reproduced, and a uniform
+    traction is passed on.
     """
-    m, phi = len(overlaps.weights), overlaps.phi
-    gather = csr_matrix((overlaps.weights, (overlaps.facet, np.arange(m))))
-    gram = (gather @ (phi[:, :, None] * phi[:, None]).reshape(m, -1)).reshape(
-        -1, phi.shape[1], phi.shape[1]
-    )
-    duals = (gather @ phi)[:, :, None] * np.linalg.inv(gram)
+    phi = overlaps.phi
+    m, k = phi.shape
+    integral = csr_matrix((overlaps.weights, (overlaps.facet, np.arange(m))))  # over each facet
+    gram = (integral @ (phi[:, :, None] * phi[:, None]).reshape(m, -1)).reshape(-1, k, k)
+    duals = (integral @ phi)[:, :, None] * np.linalg.inv(gram)
     psi = np.einsum("mab,mb->ma", duals[overlaps.facet], phi)
 
-    def rows(values: Array, columns: Integers, size: int) -> csr_matrix:
-        return csr_matrix(
-            (values.ravel(), columns.ravel(), np.arange(0, values.size + 1, values.shape[1])),
-            shape=(m, size),
-        )
-
-    place = np.zeros(int(nodes.max()) + 1, dtype=np.intp)
-    place[nodes] = np.arange(len(nodes))
-    dual = rows(overlaps.weights[:, None] * psi, place[overlaps.own], len(nodes))
-    D = np.asarray(dual.sum(axis=0)).ravel()
-    P = csr_matrix(diags(1 / D) @ (dual.T @ rows(overlaps.chi, overlaps.other, others)))
-    P.data[np.abs(P.data) < ROUNDING / 10] = 0.0  # neighbours in faces that match
+    row_of_node = np.zeros(int(nodes.max()) + 1, dtype=np.intp)
+    row_of_node[nodes] = np.arange(len(nodes))
+    weighted_psi = _by_points(
+        overlaps.weights[:, None] * psi, row_of_node[overlaps.nodes_1], len(nodes)
+    )
+    D = np.asarray(weighted_psi.sum(axis=0)).ravel()
+    M = weighted_psi.T @ _by_points(overlaps.chi, overlaps.nodes_2, count)
+    P = csr_matrix(diags(1 / D) @ M)
+    P.data[np.abs(P.data) < ROUNDING / 10] = 0.0  # of neighbours, if faces match
     P.eliminate_zeros()
     return P, D
 
 
-def facet_overlaps(one: Integers, points: Array, two: Integers, others: Array) -> Overlaps:
-    """The overlaps of the facets of two faces, seen along the normals of those of the first; with none where the faces look away from each other.
+def _by_points(values: Array, columns: Integers, size: int) -> csr_matrix:
+    """(m, size) matrix with values (m, k) of each point, in columns (m, k)."""
+    starts = np.arange(0, values.size + 1, values.shape[1])
+    return csr_matrix((values.ravel(), columns.ravel(), starts), shape=(len(values), size))
 
-    A quadrilateral is four triangles around its middle, which moves by the mean of its corners: a
-    uniform traction then loads the corners as with bilinear functions, whatever the shape, and all
-    integrals are exact.
 
-    Of each face are given its facets by nodes (facets, corners), edges in the plane, else triangles
-    or quadrilaterals, in the order in which their normals point into their body, and the
-    coordinates (nodes, d).
+def facet_overlaps(
+    facets_1: Integers, points_1: Array, facets_2: Integers, points_2: Array
+) -> Overlaps:
+    """The overlaps of the facets of two faces, seen along the normals of the first face.
+
+    Faces that look away from each other do not overlap. Each face is given by the nodes (facets,
+    corners) of its facets, and by the coordinates (nodes, d) of all nodes. Facets are edges,
+    triangles or quadrilaterals, ordered so that their normals point into the body.
+
+    A quadrilateral is four triangles around its middle, which moves by the mean of its corners. A
+    uniform traction then loads the corners as with bilinear functions, and all integrals are exact.
     """
-    corners, d = points[one], points.shape[1]
-    frames, middles = frames_of(normals_of(corners)), corners.mean(axis=1)
-    (hats, A), (other_hats, B) = (
-        (_parts(facets.shape[1]), places[facets])
-        for facets, places in ((one, points), (two, others))
-    )
-    facet, A = (
-        np.repeat(np.arange(len(one)), len(hats)),
-        np.einsum("tck,mkd->mtcd", hats, A).reshape(-1, d, d),
-    )
-    B = np.einsum("tck,mkd->mtcd", other_hats, B).reshape(-1, d, d)
-    i, j = _facing(A, frames[facet, -1], B)
+    corners = points_1[facets_1]
+    d = corners.shape[2]
+    frames = frames_of(normals_of(corners))
+    middles = corners.mean(axis=1)
+    hats_1 = _hats_of_parts(facets_1.shape[1])
+    hats_2 = _hats_of_parts(facets_2.shape[1])
+    parts_1 = np.einsum("tck,mkd->mtcd", hats_1, corners).reshape(-1, d, d)
+    parts_2 = np.einsum("tck,mkd->mtcd", hats_2, points_2[facets_2]).reshape(-1, d, d)
+    facet = np.repeat(np.arange(len(facets_1)), len(hats_1))  # of each part
+    i, j = _facing(parts_1, frames[facet, -1], parts_2)
     e = facet[i]
-    a, b = (
-        np.einsum("mxd,mcd->mcx", frames[e, :-1], parts - middles[e, None])
-        for parts in (A[i], B[j, ::-1])
-    )
-    pair, parts = _common(a, b) if d == 2 else _overlaps(a, b)
-    at = np.concatenate([np.einsum("c,mcx->mx", share, parts) for share in _POINTS[d]])
-    size, pair = (
-        np.tile(_sizes(parts) / len(_POINTS[d]), len(_POINTS[d])),
-        np.tile(pair, len(_POINTS[d])),
-    )
-    phi = np.einsum("mc,mck->mk", _shares(a[pair], at), hats[i[pair] % len(hats)])
-    chi = np.einsum("mc,mck->mk", _shares(b[pair], at), other_hats[j[pair] % len(other_hats), ::-1])
-    return Overlaps(e[pair], size, one[e[pair]], phi, two[j[pair] // len(other_hats)], chi)
 
-
-def _parts(corners: int) -> Array:
-    """(parts, 2 or 3, corners) hat functions of the corners of a facet at those of its edge or triangles."""
-    own = np.eye(corners)
-    return (
-        own[None]
-        if corners <= 3
-        else np.stack([own, np.roll(own, -1, axis=0), np.full_like(own, 1 / corners)], axis=1)
+    # Both parts in the plane of the facet of body 1; the corners of body 2 run the other way round.
+    a = np.einsum("mxd,mcd->mcx", frames[e, :-1], parts_1[i] - middles[e, None])
+    b = np.einsum("mxd,mcd->mcx", frames[e, :-1], parts_2[j, ::-1] - middles[e, None])
+    pair, common = common_parts(a, b)
+    part, points, weights = integration_points_of(common)
+    pair = pair[part]
+    phi = np.einsum("mc,mck->mk", hat_functions(a[pair], points), hats_1[i[pair] % len(hats_1)])
+    chi = np.einsum(
+        "mc,mck->mk", hat_functions(b[pair], points), hats_2[j[pair] % len(hats_2), ::-1]
+    )
+    return Overlaps(
+        facet=e[pair],
+        weights=weights,
+        nodes_1=facets_1[e[pair]],
+        phi=phi,
+        nodes_2=facets_2[j[pair] // len(hats_2)],
+        chi=chi,
     )
 
 
-def _common(a: Array, b: Array) -> tuple[Integers, Array]:
-    """(m, 2, 1) what pairs of intervals (pairs, 2, 1) have in common, and the pair that each belongs to."""
-    common = np.stack([np.maximum(a[:, 0], b[:, 0]), np.minimum(a[:, 1], b[:, 1])], axis=1)
-    some = np.flatnonzero(_sizes(common) > 0)
-    return some, common[some]
+def _hats_of_parts(corners: int) -> Array:
+    """(parts, 2 or 3, corners) hat functions of a facet at the corners of its edge or triangles."""
+    hats = np.eye(corners)
+    if corners <= 3:
+        return hats[None]
+    middle = np.full_like(hats, 1 / corners)
+    return np.stack([hats, np.roll(hats, -1, axis=0), middle], axis=1)
 
 
-def _facing(A: Array, normals: Array, B: Array) -> tuple[Integers, Integers]:
-    """Pairs of edges or triangles (m, d, d) of two faces that may overlap if seen along the normals of the first.
+def _facing(parts_1: Array, normals: Array, parts_2: Array) -> tuple[Integers, Integers]:
+    """Pairs of edges or triangles (m, d, d) of two faces that may overlap along the normals.
 
-    Beginning at the middle of a part, the next middle of the other face and its foot on the normal
-    lead to where the normal meets that face.
+    The search begins at the middle of a part of face 1. In each step, the nearest middle of face 2
+    is projected onto the normal. The foot approaches the place where the normal meets face 2.
     """
-    (a, ra), (b, rb) = (
-        (T.mean(axis=1), np.linalg.norm(T - T.mean(axis=1)[:, None], axis=2).max(axis=1))
-        for T in (A, B)
-    )
-    tree, foot = cKDTree(b), a
-    for _ in range(_STEPS):
+    middle_1, radius_1 = _circles_around(parts_1)
+    middle_2, radius_2 = _circles_around(parts_2)
+    tree = cKDTree(middle_2)
+    foot = middle_1
+    for _ in range(SETTINGS.steps):
         distance, nearest = tree.query(foot)
-        foot = a + np.sum((b[nearest] - a) * normals, axis=1)[:, None] * normals
-    i, j = neighbours(foot, (np.minimum(distance, rb.max()) + ra) / abs(_OPPOSITE), b, rb)
-    facing = np.sum(normals[i] * normals_of(B)[j], axis=1) < _OPPOSITE
-    i, j = i[facing], j[facing]
-    arm = b[j] - a[i]
-    aside = np.linalg.norm(arm - np.sum(arm * normals[i], axis=1)[:, None] * normals[i], axis=1)
-    near = aside <= ra[i] + rb[j]
+        height = np.sum((middle_2[nearest] - middle_1) * normals, axis=1)
+        foot = middle_1 + height[:, None] * normals
+    # A part that leans reaches further by the cosine of the angle.
+    reach = (np.minimum(distance, radius_2.max()) + radius_1) / abs(SETTINGS.opposite)
+    i, j = neighbours(foot, reach, middle_2, radius_2)
+    is_opposite = np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < SETTINGS.opposite
+    i = i[is_opposite]
+    j = j[is_opposite]
+    arm = middle_2[j] - middle_1[i]
+    along = np.sum(arm * normals[i], axis=1)[:, None] * normals[i]
+    near = np.linalg.norm(arm - along, axis=1) <= radius_1[i] + radius_2[j]
     return i[near], j[near]
 
 
-def _overlaps(a: Array, b: Array) -> tuple[Integers, Array]:
-    """(m, 3, 2) triangles that make up the overlaps of pairs of triangles (pairs, 3, 2), counterclockwise, and the pair that each belongs to."""
-    polygons, pair = a, np.arange(len(a))
-    for corner in range(3):
-        polygons = _clipped(polygons, b[:, corner], b[:, (corner + 1) % 3])
-    fans = [
-        np.stack([polygons[:, 0], polygons[:, c], polygons[:, c + 1]], axis=1)
-        for c in range(1, polygons.shape[1] - 1)
-    ]
-    triangles, pair = np.concatenate([a[:0], *fans]), np.tile(pair, len(fans))
-    some = _sizes(triangles) > 0
-    return pair[some], triangles[some]
-
-
-def _clipped(polygons: Array, start: Array, end: Array) -> Array:
-    """The parts of convex polygons (m, corners, 2) to the left of lines from `start` to `end` (m, 2); the first corner fills up those with fewer."""
-    height = _areas(start[:, None], end[:, None], polygons)
-    inside, onward = height >= 0, np.roll(height, -1, axis=1)
-    crosses = inside != (onward >= 0)
-    share = height / np.where(crosses, height - onward, 1.0)
-    cuts = polygons + share[:, :, None] * (np.roll(polygons, -1, axis=1) - polygons)
-    m, most = inside.shape
-    corners, kept = (
-        np.stack([polygons, cuts], axis=2).reshape(m, 2 * most, 2),
-        np.stack([inside, crosses], axis=2).reshape(m, 2 * most),
-    )
-    order = np.argsort(~kept, axis=1, kind="stable")[:, : kept.sum(axis=1).max(initial=1)]
-    found = np.take_along_axis(corners, order[:, :, None], axis=1)
-    return np.where(np.take_along_axis(kept, order, axis=1)[:, :, None], found, found[:, :1])
-
-
-def _shares(parts: Array, at: Array) -> Array:
-    """(m, corners) hat functions of the corners of intervals (m, 2, 1) or triangles (m, 3, 2) at points (m, 1) or (m, 2)."""
-    count = parts.shape[1]
-    without = [
-        _sizes(np.stack([parts[:, c] if c != corner else at for c in range(count)], axis=1))
-        for corner in range(count)
-    ]
-    return np.asarray(np.column_stack(without) / np.sum(without, axis=0)[:, None])
-
-
-def _sizes(parts: Array) -> Array:
-    """Signed lengths of intervals (m, 2, 1) or areas of triangles (m, 3, 2)."""
-    return parts[:, 1, 0] - parts[:, 0, 0] if parts.shape[1] == 2 else _areas(*parts.swapaxes(0, 1))
-
-
-def _areas(a: Array, b: Array, c: Array) -> Array:
-    """Signed areas of triangles with corners (..., 2)."""
-    return np.asarray(((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]) / 2)
+def _circles_around(parts: Array) -> tuple[Array, Array]:
+    """Middles (m, d) of parts, and their largest distances (m,) from a corner."""
+    middles = parts.mean(axis=1)
+    return middles, np.linalg.norm(parts - middles[:, None], axis=2).max(axis=1)

@@ -1,4 +1,4 @@
-"""The sizes of loads: what turns their work into a motion."""
+"""The sizes of load cases, by which their work is divided to give a motion."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,8 +13,11 @@ from .loads import BodyForce, Pressure, Traction, components
 def load_sizes(
     loads: Mapping[str, Sequence[object]], bodies: Mapping[str, Body], kinematics: Kinematics
 ) -> dict[str, float]:
-    """Load case name -> integral of the size of its tractions and forces per volume; load cases that consist of these alone, and have a size."""
-    sizes = dict[str, float]()
+    """Load case name -> integral of the absolute values of its tractions and forces per volume.
+
+    Load cases that contain other loads, or have no size, are left out.
+    """
+    sizes = {}
     for name, parts in loads.items():
         forces = [part for part in parts if isinstance(part, Traction | Pressure | BodyForce)]
         size = sum(_size(part, bodies[part.body], kinematics) for part in forces)
@@ -25,17 +28,14 @@ def load_sizes(
 
 def _size(part: Traction | Pressure | BodyForce, body: Body, kinematics: Kinematics) -> float:
     if isinstance(part, BodyForce):
-        return float(
-            volume_forces(
-                body.mesh,
-                lambda points: np.linalg.norm(components(part, points), axis=0)[None],
-                kinematics,
-            ).sum()
-        )
 
-    def size(points: Array, normals: Array) -> Array:
+        def in_volume(points: Array) -> Array:
+            return np.asarray(np.linalg.norm(components(part, points), axis=0)[None])
+
+        return float(volume_forces(body.mesh, in_volume, kinematics).sum())
+
+    def on_face(points: Array, normals: Array) -> Array:
         return np.asarray(np.linalg.norm(part._on_face(points, normals), axis=0)[None])
 
-    return float(
-        boundary_forces(body.mesh, body.boundary(part.boundary, "loads"), size, kinematics).sum()
-    )
+    facets = body.boundary(part.boundary, "loads")
+    return float(boundary_forces(body.mesh, facets, on_face, kinematics).sum())

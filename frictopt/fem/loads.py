@@ -1,4 +1,8 @@
-"""Loads of a body: tractions, pressure, forces per volume, free expansion, forces on nodes, displacements of supports."""
+"""Loads of a body: tractions, forces per volume, free expansion, displacements of supports.
+
+`_forces` of a load are the (d, nodes) nodal forces on its body: per unit depth in the plane, those
+of the whole circumference in an axisymmetric model.
+"""
 
 from __future__ import annotations
 
@@ -22,12 +26,12 @@ from .elasticity import (
 )
 from .supports import Place, axis_of, checked_axis, checked_place
 
-# `_forces` of a load are (d, nodes) nodal forces on its body: in the plane per depth, axisymmetric
-# those of the whole circumference.
-
 
 class Part:
-    """Base of loads: their texts are names, their amounts finite numbers or functions, and of x, y and z at least one is given."""
+    """Base of loads: checks that texts are names and that amounts are numbers or functions.
+
+    A load with x, y and z needs at least one of them.
+    """
 
     def __post_init__(self) -> None:
         if all(getattr(self, axis, 0.0) is None for axis in "xyz"):
@@ -42,7 +46,8 @@ class Part:
                 object.__setattr__(self, name, finite_number(name, value))
             elif isinstance(value, type):
                 raise ModelError(
-                    f"{name}: {shown(value)}; give a number or a function of x and y, and z in space"
+                    f"{name}: {shown(value)}; give a number or a function of x and y, and z in "
+                    "space"
                 )
 
 
@@ -53,9 +58,8 @@ def components(load: Any, points: Array) -> Array:
         raise ModelError(
             f"{kind} z: {shown(load.z)}; body {load.body!r} is plane, give x and y alone"
         )
-    return np.array(
-        [values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in "xyz"[: len(points)]]
-    )
+    axes = "xyz"[: len(points)]
+    return np.array([values_at(f"{kind} {axis}", getattr(load, axis), points) for axis in axes])
 
 
 def values_at(name: str, amount: Amount, points: Array) -> Array:
@@ -64,22 +68,23 @@ def values_at(name: str, amount: Amount, points: Array) -> Array:
     if not callable(amount):
         return np.full(shape, float(amount))
     try:
-        given = amount(*points)
-    except Exception as error:  # whatever a function of the user's raises
+        returned = amount(*points)
+    except Exception as error:  # a function of the user may raise any error
         axes = "two arrays, x and y" if len(points) == 2 else "three arrays, x, y and z"
         raise ModelError(
             f"{name}: the function raised {type(error).__name__}: {error}; it gets {axes}"
         ) from error
-    values = finite_array(f"{name}, of the function", given)
+    values = finite_array(f"{name}, of the function", returned)
     if values.shape not in ((), shape):
         raise ModelError(
-            f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one value for each point"
+            f"{name}: the function gave shape {values.shape} at points of shape {shape}; give one "
+            "value for each point"
         )
     return np.broadcast_to(values, shape)
 
 
 class _Forces(Part):
-    """Base of loads by their parts along x, y and z: those that are not given are zero."""
+    """Base of loads with components x, y and z, which are zero by default."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -92,13 +97,13 @@ class _Forces(Part):
 class Traction(_Forces):
     """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
 
-    Each is a number or a function of the coordinates (arrays); those that are not given are zero.
+    Each component is a number or a function of the coordinates (arrays), and zero by default.
 
     Raises
     ------
     ModelError
-        A body or a boundary that is no text, no traction, or one that is neither a finite number
-        nor a function.
+        The body or the boundary is no text, no component is given, or a component is neither a
+        finite number nor a function.
 
     Examples
     --------
@@ -115,9 +120,8 @@ class Traction(_Forces):
     z: Amount | None = None
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        return boundary_forces(
-            body.mesh, body.boundary(self.boundary, "traction"), self._on_face, kinematics
-        )
+        facets = body.boundary(self.boundary, "traction")
+        return boundary_forces(body.mesh, facets, self._on_face, kinematics)
 
     def _on_face(self, points: Array, _normals: Array) -> Array:
         return components(self, points)
@@ -125,12 +129,14 @@ class Traction(_Forces):
 
 @dataclass(frozen=True)
 class Pressure(Part):
-    """Pressure on a named boundary of one body, against its outward normal: a number or a function of the coordinates (arrays), force per area.
+    """Pressure on a named boundary of one body, against its outward normal, force per area.
+
+    The amount is a number or a function of the coordinates (arrays).
 
     Raises
     ------
     ModelError
-        A body or a boundary that is no text, an amount that is neither a finite number nor a
+        The body or the boundary is no text, or the amount is neither a finite number nor a
         function.
 
     Examples
@@ -145,9 +151,8 @@ class Pressure(Part):
     amount: Amount = 1.0
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
-        return boundary_forces(
-            body.mesh, body.boundary(self.boundary, "pressure"), self._on_face, kinematics
-        )
+        facets = body.boundary(self.boundary, "pressure")
+        return boundary_forces(body.mesh, facets, self._on_face, kinematics)
 
     def _on_face(self, points: Array, normals: Array) -> Array:
         return -values_at("pressure", self.amount, points) * normals
@@ -157,12 +162,13 @@ class Pressure(Part):
 class BodyForce(_Forces):
     """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).
 
-    Each is a number or a function of the coordinates (arrays); those that are not given are zero.
+    Each component is a number or a function of the coordinates (arrays), and zero by default.
 
     Raises
     ------
     ModelError
-        A body that is no text, no force, or one that is neither a finite number nor a function.
+        The body is no text, no component is given, or a component is neither a finite number nor a
+        function.
 
     Examples
     --------
@@ -182,11 +188,11 @@ class BodyForce(_Forces):
 
 @dataclass(frozen=True)
 class Centrifugal(Part):
-    """Centrifugal force of a body that spins: density times the square of the angular speed times the distance from an axis.
+    """Centrifugal force of a spinning body: density times angular speed squared times distance.
 
-    In the plane the axis is normal to it and goes through the centre; of an axisymmetric model it
-    is the axis, x = 0. An amplitude of the load case multiplies the force, which goes with the
-    square of the speed.
+    The distance is that from the axis of the spin. In the plane the axis is normal to the plane,
+    through the centre. In an axisymmetric model it is the axis x = 0. The amplitude of the load
+    case multiplies the force, which is proportional to the square of the speed.
 
     Parameters
     ----------
@@ -204,8 +210,8 @@ class Centrifugal(Part):
     Raises
     ------
     ModelError
-        A body that is no text, numbers that are not finite, a negative density, an axis without
-        direction.
+        The body is no text, a number is not finite, the density is negative, or the axis has length
+        zero.
 
     Examples
     --------
@@ -236,25 +242,23 @@ class Centrifugal(Part):
 
         def force(points: Array) -> Array:
             arm = points - centre.reshape(-1, 1, 1)
-            return (
-                self.density
-                * self.speed**2
-                * np.asarray(arm - np.multiply.outer(along, np.einsum("a,a...->...", along, arm)))
-            )
+            arm_along = np.multiply.outer(along, np.einsum("a,a...->...", along, arm))
+            return self.density * self.speed**2 * np.asarray(arm - arm_along)
 
         return volume_forces(body.mesh, force, kinematics)
 
 
 @dataclass(frozen=True)
 class Expansion(Part):
-    """Free expansion of one body, the same in all directions: a strain, for a change of temperature its product with the expansion coefficient.
+    """Free expansion of one body, a strain that is equal in all directions.
 
-    A number or a function of the coordinates (arrays).
+    For a change of temperature, it is the change times the expansion coefficient. The strain is a
+    number or a function of the coordinates (arrays).
 
     Raises
     ------
     ModelError
-        A body that is no text, a strain that is neither a finite number nor a function.
+        The body is no text, or the strain is neither a finite number nor a function.
 
     Examples
     --------
@@ -275,15 +279,18 @@ class Expansion(Part):
         return values_at("strain", self.strain, np.asarray(basis.global_coordinates()))
 
     def _tension(self, body: Body, kinematics: Kinematics, basis: Basis) -> Array:
-        """The tension in the plane that the expansion takes off the stress of the strains, at the integration points of a basis.
+        """Tension that the expansion subtracts from the stress, at the integration points.
 
-        Where the first Lame constant resists the mean dilatation of an element, it is the mean
-        expansion that takes off its part.
+        With mean dilatation, the first Lame constant resists the mean of div u over an element, so
+        it takes the mean of the expansion.
         """
         lam, mu = body.material._plane_lame(kinematics)
         strain = self._strain(basis)
-        dilatation = element_means(basis, strain) if body.element == "mean_dilatation" else strain
-        return (2 if kinematics == "plane_stress" else 3) * lam * dilatation + 2 * mu * strain
+        mean_strain = strain
+        if body.element == "mean_dilatation":
+            mean_strain = element_means(basis, strain)
+        free_directions = 2 if kinematics == "plane_stress" else 3
+        return free_directions * lam * mean_strain + 2 * mu * strain
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,26 +302,25 @@ class NodalForces(Part):
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         if np.shape(self.forces) != body.mesh.p.shape:
-            hint = (
-                "give the load of a mode to the model whose modes were found, with the same bolts"
-            )
             raise ModelError(
-                f"forces: shape {np.shape(self.forces)}, and body {self.body!r} has (d, nodes) = {body.mesh.p.shape}; {hint}"
+                f"forces: shape {np.shape(self.forces)}, and body {self.body!r} has (d, nodes) = "
+                f"{body.mesh.p.shape}; give the load of a mode to the model whose modes were "
+                "found, with the same bolts"
             )
         return finite_array("forces", self.forces)
 
 
 @dataclass(frozen=True)
 class Displacement(Part):
-    """Prescribed displacement of a support: its nodes move by (x, y), in space (x, y, z), in the directions in which the support holds them.
+    """Prescribed displacement (x, y), in space (x, y, z), of the nodes of a support.
 
-    Displacements of one load case do not add up: those that share a node move it alike.
+    A support must hold the nodes in the directions of the displacement. Displacements of one load
+    case do not add up: all that share a node must move it alike.
 
     Parameters
     ----------
     body, where
-        Body and place of the nodes, as in a `Support`; a support holds them in every direction that
-        is given here.
+        Body and place of the nodes, as in a `Support`.
     x, y, z
         Displacements, each a number or a function of the coordinates (arrays); None: zero, or free
         if no support holds the nodes.
@@ -322,7 +328,7 @@ class Displacement(Part):
     Raises
     ------
     ModelError
-        No displacement, or one that is neither a finite number nor a function.
+        No displacement is given, or one is neither a finite number nor a function.
 
     Examples
     --------

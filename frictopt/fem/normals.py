@@ -1,6 +1,9 @@
-"""Normals at the nodes of faces: those of the curve or surface that the facets stand for, also at its free ends and rims."""
+"""Normals at the nodes of faces: those of the curve or surface that the facets stand for."""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -8,284 +11,363 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from ..base import ROUNDING, Array, Booleans, Integers
-from .faces import areas_of, normals_of
+from .faces import areas_of, normals_of, unit_vectors
 
-# least cosine between the normal of a node and those of its facets, where they stand for one smooth
-# face
+# Least cosine between the normal of a node and those of its facets, if they stand for one smooth
+# face.
 SMOOTH = 0.9
-_THROUGH, _ONWARD = (
-    0.8,
-    0.5,
-)  # least cosines between two edges of one line: through a node of the rim, and in the face
-_BENDS_ON = (
-    1 / 3
-    # least share of its curvature that a curve keeps to the next node; at a corner of two flat faces
-    # none is left
-)
-_PASSES = 40  # over the rim, whose nodes have angles with each other, at most
-_STEPS = 6  # to the normal, in each of which what is left of an angle is squared
-_SPANNED = 0.05  # least share of a second direction among the tangents at a node
-# distance over the length of an edge up to which nodes lie on one surface: coordinates of five
-# digits
-_ON_SURFACE = 1e-4
-# times this distance over the length: a lean of normals that is more than the places of the nodes
-# leave open
-_LEANS = 10.0
-_ANGLES = 4  # nodes on so many generators tell a round face from two flat ones
-_TURNED = 1e-3  # angles about an axis that differ by less of their range are those of one generator
+
+
+@dataclass(frozen=True)
+class NormalSettings:
+    """Numbers of the normals at rims, and on cylinders and cones."""
+
+    # Least cosine between two edges of one line that goes through a node of the rim.
+    through: float = 0.8
+    # Least cosine between two edges of one line within the face.
+    onward: float = 0.5
+    # Least share of its curvature that a curve has at the next node. At a corner of two flat faces
+    # the curvature there is zero.
+    bends_on: float = 1 / 3
+    # Most passes over the rim, whose nodes determine each other.
+    passes: int = 40
+    # Newton steps to a normal; each squares the error of an angle.
+    steps: int = 6
+    # Least ratio of the squares of two directions among the tangents at a node.
+    spanned: float = 0.05
+    # Largest distance of a node from its surface, relative to the shortest edge: coordinates have
+    # five digits.
+    on_surface: float = 1e-4
+    # Normals lean if they differ by so many times this distance, more than the nodes leave open.
+    leans: float = 10.0
+    # Nodes on so many generators show that a face is round, and not two flat faces.
+    generators: int = 4
+    # Nodes are on one generator if their angles differ by less than this share of the range.
+    same_angle: float = 1e-3
+
+
+SETTINGS = NormalSettings()
 
 
 def node_normals(facets: Integers, points: Array) -> Array:
     """(nodes, d) normals of facets (facets, corners) at their nodes (nodes, d), of any length.
 
-    They are weighted as by Max (1999), which is exact on circles and spheres where facets surround
-    a node. At free ends and rims they follow from the lines of nodes that end or go through there,
-    as if these were arcs. Where the nodes lie on a cylinder or a cone and these normals lean from
-    its own, as on free triangles, they are those of this surface.
+    They are weighted as by Max (1999), which is exact on circles and spheres if facets surround a
+    node. At free ends and rims they follow from the lines of nodes that end there or go through, as
+    if these were arcs. If the nodes lie on a cylinder or a cone, the normals are those of this
+    surface; normals from facets lean, for instance on free triangles.
     """
     weighted = _weighted(facets, points)
+    of_facets = normals_of(points[facets])
+    if np.ptp(of_facets, axis=0).max() <= ROUNDING:
+        return weighted  # the face is flat
     length = np.linalg.norm(weighted, axis=1)
     length[length == 0] = 1.0
     normals = weighted / length[:, None]
-    of_facets = normals_of(points[facets])
-    leans = (np.einsum("fcd,fd->fc", normals[facets], of_facets) < SMOOTH).ravel()
-    smooth = np.bincount(facets.ravel(), leans, minlength=len(points)) == 0
-    if np.ptp(of_facets, axis=0).max() <= ROUNDING:
-        return weighted
-    found = normals.copy()
-    nodes = np.flatnonzero(_rim(facets, len(points)) & smooth)
-    if len(nodes):
-        found[nodes] = _at_rim(nodes, facets, points, found)
-    parts = _parts(facets, of_facets) if points.shape[1] == 3 else []
-    uses = np.bincount(
-        np.concatenate([np.zeros(0, int), *map(np.unique, parts)]), minlength=len(points)
-    )
-    for part in parts:
-        nodes = np.unique(part)
-        nodes = nodes[uses[nodes] == 1]  # those at a sharp edge are of several parts
-        surface = _of_surface(part, nodes, points, found[nodes])
-        if surface is not None:
-            found[nodes] = surface
-    changed = np.abs(found - normals).max(axis=1) > ROUNDING  # flat faces keep their zeros
-    weighted[changed] = found[changed] * length[changed, None]
+    corrected = normals.copy()
+
+    cosines = np.einsum("fcd,fd->fc", normals[facets], of_facets)
+    sharp = np.bincount(facets.ravel(), (cosines < SMOOTH).ravel(), minlength=len(points)) > 0
+    rim = np.flatnonzero(_rim(facets, len(points)) & ~sharp)
+    if len(rim):
+        corrected[rim] = _at_rim(rim, facets, points, corrected)
+    if points.shape[1] == 3:
+        _put_on_surfaces(corrected, facets, points, of_facets)
+
+    # All other normals stay as they are: those of flat faces have exact zeros.
+    changed = np.abs(corrected - normals).max(axis=1) > ROUNDING
+    weighted[changed] = corrected[changed] * length[changed, None]
     return weighted
 
 
 def normals_of_faces(faces: Sequence[Integers], points: Array) -> list[Array]:
-    """(nodes, d) normals at the nodes of each of several faces of one body; faces that go on smoothly into each other are one."""
-    weighted = [_weighted(facets, points) for facets in faces]
-    units = [
-        normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-        for normals in weighted
-    ]
+    """(nodes, d) normals at the nodes of each of several faces of one body.
+
+    Faces that continue smoothly count as one face.
+    """
+    units = [unit_vectors(_weighted(facets, points)) for facets in faces]
+
     groups: list[list[int]] = []
     for i in range(len(faces)):
         group = [i]
-        for other in list(groups):
-            cosines = [_cosines(units[one], units[two]) for one in group for two in other]
-            if any(len(cosine) for cosine in cosines) and all(
-                (cosine > SMOOTH).all() for cosine in cosines
-            ):
-                groups.remove(other)
-                group += other
+        for before in list(groups):
+            cosines = [_cosines(units[k], units[m]) for k in group for m in before]
+            is_smooth = all((cosine > SMOOTH).all() for cosine in cosines)
+            if is_smooth and any(len(cosine) for cosine in cosines):
+                groups.remove(before)
+                group += before
         groups.append(group)
-    found = {}
+
+    of_faces = {}
     for group in groups:
         facets = np.concatenate([faces[i] for i in group])
         _, once = np.unique(np.sort(facets, axis=1), axis=0, return_index=True)
         normals = node_normals(facets[np.sort(once)], points)
-        found.update(dict.fromkeys(group, normals))
-    return [found[i] for i in range(len(faces))]
+        of_faces.update(dict.fromkeys(group, normals))
+    return [of_faces[i] for i in range(len(faces))]
 
 
-def _cosines(one: Array, two: Array) -> Array:
+def _cosines(normals_1: Array, normals_2: Array) -> Array:
     """Cosines between the unit normals of two faces at the nodes that both have."""
-    shared = one.any(axis=1) & two.any(axis=1)
-    return np.asarray(np.sum(one[shared] * two[shared], axis=1))
+    shared = normals_1.any(axis=1) & normals_2.any(axis=1)
+    return np.asarray(np.sum(normals_1[shared] * normals_2[shared], axis=1))
 
 
 def _weighted(facets: Integers, points: Array) -> Array:
-    """(nodes, d) sums of the normals of facets, weighted by the sine of the angle at the node over the lengths of its two edges.
+    """(nodes, d) weighted sums of the normals of facets.
 
-    Weighted by areas they would lean where sizes, or the diagonals of triangles, differ from side
+    The weight is the sine of the angle at the node, divided by the lengths of its two edges. With
+    areas as weights, normals would lean if sizes, or the diagonals of triangles, differ from side
     to side: round fits would wedge as they turn.
     """
-    corners, normals = points[facets], np.zeros_like(points)
-    ahead, back = (np.roll(corners, step, axis=1) - corners for step in (-1, 1))
-    turned, beside = (
-        (np.cross(ahead, back), np.sum(back**2, axis=2))
-        if points.shape[1] == 3
-        else (areas_of(corners)[:, None], 1.0)
-    )
-    np.add.at(normals, facets, turned / (np.sum(ahead**2, axis=2) * beside)[..., None])
+    corners = points[facets]
+    ahead = np.roll(corners, -1, axis=1) - corners
+    squares = np.sum(ahead**2, axis=2)
+    if points.shape[1] == 3:
+        back = np.roll(corners, 1, axis=1) - corners
+        turned = np.cross(ahead, back)
+        squares = squares * np.sum(back**2, axis=2)
+    else:
+        turned = areas_of(corners)[:, None]
+    normals = np.zeros_like(points)
+    np.add.at(normals, facets, turned / squares[..., None])
     return normals
 
 
-def _parts(facets: Integers, of_facets: Array) -> list[Integers]:
+def _put_on_surfaces(normals: Array, facets: Integers, points: Array, of_facets: Array) -> None:
+    """Replace normals on cylinders and cones by those of the surface, if they lean from it."""
+    parts = _smooth_parts(facets, of_facets)
+    nodes_of_parts = [np.unique(part) for part in parts]
+    uses = np.bincount(np.concatenate(nodes_of_parts), minlength=len(points))
+    for part, nodes in zip(parts, nodes_of_parts, strict=True):
+        nodes = nodes[uses[nodes] == 1]  # nodes at a sharp edge are in several parts
+        surface = _surface_normals(part, nodes, points, normals[nodes])
+        if surface is not None:
+            normals[nodes] = surface
+
+
+def _smooth_parts(facets: Integers, of_facets: Array) -> list[Integers]:
     """Facets of each part of a face in space that no sharp edge divides."""
     count, corners = facets.shape
-    edges = np.sort(np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges = _edges(facets)
     facet = np.repeat(np.arange(count), corners)
     order = np.lexsort(edges.T)
     same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
-    one, two = facet[order[:-1][same]], facet[order[1:][same]]
-    goes_on = (
-        np.sum(of_facets[one] * of_facets[two], axis=1) > 2 * SMOOTH**2 - 1
-    )  # twice the angle of a facet and a node
-    graph = csr_matrix((goes_on[goes_on], (one[goes_on], two[goes_on])), shape=(count, count))
+    facet_1 = facet[order[:-1][same]]
+    facet_2 = facet[order[1:][same]]
+    # The angle between two facets may be twice the angle between a facet and a node.
+    smooth = np.sum(of_facets[facet_1] * of_facets[facet_2], axis=1) > 2 * SMOOTH**2 - 1
+    graph = csr_matrix((smooth[smooth], (facet_1[smooth], facet_2[smooth])), shape=(count, count))
     total, part = connected_components(graph, directed=False)
     return [facets[part == number] for number in range(total)]
 
 
-def _of_surface(facets: Integers, asked: Integers, points: Array, found: Array) -> Array | None:
-    """(n, 3) unit normals at some of the nodes of facets that lie on one cylinder or cone; None if they do not.
+def _edges(facets: Integers) -> Integers:
+    """(edges, 2) sorted ends of the edges of facets in space, facet after facet."""
+    edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
+    return np.asarray(np.sort(edges, axis=1))
 
-    Those found (n, 3) stay where they lean from it by no more than the places of the nodes can
-    tell.
+
+@dataclass(frozen=True, eq=False)
+class _Cone:
+    """A cone or cylinder to be fitted to nodes.
+
+    Its six unknowns are two tilts of the axis, two shifts of the axis, the radius, and the change
+    of radius per height. Shifts and radius are in units of `edge`.
     """
-    nodes = np.unique(facets)
-    arms = points[nodes] - points[nodes].mean(axis=0)
-    edge = np.linalg.norm(points[np.roll(facets, 1, axis=1)] - points[facets], axis=2).min()
-    spread = np.linalg.svd(arms, full_matrices=False)
-    if len(nodes) < 2 * _ANGLES or np.abs(arms @ spread[2][2]).max() <= _ON_SURFACE * edge:
-        return None  # flat
-    of_facets = normals_of(points[facets])
-    basis = np.linalg.svd(of_facets - of_facets.mean(axis=0), full_matrices=False)[
-        2
-    ]  # these normals have one angle with the axis
 
-    def placed(unknowns: Array) -> tuple[Array, Array, Array, Array]:
-        """Axis, heights along it, vectors from it, and radii."""
-        axis = basis[2] + unknowns[:2] @ basis[:2]
+    arms: Array  # (n, 3) nodes, from their mean
+    basis: Array  # (3, 3) two directions across the axis, and a direction near it
+    edge: float  # length of the shortest edge
+
+    def placed(self, unknowns: Array) -> tuple[Array, Array, Array, Array]:
+        """Axis, heights along it, vectors from it, and radii of the nodes."""
+        axis = self.basis[2] + unknowns[:2] @ self.basis[:2]
         axis = axis / np.linalg.norm(axis)
-        away = arms - edge * unknowns[2:4] @ basis[:2]
+        away = self.arms - self.edge * unknowns[2:4] @ self.basis[:2]
         height = away @ axis
         away = away - height[:, None] * axis
         return axis, height, away, np.linalg.norm(away, axis=1)
 
-    def distances(unknowns: Array) -> Array:
-        """Distances from the surface along radii, in edges."""
-        _, height, _, radius = placed(unknowns)
-        return np.asarray((radius - unknowns[5] * height) / edge - unknowns[4])
+    def distances(self, unknowns: Array) -> Array:
+        """(n,) distances of the nodes from the surface along radii, in edges."""
+        _, height, _, radius = self.placed(unknowns)
+        return np.asarray((radius - unknowns[5] * height) / self.edge - unknowns[4])
 
-    flat = arms @ basis[:2].T / edge
-    square = np.sum(flat**2, axis=1)
-    *middle, rest = np.linalg.lstsq(
-        np.column_stack([2 * flat, np.ones(len(flat))]), square, rcond=None
-    )[0]
-    begin = np.r_[0.0, 0.0, middle, np.sqrt(max(rest + np.square(middle).sum(), 0.0)), 0.0]
-    fit = least_squares(distances, begin, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    if not np.abs(fit.fun).max() <= _ON_SURFACE:
+    def start(self) -> Array:
+        """(6,) the unknowns of the cylinder along `basis[2]` that fits in linear least squares."""
+        flat = self.arms @ self.basis[:2].T / self.edge
+        columns = np.column_stack([2 * flat, np.ones(len(flat))])
+        *middle, constant = np.linalg.lstsq(columns, np.sum(flat**2, axis=1), rcond=None)[0]
+        radius = np.sqrt(max(constant + np.square(middle).sum(), 0.0))
+        return np.asarray(np.r_[0.0, 0.0, middle, radius, 0.0])
+
+
+def _surface_normals(
+    facets: Integers, nodes: Integers, points: Array, normals: Array
+) -> Array | None:
+    """(n, 3) unit normals at some nodes of facets, if all their nodes lie on one cylinder or cone.
+
+    None if they do not, or if `normals` (n, 3) lean from these normals by no more than the places
+    of the nodes leave open.
+    """
+    all_nodes = np.unique(facets)
+    if len(all_nodes) < 2 * SETTINGS.generators:
         return None
-    axis, _, away, radius = placed(fit.x)
-    if not radius.min() > 0:  # the tip of a cone has no normal
-        return None
-    outward = away / radius[:, None]
-    mean = outward.mean(axis=0)
-    mean = mean if np.linalg.norm(mean) > SMOOTH / 2 else basis[0]
-    angle = np.arctan2(outward @ np.cross(axis, mean), outward @ mean)
-    generators = np.unique(
-        np.round((angle - angle.min()) / (_TURNED * max(np.ptp(angle), ROUNDING)))
+    arms = points[all_nodes] - points[all_nodes].mean(axis=0)
+    edges = points[np.roll(facets, 1, axis=1)] - points[facets]
+    edge = np.linalg.norm(edges, axis=2).min()
+    height = arms @ np.linalg.svd(arms, full_matrices=False)[2][2]
+    if np.abs(height).max() <= SETTINGS.on_surface * edge:
+        return None  # flat
+
+    # The normals of the facets of a cone have one angle with its axis: they vary across it only.
+    of_facets = normals_of(points[facets])
+    basis = np.linalg.svd(of_facets - of_facets.mean(axis=0), full_matrices=False)[2]
+    cone = _Cone(arms, basis, edge)
+    fit = least_squares(
+        cone.distances, cone.start(), method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15
     )
-    if len(generators) < _ANGLES:
+    error = np.abs(fit.fun).max()
+    axis, _, away, radius = cone.placed(fit.x)
+    if not error <= SETTINGS.on_surface or not radius.min() > 0:
+        return None  # no such surface, or a node is the tip of a cone, which has no normal
+    outward = away / radius[:, None]
+    if _count_generators(outward, axis, basis) < SETTINGS.generators:
         return None
-    normals = (outward - fit.x[5] * axis)[np.searchsorted(nodes, asked)]
-    normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-    normals = normals * np.sign(np.sum(normals * found, axis=1))[:, None]
-    leans = np.linalg.norm(normals - found, axis=1).max(initial=0.0)
-    return np.asarray(normals) if leans > _LEANS * np.abs(fit.fun).max() else None
+
+    surface = (outward - fit.x[5] * axis)[np.searchsorted(all_nodes, nodes)]
+    surface = surface / np.linalg.norm(surface, axis=1)[:, None]
+    surface = surface * np.sign(np.sum(surface * normals, axis=1))[:, None]
+    largest_lean = np.linalg.norm(surface - normals, axis=1).max(initial=0.0)
+    return np.asarray(surface) if largest_lean > SETTINGS.leans * error else None
+
+
+def _count_generators(outward: Array, axis: Array, basis: Array) -> int:
+    """On how many generators of a cone the nodes lie, from unit vectors (n, 3) off its axis."""
+    mean = outward.mean(axis=0)
+    if np.linalg.norm(mean) <= SMOOTH / 2:
+        mean = basis[0]  # the nodes are all around
+    angle = np.arctan2(outward @ np.cross(axis, mean), outward @ mean)
+    same = SETTINGS.same_angle * max(np.ptp(angle), ROUNDING)
+    return len(np.unique(np.round((angle - angle.min()) / same)))
 
 
 def _rim(facets: Integers, count: int) -> Booleans:
     """(count,) nodes at the free ends of a chain of edges, or on the rim of a face in space."""
     if facets.shape[1] == 2:
         return np.asarray(np.bincount(facets.ravel(), minlength=count) == 1)
-    edges = np.sort(np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    each, uses = np.unique(edges, axis=0, return_counts=True)
-    return np.asarray(np.isin(np.arange(count), each[uses == 1]))
+    edges, uses = np.unique(_edges(facets), axis=0, return_counts=True)
+    return np.asarray(np.isin(np.arange(count), edges[uses == 1]))
+
+
+@dataclass(frozen=True, eq=False)
+class _HalfEdges:
+    """The edges of facets in both directions, sorted by their tails."""
+
+    tail: Integers
+    head: Integers
+    vector: Array
+    length: Array
+    direction: Array
+
+    @classmethod
+    def from_facets(cls, facets: Integers, points: Array) -> _HalfEdges:
+        edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
+        tail, head = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0).T
+        vector = points[head] - points[tail]
+        length = np.linalg.norm(vector, axis=1)
+        return cls(tail, head, vector, length, vector / length[:, None])
+
+    def onward(
+        self, nodes: Integers, direction: Array, least_cosine: float
+    ) -> tuple[Integers, Booleans]:
+        """The edge from each node that is closest to a direction (n, d).
+
+        Also returned is whether the cosine between them exceeds `least_cosine`.
+        """
+        first = np.searchsorted(self.tail, nodes)
+        count = np.searchsorted(self.tail, nodes, side="right") - first
+        # All edges of all nodes, in a row: `row` is the index of the node.
+        row = np.repeat(np.arange(len(nodes)), count)
+        edge = np.arange(len(row)) + np.repeat(first - np.cumsum(count) + count, count)
+        cosine = np.sum(direction[row] * self.direction[edge], axis=1)
+        best = np.lexsort((cosine, row))[np.cumsum(count) - 1]
+        return edge[best], cosine[best] > least_cosine
+
+    def curvature(self, first: Integers, second: Integers, normals: Array) -> Array:
+        """(n,) curvature, along the normal between them, of the lines of two edges."""
+        bend = (self.direction[second] - self.direction[first]) * normals[self.head[first]]
+        length = self.length[first] + self.length[second]
+        return np.asarray(2 * np.sum(bend, axis=1) / length)
 
 
 def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) -> Array:
-    """(n, d) unit normals at nodes of the rim, from lines of nodes there and the unit normals (nodes, d) of all nodes.
+    """(n, d) unit normals at nodes of the rim, from the lines of nodes that reach them.
 
     A line that goes through a node has the tangent of the circle through its neighbours. A line
     that ends there is an arc to the next node: its chord has the same angle with both normals. If
     it does not bend on beyond that node, as at a corner of two flat faces, it is straight.
+
+    `normals` (nodes, d) are the unit normals of all nodes.
     """
-    edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
-    tail, head = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0).T  # by their tails
-    ways = points[head] - points[tail]
-    size = np.linalg.norm(ways, axis=1)
-    along = ways / size[:, None]
+    edges = _HalfEdges.from_facets(facets, points)
+    first = np.flatnonzero(np.isin(edges.tail, nodes))  # all edges from these nodes
+    node = np.searchsorted(nodes, edges.tail[first])  # index of their node
+    neighbour = edges.head[first]
+    opposite, through = edges.onward(edges.tail[first], -edges.direction[first], SETTINGS.through)
+    second, goes_on = edges.onward(neighbour, edges.direction[first], SETTINGS.onward)
+    third, goes_far = edges.onward(edges.head[second], edges.direction[second], SETTINGS.onward)
 
-    def onward(start: Integers, direction: Array, least: float) -> tuple[Integers, Booleans]:
-        """The edge from each start that goes on in a direction best, and whether the cosine between them is large enough."""
-        first = np.searchsorted(tail, start)
-        count = np.searchsorted(tail, start, side="right") - first
-        row = np.repeat(np.arange(len(start)), count)
-        candidate = np.arange(len(row)) + np.repeat(first - np.cumsum(count) + count, count)
-        cosine = np.sum(direction[row] * along[candidate], axis=1)
-        best = np.lexsort((cosine, row))[np.cumsum(count) - 1]
-        return candidate[best], cosine[best] > least
-
-    def bend(one: Integers, two: Integers) -> Array:
-        """Curvature, along the normal, of the line of two edges."""
-        return np.asarray(
-            2
-            * np.sum((along[two] - along[one]) * normals[head[one]], axis=1)
-            / (size[one] + size[two])
-        )
-
-    own = np.flatnonzero(np.isin(tail, nodes))
-    opposite, through = onward(tail[own], -along[own], _THROUGH)
-    second, goes_on = onward(head[own], along[own], _ONWARD)
-    third, goes_far = onward(head[second], along[second], _ONWARD)
-    circles = [
-        ways[part] / size[part, None] ** 2 for part in (own, opposite)
-    ]  # through the node: inverted, they are lines
-    tangents = np.where(through[:, None], circles[0] - circles[1], ways[own])
+    # Inverted at the node, the circle through its neighbours is a line along the tangent.
+    inverse, inverse_opposite = (
+        edges.vector[edge] / edges.length[edge, None] ** 2 for edge in (first, opposite)
+    )
+    tangents = np.where(through[:, None], inverse - inverse_opposite, edges.vector[first])
     tangents = tangents / np.linalg.norm(tangents, axis=1)[:, None]
-    place = np.searchsorted(nodes, tail[own])
+
     normals = normals.copy()
-    for _ in range(_PASSES):
-        near, far = bend(own, second), bend(second, third)
-        curved = (
-            ~through
-            & goes_on
-            & goes_far
-            & (near * far > 0)
-            & (np.abs(far) >= _BENDS_ON * np.abs(near))
-        )
-        leans = np.where(curved, -np.sum(tangents * normals[head[own]], axis=1), 0.0)
-        told = through | curved
-        told |= ~_spans(tangents[told], place[told], normals[nodes])[
-            place
-        ]  # else lines that do not bend on are straight
+    for _ in range(SETTINGS.passes):
+        near = edges.curvature(first, second, normals)
+        far = edges.curvature(second, third, normals)
+        bends_on = (near * far > 0) & (np.abs(far) >= SETTINGS.bends_on * np.abs(near))
+        curved = ~through & goes_on & goes_far & bends_on
+        cosines = np.where(curved, -np.sum(tangents * normals[neighbour], axis=1), 0.0)
+        # Straight lines count if the others do not determine the normal.
+        counts = through | curved
+        counts |= ~_determine(tangents[counts], node[counts], normals[nodes])[node]
         before = normals[nodes]
-        normals[nodes] = _with_angles(before, tangents[told], leans[told], place[told])
+        normals[nodes] = _with_cosines(before, tangents[counts], cosines[counts], node[counts])
         if np.abs(normals[nodes] - before).max() <= ROUNDING:
             break
     return normals[nodes]
 
 
-def _with_angles(normals: Array, tangents: Array, leans: Array, place: Integers) -> Array:
-    """(n, d) unit normals near others whose cosines with unit tangents, each at the place of its node, are `leans`, in the mean of their squares."""
-    for _ in range(_STEPS):
-        cosines = np.sum(tangents * normals[place], axis=1)
-        across = tangents - cosines[:, None] * normals[place]
-        squares, wanted = np.zeros((*normals.shape, normals.shape[1])), np.zeros_like(normals)
-        np.add.at(squares, place, across[:, :, None] * across[:, None])
-        np.add.at(wanted, place, across * (leans - cosines)[:, None])
-        normals = normals + np.einsum(
-            "nab,nb->na", np.linalg.pinv(squares, rcond=_SPANNED, hermitian=True), wanted
-        )
+def _with_cosines(normals: Array, tangents: Array, cosines: Array, node: Integers) -> Array:
+    """(n, d) unit normals near `normals` that have given cosines with unit tangents.
+
+    The cosines are fitted in least squares; each tangent belongs to a node.
+    """
+    for _ in range(SETTINGS.steps):
+        present = np.sum(tangents * normals[node], axis=1)
+        across = tangents - present[:, None] * normals[node]
+        change = np.zeros_like(normals)
+        np.add.at(change, node, across * (cosines - present)[:, None])
+        squares = _squares(across, node, normals.shape)
+        inverse = np.linalg.pinv(squares, rcond=SETTINGS.spanned, hermitian=True)
+        normals = normals + np.einsum("nab,nb->na", inverse, change)
         normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     return normals
 
 
-def _spans(tangents: Array, place: Integers, normals: Array) -> Booleans:
-    """(n,) nodes at which the tangents of some lines determine the normal; each is at the place of its node."""
-    squares = np.zeros((*normals.shape, normals.shape[1]))
-    np.add.at(squares, place, tangents[:, :, None] * tangents[:, None])
-    sizes = np.linalg.eigvalsh(squares)
-    return np.asarray(sizes[:, 1] > _SPANNED * sizes[:, -1])
+def _determine(tangents: Array, node: Integers, normals: Array) -> Booleans:
+    """(n,) nodes at which the tangents of lines determine the normal."""
+    sizes = np.linalg.eigvalsh(_squares(tangents, node, normals.shape))
+    return np.asarray(sizes[:, 1] > SETTINGS.spanned * sizes[:, -1])
+
+
+def _squares(vectors: Array, node: Integers, shape: tuple[int, ...]) -> Array:
+    """(n, d, d) sums of the outer products of the vectors of each node; `shape` is (n, d)."""
+    squares = np.zeros((*shape, shape[1]))
+    np.add.at(squares, node, vectors[:, :, None] * vectors[:, None])
+    return squares

@@ -1,8 +1,14 @@
-"""Elimination of all but the last unknowns of a sparse stiffness, front after front, and the fronts, by nested dissection on coordinates."""
+"""Elimination of unknowns from a sparse stiffness, front after front.
+
+The fronts are found by nested dissection on coordinates. The elimination leaves the Schur
+complement of the kept unknowns.
+"""
 
 from collections.abc import Sequence
-from itertools import count, pairwise
-from typing import TypeAlias
+from dataclasses import dataclass
+from enum import IntEnum
+from itertools import pairwise
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
@@ -10,153 +16,207 @@ from scipy.sparse import csr_matrix, triu
 
 from ..base import ROUNDING, Array, Integers, bar_of
 
-_LEAF = 64  # parts of at most this many nodes are not cut further
-_FAR, _NEAR, _SEPARATOR = 0, 1, 2  # sides of a cut
-_NO_STIFFNESS = (
-    ROUNDING / 10
-    # stiffness of an unknown, over its own, up to which nothing is left of it when others are
-    # eliminated
-)
-_COLUMNS = 128  # of what an elimination leaves: so many are added to the next front at once
-
 Factor: TypeAlias = tuple[Integers, Integers, Array, Array]
-"""The unknowns of a front, the later ones that they are joined to, the triangular factor of its block, and the rows of the later ones."""
+"""Factor of a front, for `solve`.
+
+It has the unknowns of the front, the later unknowns that they are connected to, the triangular
+factor of the front, and the rows of the later unknowns.
+"""
+_Update: TypeAlias = tuple[Integers, Array]  # unknowns, and the matrix that their front left
+
+
+@dataclass(frozen=True)
+class EliminationSettings:
+    """Numbers of the elimination."""
+
+    # Parts of at most this many nodes are not cut further.
+    leaf: int = 64
+    # An unknown has no stiffness if less than this share of its first stiffness remains.
+    no_stiffness: float = ROUNDING / 10
+    # So many columns of an update are added to the next front at once, which saves memory.
+    columns: int = 128
+
+
+SETTINGS = EliminationSettings()
 
 
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
-    """Divide the nodes of a mesh into fronts, so that the elimination of one front after the other makes little fill (George 1973).
+    """Divide the nodes of a mesh into fronts whose elimination makes little fill (George 1973).
 
     Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest
-    edges; the nodes on the near side of a crossed edge separate the halves and are a front,
-    eliminated after both. Parts that are not cut further are fronts.
+    edges. The nodes on the near side of a crossed edge separate the halves: they are a front,
+    eliminated after both halves. Parts that are not cut further are fronts.
 
-    The (n, n) pattern of the graph is the adjacency of the nodes, the points are (d, n). Returned
-    are the (n,) fronts in the order of elimination.
+    The (n, n) pattern of the graph is the adjacency of the nodes, and the points are (d, n).
+    Returned are the fronts (n,), numbered in the order of elimination.
     """
-    pattern, front, side = (
-        graph.tocoo(),
-        np.zeros(graph.shape[0], dtype=np.intp),
-        np.zeros(graph.shape[0], dtype=np.int8),
-    )
-    once, numbers = pattern.row < pattern.col, count()
+    pattern = graph.tocoo()
+    once = pattern.row < pattern.col
+    edges = np.array([pattern.row[once], pattern.col[once]])
+    n = graph.shape[0]
+    front = np.zeros(n, dtype=np.intp)
+    parts = _dissected(np.arange(n), edges, points, side=np.zeros(n, dtype=np.int8))
+    for number, nodes in enumerate(part for part in parts if len(part)):
+        front[nodes] = number
+    return front
 
-    def divide(nodes: Integers, edges: Integers) -> None:
-        """Number the fronts of a part, which has its edges, after those that are numbered."""
-        cuts, middle = [], (len(nodes) - 1) // 2
-        for x in points if len(nodes) > _LEAF else ():
-            near = x[nodes] <= np.partition(x[nodes], middle)[middle]
-            side[nodes] = near
-            if not near.all():
-                cuts.append((np.count_nonzero(side[edges[0]] != side[edges[1]]), near))
-        if cuts:
-            side[nodes] = min(cuts, key=lambda cut: cut[0])[1]
-            ends = edges[:, side[edges[0]] != side[edges[1]]]
-            side[ends[side[ends] == _NEAR]] = _SEPARATOR
-            own, joined = side[nodes], side[edges]
-            for half in (_NEAR, _FAR):
-                divide(nodes[own == half], edges[:, (joined == half).all(axis=0)])
-            nodes = nodes[own == _SEPARATOR]
-        front[nodes] = next(numbers)
 
-    divide(np.arange(graph.shape[0]), np.array([pattern.row[once], pattern.col[once]]))
-    return np.asarray(np.unique(front, return_inverse=True)[1])
+class _Side(IntEnum):
+    """Where a node lies relative to a cut."""
+
+    FAR = 0
+    NEAR = 1
+    SEPARATOR = 2
+
+
+def _dissected(nodes: Integers, edges: Integers, points: Array, side: Array) -> list[Integers]:
+    """The fronts of a part with its edges (2, m), in the order of elimination.
+
+    `side` (all nodes,) is work space.
+    """
+    cut = _cut(nodes, edges, points, side)
+    if cut is None:
+        return [nodes]
+    side[nodes] = cut
+    crossed = edges[:, side[edges[0]] != side[edges[1]]]
+    side[crossed[side[crossed] == _Side.NEAR]] = _Side.SEPARATOR
+    of_nodes = side[nodes]
+    of_edges = side[edges]
+    fronts = []
+    for half in (_Side.NEAR, _Side.FAR):
+        inside = edges[:, (of_edges == half).all(axis=0)]
+        fronts += _dissected(nodes[of_nodes == half], inside, points, side)
+    return [*fronts, nodes[of_nodes == _Side.SEPARATOR]]
+
+
+def _cut(nodes: Integers, edges: Integers, points: Array, side: Array) -> Array | None:
+    """Which nodes of a part lie on the near side of the cut that crosses fewest edges.
+
+    None if the part is not cut, because it is small or all its nodes coincide.
+    """
+    if len(nodes) <= SETTINGS.leaf:
+        return None
+    best = None
+    fewest = len(edges[0]) + 1
+    middle = (len(nodes) - 1) // 2
+    for x in points:
+        near = x[nodes] <= np.partition(x[nodes], middle)[middle]
+        side[nodes] = near
+        crossed = int(np.count_nonzero(side[edges[0]] != side[edges[1]]))
+        if not near.all() and crossed < fewest:
+            best = near
+            fewest = crossed
+    return best
+
+
+class _Front(NamedTuple):
+    """The blocks of a front; of symmetric blocks the lower triangle counts."""
+
+    later: Integers  # later unknowns that the front is connected to
+    pivot: Array  # block of the unknowns of the front
+    coupling: Array  # rows of the later unknowns, columns of the front
+    contribution: Array  # block of the later unknowns
 
 
 def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Array, list[Factor]]:
-    """Multifrontal Cholesky factorisation of all but the last unknowns of a sparse matrix (Duff & Reid 1983).
+    """Multifrontal Cholesky factorisation of a sparse matrix (Duff & Reid 1983).
 
-    A front is a dense matrix: some unknowns that are eliminated together, and the later ones that
-    they are joined to. What the elimination leaves to these waits for the front of the first of
-    them; fronts that are done are dropped. In the end the kept unknowns are left.
+    A front is a dense matrix of some unknowns that are eliminated together, and of the later
+    unknowns that they are connected to. Its elimination leaves an update of these, which waits for
+    the front of the first of them. Fronts are dropped once they are eliminated.
 
-    `front` (unknowns,) is the number of the front that eliminates each, from 0 on; -1: kept.
-    Returned are the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in the order of K,
-    and, with `keep`, the factors for `solve`. Raises LinAlgError, with the unknown at which that
-    shows, where the eliminated part is not positive definite.
+    `front` (unknowns,) is the number of the front that eliminates each unknown, from 0 on; -1: the
+    unknown is kept. Returned are the (kept, kept) Schur complement `K_rr - K_ri K_ii^-1 K_ir`, in
+    the order of K, and, with `keep`, the factors for `solve`. Raises LinAlgError, with the unknown
+    at which it shows, if the eliminated part is not positive definite.
     """
-    fronts = int(front.max(initial=-1)) + 1
-    front = np.where(front < 0, fronts, front)
+    count = int(front.max(initial=-1)) + 1
+    front = np.where(front < 0, count, front)  # kept unknowns come last
     order = np.argsort(front, kind="stable")
+    front = front[order]
     upper = triu(K[order][:, order], format="csr")
-    front, least = front[order], _NO_STIFFNESS * np.abs(K.diagonal()[order])
-    starts = np.r_[np.searchsorted(front, np.arange(fronts + 1)), len(order)]
+    smallest = SETTINGS.no_stiffness * np.abs(K.diagonal()[order])
+    starts = np.r_[np.searchsorted(front, np.arange(count + 1)), len(order)]
     place = np.zeros(len(order), dtype=np.intp)
-    waiting: list[list[tuple[Integers, Array]]] = [[] for _ in range(fronts + 1)]
+    waiting: list[list[_Update]] = [[] for _ in range(count + 1)]
     factors: list[Factor] = []
     with bar_of(True, "elimination", "unknown", total=int(starts[-2])) as bar:
         for k, (first, last) in enumerate(pairwise(starts[:-1])):
-            rest, own, below, after = _assembled(upper, first, last, waiting[k], place)
-            own, failed = lapack.dpotrf(own, lower=1, overwrite_a=1)
-            pivots = np.diag(own) ** 2
-            pivots[failed - 1 if failed else len(pivots) :] = 0.0
-            if (none := pivots <= least[first:last]).any():
-                raise LinAlgError(int(order[first + none.argmax()]))
-            if len(rest):
-                below = blas.dtrsm(1.0, own, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-                waiting[front[rest[0]]].append(
-                    (rest, blas.dsyrk(-1.0, below, beta=1.0, c=after, lower=1, overwrite_c=1))
+            later, pivot, coupling, contribution = _assembled(upper, first, last, waiting[k], place)
+            pivot, failed = lapack.dpotrf(pivot, lower=1, overwrite_a=1)
+            pivots = np.diag(pivot) ** 2
+            if failed:
+                pivots[failed - 1 :] = 0.0
+            without = pivots <= smallest[first:last]
+            if without.any():
+                raise LinAlgError(int(order[first + without.argmax()]))
+            if len(later):
+                coupling = blas.dtrsm(
+                    1.0, pivot, coupling, side=1, lower=1, trans_a=1, overwrite_b=1
                 )
+                update = blas.dsyrk(
+                    -1.0, coupling, beta=1.0, c=contribution, lower=1, overwrite_c=1
+                )
+                waiting[front[later[0]]].append((later, update))
             if keep:
-                factors.append((order[first:last], order[rest], own, below))
+                factors.append((order[first:last], order[later], pivot, coupling))
             bar.update(last - first)
-    left = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place)[1])
-    return left + np.tril(left, -1).T, factors
+    schur = np.tril(_assembled(upper, starts[-2], starts[-1], waiting[-1], place).pivot)
+    return schur + np.tril(schur, -1).T, factors
 
 
 def solve(factors: Sequence[Factor], F: Array) -> Array:
-    """(unknowns,) values under the loads F (unknowns,), by the factors of an elimination that kept no unknown."""
+    """(unknowns,) displacements under loads F, by the factors of a complete elimination."""
     u = F.copy()
-    for own, rest, factor, below in factors:
-        u[own] = blas.dtrsv(factor, u[own], lower=1)
-        u[rest] -= below @ u[own]
-    for own, rest, factor, below in reversed(factors):
-        u[own] = blas.dtrsv(factor, u[own] - u[rest] @ below, lower=1, trans=1)
+    for unknowns, later, triangle, coupling in factors:
+        u[unknowns] = blas.dtrsv(triangle, u[unknowns], lower=1)
+        u[later] -= coupling @ u[unknowns]
+    for unknowns, later, triangle, coupling in reversed(factors):
+        u[unknowns] = blas.dtrsv(triangle, u[unknowns] - u[later] @ coupling, lower=1, trans=1)
     return u
 
 
 def _assembled(
-    upper: csr_matrix, first: int, last: int, left: list[tuple[Integers, Array]], place: Integers
-) -> tuple[Integers, Array, Array, Array]:
-    """The later unknowns of a front, and its blocks: own, later by own, later by later; of symmetric ones the lower triangle.
+    upper: csr_matrix, first: int, last: int, updates: list[_Update], place: Integers
+) -> _Front:
+    """The front of the unknowns from `first` to `last`, with the updates of fronts before it.
 
-    What fronts before left to it, unknowns and matrix, is dropped once it is added; `place`
-    (unknowns,) is written anew.
+    The updates are dropped once they are added. `place` (unknowns,) is work space.
     """
-    size, ends = last - first, upper.indptr[first : last + 1]
-    row, value, column = (
-        upper.indices[ends[0] : ends[-1]],
-        upper.data[ends[0] : ends[-1]],
-        np.repeat(np.arange(size), np.diff(ends)),
-    )
-    rest = np.unique(np.concatenate([row, *(unknowns for unknowns, _ in left)]))
-    rest = rest[np.searchsorted(rest, last) :]
-    place[first:last], place[rest] = np.arange(size), np.arange(len(rest))
-    own, below, after = (
-        np.zeros(shape, order="F")
-        for shape in ((size, size), (len(rest), size), (len(rest), len(rest)))
-    )
+    size = last - first
+    ends = upper.indptr[first : last + 1]
+    row = upper.indices[ends[0] : ends[-1]]
+    value = upper.data[ends[0] : ends[-1]]
+    column = np.repeat(np.arange(size), np.diff(ends))
+    connected = np.unique(np.concatenate([row, *(unknowns for unknowns, _ in updates)]))
+    later = connected[np.searchsorted(connected, last) :]
+    place[first:last] = np.arange(size)
+    place[later] = np.arange(len(later))
+
+    pivot = np.zeros((size, size), order="F")
+    coupling = np.zeros((len(later), size), order="F")
+    contribution = np.zeros((len(later), len(later)), order="F")
     inside = row < last
-    own[place[row[inside]], column[inside]] = value[inside]
-    below[place[row[~inside]], column[~inside]] = value[~inside]
-    while left:
-        unknowns, update = left.pop()
-        to, m = place[unknowns], int(np.searchsorted(unknowns, last))
-        _add(own, update[:m, :m], to[:m], to[:m], lower=True)
-        _add(below, update[m:, :m], to[m:], to[:m])
-        _add(after, update[m:, m:], to[m:], to[m:], lower=True)
-        del update
-    return rest, own, below, after
+    pivot[place[row[inside]], column[inside]] = value[inside]
+    coupling[place[row[~inside]], column[~inside]] = value[~inside]
+    while updates:
+        unknowns, update = updates.pop()
+        index = place[unknowns]
+        m = int(np.searchsorted(unknowns, last))
+        _add(pivot, update[:m, :m], index[:m], index[:m], lower=True)
+        _add(coupling, update[m:, :m], index[m:], index[:m])
+        _add(contribution, update[m:, m:], index[m:], index[m:], lower=True)
+        del update  # frees its memory before the next one is added
+    return _Front(later, pivot, coupling, contribution)
 
 
 def _add(
     A: Array, update: Array, rows: Integers, columns: Integers, *, lower: bool = False
 ) -> None:
-    """Add a matrix to rows and columns of A, all in increasing order; where `lower`, at least the lower triangle."""
-    entries = A.reshape(-1, order="F")
-    for i in range(0, len(columns), _COLUMNS):
-        some, part = slice(i, i + _COLUMNS), slice(i if lower else 0, None)
-        np.add.at(
-            entries,
-            (columns[some, None] * len(A) + rows[part]).ravel(),
-            update.T[some, part].ravel(),
-        )
+    """Add a matrix to rows and columns of A, in increasing order; with `lower`, its lower part."""
+    entries = A.reshape(-1, order="F")  # a view: A is stored by columns
+    for first in range(0, len(columns), SETTINGS.columns):
+        chunk = slice(first, first + SETTINGS.columns)
+        part = slice(first if lower else 0, None)
+        indices = columns[chunk, None] * len(A) + rows[part]
+        np.add.at(entries, indices.ravel(), update.T[chunk, part].ravel())

@@ -1,4 +1,4 @@
-"""Supports: what they hold, along axes or along the normals of a boundary, and the directions of the nodes that are held so."""
+"""Supports: nodes held along axes, or along the normals of a boundary."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,13 +23,13 @@ from ..errors import ModelError
 from .bodies import Body
 from .coincidence import mesh_errors
 from .elasticity import corner_weights, facet_nodes, places_of
-from .faces import facets_around, normals_of
+from .faces import facets_around, normals_of, unit_vectors
 from .normals import SMOOTH, normals_of_faces
 
 Place = str | tuple[float, ...]
 """Name of a boundary, or the coordinates of one node."""
 Seam: TypeAlias = tuple[Integers, Integers, Array]
-"""Nodes of a body on a cut of a sector, the nodes that they copy, and the matrix that turns what is there to them."""
+"""Nodes of a body on a cut of a sector, the nodes that they copy, and the matrix of the turn."""
 
 
 @dataclass(frozen=True)
@@ -46,18 +46,18 @@ class Support:
         The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all
         that the body has.
     normal
-        True: each node of the boundary is held along the normal there and free across it, as on an
+        True: each node of the boundary is held along its normal and free across it, as on an
         oblique plane of symmetry or in a cylinder. `directions` is then None, and no `Displacement`
-        moves the nodes. At the edge where two such boundaries meet, nodes are held along both
-        normals; where they go on as one, with normals less than 25 degrees apart, along that of
-        both together.
+        moves the nodes. At an edge between two such boundaries, nodes are held along both normals.
+        If the normals differ by less than 25 degrees, the boundaries are one smooth face, and nodes
+        are held along the mean normal.
 
     Raises
     ------
     ModelError
-        No such directions, a body that is no text, a place that is neither a text nor a point;
-        `normal` with directions or of a single node. In a model: a boundary with an edge, where a
-        node has two normals.
+        The directions are unknown, the body is no text, or the place is neither a text nor a point.
+        `normal` is given with directions or for a single node. In a model: a boundary has an edge,
+        at which a node has two normals.
 
     Examples
     --------
@@ -79,56 +79,45 @@ class Support:
         if self.directions is not None:
             choice("directions", self.directions, ("x", "y", "z", "xy", "xz", "yz", "xyz"))
         object.__setattr__(self, "where", checked_place(self.where))
-        if flag("normal", self.normal) and (
-            self.directions is not None or not isinstance(self.where, str)
-        ):
-            given = (
-                f"directions {shown(self.directions)}"
-                if self.directions is not None
-                else f"where: {self.where}"
-            )
-            raise ModelError(
-                f"{given} with normal=True; name a boundary, and leave the directions out"
-            )
+        if not flag("normal", self.normal):
+            return
+        hint = "name a boundary, and leave the directions out"
+        if self.directions is not None:
+            raise ModelError(f"directions {shown(self.directions)} with normal=True; {hint}")
+        if not isinstance(self.where, str):
+            raise ModelError(f"where: {self.where} with normal=True; {hint}")
 
 
 def checked_place(where: object) -> Place:
     """Check the name of a boundary or the coordinates of a point."""
-    return (
-        where
-        if isinstance(where, str)
-        else checked_point(
-            "where", where, "the name of a boundary or one point (x, y), in space (x, y, z)"
-        )
-    )
+    if isinstance(where, str):
+        return where
+    remedy = "the name of a boundary or one point (x, y), in space (x, y, z)"
+    return checked_point("where", where, remedy)
 
 
 def checked_point(
-    name: str, point: object, words: str, sizes: tuple[int, ...] = (2, 3)
+    name: str, point: object, remedy: str, sizes: tuple[int, ...] = (2, 3)
 ) -> tuple[float, ...]:
-    """Check a row of two or three coordinates, which error messages describe in words."""
+    """Check a list of two or three coordinates; `remedy` says in words what to give."""
     if not isinstance(point, tuple | list) or len(point) not in sizes:
-        raise ModelError(f"{name}: {shown(point)}; give {words}")
+        raise ModelError(f"{name}: {shown(point)}; give {remedy}")
     return tuple(finite_numbers(name, point))
 
 
 def checked_axis(part: Any) -> None:
-    """Check the centre and the direction of the axis of a part of a model, and make tuples of them."""
+    """Check the centre and the direction of the axis of a load or support, and make them tuples."""
     if part.centre is not None:
-        object.__setattr__(
-            part,
-            "centre",
-            checked_point("centre", part.centre, "one point (x, y), in space (x, y, z)"),
-        )
-    object.__setattr__(
-        part, "axis", checked_point("axis", part.axis, "one direction (x, y, z)", (3,))
-    )
-    if not np.linalg.norm(part.axis) > 0:  # also of one whose square is zero
-        raise ModelError(f"axis: {part.axis}; give the direction of the axis")
+        centre = checked_point("centre", part.centre, "one point (x, y), in space (x, y, z)")
+        object.__setattr__(part, "centre", centre)
+    axis = checked_point("axis", part.axis, "one direction (x, y, z)", (3,))
+    object.__setattr__(part, "axis", axis)
+    if not np.linalg.norm(axis) > 0:  # a tiny axis has length zero, because its square is zero
+        raise ModelError(f"axis: {axis}; give the direction of the axis")
 
 
 def axis_of(part: Any, d: int) -> tuple[Array, Array]:
-    """A point (d,) of the axis of a part of a model, and the unit vector (3,) along it."""
+    """A point (d,) of the axis of a load or support, and the unit vector (3,) along it."""
     centre = np.zeros(d) if part.centre is None else np.array(part.centre)
     if len(centre) != d:
         raise ModelError(
@@ -136,7 +125,8 @@ def axis_of(part: Any, d: int) -> tuple[Array, Array]:
         )
     if d == 2 and part.axis[:2] != (0.0, 0.0):
         raise ModelError(
-            f"axis: {part.axis}; body {part.body!r} is plane, and its axis a normal of the plane, or x = 0 if axisymmetric"
+            f"axis: {part.axis}; body {part.body!r} is plane, and its axis a normal of the plane, "
+            "or x = 0 if axisymmetric"
         )
     return centre, np.array(part.axis) / np.linalg.norm(part.axis)
 
@@ -151,67 +141,77 @@ def nodes_of(body: Body, name: str, where: Place) -> Integers:
             f"where: {where}; give the {len(x)} coordinates of a node of body {name!r}"
         )
     distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
-    if distance.min() > np.linalg.norm(2 * mesh_errors(body.mesh)[distance.argmin()]):
+    nearest = distance.argmin()
+    if distance[nearest] > np.linalg.norm(2 * mesh_errors(body.mesh)[nearest]):
         raise ModelError(
-            f"support of body {name!r}: no node at {where}; the nearest is at {tuple(x[:, distance.argmin()].tolist())}"
+            f"support of body {name!r}: no node at {where}; the nearest is at "
+            f"{tuple(x[:, nearest].tolist())}"
         )
-    return np.array([distance.argmin()])
+    return np.array([nearest])
 
 
 def normals_along(
     body: Body, supports: Sequence[Support], seam: Seam | None = None
 ) -> list[tuple[Integers, Array]]:
-    """Nodes of a body that each of its supports holds along their normals, and these unit normals (n, d).
+    """Nodes (n,) that each support of a body holds along normals, and these unit normals (n, d).
 
-    Nodes amid edges have the mean of their corners'. Faces that go on smoothly are one: nodes that
-    they share have the normal of both together. So have those on the seam of a sector.
+    Faces that continue smoothly are one face: nodes that they share have the mean normal, and so
+    have nodes on the seam of a sector. Midside nodes have the mean normal of their corners.
     """
-    mesh, points = body.mesh, body.mesh.p.T
+    mesh = body.mesh
+    points = mesh.p.T
     faces = [
         body.boundary(str(support.where), f"support of body {support.body!r}")
         for support in supports
     ]
-    around = [facets_around(mesh, facets) for facets in faces]
-    weighted = np.array(normals_of_faces(around, points))
+    corners_of_faces = [facets_around(mesh, facets) for facets in faces]
+    weighted = np.array(normals_of_faces(corners_of_faces, points))  # (faces, nodes, d)
     if seam:
-        high, low, turn = seam
-        both = np.all(
-            [weighted[:, side].any(axis=2, keepdims=True) for side in (low, high)], axis=0
-        )
-        weighted[:, low] += both * (weighted[:, high] @ turn)
-        weighted[:, high] = np.where(both, weighted[:, low] @ turn.T, weighted[:, high])
-    smooth = np.einsum("and,bnd->abn", _unit(weighted), _unit(weighted)) > SMOOTH
-    found = []
-    for support, facets, corners, own in zip(
-        supports, faces, around, _unit(np.einsum("abn,bnd->and", smooth, weighted)), strict=True
+        _join_at_seam(weighted, seam)
+
+    # Sum of the normals of all faces that continue smoothly at a node, (faces, nodes, d).
+    unit = unit_vectors(weighted)
+    smooth = np.einsum("and,bnd->abn", unit, unit) > SMOOTH
+    normals = unit_vectors(np.einsum("abn,bnd->and", smooth, weighted))
+    held = []
+    for support, facets, corners, of_corners in zip(
+        supports, faces, corners_of_faces, normals, strict=True
     ):
-        lean = np.einsum("fcd,fd->fc", own[corners], normals_of(points[corners])).min(axis=1)
-        if (i := first_of(lean < SMOOTH, -lean)) is not None:
+        cosine = np.einsum("fcd,fd->fc", of_corners[corners], normals_of(points[corners]))
+        smallest = cosine.min(axis=1)
+        if (i := first_of(smallest < SMOOTH, -smallest)) is not None:
             raise ModelError(
-                f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, where its nodes have two normals; name the face "
-                "on either side of the edge, and give each a support, or mesh a curved face finer"
+                f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, "
+                "where its nodes have two normals; name the face on either side of the edge, and "
+                "give each a support, or mesh a curved face finer"
             )
         elements, _ = places_of(mesh, facets)
-        total = np.zeros_like(points)
-        np.add.at(
-            total,
-            mesh.dofs.element_dofs[:, elements],
-            np.einsum("lc,cfd->lfd", corner_weights(type(mesh)), own[mesh.t[:, elements]]),
+        of_nodes = np.einsum(
+            "lc,cfd->lfd", corner_weights(type(mesh)), of_corners[mesh.t[:, elements]]
         )
+        total = np.zeros_like(points)
+        np.add.at(total, mesh.dofs.element_dofs[:, elements], of_nodes)
         nodes = facet_nodes(mesh, facets)
-        found.append((nodes, _unit(total)[nodes]))
-    return found
+        held.append((nodes, unit_vectors(total)[nodes]))
+    return held
 
 
-def _unit(vectors: Array) -> Array:
-    return np.asarray(
-        vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), np.finfo(float).tiny)
-    )
+def _join_at_seam(weighted: Array, seam: Seam) -> None:
+    """Give the nodes on both cuts the sum of their normals (faces, nodes, d), turned.
+
+    A face that reaches one cut only is left as it is.
+    """
+    high, low, turn = seam
+    on_low = weighted[:, low].any(axis=2, keepdims=True)
+    on_high = weighted[:, high].any(axis=2, keepdims=True)
+    on_both = on_low & on_high
+    weighted[:, low] += on_both * (weighted[:, high] @ turn)
+    weighted[:, high] = np.where(on_both, weighted[:, low] @ turn.T, weighted[:, high])
 
 
 def along_axes(normals: Array) -> tuple[Booleans, Integers]:
-    """(n,) which of some unit normals (n, d) are along axes, and along which one each is most."""
-    most = np.abs(normals).argmax(axis=1)
-    return np.sum(normals**2, axis=1) - np.take_along_axis(normals, most[:, None], axis=1)[
-        :, 0
-    ] ** 2 <= SAME_POINT**2, most
+    """(n,) which unit normals (n, d) are along axes, and the axis nearest to each."""
+    axis = np.abs(normals).argmax(axis=1)
+    along = np.take_along_axis(normals, axis[:, None], axis=1)[:, 0]
+    off_axis = np.sum(normals**2, axis=1) - along**2
+    return off_axis <= SAME_POINT**2, axis

@@ -32,7 +32,7 @@ from ..errors import ModelError
 from ..fem.coincidence import coincident, coordinate_errors
 from ..fem.elasticity import facet_nodes, parts_of, places_among
 from ..fem.faces import lines_along
-from ..fem.given import checked_stiffness
+from ..fem.matrix_checks import checked_stiffness
 from ..fem.rigid import node_graph
 from .deck import Deck
 from .labels import checked_labels, displaced, rows_of_nodes

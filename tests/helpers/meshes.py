@@ -206,7 +206,7 @@ def matrices_of(model):
     others = [int(row.indices[row.data < 0][0]) for row in opening]
     return {
         "K": parts.glued.K,
-        "loads": {name: force for name, (force, _, _) in model._cases.items()},
+        "loads": {name: case.forces for name, case in model._cases.items()},
         "pairs": np.column_stack([parts.glued.interface.nodes, others]),
         "normals": parts.glued.interface.frames[:, -1],
         "unknowns": parts.free_rows,

@@ -1,0 +1,137 @@
+"""Load cases of an assembled model: nodal forces, moved supports and interferences."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base import ROUNDING, Array, choice, first_of, place
+from ..errors import ModelError
+from .assembly import Assembly, Load
+from .bolts import BoltPreload
+from .contacts import Interference
+from .loads import Displacement, Pressure, Traction, values_at
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """A load case, as vectors over all unknowns and pairs."""
+
+    # (size,) nodal forces
+    forces: Array
+    # (size,) displacements of moved supports, of the nodes glued to them, and of the far face of a
+    # locked bolt that is shortened by 1; all other displacements are zero
+    displacements: Array
+    # (N,) overlaps of the pairs
+    overlaps: Array
+
+
+def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> LoadCase:
+    """Assemble the loads of a load case; error messages call it `argument`."""
+    forces = np.zeros(model.points.size)
+    prescribed = np.full(model.points.size, np.nan)  # nan: not prescribed
+    overlaps = dict.fromkeys(model.names, 0.0)
+    for load in loads:
+        if isinstance(load, Interference):
+            overlaps[choice(f"{argument}: contact", load.contact, overlaps)] += load.amount
+        elif isinstance(load, Displacement):
+            _prescribe(model, argument, load, prescribed)
+        elif not (isinstance(load, BoltPreload) and load.locked):
+            body = model.body(argument, load.body)
+            if isinstance(load, Traction | Pressure):
+                body.boundary(load.boundary, argument)
+            first = model.points.shape[1] * model.first_node[load.body]
+            nodal = load._forces(body, model.kinematics).ravel()
+            forces[first : first + body.mesh.p.size] += nodal
+    forces = model.tied.T @ forces
+    _check_felt(model, argument, loads, forces)
+
+    displacements = _glued_along(model, argument, prescribed, loads)
+    for cut in model.cuts:
+        shortening = 1.0 if cut.bolt.locked and cut.bolt in loads else 0.0
+        near = displacements[model.rows[cut.near]]
+        displacements[model.rows[cut.far]] = near - cut.axis * shortening
+    return LoadCase(forces, displacements, np.array(list(overlaps.values()))[model.contact])
+
+
+def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: Array) -> None:
+    """Enter a displacement into those of all unknowns, nan if not prescribed."""
+    nodes = model.nodes(argument, load)
+    for name in "xyz":
+        amount = getattr(load, name)
+        if amount is None:
+            continue
+        (axis,) = model.axes(argument, load.body, name)
+        values = values_at(f"displacement {name}", amount, model.points[nodes].T)
+        if np.isin(nodes, model.oblique).any():
+            raise ModelError(
+                f"{argument}: {load} moves nodes that a Support holds along oblique normals; hold "
+                "them along x, y or z"
+            )
+        if np.any(model.free_rows[nodes, axis] != -1):
+            raise ModelError(
+                f"{argument}: {load} moves nodes in {name} that no support holds; hold them by a "
+                "Support"
+            )
+        if model.kinematics == "axisymmetric" and axis == 0:
+            off_axis = values[(model.points[nodes, 0] == 0) & (values != 0)]
+            if off_axis.size:
+                raise ModelError(
+                    f"{argument}: {load} moves nodes by {off_axis[0]:g} off the axis, x = 0; give "
+                    "a function of x that is zero there"
+                )
+        unknowns = model.rows[nodes, axis]
+        differs = ~np.isnan(prescribed[unknowns]) & (prescribed[unknowns] != values)
+        if (i := first_of(differs)) is not None:
+            raise ModelError(
+                f"{argument}: {load} and another displacement move the node at "
+                f"{place(model.points[nodes[i]])} differently in {name}; give one"
+            )
+        prescribed[unknowns] = values
+
+
+def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Sequence[Load]) -> Array:
+    """Displacements (size,) of moved supports, and of the nodes that are glued to them."""
+    displacements = np.nan_to_num(prescribed)
+    model.sector.check_moved(
+        argument,
+        prescribed[model.rows],
+        (model.tied @ displacements)[model.rows],
+        model.points,
+    )
+    model.sector.check_loads(argument, loads)
+    if not displacements.any():
+        return displacements
+
+    dependent, _, Q = model.pairs.dependent_nodes
+    rows = model.rows[dependent]
+    glued = Q @ displacements[model.rows]
+    # On a plane of symmetry a dependent node follows only the nodes of its pair on that plane.
+    held_share = Q @ (model.free_rows < 0)
+    error = np.abs(displacements[rows] * held_share - glued)
+    differs = error > ROUNDING * np.abs(displacements).max()
+    is_prescribed = ~np.isnan(prescribed[rows])
+    if (i := first_of((is_prescribed & differs).any(axis=1))) is not None:
+        raise ModelError(
+            f"{argument}: a displacement moves both bodies at {place(model.points[dependent[i]])}, "
+            "in different ways; give one to both"
+        )
+    displacements[rows] = np.where(is_prescribed, displacements[rows], glued)
+    return displacements
+
+
+def _check_felt(model: Assembly, argument: str, loads: Sequence[Load], forces: Array) -> None:
+    """Check that supports do not take all the forces of a load case that acts on boundaries."""
+    on_boundaries = [load for load in loads if isinstance(load, Traction | Pressure)]
+    largest = np.abs(forces).max()
+    along_directions = np.einsum("nka,na->nk", model.directions, forces[model.rows])
+    felt = np.abs(along_directions[model.free_rows != -1]).max(initial=0.0)
+    if len(on_boundaries) < len(loads) or largest == 0 or felt > ROUNDING * largest:
+        return
+    bodies = {load.body for load in on_boundaries}
+    supports = [support for support in model.supports if support.body in bodies]
+    names = " and ".join(f"{load.boundary!r} of body {load.body!r}" for load in on_boundaries)
+    raise ModelError(
+        f"{argument}: acts on boundary {names} only where supports hold it, {supports}; load "
+        "another boundary, or hold less"
+    )
