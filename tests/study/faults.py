@@ -4,25 +4,21 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
-        "study/runs.py",
+        "study/case.py",
         "what is fixed has no part in the keys of a study",
-        old=(
-            "_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"
-        ),
-        new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *strength)",
+        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)"),
+        new="_digest(system.S, system.gap, self.friction, *reactions, *strength)",
         tests="fixed_part",
     ),
     Fault(
-        "study/runs.py",
+        "study/case.py",
         "a study takes runs of another shear strength",
-        old=(
-            "_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"
-        ),
-        new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed)",
+        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)"),
+        new="_digest(system.S, system.gap, self.friction, *reactions, *fixed)",
         tests="shear_strength",
     ),
     Fault(
-        "study/runs.py",
+        "study/case.py",
         "overload is not part of a run's key",
         old="start.overload",
         new="None",
@@ -39,8 +35,8 @@ FAULTS = (
     Fault(
         "study/runs.py",
         "few runs are one task",
-        old="ceil(len(waiting) / (_TASKS - len(tasks)))",
-        new="min(16, len(waiting))",
+        old="ceil(len(self.waiting) / (SETTINGS.most_tasks - len(self.at_work)))",
+        new="min(16, len(self.waiting))",
         tests="dissipation_study",
     ),
     Fault(
