@@ -30,7 +30,7 @@ from ..limits.question import pose
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
-from .range_search import RangeStarts
+from .range_starts import RangeStarts
 from .starts import LoadStep, assemble
 
 REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
