@@ -56,7 +56,7 @@ FAULTS = (
     Fault(
         "study/protocols.py",
         "undecided counts as rest",
-        old="UNDECIDED if UNDECIDED in answers else REST",
+        old="UNDECIDED if UNDECIDED in outcomes else REST",
         new="REST",
         tests="protocols",
     ),
@@ -70,15 +70,15 @@ FAULTS = (
     Fault(
         "study/excursion.py",
         "no sampled slip is smooth",
-        old="rng.normal(size=system.slip_shape) if number % 2 else smooth(rng, modes, system)",
-        new="rng.normal(size=system.slip_shape)",
+        old="number % 2 == 0",
+        new="False",
         tests="protocols",
     ),
     Fault(
         "study/protocols.py",
         "the bisection goes the wrong way",
-        old="(low, middle) if changed(middle) else (middle, high)",
-        new="(middle, high) if changed(middle) else (low, middle)",
+        old="if changed(middle):\n    high = middle\nelse:\n    low = middle",
+        new="if changed(middle):\n    low = middle\nelse:\n    high = middle",
         tests="protocols",
     ),
     Fault(

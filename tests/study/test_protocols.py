@@ -8,7 +8,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.study import excursion, range_starts
-from frictopt.study.excursion import _drawn
+from frictopt.study.excursion import _random_slips
 from frictopt.study.protocols import REST, SLIP, TransientsAfter
 from frictopt.study.starts import LoadStep
 from helpers.systems import CYCLE, FIRST_PAIR, PULL, random_system, system
@@ -283,8 +283,7 @@ def test_every_second_sampled_slip_is_smooth():
     """Steps from node to node are as large as the slip itself where it is noise, and a small part
     of it where they add up to it."""
     A = np.eye(200)
-    drawn = _drawn(
-        np.random.default_rng(0),
+    drawn = _random_slips(
         fo.ContactSystem.from_blocks(A, 0 * A, A, np.arange(200.0), {"P": (A[0], A[0])}),
         2.0,
     )
