@@ -84,8 +84,8 @@ FAULTS = (
     Fault(
         "study/verify.py",
         "slip above the limit counts below it",
-        old="runs['share'] < 1",
-        new="runs['share'] < 2",
+        old="self.runs['share'] < 1",
+        new="self.runs['share'] < 2",
         tests="guaranteed_transients",
     ),
     Fault(
