@@ -18,6 +18,7 @@ from locket import lock_file
 from threadpoolctl import threadpool_limits
 
 import frictopt as fo
+from frictopt.study.range_search import SearchSettings
 from frictopt.transients.exact.kernel import compiled
 
 collect_ignore_glob = ["*/faults.py"]  # lists of planted faults
@@ -125,7 +126,7 @@ def few_starts():
     """Searches of ranges try 8 starts around each end, in place of up to 200: for tests that ask
     for no more than a range."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("frictopt.study.range_search._AROUND", (8, 8))
+        patch.setattr("frictopt.study.range_search.SETTINGS", SearchSettings(most_around=8))
         yield
 
 
@@ -171,7 +172,7 @@ def quick(quick_data, studies):
                         pytest.MonkeyPatch.context() as patch,
                     ):
                         patch.setattr(
-                            "frictopt.study.range_search._AROUND", (8, 8)
+                            "frictopt.study.range_search.SETTINGS", SearchSettings(most_around=8)
                         )  # starts around ends, of which 200 take minutes
                         assert study.run(["--quick", "--data", str(quick_data)]) == 0
                     assert all(

@@ -13,10 +13,11 @@ from ..transients import march
 
 @warns_of_odd_values
 def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> GuaranteedLimit:
-    """The guaranteed limit for slips no larger than the largest one that one overload leaves, which is its slip bound.
+    """The guaranteed limit for slips that are at most as large as those that one overload leaves.
 
-    The overload is one cycle of a contact that has not slipped before. Ask it where a witness needs
-    more slip than assembly and overloads leave.
+    The overload is one cycle of a contact that has not slipped before. The largest slip that it
+    leaves is the slip bound of the limit. Use it if a witness needs more slip than assembly and
+    overloads leave.
 
     Parameters
     ----------
@@ -35,9 +36,11 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
     Examples
     --------
     >>> import frictopt as fo
-    >>> A, B, loads = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]], {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], loads)
-    >>> limit = fo.guaranteed_limit(pair, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.6)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> limit = fo.guaranteed_limit(pair, cycle, friction=0.6)
     >>> limit.load_factor <= fo.after_overload(limit).load_factor <= limit.shakedown.load_factor
     True
     """
@@ -45,12 +48,14 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
     if limit.constraints:
         names = ", ".join(limit.constraints)
         raise ModelError(
-            f"after_overload: the limit is under {names}; ask a limit without constraints of your own"
+            f"after_overload: the limit is under {names}; ask a limit without constraints of your "
+            "own"
         )
-    overload = limit.shakedown.load_factor if load_factor is None else load_factor
-    overload = finite_number("load_factor", overload, least=0.0)
+    if load_factor is None:
+        load_factor = limit.shakedown.load_factor
+    load_factor = finite_number("load_factor", load_factor, least=0.0)
     question = limit._task
-    slip_bound: Any = left_by_overload(limit, overload)
+    slip_bound: Any = left_by_overload(limit, load_factor)
     if question.most is not None:
         slip_bound = np.minimum(slip_bound, question.most)
     model = GuaranteedModel(
@@ -60,6 +65,7 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
 
 
 def left_by_overload(limit: GuaranteedLimit, load_factor: float) -> float:
-    """The largest slip that one cycle at a load factor leaves in a contact that has not slipped before, length."""
+    """The largest slip, length, that one cycle leaves in a contact that has not slipped before."""
     path = march(limit.system, limit.cycle, limit.friction, load_factor, cycles=1)
-    return float(np.linalg.norm(path.slip[-1].reshape(limit.system.nodes, -1), axis=1).max())
+    last_slip = path.slip[-1].reshape(limit.system.nodes, -1)
+    return float(np.linalg.norm(last_slip, axis=1).max())

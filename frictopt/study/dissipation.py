@@ -1,4 +1,4 @@
-"""Studies: the steady states of many transients as one table, for one friction or load cycle or many."""
+"""Studies: the steady states of many transients as one table."""
 
 from __future__ import annotations
 
@@ -30,15 +30,11 @@ from ..base import (
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError, StoreError
 from ..limits import ShakedownLimit, shakedown_limit
-from .runs import Case, Run, execute
+from .case import Case, Run
+from .columns import FAILED, SHOWN, Row, shown_row
+from .runs import execute
 from .starts import Start, given_slips, no_slip
-from .store import FAILED, TYPES, Row, Store
-
-_COLUMNS = (
-    "friction friction_std friction_number cycle load_factor load_ratio shakedown_limit start family seed amplitude outcome dissipation "
-    "dissipation_scaled first_cycle largest_share cycles slipping open residual engine seconds error"
-).split()
-_TYPES = {"seed": "Int64", "friction_number": "int64", "family": "str", **TYPES}
+from .store import Store
 
 
 @warns_of_odd_values
@@ -55,22 +51,22 @@ def dissipation_study(
     store: str | os.PathLike[str] | None = None,
     progress: bool = True,
 ) -> pd.DataFrame:
-    """Follow a transient to its steady state at every friction, load cycle and load factor, from every start (Flicek et al. 2015, section 5).
+    """Follow a transient to its steady state for each friction, load cycle, load factor and start.
 
-    A run that fails is a row with its error. The executor only changes the column seconds. Ctrl-C
-    stays a KeyboardInterrupt with an attribute `table`, that of the finished runs. The store is
-    closed then and holds them too.
+    The method is that of Flicek et al. 2015, section 5. A run that fails is a row with its error.
+    The executor changes only the column seconds. Ctrl-C stays a KeyboardInterrupt; its attribute
+    `table` has the finished runs. The store is closed then and holds them too.
 
     Parameters
     ----------
     system, load_factors
         The contact, and load factors, each >= 0.
     cycle
-        Its load cycle; or several, label -> load cycle, such as one for each preload or phase: they
-        are an axis of the study then.
+        Its load cycle; or several, label -> load cycle, such as one for each preload or phase. Then
+        the load cycles are an axis of the study.
     friction
-        Coefficient of friction; or a list of frictions. Each is a number, (N,) coefficients of the
-        nodes, or a frozen distribution of `scipy.stats`, from which each node draws its own
+        Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
+        nodes, or a frozen distribution of `scipy.stats`. From a distribution each node draws its
         coefficient: `[stats.norm(0.5, 0.05)] * 20` is twenty contacts of scattered friction. A flat
         list of as many numbers as the contact has nodes is refused, because it may mean both: give
         `[field]`, or a column of numbers (F, 1).
@@ -79,20 +75,20 @@ def dissipation_study(
         in space (S, N, 2), length; None: no slip. Slips that stress the contact more than 1e18
         times as much as the loads fail.
     rng
-        Seed or generator of the distributions among the frictions, which draw one after the other;
-        a seed gives the same table again.
+        Seed or generator of the distributions among the frictions, which draw one after the other.
+        The same seed gives the same table.
     shard
         (k, n): follow only the k-th of n parts of the runs, k from 1 to n, each n-th run. Parts
         with stores of their own need no shared file; the command `frictopt merge` puts the stores
         together. None: all runs.
     executor
-        Any executor of `concurrent.futures`' interface, such as a `ProcessPoolExecutor` or a dask
-        client's `get_executor()`; None: this process. It gets at most 256 tasks at a time; each
-        ends with the run in which its first second is over. A run that it loses is a row that says
-        so.
+        Any executor with the interface of `concurrent.futures`, such as a `ProcessPoolExecutor` or
+        a dask client's `get_executor()`; None: this process. It gets at most 256 tasks at a time. A
+        task ends with the run in which its first second is over. A run that the executor loses is a
+        row that says so.
     store
-        File that keeps each run by its content when its task ends: a study that is started again,
-        also after it was killed, follows only the missing runs and those that failed; shakedown
+        File that keeps each run by its content when its task ends. If the study is started again,
+        also after it was killed, it follows only the missing runs and those that failed. Shakedown
         limits are computed in each call. Several studies may share the file on a disk of this
         machine. `results.read_store` reads it.
     progress
@@ -129,7 +125,7 @@ def dissipation_study(
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> starts = fo.starts.no_slip() + fo.starts.overloads([1.5])
-    >>> table = fo.dissipation_study(rod, cycle, friction=0.5, load_factors=[1.0], starts=starts, progress=False)
+    >>> table = fo.dissipation_study(rod, cycle, 0.5, load_factors=[1.0], starts=starts)
     >>> table[["load_factor", "start", "outcome", "dissipation"]].round(6)
        load_factor            start      outcome  dissipation
     0          1.0             none  CYCLIC_SLIP          1.0
@@ -140,116 +136,106 @@ def dissipation_study(
     factors = finite_numbers("load_factors", load_factors, least=0.0)
     if not factors or len(set(factors)) < len(factors):
         raise ModelError(f"load_factors: {shown(factors)}; give at least one, and each once")
-    begins, chosen = (
-        checked_starts(starts, system.slip_shape),
-        slice(None) if shard is None else _checked_shard(shard),
-    )
-    wanted = list(product(range(len(fields)), cycles, factors, begins))[chosen]
-    rows: dict[str, Row] = {}
+    checked = checked_starts(starts, system.slip_shape)
+    combinations = list(product(range(len(fields)), cycles, factors, checked))
+    if shard is not None:
+        combinations = combinations[_checked_shard(shard)]
+
     with nullcontext() if store is None else closing(Store(store)) as file:
         cases = {
-            (number, label): Case(
-                system,
-                cycles[label],
-                fields[number],
-                _limit(system, cycles[label], fields[number], progress),
-                number,
-                label,
-            )
-            for number, label in dict.fromkeys(one[:2] for one in wanted)
+            (number, label): _case(system, cycles[label], fields[number], number, label, progress)
+            for number, label in dict.fromkeys(combination[:2] for combination in combinations)
         }
-        runs = [Run(cases[number, label], factor, start) for number, label, factor, start in wanted]
-        keys = {run.key: run for run in runs}
-        if file is not None:
-            file.check_cycles({case.label: case.loads for case in cases.values()})
-            rows.update(
-                (row["key"], row)
-                for row in file.read().to_dict("records")
-                if row["key"] in keys and row["outcome"] != FAILED
-            )
+        runs = [
+            Run(cases[number, label], factor, start)
+            for number, label, factor, start in combinations
+        ]
+        study = _Study(system, runs, file)
 
-        def keep(found: list[Row], answered: bool) -> None:
-            rows.update((row["key"], row) for row in found)
-            if file is not None and answered and found:
-                file.write(found)
-            bar.count = len(rows)
+        def keep(rows: list[Row], are_results: bool) -> None:
+            study.keep(rows, are_results)
+            bar.count = len(study.rows)
 
-        def kept(_: object) -> tuple[str, object, str]:
-            table = _table(system, runs, rows)
-            known = (
-                ""
-                if file is None
-                else f" and in {str(file.path)!r}, from where the same call goes on"
-            )
-            return (
-                "table",
-                table,
-                f"{table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`{known}",
-            )
-
-        missing, on = (
-            [run for key, run in keys.items() if key not in rows],
-            (KeyboardInterrupt, StoreError),
-        )
         with bar_of(
             progress,
             "transients",
             "run",
-            total=len(keys),
-            done=len(rows),
+            total=len(study.by_key),
+            done=len(study.rows),
             at_once=True,
-            keeps=kept,
-            on=on,
+            keeps=study.attribute_of_error,
+            on=(KeyboardInterrupt, StoreError),
         ) as bar:
-            execute(missing, executor, keep)
-    return _table(system, runs, rows)
+            execute(study.missing(), executor, keep)
+    return study.table()
 
 
-def _table(system: ContactSystem, runs: Sequence[Run], rows: Mapping[str, Row]) -> pd.DataFrame:
-    """The runs that have a row, in their order."""
-    records, forces = list[Row](), list[float]()
-    for run in (run for run in runs if run.key in rows):
-        start, limit = run.start, np.nan if run.case.limit is None else run.case.limit.load_factor
-        named = {
-            "start": start.name,
-            "family": start.family,
-            "seed": start.seed,
-            "shakedown_limit": limit,
-        }
-        records.append(
-            rows[run.key] | named | {"friction_number": run.case.number, "cycle": run.case.label}
-        )
-        forces.append(run.case.force)
-    table = pd.DataFrame(records, columns=_COLUMNS).astype(
-        {name: _TYPES.get(name, "float64") for name in _COLUMNS}
-    )
-    limits, force = table["shakedown_limit"], np.array(forces)
-    table["load_ratio"] = table["load_factor"] / limits.where((limits > 0) & np.isfinite(limits))
-    modulus = system.E_star if system.E_star and system.tangents == 1 else np.nan
-    table["dissipation_scaled"] = (
-        table["dissipation"] * modulus / np.where(force**2 > 0, force**2, np.nan)
-    )
-    table.attrs = {"missing": len(runs) - len(records)} | (
-        {} if system.units is None else {"units": system.units}
-    )
-    return table
+class _Study:
+    """The runs of a study, in their order, and the rows that are known of them, key -> row."""
+
+    def __init__(self, system: ContactSystem, runs: list[Run], file: Store | None) -> None:
+        self.units = system.units
+        self.runs = runs
+        self.file = file
+        self.by_key = {run.key: run for run in runs}
+        self.rows: dict[str, Row] = {}
+        if file is not None:
+            file.check_cycles({run.case.label: run.case.loads for run in runs})
+            for row in file.read().to_dict("records"):
+                if row["key"] in self.by_key and row["outcome"] != FAILED:
+                    self.rows[row["key"]] = row
+
+    def missing(self) -> list[Run]:
+        """The runs without a row."""
+        return [run for key, run in self.by_key.items() if key not in self.rows]
+
+    def keep(self, rows: list[Row], are_results: bool) -> None:
+        """Keep rows, and write those of results to the file."""
+        self.rows.update((row["key"], row) for row in rows)
+        if self.file is not None and are_results and rows:
+            self.file.write(rows)
+
+    def table(self) -> pd.DataFrame:
+        """The runs that have a row."""
+        records = [shown_row(run, self.rows[run.key]) for run in self.runs if run.key in self.rows]
+        table = pd.DataFrame(records, columns=list(SHOWN)).astype(SHOWN)
+        table.attrs["missing"] = len(self.runs) - len(records)
+        if self.units is not None:
+            table.attrs["units"] = self.units
+        return table
+
+    def attribute_of_error(self, _: object) -> tuple[str, object, str]:
+        """Name and value of the attribute of an error that ends the study, and a note about it."""
+        table = self.table()
+        note = f"{table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`"
+        if self.file is not None:
+            note += f" and in {str(self.file.path)!r}, from where the same call goes on"
+        return "table", table, note
+
+
+def _case(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Array,
+    number: int,
+    label: str,
+    progress: bool,
+) -> Case:
+    """The input of the runs at one friction and load cycle, with its shakedown limit."""
+    limit: ShakedownLimit | None = None
+    with suppress(SolverError):
+        limit = shakedown_limit(system, cycle, friction, progress=progress)
+    return Case(system, cycle, friction, limit, number, label)
 
 
 def _checked_shard(shard: object) -> slice:
-    """Which of all runs a part of them has."""
+    """The slice of all runs that belongs to a part."""
     part = listed("shard", shard)
     if len(part) != 2:
         raise ModelError(f"shard: {shown(shard)}; give (k, n), the k-th of n parts")
     count = whole_number("shard n", part[1], least=1)
-    return slice(whole_number("shard k", part[0], least=1, most=count) - 1, None, count)
-
-
-def _limit(
-    system: ContactSystem, cycle: LoadCycle, friction: Array, progress: bool
-) -> ShakedownLimit | None:
-    with suppress(SolverError):
-        return shakedown_limit(system, cycle, friction, progress=progress)
-    return None
+    first = whole_number("shard k", part[0], least=1, most=count) - 1
+    return slice(first, None, count)
 
 
 def checked_cycles(cycle: object) -> dict[str, LoadCycle]:
@@ -258,72 +244,80 @@ def checked_cycles(cycle: object) -> dict[str, LoadCycle]:
         return {"": checked_cycle(cycle)}
     if not cycle:
         raise ModelError("cycle: empty; give a LoadCycle, or label -> LoadCycle")
-    for label, one in cycle.items():
+    for label, labelled in cycle.items():
         check_text("cycle", label, "a printable text", "label ")
-        checked_cycle(one, f"cycle[{label!r}]")
+        checked_cycle(labelled, f"cycle[{label!r}]")
     return dict(cycle)
 
 
 def checked_starts(
     starts: Sequence[Start] | ArrayLike | None, slip_shape: tuple[int, ...]
 ) -> list[Start]:
-    """Check starts for a contact: a list of `Start`, an array of slips, (S, *slip_shape), or None."""
-    starts = (
-        no_slip() if starts is None else list(starts) if isinstance(starts, Iterator) else starts
-    )
+    """Check the starts of a contact: a list of `Start`, slips (S, *slip_shape), or None."""
+    if starts is None:
+        return no_slip()
+    if isinstance(starts, Iterator):
+        starts = list(starts)
     if isinstance(starts, Sequence) and not starts:
         raise ModelError("starts: empty; give at least one start")
     if not np.iterable(starts) or not any(isinstance(start, Start) for start in starts):
         return given_slips(finite_array("starts", starts, (None, *slip_shape)))
-    given: list[Any] = list(starts)
-    for start in given:
-        if not isinstance(start, Start):
-            raise ModelError(
-                f"starts: a {type(start).__name__} among starts; make starts of slips by given_slips, and add lists up"
-            )
-        slip = start.slip if start.state is None else start.state.slip
-        if slip is not None and slip.shape != slip_shape:
-            raise ModelError(
-                f"starts: start {start.name!r} has a slip of shape {slip.shape}, the contact needs {slip_shape}"
-            )
-    ((name, count),) = Counter(start.name for start in given).most_common(1)
+    items: list[Any] = list(starts)
+    for start in items:
+        _check_start(start, slip_shape)
+    ((name, count),) = Counter(start.name for start in items).most_common(1)
     if count > 1:
         raise ModelError(
             f"starts: two starts are called {name!r}; give them different names or seeds"
         )
-    return given
+    return items
+
+
+def _check_start(start: object, slip_shape: tuple[int, ...]) -> None:
+    if not isinstance(start, Start):
+        raise ModelError(
+            f"starts: a {type(start).__name__} among starts; make starts of slips by given_slips, "
+            "and add lists up"
+        )
+    slip = start.slip if start.state is None else start.state.slip
+    if slip is not None and slip.shape != slip_shape:
+        raise ModelError(
+            f"starts: start {start.name!r} has a slip of shape {slip.shape}, the contact needs "
+            f"{slip_shape}"
+        )
 
 
 def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
-    """(N,) coefficients of each friction: of one, or of a list of numbers, fields and distributions; see `dissipation_study`."""
-    several = np.iterable(friction) and not isinstance(friction, str | bytes | Mapping)
-    items = list(friction) if several else [friction]
+    """(N,) coefficients of each friction, of one or of a list; see `dissipation_study`."""
+    is_list = np.iterable(friction) and not isinstance(friction, str | bytes | Mapping)
+    items = list(friction) if is_list else [friction]
     if not items:
         raise ModelError("friction: empty; give at least one coefficient")
-    if (
-        several
-        and len(items) == nodes > 1
-        and not any(np.iterable(item) or hasattr(item, "rvs") for item in items)
-    ):
+    if is_list and len(items) == nodes > 1 and all(_is_number(item) for item in items):
         raise ModelError(
-            f"friction: {nodes} numbers for {nodes} nodes, one friction or {nodes} of them; give [friction] or np.c_[friction]"
+            f"friction: {nodes} numbers for {nodes} nodes, one friction or {nodes} of them; give "
+            "[friction] or np.c_[friction]"
         )
-    generator = (
-        rng
-        if isinstance(rng, np.random.Generator | None)
-        else np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
-    )
-    values = [_drawn(item, nodes, generator) if hasattr(item, "rvs") else item for item in items]
-    values = [
-        value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
-        for value in values
-    ]  # rows of a column, np.c_[...]
-    return [frozen(friction_coefficients(value, nodes)) for value in values]
+    generator = rng
+    if not isinstance(rng, np.random.Generator | None):
+        generator = np.random.default_rng(whole_number("rng", rng, least=0, most=LARGEST_SEED))
+    return [_field(item, nodes, generator) for item in items]
 
 
-def _drawn(distribution: Any, nodes: int, generator: np.random.Generator | None) -> Array:
-    if generator is None:
-        raise ModelError(
-            "rng: None, and friction has a distribution; give a seed, so that the study can be repeated"
-        )
-    return frozen(distribution.rvs(size=nodes, random_state=generator))
+def _is_number(item: object) -> bool:
+    """Whether an item is neither a field nor a distribution."""
+    return not np.iterable(item) and not hasattr(item, "rvs")
+
+
+def _field(item: Any, nodes: int, generator: Any) -> Array:
+    """(N,) coefficients of one friction: a number, a field, or drawn from a distribution."""
+    if hasattr(item, "rvs"):
+        if generator is None:
+            raise ModelError(
+                "rng: None, and friction has a distribution; give a seed, so that the study can be "
+                "repeated"
+            )
+        item = item.rvs(size=nodes, random_state=generator)
+    elif isinstance(item, np.ndarray) and item.shape == (1,):
+        item = item[0]  # a row of a column of numbers, np.c_[...]
+    return frozen(friction_coefficients(item, nodes))

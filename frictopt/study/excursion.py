@@ -25,15 +25,7 @@ from ..errors import ModelError
 from .protocols import REST, TransientsAfter, first_change
 from .starts import LoadStep, smooth, smooth_modes
 
-_SHARES, _NARROW = (
-    np.arange(1, 21) / 20,
-    1e-3,
-)  # shares of an excursion that are tried, and width of the last interval
 _SAMPLES = 60  # random slips in a row that an excursion has to bring to rest
-_DECADES = (
-    -1.0,
-    1.0,
-)  # powers of ten of the size of random slips, over the spread of the largest start
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,18 +35,18 @@ class LeastExcursion(Kept, Plotted):
     Attributes
     ----------
     share, loads
-        Least share of the excursion, from 0 (it comes to rest without) to 1, and the load at which
-        it turns, load case name -> amplitude; inf and None if none brings it to rest.
+        Least share of the excursion, from 0 (the contact comes to rest without excursion) to 1, and
+        the load at which it turns, load case name -> amplitude; inf and None if no share brings the
+        contact to rest.
     start
         (N,), in space (N, 2), the start that is hardest to bring to rest, length: of the starts
-        tried, the last one that needed more.
+        tried, the last one that needed a larger share.
     sampled
-        Number of random starts, drawn afresh and one after the other, that were brought to rest by
-        it as well: with 95 % probability no more than 3 over this number of all such starts would
-        keep slipping.
+        Number of fresh random starts, one after the other, that the excursion also brought to rest.
+        With 95 % probability at most 3 over this number of all such starts would keep slipping.
     tried
         DataFrame, one row for each share tried on the start that was hardest then: share; outcome,
-        "rest", "slip", or "UNDECIDED" where the transient has no result, for example because the
+        "rest", "slip", or "UNDECIDED" if the transient has no result, for example because the
         contact slides or opens as a whole.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
@@ -64,7 +56,8 @@ class LeastExcursion(Kept, Plotted):
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> fo.least_excursion(rod, cycle, friction=0.5, load_factor=0.4, excursion={"pressure": -0.5}, start="assembled").share
+    >>> unloading = {"pressure": -0.5}
+    >>> fo.least_excursion(rod, cycle, 0.5, 0.4, excursion=unloading, start="assembled").share
     0.0
     """
 
@@ -97,12 +90,12 @@ def least_excursion(
     """Find the least excursion from the mean load and back after which the contact comes to rest.
 
     The excursion goes in a straight line to the mean load plus a share of `excursion`. Twenty even
-    shares are tried on the start that is hardest so far, and a bisection narrows the interval below
-    the first one that brings it to rest to a thousandth. All other starts are then tried at this
-    share. Where `start` is "worst", random slips that were not tried before follow. One that keeps
+    shares are tried on the start that is hardest so far. A bisection narrows the interval below the
+    first share that brings it to rest to a thousandth. All other starts are then tried at this
+    share. If `start` is "worst", random slips that were not tried before follow. A slip that keeps
     slipping becomes the hardest, and the search goes on from there, until 60 random slips in a row
-    come to rest. What happens at other shares is not known, nor from other starts, of which some
-    may need more: see `sampled`.
+    come to rest. The outcome is not known at other shares, nor from other starts, of which some may
+    need a larger share: see `sampled`.
 
     Parameters
     ----------
@@ -112,7 +105,7 @@ def least_excursion(
     excursion
         Largest excursion, load case name -> change of its amplitude.
     start, steps, progress
-        As in `limit_after_protocol`; `table` has the shares tried by then.
+        As in `limit_after_protocol`; `table` has the shares tried so far.
 
     Raises
     ------
@@ -128,94 +121,125 @@ def least_excursion(
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> unloading = fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": -0.95})
+    >>> unloading = fo.least_excursion(pair, cycle, 0.6, load_factor=0.6, excursion={"P": -0.95})
     >>> unloading.share < 1, round(unloading.loads["P"], 2)
     (True, 0.23)
     >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).share
     inf
     """
-    load_factor, largest = (
-        finite_number("load_factor", load_factor, least=0.0),
-        checked_loads("excursion", excursion),
-    )
+    load_factor = finite_number("load_factor", load_factor, least=0.0)
+    largest = checked_loads("excursion", excursion)
     if not any(largest.values()):
         raise ModelError(
             "excursion: no load changes; give load case name -> change of its amplitude"
         )
-    tried: list[tuple[float, str]] = []
-
-    def turning(share: float) -> LoadStep:
-        return LoadStep(
-            {
-                name: cycle.mean.get(name, 0.0) + share * largest.get(name, 0.0)
-                for name in sorted({*cycle.mean, *largest})
-            }
-        )
-
-    def outcome(share: float, start: Array) -> str:
-        return transients.outcome(load_factor, [turning(share)] if share else [], start)
-
-    def rests(share: float) -> bool:
-        tried.append((share, outcome(share, hardest)))
-        return tried[-1][1] == REST
-
-    def slipping(starts: Iterable[Array]) -> Array | None:
-        return next((start for start in starts if outcome(share, start) != REST), None)
-
-    def kept(_: object) -> tuple[str, object, str] | None:
-        table = pd.DataFrame(tried, columns=["share", "outcome"])
-        return (
-            ("table", table, f"at least {share:.4g}; the shares tried are in the attribute `table`")
-            if tried
-            else None
-        )
-
-    share = 0.0
+    search = _ExcursionSearch(cycle, load_factor, largest)
     with bar_of(
         progress,
         "least excursion",
         "transient",
-        best=lambda: f"at least {share:.4g} so far",
-        keeps=kept,
+        best=search.share_so_far,
+        keeps=search.table_so_far,
     ) as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
-        system.reaction(largest)
+        system.reaction(largest)  # raises if it names an unknown load case
+        spread = max(float(np.ptp(start, axis=0).max()) for start in transients.starts)
         samples = _SAMPLES if transients.worst else 0
-        drawn = _drawn(
-            np.random.default_rng(0),
-            system,
-            max(float(np.ptp(start, axis=0).max()) for start in transients.starts),
-        )
-        hardest = transients.starts[0]
-        while np.isfinite(share):
-            if (found := slipping(transients.starts)) is None:
-                if (found := slipping(islice(drawn, samples))) is None:
-                    break
-                transients.starts.append(found)
-            hardest = found
-            share = first_change(rests, _SHARES, share, _NARROW)[1]
-    known = bool(np.isfinite(share))
-    table = pd.DataFrame(tried, columns=["share", "outcome"])
-    loads = turning(share).loads if known else None
+        hardest = search.run(transients, _random_slips(system, spread), samples)
+
+    found = bool(np.isfinite(search.share))
     return LeastExcursion(
-        share,
-        loads,
+        search.share,
+        search.turning_point(search.share).loads if found else None,
         frozen(hardest),
-        samples if known else 0,
-        table,
+        samples if found else 0,
+        search.table(),
         transients.count,
         transients.residual,
     )
 
 
-def _drawn(rng: np.random.Generator, system: ContactSystem, size: float) -> Iterator[Array]:
-    """Random slips without end, of spreads from a tenth of a size to ten times, every second one smooth along the interface."""
+class _ExcursionSearch:
+    """Search for the least share of an excursion, with the shares tried and their outcomes."""
+
+    def __init__(self, cycle: LoadCycle, load_factor: float, largest: Mapping[str, float]) -> None:
+        self._mean = cycle.mean
+        self._load_factor = load_factor
+        self._largest = largest
+        self.share = 0.0
+        self.tried = list[tuple[float, str]]()
+
+    def run(
+        self, transients: TransientsAfter, random_slips: Iterator[Array], samples: int
+    ) -> Array:
+        """Find the share for all starts and samples in a row; return the hardest start."""
+        hardest = transients.starts[0]
+        while np.isfinite(self.share):
+            slipping = self._slipping(transients, transients.starts)
+            if slipping is None:
+                slipping = self._slipping(transients, islice(random_slips, samples))
+                if slipping is None:
+                    break
+                transients.starts.append(slipping)
+            hardest = slipping
+
+            def rests(share: float, start: Array = hardest) -> bool:
+                outcome = self._outcome(transients, share, start)
+                self.tried.append((share, outcome))
+                return outcome == REST
+
+            _, self.share = first_change(rests, np.arange(1, 21) / 20, self.share, 1e-3)
+        return hardest
+
+    def _slipping(self, transients: TransientsAfter, starts: Iterable[Array]) -> Array | None:
+        """The first start that does not come to rest at the current share; None if all do."""
+        for start in starts:
+            if self._outcome(transients, self.share, start) != REST:
+                return start
+        return None
+
+    def _outcome(self, transients: TransientsAfter, share: float, start: Array) -> str:
+        protocol = [self.turning_point(share)] if share else []
+        return transients.outcome(self._load_factor, protocol, start)
+
+    def turning_point(self, share: float) -> LoadStep:
+        """The load at which a share of the excursion turns."""
+        names = sorted({*self._mean, *self._largest})
+        return LoadStep(
+            {
+                name: self._mean.get(name, 0.0) + share * self._largest.get(name, 0.0)
+                for name in names
+            }
+        )
+
+    def table(self) -> pd.DataFrame:
+        """The shares tried."""
+        return pd.DataFrame(self.tried, columns=["share", "outcome"])
+
+    def share_so_far(self) -> str:
+        """The share so far, for the progress."""
+        return f"at least {self.share:.4g} so far"
+
+    def table_so_far(self, _: object) -> tuple[str, object, str] | None:
+        """Name and value of the attribute of an interrupt, and a note about it."""
+        if not self.tried:
+            return None
+        note = f"at least {self.share:.4g}; the shares tried are in the attribute `table`"
+        return "table", self.table(), note
+
+
+def _random_slips(system: ContactSystem, spread: float) -> Iterator[Array]:
+    """Random slips without end, every second one smooth along the interface.
+
+    Their spreads are between a tenth of the given one and ten times as large.
+    """
+    rng = np.random.default_rng(0)
     modes = smooth_modes(system)
     for number in count():
-        slip = rng.normal(size=system.slip_shape) if number % 2 else smooth(rng, modes, system)
-        yield (
-            size
-            * 10 ** rng.uniform(*_DECADES)
-            * slip
-            / max(np.ptp(slip, axis=0).max(), np.finfo(float).tiny)
-        )
+        if number % 2 == 0:
+            slip = smooth(rng, modes, system)
+        else:
+            slip = rng.normal(size=system.slip_shape)
+        size = spread * 10 ** rng.uniform(-1.0, 1.0)
+        # A single node has no spread.
+        yield size * slip / max(np.ptp(slip, axis=0).max(), np.finfo(float).tiny)

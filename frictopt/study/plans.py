@@ -1,4 +1,4 @@
-"""What a study asks, from a file, and tables of measured histories."""
+"""Studies described in files of TOML, and tables of measured load histories."""
 
 from __future__ import annotations
 
@@ -23,126 +23,135 @@ T = TypeVar("T")
 _NEEDED = ("system", "cycle", "friction", "load_factors")
 _KNOWN = (*_NEEDED, "starts", "store", "table", "picture")
 _STARTS = ("no_slip", "safe_slips", "random_slips", "overloads")
+_CYCLE = {"mean", "corners", "history", "harmonic"}  # entries of a single load cycle
 _READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_parquet}
 
 
 def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
-    """Arguments of `dissipation_study` from a file of TOML, and the files to be written: store, and table and picture where they are named.
+    """Arguments of `dissipation_study` from a file of TOML, and the files to write by their kind.
 
-    Names of files are relative to the folder of the file. `system`, `cycle` (the arguments of
-    `LoadCycle`, a `history` with those of `from_history`, `harmonic` loads with those of
-    `harmonic`; or tables of these by their labels), `friction` (a number, a list, or a
-    `distribution` of scipy.stats with its parameters, `draws` and the seed `rng`), `load_factors`
-    and, if wanted, `starts` (name of a function of `fo.starts` -> its arguments), `store`, `table`
-    and `picture`. ModelError: not such a file, or something in it that the study would refuse.
+    Names of files are relative to the folder of the file. Its entries are:
+
+    - `system`: file of the contact
+    - `cycle`: the arguments of `LoadCycle`; or a `history` with those of `LoadCycle.from_history`;
+      or `harmonic` loads with those of `LoadCycle.harmonic`; or tables of these by their labels
+    - `friction`: a number, a list, or a `distribution` of scipy.stats with its parameters, `draws`
+      and the seed `rng`
+    - `load_factors`
+    - optional `starts`: name of a function of `fo.starts` -> its arguments
+    - optional `store`, `table` and `picture`: files to write
+
+    ModelError: not such a file, or an entry that the study would refuse.
     """
     path = Path(file)
     try:
         plan = tomllib.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise ModelError(f"{file}: {error}; give a file in TOML") from error
-    unknown, missing = (
-        sorted(set(plan) - set(_KNOWN)),
-        [name for name in _NEEDED if name not in plan],
-    )
-    wrong = [
-        f"{', '.join(names)} {verb}"
-        for names, verb in ((unknown, "unknown"), (missing, "missing"))
-        if names
-    ]
-    if wrong:
-        raise ModelError(f"{file}: {' and '.join(wrong)}; a study has {', '.join(_KNOWN)}")
-    names = {
-        name: path.parent / _told(name, plan[name], str)
-        for name in ("system", "store", "table", "picture")
-        if name in plan
-    }
-    files = {"store": names.get("store", path.with_suffix(".sqlite"))}
-    files |= {
-        name: output(names[name], *endings)
-        for name, endings in (("table", WRITERS), ("picture", ()))
-        if name in names
-    }
-    system, friction, given = (
-        ContactSystem.load(names["system"]),
-        plan["friction"],
-        _told("cycle", plan["cycle"], dict),
-    )
-    one = not given or {"mean", "corners", "history", "harmonic"} & set(given)
-    cycle = (
-        _cycle("cycle", path, given)
-        if one
-        else {label: _cycle(f"cycle.{label}", path, part) for label, part in given.items()}
-    )
-    drawn = _distributions(**friction) if isinstance(friction, dict) else {"friction": friction}
-    begins = list[Start]()
-    for name, options in _told("starts", plan.get("starts", {"no_slip": {}}), dict).items():
-        first = (system,) if choice("starts", name, _STARTS) == "random_slips" else ()
-        begins += _called(
-            f"starts.{name}",
-            getattr(families, name),
-            *first,
-            **_told(f"starts.{name}", options, dict),
-        )
-    return {
+    _check_entries(file, plan)
+    system_file = path.parent / _checked_part("system", plan["system"], str)
+    files = _files_to_write(path, plan)
+    system = ContactSystem.load(system_file)
+    arguments = {
         "system": system,
-        "cycle": cycle,
+        "cycle": _cycles(path, _checked_part("cycle", plan["cycle"], dict)),
         "load_factors": plan["load_factors"],
-        "starts": begins,
-        **drawn,
-    }, files
+        "starts": _starts(system, plan.get("starts", {"no_slip": {}})),
+    }
+    if isinstance(plan["friction"], dict):
+        return arguments | _distributions(**plan["friction"]), files
+    return arguments | {"friction": plan["friction"]}, files
 
 
-def _cycle(name: str, path: Path, told: object) -> LoadCycle:
-    """A load cycle of a plan."""
-    given = dict[str, Any](_told(name, told, dict))
-    if "history" in given:
-        return _called(
-            name,
-            LoadCycle.from_history,
-            read_table(path.parent / str(given.pop("history"))),
-            **given,
-        )
-    if "harmonic" in given:
-        return _called(name, LoadCycle.harmonic, given.pop("harmonic"), **given)
-    return _called(name, LoadCycle, **given)
+def _check_entries(file: str | Path, plan: dict[str, Any]) -> None:
+    unknown = sorted(set(plan) - set(_KNOWN))
+    missing = [name for name in _NEEDED if name not in plan]
+    faults = list[str]()
+    if unknown:
+        faults.append(f"{', '.join(unknown)} unknown")
+    if missing:
+        faults.append(f"{', '.join(missing)} missing")
+    if faults:
+        raise ModelError(f"{file}: {' and '.join(faults)}; a study has {', '.join(_KNOWN)}")
 
 
-def _told(name: str, value: object, kind: type[T]) -> T:
-    """A part of a plan, of a kind that it needs."""
-    if not isinstance(value, kind):
-        raise ModelError(
-            f"{name}: {value!r}; give {'the name of a file' if kind is str else f'a table of TOML, [{name}]'}"
-        )
-    return value
+def _files_to_write(path: Path, plan: dict[str, Any]) -> dict[str, Path]:
+    """The store, by default beside the plan, and the table and the picture if they are named."""
+    files = {"store": path.with_suffix(".sqlite")}
+    for name in ("store", "table", "picture"):
+        if name in plan:
+            files[name] = path.parent / _checked_part(name, plan[name], str)
+    if "table" in files:
+        files["table"] = output(files["table"], *WRITERS)
+    if "picture" in files:
+        files["picture"] = output(files["picture"])
+    return files
 
 
-def _called(what: str, function: Callable[..., T], *first: Any, **options: Any) -> T:
-    """The value of a function whose options come from a file."""
+def _cycles(path: Path, entry: dict[str, Any]) -> LoadCycle | dict[str, LoadCycle]:
+    """The load cycle of a plan, or several by their labels."""
+    if not entry or _CYCLE & set(entry):
+        return _cycle("cycle", path, entry)
+    return {label: _cycle(f"cycle.{label}", path, part) for label, part in entry.items()}
+
+
+def _cycle(name: str, path: Path, entry: object) -> LoadCycle:
+    options = dict[str, Any](_checked_part(name, entry, dict))
+    if "history" in options:
+        table = read_table(path.parent / str(options.pop("history")))
+        return _call(name, LoadCycle.from_history, table, **options)
+    if "harmonic" in options:
+        return _call(name, LoadCycle.harmonic, options.pop("harmonic"), **options)
+    return _call(name, LoadCycle, **options)
+
+
+def _starts(system: ContactSystem, entry: object) -> list[Start]:
+    """The starts of a plan, by functions of `fo.starts`."""
+    starts = list[Start]()
+    for name, options in _checked_part("starts", entry, dict).items():
+        choice("starts", name, _STARTS)
+        arguments = (system,) if name == "random_slips" else ()
+        options = _checked_part(f"starts.{name}", options, dict)
+        starts += _call(f"starts.{name}", getattr(families, name), *arguments, **options)
+    return starts
+
+
+def _checked_part(name: str, value: object, kind: type[T]) -> T:
+    """Check that an entry of a plan is of the kind that it needs: text or table."""
+    if isinstance(value, kind):
+        return value
+    remedy = "the name of a file" if kind is str else f"a table of TOML, [{name}]"
+    raise ModelError(f"{name}: {value!r}; give {remedy}")
+
+
+def _call(name: str, function: Callable[..., T], *arguments: Any, **options: Any) -> T:
+    """Call a function with options from a file; ModelError if it has or needs other options."""
     try:
-        return function(*first, **options)
-    except TypeError as error:  # an option that it does not have, or lacks
-        parameters = signature(function).parameters.values()
-        known = [
-            one.name
-            for one in parameters
-            if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)
-        ][len(first) :]
-        raise ModelError(
-            f"{what}: {error}" + (f"; its options are {', '.join(known)}" if known else "")
-        ) from error
+        return function(*arguments, **options)
+    except TypeError as error:
+        remedy = ""
+        parameters = [
+            parameter.name
+            for parameter in signature(function).parameters.values()
+            if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
+        ]
+        known = parameters[len(arguments) :]
+        if known:
+            remedy = f"; its options are {', '.join(known)}"
+        raise ModelError(f"{name}: {error}{remedy}") from error
 
 
 def _distributions(
     distribution: object = None, draws: object = 1, rng: object = 0, **parameters: Any
 ) -> dict[str, Any]:
-    """Frictions and seed."""
-    kind = getattr(stats, distribution, None) if isinstance(distribution, str) else None
-    if not isinstance(kind, stats.rv_continuous) or not isinstance(draws, int):
+    """Frictions that are drawn from a distribution, and their seed, as arguments of the study."""
+    family = getattr(stats, distribution, None) if isinstance(distribution, str) else None
+    if not isinstance(family, stats.rv_continuous) or not isinstance(draws, int):
         raise ModelError(
-            f"friction: distribution {distribution!r}, draws {draws!r}; give one of scipy.stats, such as 'norm', and a number"
+            f"friction: distribution {distribution!r}, draws {draws!r}; give one of scipy.stats, "
+            "such as 'norm', and a number"
         )
-    return {"friction": [_called("friction", kind, **parameters)] * draws, "rng": rng}
+    return {"friction": [_call("friction", family, **parameters)] * draws, "rng": rng}
 
 
 def read_table(file: str | Path) -> pd.DataFrame:
@@ -154,14 +163,21 @@ def read_table(file: str | Path) -> pd.DataFrame:
         table = _READERS[path.suffix](path)
     except ValueError as error:
         raise ModelError(f"history: {str(file)!r} is no table ({error})") from error
-    if path.suffix == ".csv" and (
-        not isinstance(table.index, pd.RangeIndex) or all(";" in str(name) for name in table)
-    ):
-        raise ModelError(
-            f"history: {str(file)!r} has semicolons between its columns, or rows of more values than names; write commas between columns and points "
-            "in the numbers, and name each column"
-        )
+    if path.suffix == ".csv":
+        _check_separators(file, table)
     for name in table.select_dtypes(exclude=["number", "datetime"]):
-        with suppress(ValueError, TypeError):  # what is no date, the load cycle refuses by its name
+        # A text that is no date stays; the load cycle then refuses the column by its name.
+        with suppress(ValueError, TypeError):
             table[name] = pd.to_datetime(table[name], format="ISO8601")
     return table
+
+
+def _check_separators(file: str | Path, table: pd.DataFrame) -> None:
+    """Refuse a file with semicolons between columns, or with rows longer than its head."""
+    too_long = not isinstance(table.index, pd.RangeIndex)
+    if too_long or all(";" in str(name) for name in table):
+        raise ModelError(
+            f"history: {str(file)!r} has semicolons between its columns, or rows of more values "
+            "than names; write commas between columns and points in the numbers, and name each "
+            "column"
+        )

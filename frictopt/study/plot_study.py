@@ -33,24 +33,24 @@ def plot_study(
     colour: str | None = None,
     rows: str | None = None,
 ) -> "Axes | AxesArray":
-    """Draw the steady dissipation of each run of a study against its load: a mark for each start, by family.
+    """Draw the steady dissipation of each run of a study against its load: a mark for each start.
 
-    Columns of the table, of your own too, split it: `plot_study(table, x="cycle",
+    Columns of the table, also columns that you add, split it: `plot_study(table, x="cycle",
     colour="friction", rows="load_factor")`. Runs that shake down have no dissipation and stand in a
     strip at the bottom. Runs that failed have no mark; the title counts them.
 
     Parameters
     ----------
     table
-        What `dissipation_study` returned, or rows of it.
+        The table of `dissipation_study`, or rows of it.
     ax
         matplotlib axes to draw in, one for each panel; None: those of a new figure.
     x
-        Column along the horizontal axis; None: the load factor, over the shakedown limit where all
-        runs have one that is finite.
+        Column along the horizontal axis; None: the load factor, over the shakedown limit if all
+        runs have a finite one.
     colour
-        Column that has a colour for each value; None: friction where there are several, else the
-        load cycle, else the family of the starts.
+        Column that has a colour for each value; None: the first of friction and load cycle that has
+        several values, else the family of the starts.
     rows
         Column that has a panel for each value; None: one panel.
 
@@ -71,8 +71,7 @@ def plot_study(
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
-    >>> table = fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0], starts=fo.starts.no_slip())
-    >>> axes = fo.plot_study(table)
+    >>> axes = fo.plot_study(fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0]))
     >>> axes.get_yscale(), [text.get_text() for text in axes.get_legend().get_texts()]
     ('log', ['none'])
     """

@@ -1,4 +1,4 @@
-"""The load factor up to which a contact comes to rest, for how it is assembled and what is done to it before."""
+"""The load factor up to which a contact comes to rest after assembly and a protocol of loads."""
 
 from __future__ import annotations
 
@@ -30,15 +30,18 @@ from ..limits.question import pose
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported
-from .range_search import RangeStarts
+from .range_starts import RangeStarts
 from .starts import LoadStep, assemble
 
 REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
-"""What becomes of a contact after a protocol: it comes to rest, slip goes on, or a transient has no result."""
+"""Outcomes after a protocol: the contact rests, slip goes on, or a transient has no result."""
 
 
 class TransientsAfter:
-    """Transients of one contact from its starts ("assembled", "worst", or a slip) through a protocol into its load cycle; `tell` counts."""
+    """Transients of one contact, from its starts through a protocol into its load cycle.
+
+    `start` is "assembled", "worst", or a slip. `count_one` is called for each transient.
+    """
 
     def __init__(
         self,
@@ -47,45 +50,55 @@ class TransientsAfter:
         friction: ArrayLike,
         start: str | ArrayLike,
         steps: int | None,
-        tell: Callable[[], object],
+        count_one: Callable[[], object],
     ) -> None:
-        self.system, self.cycle, self.steps = checked_system(system), checked_cycle(cycle), steps
+        self.system = checked_system(system)
+        self.cycle = checked_cycle(cycle)
         self.friction = np.array(friction_coefficients(friction, system.nodes))
+        self.steps = steps
+        self.count = 0
+        self.residual = 0.0
+        self._count_one = count_one
         kind = choice("start", start, ("assembled", "worst")) if isinstance(start, str) else ""
-        self.assembled, self.worst = kind == "assembled", kind == "worst"
-        self.starts = [
-            np.zeros(system.slip_shape) if kind else finite_array("start", start, system.slip_shape)
-        ]
+        self.assembled = kind == "assembled"
+        self.worst = kind == "worst"
+        if kind:
+            self.starts = [np.zeros(system.slip_shape)]
+        else:
+            self.starts = [finite_array("start", start, system.slip_shape)]
         if self.worst:
-            self.starts += RangeStarts(
-                pose(system, cycle, self.friction), 0.0
-            ).under_mean_load.values()
-        self.count, self.residual, self._tell = 0, 0.0, tell
+            extremes = RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load
+            self.starts += extremes.values()
 
     def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
-        """Whether the contact comes to rest from all starts; one from which it keeps slipping goes to the front, for the next load factor."""
-        answers = list[str]()
+        """Whether the contact comes to rest from all starts: an outcome.
+
+        A start from which it keeps slipping goes to the front, to be the first at the next load
+        factor.
+        """
+        outcomes = list[str]()
         for number, start in enumerate(self.starts):
-            answers.append(self.outcome(load_factor, protocol, start))
-            if answers[-1] == SLIP:
+            outcomes.append(self.outcome(load_factor, protocol, start))
+            if outcomes[-1] == SLIP:
                 self.starts.insert(0, self.starts.pop(number))
                 return SLIP
-        return UNDECIDED if UNDECIDED in answers else REST
+        return UNDECIDED if UNDECIDED in outcomes else REST
 
     def outcome(self, load_factor: float, protocol: Sequence[LoadStep], start: Array) -> str:
-        """Whether it does from one start."""
+        """Whether the contact comes to rest from one start: an outcome."""
         path = path_of(self.system, self.cycle, self.friction, load_factor, start, steps=self.steps)
-        steps = [step.reactions(self.system, load_factor) for step in protocol]
-        if steps:
-            path.check_near("protocol", steps)
+        loads = [step.reactions(self.system, load_factor) for step in protocol]
+        if loads:
+            path.check_near("protocol", loads)
+            loads.append(path.mean)
         self.count += 1
-        self._tell()
+        self._count_one()
         try:
             if self.assembled:
                 assemble(path)
             else:
                 path.start()
-            for number, load in enumerate([*steps, path.mean] if steps else []):
+            for number, load in enumerate(loads):
                 path.follow_to(load, f"segment {number} of the protocol")
             run = Run(path, MOST_CYCLES)
             state = reported(run, run.settled(), np.inf)  # without a step error
@@ -98,7 +111,11 @@ class TransientsAfter:
 def first_change(
     changed: Callable[[float], bool], grid: Array, low: float, tolerance: float
 ) -> tuple[float, float]:
-    """Neighbours, no further apart than the tolerance, between which the answer first changes up the grid; (last, inf) where it does not."""
+    """The interval, at most as wide as the tolerance, in which `changed` first becomes true.
+
+    The values of the grid above `low` are tried upwards, then a bisection narrows the interval.
+    (last value, inf) if it never becomes true.
+    """
     high = np.inf
     for value in grid[grid > low].tolist():
         if changed(value):
@@ -107,7 +124,10 @@ def first_change(
         low = value
     while np.isfinite(high) and high - low > tolerance:
         middle = (low + high) / 2
-        low, high = (low, middle) if changed(middle) else (middle, high)
+        if changed(middle):
+            high = middle
+        else:
+            low = middle
     return low, high
 
 
@@ -118,15 +138,15 @@ class LimitAfterProtocol(Kept, Plotted):
     Attributes
     ----------
     load_factor, upper
-        Largest load factor below which the contact comes to rest wherever it was tried, and least
-        one tried at which it does not; inf if there is none up to the largest one tried.
+        Largest load factor below which the contact comes to rest at all load factors tried, and
+        least one tried at which it does not; inf if there is none up to the largest one tried.
     shakedown_limit
         lambda_2, which no protocol exceeds while all nodes stay closed.
     starts
         (S, N), in space (S, N, 2), the starts, length; slip goes on from the first one at `upper`.
     tried
         DataFrame, one row for each load factor tried: load_factor; ratio, it over lambda_2;
-        outcome, "rest", "slip" or "UNDECIDED" where a transient has no result.
+        outcome, "rest", "slip" or "UNDECIDED" if a transient has no result.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
 
@@ -156,8 +176,9 @@ class LimitAfterProtocol(Kept, Plotted):
 
     @property
     def monotonic(self) -> bool:
-        """Whether it comes to rest at no load factor tried above `upper`."""
-        return not (self.tried.loc[self.tried["load_factor"] > self.upper, "outcome"] == REST).any()
+        """Whether the contact comes to rest at no load factor tried above `upper`."""
+        outcomes = self.tried.loc[self.tried["load_factor"] > self.upper, "outcome"]
+        return not (outcomes == REST).any()
 
     def to_frame(self) -> pd.DataFrame:
         """The load factors tried, see `tried`."""
@@ -178,10 +199,10 @@ def limit_after_protocol(
     steps: int | None = None,
     progress: bool = True,
 ) -> LimitAfterProtocol:
-    """Find the load factor up to which a contact comes to rest, for how it is assembled and what is done to it before its load cycle.
+    """Find the load factor up to which a contact comes to rest, for its assembly and a protocol.
 
     Transients are followed at evenly spaced load factors, and a bisection narrows the interval
-    below the first one at which slip goes on. What happens between the load factors tried is not
+    below the first one at which slip goes on. Between the load factors tried the outcome is not
     known.
 
     Parameters
@@ -200,8 +221,8 @@ def limit_after_protocol(
         the bisection, and width of its last interval over the largest load factor tried.
     steps, progress
         Number of increments from load to load (None: the exact path in the plane, 20 in space), and
-        whether to show after two seconds how far it is. Ctrl-C stays a KeyboardInterrupt with an
-        attribute `table`, the load factors tried by then.
+        whether to show the progress after two seconds. Ctrl-C stays a KeyboardInterrupt with an
+        attribute `table`, the load factors tried so far.
 
     Raises
     ------
@@ -222,50 +243,51 @@ def limit_after_protocol(
     >>> [round(fo.limit_after_protocol(pair, cycle, friction=0.6, **way).ratio, 2) for way in ways]
     [0.54, 0.85, 1.0]
     """
-    visits = listed_parts("protocol", protocol, LoadStep)
-    scan, tolerance = (
-        whole_number("scan", scan, least=1),
-        finite_number("tolerance", tolerance, above=0.0, below=1.0),
-    )
-    tried: dict[float, str] = {}
+    loads = listed_parts("protocol", protocol, LoadStep)
+    scan = whole_number("scan", scan, least=1)
+    tolerance = finite_number("tolerance", tolerance, above=0.0, below=1.0)
+    tried: dict[float, str] = {}  # load factor -> outcome
 
-    def told() -> str:
-        found = sorted(tried.items())
-        first = next((factor for factor, outcome in found if outcome != REST), np.inf)
-        return f"rest up to {max((factor for factor, _ in found if factor < first), default=0.0):.4g} so far"
+    def table() -> pd.DataFrame:
+        return pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
 
-    def kept(_: object) -> tuple[str, object, str] | None:
-        table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
-        return (
-            (
-                "table",
-                table,
-                f"{told()}; the {len(table)} load factors tried are in the attribute `table`",
-            )
-            if tried
-            else None
+    def rest_so_far() -> str:
+        upper = min(
+            (factor for factor, outcome in tried.items() if outcome != REST), default=np.inf
         )
+        largest = max((factor for factor in tried if factor < upper), default=0.0)
+        return f"rest up to {largest:.4g} so far"
+
+    def table_so_far(_: object) -> tuple[str, object, str] | None:
+        if not tried:
+            return None
+        note = f"the {len(tried)} load factors tried are in the attribute `table`"
+        return "table", table(), f"{rest_so_far()}; {note}"
 
     def slips(load_factor: float) -> bool:
-        tried[load_factor] = transients.rests(load_factor, visits)
+        tried[load_factor] = transients.rests(load_factor, loads)
         return tried[load_factor] != REST
 
-    with bar_of(progress, "limit after a protocol", "transient", best=told, keeps=kept) as bar:
+    with bar_of(
+        progress, "limit after a protocol", "transient", best=rest_so_far, keeps=table_so_far
+    ) as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         limit = shakedown_limit(system, cycle, friction).load_factor
         if up_to is None and not 0 < limit < np.inf:
             raise ModelError(
-                f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor to try"
+                f"up_to: None, and the shakedown limit is {limit:g}; give the largest load factor "
+                "to try"
             )
         largest = limit if up_to is None else finite_number("up_to", up_to, above=0.0)
         grid = largest * np.arange(1, scan + 1) / scan
         low, high = first_change(slips, grid, 0.0, tolerance * largest)
-        starts = frozen(transients.starts)  # others may come to the front above
+        # Load factors above the limit may bring other starts to the front.
+        starts = frozen(transients.starts)
         for factor in grid[grid > high].tolist():
             if factor not in tried:
                 slips(factor)
-    table = pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
-    table.insert(1, "ratio", table["load_factor"] / limit)
+    answer = table()
+    answer.insert(1, "ratio", answer["load_factor"] / limit)
     return LimitAfterProtocol(
-        low, high, limit, starts, table, transients.count, transients.residual
+        low, high, limit, starts, answer, transients.count, transients.residual
     )

@@ -1,272 +1,195 @@
-"""Runs of a study: their input, their rows of results, and where they are followed."""
+"""Runs of a study are followed, here or by the tasks of an executor, and become rows."""
 
-import hashlib
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Executor, Future
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import cache, cached_property
+from dataclasses import dataclass, field
+from functools import cache
 from math import ceil
 from queue import SimpleQueue
 
 import numpy as np
-from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController
 
-from ..base import Array
-from ..contact import ContactSystem, LoadCycle
 from ..errors import FrictoptError, ModelError
-from ..limits import ShakedownLimit
 from ..transients import steady_state
 from ..transients.exact.kernel import compiled
-from .starts import Start, root_mean_square
-from .store import FAILED, Row
-
-_libraries = cache(ThreadpoolController)  # of BLAS, found once
-_TASKS = 256  # that an executor has at a time; each holds the arrays of its contact
-_SECONDS = 1.0  # after which a task begins no other run
-_MOMENT = 3.0  # seconds that an interrupt waits for the tasks at work
+from .case import Run
+from .columns import FAILED, Row, row_of_run, row_of_steady
+from .starts import root_mean_square
 
 
-@dataclass(frozen=True, eq=False)
-class Case:
-    """The input that all runs of a study at one friction and load cycle share.
+@dataclass(frozen=True)
+class TaskSettings:
+    """How the runs of a study are shared out to an executor."""
 
-    A limit of None is one that no solver proves; `number` is the place of the friction in its list,
-    `label` that of the load cycle, if it has one.
-    """
-
-    system: ContactSystem
-    cycle: LoadCycle
-    friction: Array
-    limit: ShakedownLimit | None
-    number: int = 0
-    label: str = ""
-
-    @cached_property
-    def force(self) -> float:
-        """Sum of the normal reactions under the mean load."""
-        return float(self.cycle.mean_reaction(self.system)[1].sum())
-
-    @cached_property
-    def loads(self) -> str:
-        """Digest of the loads of the cycle, whatever the contact."""
-        parts = self.cycle.mean, *self.cycle.corners, None, *(self.cycle.fixed or ())
-        return hashlib.sha256(
-            repr([part and sorted(part.items()) for part in parts]).encode()
-        ).hexdigest()[:40]
-
-    @cached_property
-    def digest(self) -> bytes:
-        """Digest of the content."""
-        reactions = (
-            *self.cycle.mean_reaction(self.system),
-            *self.cycle.corner_reactions(self.system),
-        )
-        fixed = () if self.cycle.fixed is None else self.cycle.unscaled_reactions(self.system)
-        strength = (self.system.shear_strength,) if self.system.capped else ()
-        return _digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)
+    # Tasks at a time. Each holds the arrays of its contact.
+    most_tasks: int = 256
+    # Seconds after which a task begins no other run.
+    seconds: float = 1.0
+    # Seconds that an interrupt waits for the tasks at work.
+    patience: float = 3.0
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """One transient: its case, its load factor and its start."""
+SETTINGS = TaskSettings()
+_blas_libraries = cache(ThreadpoolController)  # looking for them takes time, once in a process
 
-    case: Case
-    load_factor: float
-    start: Start
-
-    @cached_property
-    def key(self) -> str:
-        """A digest of the content; a safe slip enters by its definition, because solvers may find different ones."""
-        state, start = self.start.state, self.start
-        arrays = (
-            ()
-            if state is None
-            else (state.slip, state.gap, state.bonded_q, state.bonded_p, state.next_corner)
-        )
-        content = _digest(
-            *arrays, self.load_factor, start.slip, start.safe_multiple, start.overload
-        )
-        return hashlib.sha256(self.case.digest + content).hexdigest()[:40]
+Keep = Callable[[list[Row], bool], None]
+"""Takes rows as they finish, and whether they are results of their runs: not if they were lost."""
 
 
-def _digest(*values: ArrayLike | None) -> bytes:
-    parts = (
-        b"-" if value is None else np.ascontiguousarray(value, dtype=np.float64).tobytes()
-        for value in values
-    )
-    return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).digest()
+def execute(runs: Sequence[Run], executor: Executor | None, keep: Keep) -> None:
+    """Follow runs, here or by an executor; `keep` gets their rows as they finish, in any order.
 
-
-def execute(
-    runs: Sequence[Run], executor: Executor | None, keep: Callable[[list[Row], bool], None]
-) -> None:
-    """Follow runs, here or by an executor; `keep` gets their rows as they finish, in any order. Whatever ends it early cancels the others.
-
-    Rows come with whether they are results of their runs: they are not where the executor lost the
-    runs. After an interrupt, tasks at work have a moment to hand over the rows that they have
-    finished.
+    An error or an interrupt cancels the runs that have not begun. After an interrupt, tasks at work
+    have a moment to hand over the rows that they have finished.
     """
     if executor is None:
         for run in runs:
             keep(_follow([run]), True)
         return
     if any(run.case.system.tangents == 1 for run in runs):
-        compiled()  # once for all processes here
-    waiting, tasks, done = (
-        deque(runs),
-        dict[Future[list[Row]], list[Run]](),
-        SimpleQueue[Future[list[Row]]](),
-    )
+        compiled()  # once, for all processes of this machine
+    tasks = _Tasks(executor, deque(runs))
     try:
-        while waiting or tasks:
-            while waiting and len(tasks) < _TASKS:
-                batch = [
-                    waiting.popleft() for _ in range(ceil(len(waiting) / (_TASKS - len(tasks))))
-                ]
-                try:
-                    future = executor.submit(_follow, batch)
-                except (
-                    Exception
-                ) as error:  # also in the middle, from a pool whose processes have died
-                    if len(batch) + len(waiting) == len(runs):
-                        what = f"executor: {executor!r} takes no runs ({type(error).__name__}: {error})"
-                        raise ModelError(
-                            f"{what}; give one that is open, of concurrent.futures or dask"
-                        ) from error
-                    future = Future()
-                    future.set_exception(error)
-                tasks[future] = batch
-                future.add_done_callback(done.put)
-            rows, ended = (
-                list[Row](),
-                [done.get(), *(done.get() for _ in range(done.qsize()))],
-            )  # all at once: a store may be slower than tasks
-            for future in ended:
-                try:
-                    rows += (found := future.result())
-                    waiting.extend(tasks[future][len(found) :])
-                except Exception as error:
-                    keep(
-                        [
-                            _failed(
-                                run,
-                                f"not followed, its executor lost it ({error!r}); start the study again",
-                            )
-                            for run in tasks[future]
-                        ],
-                        False,
-                    )
-            keep(rows, True)
-            for future in ended:
-                del tasks[future]
-    except KeyboardInterrupt:  # of this process, or of one at work, for a terminal sends it to all
-        _cancel(tasks)
-        end = time.perf_counter() + _MOMENT
-        keep([row for future in tasks for row in _finished(future, end)], True)
+        while tasks.waiting or tasks.at_work:
+            tasks.submit()
+            tasks.collect(keep)
+    except KeyboardInterrupt:
+        # A terminal sends it to all processes, so a task may raise it too.
+        tasks.cancel()
+        keep(tasks.finished_rows(), True)
         raise
     finally:
-        _cancel(tasks)
+        tasks.cancel()
 
 
-def _cancel(tasks: Iterable[Future[list[Row]]]) -> None:
-    for future in tasks:
-        with suppress(NotImplementedError):  # Parsl's futures
-            future.cancel()
+@dataclass
+class _Tasks:
+    """The tasks of an executor, each with its batch of runs, and the runs that wait."""
 
+    executor: Executor
+    waiting: deque[Run]
+    at_work: dict[Future[list[Row]], list[Run]] = field(default_factory=dict)
+    ended: SimpleQueue[Future[list[Row]]] = field(default_factory=SimpleQueue)
+    begun: bool = False
 
-def _finished(future: Future[list[Row]], end: float) -> list[Row]:
-    """The rows that a task has by a time, also where an interrupt has ended it."""
-    try:
-        error = future.exception(max(0.0, end - time.perf_counter()))
-    except (CancelledError, TimeoutError):
-        return []
-    return future.result() if error is None else getattr(error, "rows", [])
+    def submit(self) -> None:
+        """Give the executor as many tasks as it may have, with equal shares of the waiting runs."""
+        while self.waiting and len(self.at_work) < SETTINGS.most_tasks:
+            share = ceil(len(self.waiting) / (SETTINGS.most_tasks - len(self.at_work)))
+            batch = [self.waiting.popleft() for _ in range(share)]
+            future = self._submit_batch(batch)
+            self.at_work[future] = batch
+            future.add_done_callback(self.ended.put)
+
+    def _submit_batch(self, batch: list[Run]) -> Future[list[Row]]:
+        """The task of a batch. If the executor dies after its first task, the task fails."""
+        try:
+            future = self.executor.submit(_follow, batch)
+        except Exception as error:
+            if not self.begun:
+                raise ModelError(
+                    f"executor: {self.executor!r} takes no runs ({type(error).__name__}: {error}); "
+                    "give one that is open, of concurrent.futures or dask"
+                ) from error
+            future = Future()
+            future.set_exception(error)
+        self.begun = True
+        return future
+
+    def collect(self, keep: Keep) -> None:
+        """Wait until a task ends, keep the rows of all ended tasks, and take back other runs."""
+        # A store may be slower than the tasks, so it gets the rows of all ended tasks at once.
+        futures = [self.ended.get()]
+        futures += [self.ended.get() for _ in range(self.ended.qsize())]
+        rows = list[Row]()
+        for future in futures:
+            batch = self.at_work[future]
+            try:
+                finished = future.result()
+            except Exception as error:
+                lost = f"not followed, its executor lost it ({error!r}); start the study again"
+                keep([_failed_row(run, lost) for run in batch], False)
+                continue
+            rows += finished
+            self.waiting.extend(batch[len(finished) :])
+        keep(rows, True)
+        # Not before the rows are kept: an interrupt asks all tasks at work once more.
+        for future in futures:
+            del self.at_work[future]
+
+    def cancel(self) -> None:
+        """Cancel the tasks that have not begun."""
+        for future in self.at_work:
+            with suppress(NotImplementedError):  # futures of Parsl
+                future.cancel()
+
+    def finished_rows(self) -> list[Row]:
+        """The rows that the tasks at work finish within a moment, or had before an interrupt."""
+        rows = list[Row]()
+        end = time.perf_counter() + SETTINGS.patience
+        for future in self.at_work:
+            with suppress(CancelledError, TimeoutError):
+                error = future.exception(max(0.0, end - time.perf_counter()))
+                rows += future.result() if error is None else getattr(error, "rows", [])
+        return rows
 
 
 def _follow(runs: Sequence[Run]) -> list[Row]:
-    """Follow the first run, and more until the time of a task is over; one BLAS thread: no row depends on the machine, except for its seconds."""
-    rows, end = list[Row](), time.perf_counter() + _SECONDS
+    """Follow the first run, and more until the time of a task is over.
+
+    BLAS has one thread, so that no value depends on the machine, except for the seconds. An
+    interrupt has the finished rows as its attribute `rows`, also when it comes from another
+    process.
+    """
+    rows = list[Row]()
+    end = time.perf_counter() + SETTINGS.seconds
     try:
-        with _libraries().limit(limits=1):
+        with _blas_libraries().limit(limits=1):
             for run in runs:
                 rows.append(_row(run))
                 if time.perf_counter() >= end:
                     break
     except KeyboardInterrupt as interrupt:
-        interrupt.rows = rows  # type: ignore[attr-defined]  # which come with it from another process
+        interrupt.rows = rows  # type: ignore[attr-defined]
         raise
     return rows
 
 
 def _row(run: Run) -> Row:
-    began, case, start, slip = (
-        time.perf_counter(),
-        run.case,
-        run.start,
-        np.zeros(run.case.system.slip_shape),
-    )
+    """Follow one run to its steady state; the row of an error if there is none."""
+    began = time.perf_counter()
+    case = run.case
+    start = run.start
+    slip = np.zeros(case.system.slip_shape)
     try:
-        given = start.slip_at(case.system, case.cycle, case.friction, run.load_factor, case.limit)
-        slip = slip if given is None else given
-        asked, begin = (
-            (case.system, case.cycle, case.friction, run.load_factor),
-            slip if start.state is None else None,
+        start_slip = start.slip_at(
+            case.system, case.cycle, case.friction, run.load_factor, case.limit
         )
+        if start_slip is not None:
+            slip = start_slip
         steady = steady_state(
-            *asked,
-            initial_slip=begin,
+            case.system,
+            case.cycle,
+            case.friction,
+            run.load_factor,
+            initial_slip=slip if start.state is None else None,
             initial_state=start.state,
             overload=start.overload,
             progress=False,
-        )  # the study has a bar
+        )
+        row = row_of_run(run) | row_of_steady(steady) | {"error": ""}
     except FrictoptError as error:
-        return _failed(run, f"{type(error).__name__}: {error}", time.perf_counter() - began) | {
-            "amplitude": root_mean_square(slip)
-        }
-    share = (
-        float(steady.dissipation_per_node.max() / steady.dissipation)
-        if steady.dissipation > 0
-        else 0.0
-    )
-    counts = {name: int(np.count_nonzero(getattr(steady, name))) for name in ("slipping", "open")}
-    found = {
-        name: getattr(steady, name)
-        for name in ("dissipation", "first_cycle", "cycles", "residual", "engine")
-    }
-    told = {
-        "amplitude": root_mean_square(slip),
-        "outcome": steady.outcome.name,
-        "largest_share": share,
-        "error": "",
-    }
-    return _input(run) | found | counts | told | {"seconds": time.perf_counter() - began}
+        row = _failed_row(run, f"{type(error).__name__}: {error}")
+    row["amplitude"] = root_mean_square(slip)
+    row["seconds"] = time.perf_counter() - began
+    return row
 
 
-def _failed(run: Run, error: str, seconds: float = np.nan) -> Row:
+def _failed_row(run: Run, error: str) -> Row:
     """The row of a run that has no result."""
-    return _input(run) | {
-        "outcome": FAILED,
-        "engine": "path" if run.case.system.tangents == 1 else "newton",
-        "seconds": seconds,
-        "error": error,
-    }
-
-
-def _input(run: Run) -> Row:
-    f = run.case.friction
-    mean, spread = (f.mean(), f.std()) if np.ptp(f) > 0 else (f[0], 0.0)  # without rounding
-    numbers = {
-        "friction": float(mean),
-        "friction_std": float(spread),
-        "load_factor": run.load_factor,
-    }
-    return {
-        "key": run.key,
-        "start": run.start.name,
-        "cycle": run.case.label,
-        "loads": run.case.loads,
-    } | numbers
+    engine = "path" if run.case.system.tangents == 1 else "newton"
+    return row_of_run(run) | {"outcome": FAILED, "engine": engine, "error": error}

@@ -1,4 +1,4 @@
-"""What a transient starts from: residual slips and earlier states, overloads, and the load steps of a protocol."""
+"""Starts of transients: residual slips, earlier states, overloads, and load steps of a protocol."""
 
 from __future__ import annotations
 
@@ -48,10 +48,9 @@ def __dir__() -> list[str]:
     return __all__
 
 
-_MODES = 6  # degree of the Chebyshev polynomials that make up a smooth slip
-_MOST = 100_000  # slips of a kind and amplitude; more would fill the memory
-# share of the mean load at which assembly begins: at no load at all every node is closed without
-# pressure
+_SMOOTH_DEGREE = 6  # highest degree of the Chebyshev polynomials of a smooth slip
+# Share of the mean load at which assembly begins. Without load every node is closed but has no
+# pressure, so the direction of its first slip is unknown.
 _ASSEMBLED_FROM = 1e-6
 
 
@@ -104,12 +103,15 @@ class Start(Portable):
             raise ModelError(
                 f"state of start {self.name!r}: a {type(self.state).__name__}; give a ContactState"
             )
-        if sum(one is not None for one in (self.slip, self.safe_multiple, self.state)) > 1:
+        slips = [self.slip, self.safe_multiple, self.state]
+        if sum(slip is not None for slip in slips) > 1:
             raise ModelError(
-                f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; give one of them"
+                f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; "
+                "give one of them"
             )
         for name, check in _CHECKS.items():
-            if (value := getattr(self, name)) is not None:
+            value = getattr(self, name)
+            if value is not None:
                 vars(self)[name] = check(f"{name} of start {self.name!r}", value)
 
     def slip_at(
@@ -120,7 +122,9 @@ class Start(Portable):
         load_factor: float,
         limit: ShakedownLimit | None = None,
     ) -> Array | None:
-        """Residual slip, (N,) or (N, 2), length, of the run at a load factor, with its shakedown limit, if it is known; None: no slip.
+        """Residual slip, (N,) or (N, 2), length, of a run at a load factor; None: no slip.
+
+        `limit` is the shakedown limit of the run, if it is known.
 
         Raises
         ------
@@ -129,12 +133,14 @@ class Start(Portable):
         """
         if self.safe_multiple is None:
             return self.slip if self.state is None else self.state.slip
-        limit = shakedown_limit(system, cycle, friction) if limit is None else limit
-        above = finite_number("load_factor", load_factor, least=0.0) >= limit.load_factor
-        return frozen(
-            self.safe_multiple
-            * (limit.slip if above else safe_slip(system, cycle, friction, load_factor).slip)
-        )
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        if limit is None:
+            limit = shakedown_limit(system, cycle, friction)
+        if load_factor >= limit.load_factor:
+            slip = limit.slip
+        else:
+            slip = safe_slip(system, cycle, friction, load_factor).slip
+        return frozen(self.safe_multiple * slip)
 
 
 def no_slip() -> list[Start]:
@@ -180,7 +186,7 @@ def random_slips(
         The contact, of two nodes or more, and root mean squares of the slips over the nodes,
         length.
     count, seed
-        Number of slips of each kind and amplitude, at most 100,000, and seed of the first one; the
+        Number of slips of each kind and amplitude, at most 100,000, and seed of the first slip; the
         next ones have the next seeds.
 
     Raises
@@ -197,46 +203,40 @@ def random_slips(
     """
     if checked_system(system).nodes < 2:
         raise ModelError("system: one node; its slip has no shape, give it by given_slips")
-    whole_number("count", count, least=1, most=_MOST)
-    whole_number("seed", seed, least=0, most=LARGEST_SEED)
-    modes, starts = smooth_modes(system), list[Start]()
-    kinds = product(
-        finite_numbers("amplitudes", amplitudes, least=0.0), ("smooth", "rough"), range(count)
-    )
+    # More slips would fill the memory.
+    count = whole_number("count", count, least=1, most=100_000)
+    seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
+    checked_amplitudes = finite_numbers("amplitudes", amplitudes, least=0.0)
+    modes = smooth_modes(system)
+    starts = list[Start]()
+    kinds = product(checked_amplitudes, ("smooth", "rough"), range(count))
     for number, (amplitude, family, _) in enumerate(kinds, seed):
         rng = np.random.default_rng(number)
-        slip = (
-            smooth(rng, modes, system) if family == "smooth" else rng.normal(size=system.slip_shape)
-        )
+        if family == "smooth":
+            slip = smooth(rng, modes, system)
+        else:
+            slip = rng.normal(size=system.slip_shape)
         slip = slip - slip.mean(axis=0)
-        starts.append(
-            Start(
-                family,
-                f"{family} {amplitude:g} #{number}",
-                slip * amplitude / root_mean_square(slip),
-                seed=number,
-            )
-        )
+        slip = slip * amplitude / root_mean_square(slip)
+        starts.append(Start(family, f"{family} {amplitude:g} #{number}", slip, seed=number))
     return starts
 
 
 def smooth_modes(system: ContactSystem) -> Array:
-    """(N, modes) products of Chebyshev polynomials in the coordinates of the nodes, of degree 1 to 6 in all."""
+    """(N, modes) products of Chebyshev polynomials in the coordinates, of total degree 1 to 6."""
     places = system.x[:, None] if system.tangents == 1 else system.points
-    low, wide = places.min(axis=0), np.ptp(places, axis=0)
-    along = wide > ROUNDING * wide.max()  # not across a flat face
-    axes = [
-        np.polynomial.chebyshev.chebvander(x, _MODES).T
-        for x in (2 * (places - low)[:, along] / wide[along] - 1).T
-    ]
-    degrees = [
-        powers for powers in np.ndindex(*[_MODES + 1] * len(axes)) if 0 < sum(powers) <= _MODES
-    ]
-    products = [
-        np.prod([axis[power] for axis, power in zip(axes, powers, strict=True)], axis=0)
-        for powers in degrees
-    ]
-    return np.reshape(products, (-1, system.nodes)).T
+    low = places.min(axis=0)
+    width = np.ptp(places, axis=0)
+    along_face = width > ROUNDING * width.max()  # no polynomials across a flat face
+    scaled = 2 * (places - low)[:, along_face] / width[along_face] - 1  # (N, axes), from -1 to 1
+    # For each axis (degree + 1, N): the polynomials of all degrees at the nodes.
+    polynomials = [np.polynomial.chebyshev.chebvander(x, _SMOOTH_DEGREE).T for x in scaled.T]
+    modes = []
+    for degrees in np.ndindex(*[_SMOOTH_DEGREE + 1] * len(polynomials)):
+        if 0 < sum(degrees) <= _SMOOTH_DEGREE:
+            factors = [axis[degree] for axis, degree in zip(polynomials, degrees, strict=True)]
+            modes.append(np.prod(factors, axis=0))
+    return np.reshape(modes, (-1, system.nodes)).T
 
 
 def smooth(rng: np.random.Generator, modes: Array, system: ContactSystem) -> Array:
@@ -245,7 +245,7 @@ def smooth(rng: np.random.Generator, modes: Array, system: ContactSystem) -> Arr
 
 
 def root_mean_square(slip: Array) -> float:
-    """Root mean square over the nodes, the same for any size of the numbers."""
+    """Root mean square over the nodes; it neither overflows nor underflows."""
     largest = float(np.abs(slip).max()) or 1.0
     return largest * float(np.sqrt(np.mean((slip / largest) ** 2)))
 
@@ -274,18 +274,17 @@ def given_slips(slips: ArrayLike, *, family: str = "given") -> list[Start]:
     >>> [start.name for start in fo.starts.given_slips([[0.1, 0.0], [0.0, 0.1]], family="measured")]
     ['measured 0', 'measured 1']
     """
-    rows = _slips("slips", list(slips) if isinstance(slips, Iterator) else slips, (None,))
+    values = list(slips) if isinstance(slips, Iterator) else slips
+    rows = _slips("slips", values, (None,))
     return [Start(family, f"{family} {number}", slip) for number, slip in enumerate(rows)]
 
 
 def _slips(name: str, values: ArrayLike, axes: tuple[None, ...] = ()) -> Array:
     """Check slips (*axes, N), or in space (*axes, N, 2)."""
     array = finite_array(name, values)
-    return (
-        array
-        if array.ndim == len(axes) + 2 and array.shape[-1] == 2
-        else finite_array(name, array, (*axes, None))
-    )
+    if array.ndim == len(axes) + 2 and array.shape[-1] == 2:
+        return array
+    return finite_array(name, array, (*axes, None))
 
 
 _CHECKS: dict[str, Callable[[str, Any], object]] = {
@@ -330,7 +329,9 @@ class LoadStep:
         return f"LoadStep(loads={dict(self.loads)}, cyclic={dict(self.cyclic)})"
 
     def reactions(self, system: ContactSystem, load_factor: float) -> Array:
-        """Bonded reactions `[q, p]` at a load factor, in the order of S: (2N,), force per depth; (3N,), force, in space.
+        """Bonded reactions `[q, p]` at a load factor, in the order of S.
+
+        (2N,), force per depth; in space (3N,), force.
 
         Raises
         ------
@@ -338,16 +339,18 @@ class LoadStep:
             Not a contact system, load cases that it does not have, or a bad load factor.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        return joined(*checked_system(system).reaction(self.loads)) + load_factor * joined(
-            *system.reaction(self.cyclic)
-        )
+        constant = joined(*checked_system(system).reaction(self.loads))
+        cyclic = joined(*system.reaction(self.cyclic))
+        return constant + load_factor * cyclic
 
 
 @warns_of_odd_values
 def assembled_slip(
     system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
 ) -> Array:
-    """Slip, (N,) or (N, 2), length, under the mean load, which grew from a millionth of itself before anything had slipped.
+    """Slip, (N,) or (N, 2), length, that assembly leaves: the mean load grows from no slip.
+
+    The mean load begins at a millionth of itself.
 
     Parameters
     ----------
@@ -370,14 +373,16 @@ def assembled_slip(
     --------
     >>> import frictopt as fo
     >>> bonded = {"P": ([0.8, 0.0], [1.0, 1.0]), "Q": ([1.0, 0.0], [0.0, 0.0])}
-    >>> pair = fo.ContactSystem.from_blocks([[1.0, -0.4], [-0.4, 1.0]], [[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [0.0, 1.0]], [0.0, 1.0], bonded)
+    >>> A, B, C = [[1.0, -0.4], [-0.4, 1.0]], [[0.0, 0.0], [0.0, 0.0]], [[1.0, 0.0], [0.0, 1.0]]
+    >>> pair = fo.ContactSystem.from_blocks(A, B, C, [0.0, 1.0], bonded)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
     >>> fo.starts.assembled_slip(pair, cycle, friction=0.6).round(9)
     array([-0.2,  0. ])
     """
     path = path_of(system, cycle, friction, 0.0, steps=steps)
     assemble(path)
-    return frozen(parted(path.state.u, system.tangents + 1)[0])
+    slip, _ = parted(path.state.u, system.tangents + 1)
+    return frozen(slip)
 
 
 def assemble(path: Transient) -> None:

@@ -5,7 +5,7 @@ import sqlite3
 import warnings
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,23 +13,22 @@ import pandas as pd
 
 from ..base import listed
 from ..errors import StoreError
+from .columns import FAILED, STORED, Row
 
-Row = dict[str, Any]
-FAILED = "FAILED"  # outcome of a run that has no result, which other versions may have
-_KINDS = dict.fromkeys("key start cycle loads outcome engine error".split(), "str") | dict.fromkeys(
-    "cycles slipping open".split(), "Int64"
-)
-_NAMES = (
-    "key friction friction_std cycle loads load_factor start amplitude outcome dissipation first_cycle largest_share cycles slipping open residual "
-    "engine seconds error"
-).split()
-TYPES = {name: _KINDS.get(name, "float64") for name in _NAMES}  # of the columns in a DataFrame
-_SQL = {"str": "text", "float64": "real", "Int64": "integer"}
-_DECLARED = ", ".join(f"{name} {_SQL[kind]}" for name, kind in TYPES.items())
+_SQL_TYPES = {"str": "text", "float64": "real", "Int64": "integer"}
+_DECLARED = ", ".join(f"{name} {_SQL_TYPES[dtype]}" for name, dtype in STORED.items())
 _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
-_VERSION = 5  # of what the columns mean
+_VERSION = 5  # of the meaning of the columns
+_WAIT_FOR_WRITER = 60  # seconds to wait for another writer
+
+# A row with the same key is replaced, unless the new one failed and the old one did not.
+_WRITE = (
+    f"INSERT INTO runs VALUES ({', '.join('?' * (len(STORED) + 1))}) "
+    "ON CONFLICT (key) DO UPDATE SET "
+    f"{', '.join(f'{name} = excluded.{name}' for name in (*STORED, 'checksum'))} "
+    "WHERE excluded.outcome <> ? OR outcome = ?"
+)
 _RENAME = "give one of them another label, or another store"
-_PATIENCE = 60  # seconds to wait for another writer
 
 
 class DamagedRows(UserWarning):
@@ -37,109 +36,129 @@ class DamagedRows(UserWarning):
 
 
 class Store:
-    """An open file of sqlite, which may be made and written, or is only read: one row for each run, whose key is a digest of the run's content.
+    """An open file of sqlite with one row for each run; its key is a digest of the run's content.
 
-    Rows that become known together are one transaction. So sqlite protects the file if a writer is
+    `make` creates the file if there is none, and allows to write; else the file is only read. Rows
+    that become known together are one transaction. So sqlite protects the file if a writer is
     killed, or if several write at the same time.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
-        with _errors(path):
+        with _store_errors(path):
             self.path = Path(path).expanduser().absolute()
-            if not (
-                self.path.is_file() if self.path.exists() else make
-            ):  # asked in this order, for another study may make it in between
+            # Another study may make the file between two questions: ask first whether it exists.
+            usable = self.path.is_file() if self.path.exists() else make
+            if not usable:
                 raise FileNotFoundError("there is no such file")
-            if make:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-            place = self.path if make else f"{self.path.as_uri()}?mode=ro"
-            self._connection = sqlite3.connect(
-                place, uri=not make, timeout=_PATIENCE, isolation_level=None
-            )
-            self.close, ask = self._connection.close, self._connection.execute
-            self._connection.text_factory = lambda text: text.decode(
-                errors="replace"
-            )  # the checksum shows such a row
-            with ExitStack() as undo:
-                undo.callback(self.close)
+            self._connection = _connect(self.path, make)
+            try:
                 if make:
-                    ask("BEGIN IMMEDIATE")
-                    if not ask("SELECT * FROM sqlite_master").fetchall():
-                        ask(_SCHEMA)
-                        ask(f"PRAGMA user_version = {_VERSION}")
-                    ask("COMMIT")
-                if ask("SELECT sql FROM sqlite_master").fetchall() != [(_SCHEMA,)] or ask(
-                    "PRAGMA user_version"
-                ).fetchone() != (_VERSION,):
-                    raise sqlite3.DatabaseError(
-                        "it is of another program, or of another version of frictopt, and its columns mean something else"
-                    )
-                undo.pop_all()
+                    self._create_table()
+                self._check_version()
+            except BaseException:
+                self.close()
+                raise
+
+    def close(self) -> None:
+        """Close the file."""
+        self._connection.close()
+
+    def _create_table(self) -> None:
+        """Create the table of runs in a new file."""
+        ask = self._connection.execute
+        ask("BEGIN IMMEDIATE")
+        if not ask("SELECT * FROM sqlite_master").fetchall():
+            ask(_SCHEMA)
+            ask(f"PRAGMA user_version = {_VERSION}")
+        ask("COMMIT")
+
+    def _check_version(self) -> None:
+        schema = self._connection.execute("SELECT sql FROM sqlite_master").fetchall()
+        version = self._connection.execute("PRAGMA user_version").fetchone()
+        if schema != [(_SCHEMA,)] or version != (_VERSION,):
+            raise sqlite3.DatabaseError(
+                "it is of another program, or of another version of frictopt, and its columns mean "
+                "something else"
+            )
 
     def read(self) -> pd.DataFrame:
         """All rows, ordered by key; damaged rows are left out, with a warning."""
-        with _errors(self.path):
-            kept = self._connection.execute("SELECT * FROM runs ORDER BY key").fetchall()
-        sound = [values for *values, checksum in kept if checksum == _checksum(values)]
-        if damaged := len(kept) - len(sound):
+        with _store_errors(self.path):
+            stored = self._connection.execute("SELECT * FROM runs ORDER BY key").fetchall()
+        sound = [values for *values, checksum in stored if checksum == _checksum(values)]
+        damaged = len(stored) - len(sound)
+        if damaged:
             warnings.warn(
                 f"store: {str(self.path)!r}: {damaged} rows are damaged and do not count",
                 DamagedRows,
                 stacklevel=3,
             )
-        return pd.DataFrame(sound, columns=list(TYPES)).astype(TYPES)
+        return pd.DataFrame(sound, columns=list(STORED)).astype(STORED)
 
     def check_cycles(self, loads: Mapping[str, str]) -> None:
-        """Refuse labels under which the store has runs of other load cycles: `loads` has the digest of each, label -> digest."""
-        with _errors(self.path):
-            kept = self._connection.execute(
+        """Refuse labels under which the store has runs of other load cycles.
+
+        `loads` has the digest of the loads under each label.
+        """
+        with _store_errors(self.path):
+            stored = self._connection.execute(
                 "SELECT DISTINCT cycle, loads FROM runs WHERE cycle <> ''"
             ).fetchall()
-        for label, digest in kept:
+        for label, digest in stored:
             if loads.get(label, digest) != digest:
                 raise StoreError(
-                    f"store: {str(self.path)!r} has runs of another load cycle under the label {label!r}; {_RENAME}"
+                    f"store: {str(self.path)!r} has runs of another load cycle under the label "
+                    f"{label!r}; {_RENAME}"
                 )
 
-    def write(self, rows: Iterable[Mapping[str, Any]]) -> None:
-        """Write rows, all or none, NULL for what they lack; a row replaces one with the same key, but a run that failed never replaces a result."""
-        marks, changes = (
-            ", ".join("?" * (len(TYPES) + 1)),
-            ", ".join(f"{name} = excluded.{name}" for name in (*TYPES, "checksum")),
-        )
-        put = f"INSERT INTO runs VALUES ({marks}) ON CONFLICT (key) DO UPDATE SET {changes} WHERE excluded.outcome <> ? OR outcome = ?"
-        with _errors(self.path), self._connection:
+    def write(self, rows: Iterable[Row]) -> None:
+        """Write rows, all or none, with NULL for missing values.
+
+        A row replaces one with the same key, but a run that failed never replaces a result.
+        """
+        with _store_errors(self.path), self._connection:
             self._connection.execute("BEGIN IMMEDIATE")
-            self._connection.executemany(
-                put,
-                [(*(values := _values(row)), _checksum(values), FAILED, FAILED) for row in rows],
-            )
+            for row in rows:
+                values = _values(row)
+                self._connection.execute(_WRITE, [*values, _checksum(values), FAILED, FAILED])
+
+
+def _connect(path: Path, make: bool) -> sqlite3.Connection:
+    """Open a file of sqlite, for writing if `make`."""
+    if make:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    place = path if make else f"{path.as_uri()}?mode=ro"
+    connection = sqlite3.connect(
+        place, uri=not make, timeout=_WAIT_FOR_WRITER, isolation_level=None
+    )
+    # Damaged text must not stop the reading: the checksum shows which row is damaged.
+    connection.text_factory = lambda text: text.decode(errors="replace")
+    return connection
 
 
 @contextmanager
-def _errors(path: object) -> Iterator[None]:
+def _store_errors(path: object) -> Iterator[None]:
+    """Raise a StoreError for each error of the file. A RuntimeError is that of an unknown home."""
     try:
         yield
-    except (
-        sqlite3.Error,
-        OSError,
-        TypeError,
-        ValueError,
-        RuntimeError,
-    ) as error:  # RuntimeError: unknown home folder
-        remedy = (
-            "give another name, or make room and see that it and its folder stay and can be written"
-        )
-        raise StoreError(f"store: {str(path)!r} cannot be used ({error}); {remedy}") from error
+    except (sqlite3.Error, OSError, TypeError, ValueError, RuntimeError) as error:
+        raise StoreError(
+            f"store: {str(path)!r} cannot be used ({error}); give another name, or make room and "
+            "see that it and its folder stay and can be written"
+        ) from error
 
 
-def _values(row: Mapping[str, Any]) -> list[Any]:
-    """What sqlite keeps of a row: it has neither NaN nor a sign of zero."""
-    given: dict[str, Any] = {name: row.get(name) for name in TYPES}
-    return [
-        None if pd.isna(value) else float(value) + 0.0 if TYPES[name] == "float64" else value
-        for name, value in given.items()
-    ]
+def _values(row: Row) -> list[Any]:
+    """The values of a row in sqlite, which has neither NaN nor a sign of zero."""
+    values = list[Any]()
+    for name, dtype in STORED.items():
+        value: Any = row.get(name)
+        if pd.isna(value):
+            value = None
+        elif dtype == "float64":
+            value = float(value) + 0.0
+        values.append(value)
+    return values
 
 
 def _checksum(values: list[Any]) -> int:
@@ -147,15 +166,15 @@ def _checksum(values: list[Any]) -> int:
 
 
 def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """All runs of a file that `dissipation_study` was given as `store`, also while a study writes to it.
+    """All runs of a file that `dissipation_study` got as `store`, also while a study writes to it.
 
     Returns
     -------
     DataFrame
         One row for each run, ordered by key. Columns: key, digest of the run's content (contact,
-        cycle, friction, load factor and start); loads, that of the loads of its cycle; the others
-        as in the table of `dissipation_study`, start and cycle by the names that they had when it
-        was kept.
+        cycle, friction, load factor and start); loads, digest of the loads of its cycle; the others
+        as in the table of `dissipation_study`. Start and cycle have the names of the study that
+        kept the run.
 
     Raises
     ------
@@ -169,8 +188,9 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     table = fo.dissipation_study(rod, cycle, 0.5, [1.0], store=f"{folder}/runs.sqlite", progress=False)
-    ...     fo.results.read_store(f"{folder}/runs.sqlite")["outcome"].tolist()
+    ...     file = f"{folder}/runs.sqlite"
+    ...     table = fo.dissipation_study(rod, cycle, 0.5, [1.0], store=file, progress=False)
+    ...     fo.results.read_store(file)["outcome"].tolist()
     ['CYCLIC_SLIP']
     """
     with closing(Store(path, make=False)) as store:
@@ -178,10 +198,10 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
-    """Write all runs of the files of some stores, such as those of shards, into one; return the number of runs that it holds then.
+    """Write all runs of some stores, such as those of shards, into one; return its number of runs.
 
-    It may exist, and keeps its own runs. A run that several of them hold counts once, with a result
-    if one has it.
+    The file may exist, and keeps its runs. A run that several stores hold counts once, with a
+    result if one of them has it.
 
     Raises
     ------
@@ -200,24 +220,23 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     parts = [f"{folder}/part{k}.sqlite" for k in (1, 2)]
     ...     for k, part in enumerate(parts, 1):
-    ...         table = fo.dissipation_study(rod, cycle, 0.5, [0.5, 1.0], store=part, shard=(k, 2), progress=False)
+    ...         shard = {"store": part, "shard": (k, 2), "progress": False}
+    ...         table = fo.dissipation_study(rod, cycle, 0.5, [0.5, 1.0], **shard)
     ...     fo.results.merge_stores(f"{folder}/runs.sqlite", parts)
     2
     """
-    found, loads = (
-        [
-            (part, row)
-            for part in listed("parts", parts)
-            for row in read_store(part).to_dict("records")
-        ],
-        dict[str, str](),
-    )
-    for part, row in found:
-        if row["cycle"] and loads.setdefault(row["cycle"], row["loads"]) != row["loads"]:
-            raise StoreError(
-                f"parts: {str(part)!r} has another load cycle under the label {row['cycle']!r} than one before it; {_RENAME}"
-            )
+    rows = list[Row]()
+    loads = dict[str, str]()  # label -> digest of its loads
+    for part in listed("parts", parts):
+        for row in read_store(part).to_dict("records"):
+            label = row["cycle"]
+            if label and loads.setdefault(label, row["loads"]) != row["loads"]:
+                raise StoreError(
+                    f"parts: {str(part)!r} has another load cycle under the label {label!r} than "
+                    f"one before it; {_RENAME}"
+                )
+            rows.append(row)
     with closing(Store(into)) as store:
         store.check_cycles(loads)
-        store.write(row for _, row in found)
+        store.write(rows)
         return len(store.read())

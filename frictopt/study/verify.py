@@ -1,10 +1,13 @@
-"""Verification of the guaranteed limit: transients from its witness just above it, and from many starts just below."""
+"""Verification of the guaranteed limit by transients.
+
+They start from its witness just above the limit, and from many slips just below.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -26,28 +29,33 @@ from ..limits.guaranteed import checked_guaranteed
 from ..transients import steady_state
 
 NO_OUTCOME = "NO_CONTINUATION"
-# load factor of the test below the limit, on the way to it from the least safe load factor
-_BELOW = 0.98
-_MOVED = 1e-3  # largest change of the slip of a moved witness, over its largest slip
-# load factor just above the least safe one, on the way to lambda_2 or to where cyclic reactions
-# reach the mean pressures
-_SMALL_LOAD = 0.02
-_NEAR = (
-    0.9,
-    1.1,
-    # multiples of that load factor that are tested: if the load presses the contact, less load can be
-    # worse
-)
-# share of the starts at vertices of the set of safe slips; as many starts are beyond these vertices
-_VERTICES = 0.2
-_BEYOND = 3.0  # largest multiple of a vertex that is a start
-# increments from corner to corner in space, where slip begins and ends at the same load whatever
-# their number
-_STEPS = 2
-_DECADES = (
-    -1.0,
-    2.0,
-)  # powers of ten of the size of random slips, over the largest slip of the witness
+
+
+@dataclass(frozen=True)
+class CheckSettings:
+    """Numbers of the verification."""
+
+    # Load factor of the tests below, as a share of the way from the least safe one to the limit.
+    below: float = 0.98
+    # Largest change of the slip of a moved witness, over its largest slip.
+    moved: float = 1e-3
+    # If the limit is the least safe load factor: load factor of the tests just above it, on the way
+    # to lambda_2, or to where the cyclic reactions reach the mean pressures.
+    small_load: float = 0.02
+    # Multiples of that way that are also tested. If the load presses the contact, a smaller load
+    # can be worse.
+    near: tuple[float, float] = (0.9, 1.1)
+    # Share of the starts that are vertices of the set of safe slips. As many are multiples of them,
+    # at most the largest.
+    vertices: float = 0.2
+    largest_multiple: float = 3.0
+    # Powers of ten of the size of random slips, over the largest slip of the witness.
+    decades: tuple[float, float] = (-1.0, 2.0)
+    # Increments from corner to corner in space. Their number does not change whether slip goes on.
+    steps: int = 2
+
+
+SETTINGS = CheckSettings()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,8 +70,8 @@ class GuaranteeCheck(Kept):
         DataFrame, one row for each transient. Columns: load_factor; share, load factor over the
         limit (inf if the limit is 0); start, "witness", "moved witness", "vertex", "beyond vertex"
         or "random"; moved, for a witness the largest change of slip over the largest slip; outcome,
-        the name of an `Outcome`, or "NO_CONTINUATION" if the path ends early or slips too little to
-        tell; dissipation, work of friction per cycle in the steady state; cycles; residual.
+        the name of an `Outcome`, or "NO_CONTINUATION" if the path ends early or its slip is too
+        small; dissipation, work of friction per cycle in the steady state; cycles; residual.
         Dissipation and residual are NaN without a steady state.
     starts
         (rows of runs, N) or (rows of runs, N, 2) the initial slips, length.
@@ -73,8 +81,8 @@ class GuaranteeCheck(Kept):
     >>> import frictopt as fo
     >>> loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
     >>> slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads)
-    >>> limit = fo.guaranteed_limit(slider, fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}]), friction=0.6)
-    >>> check = fo.verify(limit, starts=4, moved=0)
+    >>> cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+    >>> check = fo.verify(fo.guaranteed_limit(slider, cycle, friction=0.6), starts=4, moved=0)
     >>> sorted(check.runs.loc[check.runs["share"] < 1, "outcome"].unique())
     ['SHAKEDOWN']
     """
@@ -85,12 +93,12 @@ class GuaranteeCheck(Kept):
 
     @property
     def dies_out(self) -> bool:
-        """Whether every transient below the limit stops slipping; transients without an outcome do not count."""
+        """Whether every transient below the limit that has an outcome stops slipping."""
         return not self._persisting(below=True).any()
 
     @property
     def persists(self) -> bool:
-        """Whether a transient above the limit slips for ever, from the witness or from a slip close to it.
+        """Whether a transient from the witness, or from a slip close to it, slips for ever above.
 
         If the limit is lambda_2 (`limit.node` is None), there is no witness, and a contact that
         lifts off may stop slipping above it.
@@ -99,7 +107,7 @@ class GuaranteeCheck(Kept):
 
     @property
     def undecided(self) -> int:
-        """Number of transients without an outcome, because their path ends, or slips too little to tell."""
+        """Number of transients without an outcome: the path ends, or its slip is too small."""
         return int((self.runs["outcome"] == NO_OUTCOME).sum())
 
     @property
@@ -113,15 +121,23 @@ class GuaranteeCheck(Kept):
         return frozen(self.starts[self._persisting(below=True)])
 
     def _answer(self) -> Mapping[str, object]:
-        said = {
-            name: getattr(self, name) for name in ("dies_out", "persists", "undecided", "residual")
-        }
-        return {"load_factor": self.limit.load_factor, "runs": len(self.runs), **said}
+        names = ("dies_out", "persists", "undecided", "residual")
+        answer = {name: getattr(self, name) for name in names}
+        return {"load_factor": self.limit.load_factor, "runs": len(self.runs), **answer}
 
     def _persisting(self, *, below: bool) -> np.ndarray:
-        runs = self.runs
-        slips = ~runs["outcome"].isin([Outcome.SHAKEDOWN.name, NO_OUTCOME])
-        return np.asarray(slips & ((runs["share"] < 1) == below))
+        """Which runs below the limit, or above, slip for ever."""
+        slips = ~self.runs["outcome"].isin([Outcome.SHAKEDOWN.name, NO_OUTCOME])
+        is_below = self.runs["share"] < 1
+        return np.asarray(slips & (is_below == below))
+
+
+class _Test(NamedTuple):
+    """A transient that is followed: its load factor, the kind of its start, and its slip."""
+
+    load_factor: float
+    kind: str
+    slip: Array
 
 
 @warns_of_odd_values
@@ -133,18 +149,18 @@ def verify(
     above: float = 1.02,
     seed: int = 0,
 ) -> GuaranteeCheck:
-    """Follow transients from the witness just above the limit, and from many starts just below; returns a `GuaranteeCheck`.
+    """Follow transients from the witness just above the limit, and from many starts just below.
 
     Each transient begins at the mean of the load corners, where a contact with a safe slip sticks;
     the mean load may be another load. The starts below the limit are vertices of the set of safe
     slips (at the load factor, and under the mean load alone), up to three times these vertices, and
     random slips of a tenth to a hundred times the size of the witness. If none of them slips for
-    ever, this is evidence, not a proof. Where the mean load alone is not safe, half of them are
-    next to the least safe load factor: nothing is said of load factors below it.
+    ever, this is evidence, not a proof. If the mean load alone is not safe, half of them are next
+    to the least safe load factor: load factors below it are not tested.
 
-    Where nodes are open, all starts below the limit are random. A slip that the closed nodes can
-    hold begins with the others open as it leaves them, any other one with all nodes closed. Starts
-    from which nodes open and close in every cycle may slip for ever below the limit.
+    If nodes are open, all starts below the limit are random. If the closed nodes can hold a slip,
+    the transient begins with the gaps of the open nodes under this slip, else with all nodes
+    closed. Starts from which nodes open and close in every cycle may slip for ever below the limit.
 
     Parameters
     ----------
@@ -157,10 +173,10 @@ def verify(
         largest slip.
     above
         Load factor of the test above the limit, over the limit. The test below is at 98 % of the
-        way to it from the least safe load factor. If the limit is the least safe load factor,
-        mostly 0, there is no test below, and the test above is further by 2 % of the way to
+        way from the least safe load factor to the limit. If the limit is the least safe load
+        factor, mostly 0, there is no test below. Then the test above is higher by 2 % of the way to
         lambda_2, or of the load factor at which the cyclic reactions reach the mean pressures if
-        that is less. There only some starts near the witness slip for ever, so a slip that makes
+        that is less. There only some starts near the witness slip for ever. So a slip that makes
         the node critical at this load factor is followed too, at 0.9 and 1.1 times the way.
 
     Raises
@@ -172,126 +188,146 @@ def verify(
     Examples
     --------
     >>> import frictopt as fo
-    >>> A, B, loads = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]], {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
+    >>> A, B = [[1.0, -0.4], [-0.4, 1.0]], [[-0.1, -0.7], [0.7, 0.1]]
+    >>> loads = {"P": ([0.0, 0.0], [1.0, 1.0]), "Q": ([0.8, 0.8], [0.4, 0.1])}
     >>> pair = fo.ContactSystem.from_blocks(A, B, [[2.0, 0.0], [0.0, 2.0]], [0.0, 1.0], loads)
-    >>> limit = fo.guaranteed_limit(pair, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.6)
-    >>> check = fo.verify(limit, starts=4, moved=0)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> check = fo.verify(fo.guaranteed_limit(pair, cycle, friction=0.6), starts=4, moved=0)
     >>> check.dies_out, check.persists
     (True, True)
     """
     limit = checked_guaranteed(limit)
-    system, cycle = limit.system, limit.cycle
-    starts, moved = whole_number("starts", starts, least=0), whole_number("moved", moved, least=0)
-    above, rng = (
-        finite_number("above", above, above=1.0),
-        np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED)),
-    )
-    least = limit.least
-    if not np.isfinite(limit.load_factor) or not limit.shakedown.load_factor > least:
+    starts = whole_number("starts", starts, least=0)
+    moved = whole_number("moved", moved, least=0)
+    above = finite_number("above", above, above=1.0)
+    rng = np.random.default_rng(whole_number("seed", seed, least=0, most=LARGEST_SEED))
+    upper = limit.shakedown.load_factor
+    if not np.isfinite(limit.load_factor) or not upper > limit.least:
         raise ModelError(
-            f"guaranteed limit {limit.load_factor:g} between the least safe load factor {least:g} and lambda_2 = "
-            f"{limit.shakedown.load_factor:g}; there is no load to test at"
+            f"guaranteed limit {limit.load_factor:g} between the least safe load factor "
+            f"{limit.least:g} and lambda_2 = {upper:g}; there is no load to test at"
         )
-    pressure = float(
-        np.abs(cycle.unscaled_reactions(system)[1]).mean()
-    )  # the mean load may press nothing
-    largest = max(float(np.abs(part).max()) for part in cycle.corner_reactions(system))
-    size = float(np.abs(limit.slip).max()) or (pressure or largest) / system.stiffness_scale
-    small = least + _SMALL_LOAD * min(limit.shakedown.load_factor - least, pressure / largest)
-    next_to = limit.witness_above_least(small) if small > least else None
-    high = above * limit.load_factor if next_to is None else small
-    changes = _MOVED * size * rng.uniform(-1.0, 1.0, (moved, *system.slip_shape))
-    begins = [
-        (high, "witness", limit.slip),
-        *((high, "moved witness", limit.slip + change) for change in changes),
-    ]
-    if next_to is not None:
-        begins += [(least + share * (next_to[0] - least), "witness", next_to[1]) for share in _NEAR]
+    pressure, largest = _load_sizes(limit)
+    size = float(np.abs(limit.slip).max())
+    if size == 0:
+        size = (pressure or largest) / limit.system.stiffness_scale
+
+    small = limit.least + SETTINGS.small_load * min(upper - limit.least, pressure / largest)
+    near_least = limit.witness_above_least(small) if small > limit.least else None
+    high = above * limit.load_factor if near_least is None else small
+    changes = SETTINGS.moved * size * rng.uniform(-1.0, 1.0, (moved, *limit.system.slip_shape))
+    tests = [_Test(high, "witness", limit.slip)]
+    tests += [_Test(high, "moved witness", limit.slip + change) for change in changes]
+    if near_least is None:
+        tests += _tests_below(rng, limit, starts, size)
     else:
-        shares = (_BELOW,) if least == 0 else (_BELOW, 1 - _BELOW)
-        for number, share in enumerate(shares):
-            low = share * limit.load_factor + (1 - share) * least
-            begins += [
-                (low, kind, slip)
-                for kind, slip in _starts(rng, limit, low, (starts + number) // len(shares), size)
-            ]
+        load_factor, slip = near_least
+        way = load_factor - limit.least
+        tests += [_Test(limit.least + share * way, "witness", slip) for share in SETTINGS.near]
     return GuaranteeCheck(
         limit,
-        pd.DataFrame([_run(limit, size, *begin) for begin in begins]),
-        frozen([slip for _, _, slip in begins]),
+        pd.DataFrame([_row(limit, size, test) for test in tests]),
+        frozen([test.slip for test in tests]),
     )
 
 
-def _starts(
+def _load_sizes(limit: GuaranteedLimit) -> tuple[float, float]:
+    """Mean pressure force at load factor 0, which may be 0, and largest cyclic reaction."""
+    _, p = limit.cycle.unscaled_reactions(limit.system)
+    cyclic = limit.cycle.corner_reactions(limit.system)
+    return float(np.abs(p).mean()), max(float(np.abs(part).max()) for part in cyclic)
+
+
+def _tests_below(
+    rng: np.random.Generator, limit: GuaranteedLimit, count: int, size: float
+) -> list[_Test]:
+    """Tests just below the limit; half of them just above `least` if the mean load is not safe."""
+    least = limit.least
+    shares = [SETTINGS.below] if least == 0 else [SETTINGS.below, 1 - SETTINGS.below]
+    tests = list[_Test]()
+    for number, share in enumerate(shares):
+        load_factor = share * limit.load_factor + (1 - share) * least
+        part = (count + number) // len(shares)
+        tests += _tests_at(rng, limit, load_factor, part, size)
+    return tests
+
+
+def _tests_at(
     rng: np.random.Generator, limit: GuaranteedLimit, load_factor: float, count: int, size: float
-) -> list[tuple[str, Array]]:
-    """Kind and slip of each start."""
-    system, wanted = limit.system, 0 if limit.open.any() else int(_VERTICES * count)
-    directions = rng.normal(size=(wanted, *system.slip_shape))
+) -> list[_Test]:
+    """Tests at one load factor: vertices of the safe slips, multiples of them, random slips."""
+    shape = limit.system.slip_shape
+    wanted = 0 if limit.open.any() else int(SETTINGS.vertices * count)
+    directions = rng.normal(size=(wanted, *shape))
+    # Half of the vertices are those under the mean load, if that is safe.
     under_mean = 0.0 if limit.least == 0 else load_factor
-    parts = (load_factor, directions[: wanted // 2]), (under_mean, directions[wanted // 2 :])
-    vertices = [
-        slip for part in parts for slip in safe_vertices(system, limit.cycle, limit.friction, *part)
-    ]
-    begins = [("vertex", slip) for slip in vertices]
-    begins += [("beyond vertex", slip * rng.uniform(1.0, _BEYOND)) for slip in vertices]
-    while len(begins) < count:
-        begins.append(
-            ("random", size * 10 ** rng.uniform(*_DECADES) * rng.normal(size=system.slip_shape))
-        )
-    return begins
+    half = wanted // 2
+    vertices = list[Array]()
+    for factor, part in ((load_factor, directions[:half]), (under_mean, directions[half:])):
+        vertices += list(safe_vertices(limit.system, limit.cycle, limit.friction, factor, part))
+
+    tests = [_Test(load_factor, "vertex", slip) for slip in vertices]
+    for slip in vertices:
+        multiple = rng.uniform(1.0, SETTINGS.largest_multiple)
+        tests.append(_Test(load_factor, "beyond vertex", slip * multiple))
+    while len(tests) < count:
+        random_size = size * 10 ** rng.uniform(*SETTINGS.decades)
+        tests.append(_Test(load_factor, "random", random_size * rng.normal(size=shape)))
+    return tests
 
 
-def _run(
-    limit: GuaranteedLimit, size: float, load_factor: float, kind: str, slip: Array
-) -> dict[str, str | float]:
-    row: dict[str, str | float] = {
-        "load_factor": load_factor,
-        "share": load_factor / limit.load_factor if limit.load_factor > 0 else np.inf,
+def _row(limit: GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:
+    """Follow a transient; its row in the table of runs."""
+    above_zero = limit.load_factor > 0
+    is_witness = "witness" in test.kind
+    row: dict[str, Any] = {
+        "load_factor": test.load_factor,
+        "share": test.load_factor / limit.load_factor if above_zero else np.inf,
+        "start": test.kind,
+        "moved": float(np.abs(test.slip - limit.slip).max() / size) if is_witness else np.nan,
     }
-    row |= {
-        "start": kind,
-        "moved": float(np.abs(slip - limit.slip).max() / size) if "witness" in kind else np.nan,
-    }
-    asked, steps = (
-        (limit.system, from_its_middle(limit.cycle, load_factor), limit.friction, 1.0),
-        None if limit.system.tangents == 1 else _STEPS,
-    )
     try:
-        steady = steady_state(*asked, **_begin(limit, load_factor, slip), steps=steps)
+        steady = steady_state(
+            limit.system,
+            from_its_middle(limit.cycle, test.load_factor),
+            limit.friction,
+            1.0,
+            **_beginning(limit, test),
+            steps=None if limit.system.tangents == 1 else SETTINGS.steps,
+        )
     except NoContinuation:
         return row | {"outcome": NO_OUTCOME, "dissipation": np.nan, "cycles": 0, "residual": np.nan}
-    row["outcome"] = (
-        steady.outcome.name if steady.work_error < 1 else NO_OUTCOME
-    )  # slip that has nearly died out has no work beside its error
+    # Slip that has nearly died out has less work than the error of its work.
+    row["outcome"] = steady.outcome.name if steady.work_error < 1 else NO_OUTCOME
     return row | {name: getattr(steady, name) for name in ("dissipation", "cycles", "residual")}
 
 
-def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str, Any]:
-    """What a transient begins from at the mean of the corners: a slip; where nodes are open and the others can hold it, the state that it leaves."""
-    task = limit._task
+def _beginning(limit: GuaranteedLimit, test: _Test) -> dict[str, Any]:
+    """Argument of `steady_state` for the beginning of a transient, at the mean of the corners.
+
+    It is a slip; or, if nodes are open and the closed ones can hold the slip, a state.
+    """
+    question = limit._task
+    system = question.system
     if not limit.open.any():
-        return {"initial_slip": slip}
-    of_corners = (
-        *task.states(load_factor, slip),
-        reactions(limit.system, limit.cycle.at(load_factor)),
-    )
+        return {"initial_slip": test.slip}
+    # States are linear in the load, so that of the mean of the corners is the mean of the states.
+    u, r = question.states(test.load_factor, test.slip)
+    bonded = reactions(system, limit.cycle.at(test.load_factor))
     (v, w), (q, p), load = (
-        parted(part.reshape(len(part), -1).mean(axis=0), task.system.tangents + 1)
-        for part in of_corners
+        parted(part.reshape(len(part), -1).mean(axis=0), system.tangents + 1)
+        for part in (u, r, bonded)
     )
-    held = (lengths(q, p) <= limit.friction * p).all() and (
-        w[limit.open] >= 0
-    ).all()  # states are linear in the load
-    return {"initial_state": ContactState(v, w.clip(0.0), *load)} if held else {"initial_slip": v}
+    sticks = (lengths(q, p) <= limit.friction * p).all()
+    if sticks and (w[limit.open] >= 0).all():
+        return {"initial_state": ContactState(v, w.clip(0.0), *load)}
+    return {"initial_slip": v}
 
 
 def from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:
-    """The same corners at that load factor, as a cycle with factor 1 about the mean of its corners."""
+    """The corners at a load factor as a cycle with load factor 1 about the mean of its corners."""
     corners = cycle.at(load_factor)
     names = sorted({name for loads in corners for name in loads})
     middle = {name: float(np.mean([corner.get(name, 0.0) for corner in corners])) for name in names}
-    return LoadCycle(
-        middle,
-        [{name: corner.get(name, 0.0) - middle[name] for name in names} for corner in corners],
-    )
+    changes = [{name: corner.get(name, 0.0) - middle[name] for name in names} for corner in corners]
+    return LoadCycle(middle, changes)

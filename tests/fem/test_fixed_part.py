@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits.question import pose
-from frictopt.study.runs import Case
+from frictopt.study.case import Case
 from frictopt.transients.exact.path import turning_corners
 from helpers.cases import few
 from helpers.guaranteed import check

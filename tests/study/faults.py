@@ -4,25 +4,21 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
-        "study/runs.py",
+        "study/case.py",
         "what is fixed has no part in the keys of a study",
-        old=(
-            "_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"
-        ),
-        new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *strength)",
+        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)"),
+        new="_digest(system.S, system.gap, self.friction, *reactions, *strength)",
         tests="fixed_part",
     ),
     Fault(
-        "study/runs.py",
+        "study/case.py",
         "a study takes runs of another shear strength",
-        old=(
-            "_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed, *strength)"
-        ),
-        new="_digest(self.system.S, self.system.gap, self.friction, *reactions, *fixed)",
+        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)"),
+        new="_digest(system.S, system.gap, self.friction, *reactions, *fixed)",
         tests="shear_strength",
     ),
     Fault(
-        "study/runs.py",
+        "study/case.py",
         "overload is not part of a run's key",
         old="start.overload",
         new="None",
@@ -39,8 +35,8 @@ FAULTS = (
     Fault(
         "study/runs.py",
         "few runs are one task",
-        old="ceil(len(waiting) / (_TASKS - len(tasks)))",
-        new="min(16, len(waiting))",
+        old="ceil(len(self.waiting) / (SETTINGS.most_tasks - len(self.at_work)))",
+        new="min(16, len(self.waiting))",
         tests="dissipation_study",
     ),
     Fault(
@@ -60,7 +56,7 @@ FAULTS = (
     Fault(
         "study/protocols.py",
         "undecided counts as rest",
-        old="UNDECIDED if UNDECIDED in answers else REST",
+        old="UNDECIDED if UNDECIDED in outcomes else REST",
         new="REST",
         tests="protocols",
     ),
@@ -74,22 +70,22 @@ FAULTS = (
     Fault(
         "study/excursion.py",
         "no sampled slip is smooth",
-        old="rng.normal(size=system.slip_shape) if number % 2 else smooth(rng, modes, system)",
-        new="rng.normal(size=system.slip_shape)",
+        old="number % 2 == 0",
+        new="False",
         tests="protocols",
     ),
     Fault(
         "study/protocols.py",
         "the bisection goes the wrong way",
-        old="(low, middle) if changed(middle) else (middle, high)",
-        new="(middle, high) if changed(middle) else (low, middle)",
+        old="if changed(middle):\n    high = middle\nelse:\n    low = middle",
+        new="if changed(middle):\n    low = middle\nelse:\n    high = middle",
         tests="protocols",
     ),
     Fault(
         "study/verify.py",
         "slip above the limit counts below it",
-        old="runs['share'] < 1",
-        new="runs['share'] < 2",
+        old="self.runs['share'] < 1",
+        new="self.runs['share'] < 2",
         tests="guaranteed_transients",
     ),
     Fault(

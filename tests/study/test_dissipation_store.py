@@ -52,9 +52,13 @@ with ProcessPoolExecutor(2, get_context("spawn"), initializer=tests.hang_above) 
         print(len(interrupt.table), flush=True)
         sys.stdin.readline()
 """
-AT_WORK = POOL.replace(
-    "initializer=tests.hang_above", "initializer=tests.hang_at, initargs=(sys.argv[1],)"
-).replace("with Process", "tests.runs._TASKS = 2\nwith Process")
+AT_WORK = (
+    POOL.replace(
+        "initializer=tests.hang_above", "initializer=tests.hang_at, initargs=(sys.argv[1],)"
+    )
+    .replace("with Process", "tests.runs.SETTINGS = TaskSettings(most_tasks=2)\nwith Process")
+    .replace("import test", "from frictopt.study.runs import TaskSettings\nimport test")
+)
 PATH = os.environ | {
     "PYTHONPATH": os.pathsep.join(
         [
@@ -86,7 +90,8 @@ def hang_at(store):
             time.sleep(1e6)
         return fo.steady_state(*args, **options)
 
-    runs.steady_state, runs._SECONDS = steady_state, 1e9
+    runs.steady_state = steady_state
+    runs.SETTINGS = runs.TaskSettings(seconds=1e9)
 
 
 def study(**options):

@@ -358,8 +358,7 @@ def test_few_runs_are_spread_and_many_are_tasks_that_end_in_time(
     few = Foreign(Future.set_result)
     fo.dissipation_study(contact, CYCLE, 0.4, factors, executor=few)
     assert few.sizes == [1, 1, 1]
-    monkeypatch.setattr(runs, "_TASKS", 20)
-    monkeypatch.setattr(runs, "_SECONDS", seconds)
+    monkeypatch.setattr(runs, "SETTINGS", runs.TaskSettings(most_tasks=20, seconds=seconds))
     write, written = Store.write, []
     monkeypatch.setattr(
         Store, "write", lambda self, rows: written.append(len(rows)) or write(self, rows)

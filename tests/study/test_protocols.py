@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.study import excursion, range_search
-from frictopt.study.excursion import _drawn
+from frictopt.study import excursion, range_starts
+from frictopt.study.excursion import _random_slips
 from frictopt.study.protocols import REST, SLIP, TransientsAfter
 from frictopt.study.starts import LoadStep
 from helpers.systems import CYCLE, FIRST_PAIR, PULL, random_system, system
@@ -60,14 +60,14 @@ def test_nothing_done_to_the_worst_start_is_the_guaranteed_limit(paper_punch):
 @pytest.mark.parametrize("told", [True, False])
 def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatch):
     """Also where solvers cannot tell that no slip holds all nodes closed."""
-    honest = range_search.furthest
+    honest = range_starts.furthest
 
     def furthest(task, *asked):
         if not told and not task.open.any() and task.system.nodes == 3:
             raise fo.SolverError("infeasible_inaccurate")
         return honest(task, *asked)
 
-    monkeypatch.setattr(range_search, "furthest", furthest)
+    monkeypatch.setattr(range_starts, "furthest", furthest)
     pair = system(*FIRST_PAIR)
     blocks = [np.pad(block, (0, 1)) for block in (pair.A, pair.B, pair.C)]
     for block in blocks[::2]:
@@ -283,8 +283,7 @@ def test_every_second_sampled_slip_is_smooth():
     """Steps from node to node are as large as the slip itself where it is noise, and a small part
     of it where they add up to it."""
     A = np.eye(200)
-    drawn = _drawn(
-        np.random.default_rng(0),
+    drawn = _random_slips(
         fo.ContactSystem.from_blocks(A, 0 * A, A, np.arange(200.0), {"P": (A[0], A[0])}),
         2.0,
     )

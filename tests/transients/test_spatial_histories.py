@@ -11,7 +11,7 @@ from matplotlib.collections import PathCollection
 import frictopt as fo
 from frictopt.limits.question import pose
 from frictopt.study.ascent import _tangents, increment_map
-from frictopt.study.range_search import Search
+from frictopt.study.range_search import Search, SearchSettings
 from frictopt.study.starts import LoadStep, smooth_modes
 from frictopt.transients.march import path_of
 from helpers.cases import few
@@ -125,10 +125,10 @@ def test_where_no_rough_transient_has_a_result_the_search_is_made_in_all_increme
 
     def none_in_five(self, name, start, *rest, **options):
         found = follow(self, name, start, *rest, **options)
-        return replace(found, state=None, end="lost") if self._rough else found
+        return replace(found, state=None, end="lost") if self.rough else found
 
     monkeypatch.setattr(Search, "follow", none_in_five)
-    monkeypatch.setattr("frictopt.study.range_search._AROUND", (8, 24))
+    monkeypatch.setattr("frictopt.study.range_search.SETTINGS", SearchSettings(most_around=24))
     found = fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65, steps=10)
     assert found.most == pytest.approx(
         fo.dissipation_range(PAIR, CYCLE, 0.6, 0.65).most, rel=0.03

@@ -1,0 +1,95 @@
+"""One transient of a study: its contact, load cycle and friction, its load factor and its start."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base import Array
+from ..contact import ContactSystem, LoadCycle
+from ..limits import ShakedownLimit
+from .starts import Start
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """The input that all runs of a study at one friction and load cycle share.
+
+    `limit` is None if no solver proves a shakedown limit. `number` is the place of the friction in
+    its list, `label` the name of the load cycle, "" if the study has a single one.
+    """
+
+    system: ContactSystem
+    cycle: LoadCycle
+    friction: Array
+    limit: ShakedownLimit | None
+    number: int = 0
+    label: str = ""
+
+    @cached_property
+    def shakedown_limit(self) -> float:
+        """Load factor of the limit; NaN if no solver proves one."""
+        return np.nan if self.limit is None else self.limit.load_factor
+
+    @cached_property
+    def force(self) -> float:
+        """Sum of the normal reactions under the mean load."""
+        _, p = self.cycle.mean_reaction(self.system)
+        return float(p.sum())
+
+    @cached_property
+    def loads(self) -> str:
+        """Digest of the loads of the cycle by their names, for any contact."""
+        parts: list[Mapping[str, float] | None] = [self.cycle.mean, *self.cycle.corners, None]
+        parts += self.cycle.fixed or ()
+        content = repr([part and sorted(part.items()) for part in parts])
+        return hashlib.sha256(content.encode()).hexdigest()[:40]
+
+    @cached_property
+    def digest(self) -> bytes:
+        """Digest of the content."""
+        system, cycle = self.system, self.cycle
+        reactions = (*cycle.mean_reaction(system), *cycle.corner_reactions(system))
+        fixed = () if cycle.fixed is None else cycle.unscaled_reactions(system)
+        strength = (system.shear_strength,) if system.capped else ()
+        return _digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One transient: its case, its load factor and its start."""
+
+    case: Case
+    load_factor: float
+    start: Start
+
+    @cached_property
+    def key(self) -> str:
+        """Digest of the content.
+
+        A multiple of the safe slip enters as this number, because solvers may find different safe
+        slips.
+        """
+        start = self.start
+        state = start.state
+        arrays: tuple[ArrayLike | None, ...] = ()
+        if state is not None:
+            arrays = (state.slip, state.gap, state.bonded_q, state.bonded_p, state.next_corner)
+        content = _digest(
+            *arrays, self.load_factor, start.slip, start.safe_multiple, start.overload
+        )
+        return hashlib.sha256(self.case.digest + content).hexdigest()[:40]
+
+
+def _digest(*values: ArrayLike | None) -> bytes:
+    """Digest of numbers and arrays, by the digest of each, so that none runs into the next."""
+    parts = list[bytes]()
+    for value in values:
+        content = b"-"
+        if value is not None:
+            content = np.ascontiguousarray(value, dtype=np.float64).tobytes()
+        parts.append(hashlib.sha256(content).digest())
+    return hashlib.sha256(b"".join(parts)).digest()
