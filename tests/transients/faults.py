@@ -6,8 +6,8 @@ FAULTS = (
     Fault(
         "transients/onset.py",
         "slip opposes its force on an ellipse",
-        old="(q0[node] + load_factor * q1[node]) / stretch[node]",
-        new="(q0[node] + load_factor * q1[node]) * stretch[node]",
+        old="(q[node] + load_factor * q_rate[node]) / stretch[node]",
+        new="(q[node] + load_factor * q_rate[node]) * stretch[node]",
         tests="orthotropic",
     ),
     Fault(
@@ -34,7 +34,7 @@ FAULTS = (
     Fault(
         "transients/onset.py",
         "no surface shears off first",
-        old="off.node is None",
+        old="shears_off.node is None",
         new="True",
         tests="shear_strength",
     ),
@@ -67,18 +67,18 @@ FAULTS = (
         tests="shear_strength",
     ),
     Fault(
-        "transients/onset.py",
+        "transients/linear_forces.py",
         "a relieved node at its bound",
         old="slack < -floor",
         new="slack < floor",
         tests="onset",
-        within="_reach_zero",
+        within="first_zero",
     ),
     Fault(
         "transients/onset.py",
         "what is fixed at one corner slips nothing",
-        old="(most_shear(system, f, mean_p) - lengths(mean_q, mean_p)).min",
-        new="(most_shear(system, f, mean_p) - lengths(mean_q, mean_p)).max",
+        old="(most_shear(system, friction, mean_p) - lengths(mean_q, mean_p)).min",
+        new="(most_shear(system, friction, mean_p) - lengths(mean_q, mean_p)).max",
         tests="onset::test_an_inadmissible_mean_load_is_said",
     ),
     Fault(
@@ -180,14 +180,14 @@ FAULTS = (
         tests="sliding::test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one",
     ),
     Fault(
-        "transients/onset.py",
+        "transients/linear_forces.py",
         "open nodes hold as if they were closed",
         old="load + moved @ S",
         new="load.copy()",
         tests="onset",
     ),
     Fault(
-        "transients/onset.py",
+        "transients/linear_forces.py",
         "the onset forgets the settled slip",
         old="state.slip",
         new="0 * state.slip",
