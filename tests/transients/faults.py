@@ -281,7 +281,7 @@ FAULTS = (
     Fault(
         "transients/statics.py",
         "a strength costs a motion nothing",
-        old="np.where(strong, c, 0.0) / scale @ more",
+        old="np.where(strong, self._system.shear_strength, 0.0) / scale @ more",
         new="0.0 * cp.sum(more)",
         tests="shear_strength",
     ),
