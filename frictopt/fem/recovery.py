@@ -30,9 +30,9 @@ from . import schur
 from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
-from .cyclic import on_seam
 from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
+from .sector import on_seam
 from .supports import Seam
 
 _COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane

@@ -122,10 +122,7 @@ def without_rounding(motions: Array) -> Array:
 
 
 class _Motion(NamedTuple):
-    """A rigid motion of size up to 1, and its residual.
-
-    The residual is its distance from motions in which forces within friction have bounded work.
-    """
+    """A rigid motion of size up to 1, and by how much it lifts less than f |v| somewhere."""
 
     phi: Array
     residual: float
@@ -233,10 +230,9 @@ class Statics:
         return np.asarray(np.linalg.qr(shifts)[0])
 
     def _with_negative_work(self, V: Array, pressed: bool, load: Array) -> Array | None:
-        """The motion (M,) within V of size 1 with the least work; None if that is not negative.
+        """The motion (M,) within V with the least work; None if that is not negative.
 
-        If the normal forces are known (`pressed`), nodes lift by f |v|, which is the work of
-        friction.
+        If normal forces are known (`pressed`), nodes lift by f |v|, for the work of friction.
         """
         if not V.size or self._balances(V, pressed, load):
             return None

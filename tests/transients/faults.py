@@ -23,6 +23,7 @@ FAULTS = (
         old="states.q * system.stretch",
         new="states.q",
         tests="orthotropic",
+        within="contact_table",
     ),
     Fault(
         "transients/statics.py",
@@ -511,23 +512,23 @@ FAULTS = (
         tests="fretting",
     ),
     Fault(
-        "transients/fretting.py",
+        "transients/critical_plane.py",
         "the last two states, not those furthest apart",
-        old="np.linalg.norm(found, axis=-1, keepdims=True)",
+        old="np.linalg.norm(longest, axis=-1, keepdims=True)",
         new="0",
         tests="fretting",
     ),
     Fault(
         "transients/fretting.py",
         "the plane across another slip",
-        old="np.einsum('mnab,na,nb->mn', part, way, way)",
-        new="np.einsum('mnab,na,nb->mn', part, way, way[:, ::-1])",
+        old="np.einsum('mnab,na,nb->mn', sigma, direction, direction)",
+        new="np.einsum('mnab,na,nb->mn', sigma, direction, direction[:, ::-1])",
         tests="fretting",
     ),
     Fault(
-        "transients/fretting.py",
+        "transients/critical_plane.py",
         "the search for the worst plane goes on from one alone",
-        old="-_BEST",
+        old="-SETTINGS.best",
         new="-1",
         tests="critical_plane",
     ),
@@ -605,18 +606,18 @@ FAULTS = (
     Fault(
         "transients/pictures.py",
         "forces for tractions",
-        old="getattr(states, name)[corners] / width",
-        new="getattr(states, name)[corners]",
+        old="states.p[corners] / width",
+        new="states.p[corners]",
         tests="plots",
     ),
     Fault(
         "transients/pictures.py",
         "the slip at the last corner as slip range",
         old=(
-            "face_map(panels, steady.system, steady.dissipation_per_node, name, slip=ranges, slip_name='slip range', opened=opened)"
+            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=ranges, slip_name='slip range', opened=states.gap.min(axis=0) > 0)"
         ),
         new=(
-            "face_map(panels, steady.system, steady.dissipation_per_node, name, slip=steady.slip, slip_name='slip range', opened=opened)"
+            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=steady.slip, slip_name='slip range', opened=states.gap.min(axis=0) > 0)"
         ),
         tests="plots_spatial::test_a_steady_state_shows_the_work_of_each_node",
     ),
