@@ -93,10 +93,10 @@ def _at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
     margin = np.minimum(most_shear(path.system, path.friction, p) - q, p)
     if not (margin >= -SETTINGS.excess * path.scales.mean).all():
         return None
-    none = np.zeros(n)
+    zeros = np.zeros(n)
     states = np.tile(u, (len(r), 1))
     return replace(
-        cycle, change=0.0, work=none, slid=none, bonded=loads, u=states, r=r, previous=None
+        cycle, change=0.0, work=zeros, slid=zeros, bonded=loads, u=states, r=r, previous=None
     )
 
 
@@ -195,20 +195,20 @@ def work_error(path: Transient, cycles: Sequence[Cycle], later_changes: float) -
     return min(by_change, by_works) / works[-1]
 
 
-def work_to_come(last: Sequence[Cycle], limit: Cycle, none: Array) -> float:
+def work_to_come(last: Sequence[Cycle], limit: Cycle, no_work: Array) -> float:
     """Relative distance of the last work from that at the limit, while a node may yet stop; else 0.
 
-    Such a node slips in the last cycles, and at the limit it does no more work than `none` (N,).
+    Such a node slips in the last cycles, and at the limit it does no more work than `no_work` (N,).
     The limit is exact if all these nodes stop there: there are no other events in the last cycles,
     and the path of each node to the limit has the direction of its last slip.
     """
     end = last[-1]
-    slipped = (np.array([cycle.work for cycle in last]) > none).any(axis=0)
-    stops = (limit.work <= none) & slipped
-    if not stops.any() or (limit.work <= none).all():
+    slipped = (np.array([cycle.work for cycle in last]) > no_work).any(axis=0)
+    stops = (limit.work <= no_work) & slipped
+    if not stops.any() or (limit.work <= no_work).all():
         return 0.0
-    to_limit = (limit.after - end.after).reshape(-1, len(none))[:, stops]
-    slip = (end.after - end.before).reshape(-1, len(none))[:, stops]
+    to_limit = (limit.after - end.after).reshape(-1, len(no_work))[:, stops]
+    slip = (end.after - end.before).reshape(-1, len(no_work))[:, stops]
     sizes = np.linalg.norm(to_limit, axis=0) * np.linalg.norm(slip, axis=0)
     ahead = (to_limit * slip).sum(axis=0) >= SETTINGS.ahead * sizes
     if ahead.all() and all(cycle.events == limit.events for cycle in last):

@@ -124,9 +124,9 @@ class Run:
             attributes of the error hold what is known.
         """
         while True:
-            found = self.advance()
-            if found is not None:
-                return found
+            settled = self.advance()
+            if settled is not None:
+                return settled
 
     def advance(self) -> Settled | None:
         """Follow one more return, and return the steady state if it is proven.

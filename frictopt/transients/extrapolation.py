@@ -162,14 +162,14 @@ class FixedPoint(NamedTuple):
 
 @dataclass
 class CurvedLimit(LimitSearch):
-    """The search in increments; `found` is the last fixed point.
+    """The search in increments; `latest` is the last fixed point.
 
     If returns keep the slips of some nodes, there are other fixed points nearby. Events that lie
     ahead of the transient shift the fixed point, the less the closer it is. So a fixed point counts
     only if one extrapolated from a later state has the same work.
     """
 
-    found: FixedPoint | None = None
+    latest: FixedPoint | None = None
 
     def find(
         self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
@@ -192,12 +192,12 @@ class CurvedLimit(LimitSearch):
             return None
         limit, turns = iterated
         approached = _is_approached(path, latest, limit.cycle, follow)
-        earlier = self.found
+        earlier = self.latest
         if earlier is None:
-            self.found = FixedPoint(limit.cycle)
+            self.latest = FixedPoint(limit.cycle)
             return None
         if not approached:
-            self.found = earlier._replace(cycle=limit.cycle)
+            self.latest = earlier._replace(cycle=limit.cycle)
             return None
 
         # The work (N,) of a slip that counts as none.
@@ -216,16 +216,16 @@ class CurvedLimit(LimitSearch):
         work = limit.cycle.work
         total = work.sum()
         change = np.abs(work - earlier.work)
-        self.found = FixedPoint(limit.cycle, float(change.sum() / (total or 1.0)), events_error)
+        self.latest = FixedPoint(limit.cycle, float(change.sum() / (total or 1.0)), events_error)
         is_same = (change <= SETTINGS.same_work * total + no_work).all()
         return limit if is_same and events_error <= SETTINGS.accepted else None
 
     def work_error(self, later_changes: float | None) -> float:
         """See `LimitSearch`. The fixed point shifts in proportion to the changes left."""
-        if self.found is None:
+        if self.latest is None:
             return 0.0
         later_changes = 1.0 if later_changes is None else later_changes
-        return max(later_changes * self.found.shift, self.found.events_error)
+        return max(later_changes * self.latest.shift, self.latest.events_error)
 
 
 def _iterated(
@@ -254,8 +254,8 @@ def _iterated(
         earlier = min(changes[:-patience], default=np.inf)
         if not min(changes[-patience:]) < earlier / SETTINGS.gain:
             return None
-        more = [follow(at_point) for _ in range(SETTINGS.least_cycles)]
-        returns = [first, *more, *returns][: (SETTINGS.least_cycles + 1) * patience]
+        further = [follow(at_point) for _ in range(SETTINGS.least_cycles)]
+        returns = [first, *further, *returns][: (SETTINGS.least_cycles + 1) * patience]
         point = fixed_point(_ends(returns))
 
 
@@ -286,10 +286,10 @@ def extrapolate(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
     same = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
     for count in range(len(same), SETTINGS.least_cycles - 1, -2):
         states = [last[-count].before, *(cycle.after for cycle in last[-count:])]
-        found = limit_of(np.array(states))
-        if found is None:
+        affine = limit_of(np.array(states))
+        if affine is None:
             continue
-        limit, modes = found
+        limit, modes = affine
         moves = [(last[-1].before - limit, last[-1].after - limit), *modes]
         close = []
         for before, after in moves:
@@ -317,9 +317,9 @@ def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     limit = fixed_point(np.stack([iterates[:-1], iterates[1:]], axis=1))
     distances = iterates - limit
     left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
-    kept = sizes > PERIODIC
-    basis = left[:, kept]
-    step = basis.T @ distances[1:].T @ right[kept].T / sizes[kept]
+    significant = sizes > PERIODIC
+    basis = left[:, significant]
+    step = basis.T @ distances[1:].T @ right[significant].T / sizes[significant]
     fitted = basis @ step @ basis.T @ distances[:-1].T
     deviation = np.abs(distances[1:].T - fitted).max(axis=0)
     if np.any(deviation > PERIODIC + SETTINGS.fit * np.abs(distances[:-1]).max(axis=1)):

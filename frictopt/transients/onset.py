@@ -407,8 +407,8 @@ def _first_at_bound(
             sense = 1 if factors[0, node] <= load_factor * (1 + SIMULTANEOUS) else -1
         return OnsetEvent(*approach.corner, "slip", load_factor, node, sense)
 
-    beyond = bound - lengths(q, bound) < -approach.floor
-    factors = np.where(beyond, 0.0, np.maximum(reach(q, bound, q_rate, bound_rate), 0.0))
+    exceeds = bound - lengths(q, bound) < -approach.floor
+    factors = np.where(exceeds, 0.0, np.maximum(reach(q, bound, q_rate, bound_rate), 0.0))
     load_factor, node = _least(factors)
     direction = 0.0, 0.0
     if node is not None:

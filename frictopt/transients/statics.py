@@ -83,17 +83,17 @@ class StaticsSettings:
 SETTINGS = StaticsSettings()
 
 
-def rigid_motions(S: Array, own: Array) -> Array:
+def rigid_motions(S: Array, sizes: Array) -> Array:
     """(M, k) relative motions that strain nothing, orthonormal.
 
-    They are the slides, turns and lifts of bodies that no support guides. `own` (M,) are the sizes
-    of S at its nodes (`own_stiffness`): with them a soft body beside a stiff one is not free.
+    They are the slides, turns and lifts of bodies that no support guides. `sizes` (M,) are those of
+    S at its nodes (`own_stiffness`): with them a soft body beside a stiff one is not free.
     """
     # Imported here, because loads that the closed contact bears need no motions.
     from scipy.linalg import solve_triangular
     from scipy.linalg.lapack import dpstrf
 
-    root = np.sqrt(own)
+    root = np.sqrt(sizes)
     factor, order, rank, _ = dpstrf(S / np.outer(root, root), tol=RIGID)
     # The entries without a pivot are free; the others follow them without force.
     motions = np.eye(len(S), len(S) - rank, -rank)
@@ -162,10 +162,10 @@ class Statics:
             return self._sentence(name, load, phi)
         if self._slides is None:
             return None
-        rest = settled(self._system, load[-n:] - self._system.C @ gap)
-        if rest is None:
+        state = settled(self._system, load[-n:] - self._system.C @ gap)
+        if state is None:
             return None
-        forces = np.r_[load[:-n], self._within_strength(rest[1])]
+        forces = np.r_[load[:-n], self._within_strength(state[1])]
         phi = self._proof(self._slides, True, forces)
         return None if phi is None else self._sentence(name, forces, phi)
 
@@ -254,9 +254,9 @@ class Statics:
         opens = lift
         rows = [cp.SOC(cp.Constant(1.0), share)]
         if strong.any():
-            more = cp.Variable(n, name="more", nonneg=True)
-            work = work + (np.where(strong, self._system.shear_strength, 0.0) / scale) @ more
-            opens = lift + cp.multiply(f * strong, more)
+            extra_slip = cp.Variable(n, name="extra slip", nonneg=True)
+            work = work + (np.where(strong, self._system.shear_strength, 0.0) / scale) @ extra_slip
+            opens = lift + cp.multiply(f * strong, extra_slip)
             rows.append(lift >= 0)
         rows.append(cp.SOC(opens, cp.multiply((1 + COUNTS) * f, cp.vstack(v))))
 
@@ -301,8 +301,8 @@ class Statics:
     def _sheared_off(self, phi: Array) -> float:
         """Largest work that strengths take back in a motion that slips more than its lift opens."""
         *v, w = phi.reshape(-1, self._system.nodes)[:, self._strong]
-        more = np.linalg.norm(v, axis=0) - w / self._friction[self._strong]
-        return float(more.clip(0.0) @ self._system.shear_strength[self._strong])
+        extra_slip = np.linalg.norm(v, axis=0) - w / self._friction[self._strong]
+        return float(extra_slip.clip(0.0) @ self._system.shear_strength[self._strong])
 
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """What moves and in which direction, with the forces of the load and of friction.
@@ -407,7 +407,7 @@ def _closed_text(system: ContactSystem, f: Array, q: Array, p: Array, floor: flo
     shear = lengths(q, p)
     bare = np.abs(p) <= floor
     smooth = (f == 0) & (shear > floor)
-    beyond = shear > most_shear(system, f, p) + floor
+    exceeding = shear > most_shear(system, f, p) + floor
     texts = []
     if bare.any():
         texts.append(BARE.format(nodes=_share(system, bare)))
@@ -415,14 +415,14 @@ def _closed_text(system: ContactSystem, f: Array, q: Array, p: Array, floor: flo
         texts.append(SMOOTH.format(nodes=_share(system, smooth)))
     if texts:
         return "; ".join(texts)
-    if not beyond.any():
+    if not exceeding.any():
         return SAFE
     bound = "friction bound f p"
     remedy = "more friction"
     if system.capped:
         bound = "bound of friction or strength"
         remedy = "more of the lower one"
-    return BEYOND.format(nodes=_share(system, beyond), bound=bound, remedy=remedy)
+    return BEYOND.format(nodes=_share(system, exceeding), bound=bound, remedy=remedy)
 
 
 def _share(system: ContactSystem, which: Booleans) -> str:

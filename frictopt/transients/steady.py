@@ -167,19 +167,19 @@ def steady_state(
 
         run.tell = count
         path.start(extra)
-        found = run.settled()
+        settled = run.settled()
         error = 0.0
         if path.steps:
             try:
                 finer, parts = SteppedPath("newton", path.steps, *problem).finer()
-                error = _step_error(run, found, first_states, finer.start(extra), parts)
+                error = _step_error(run, settled, first_states, finer.start(extra), parts)
             except (NoContinuation, SolverError):
                 error = np.inf
-        return reported(run, found, error)
+        return reported(run, settled, error)
 
 
 def _step_error(
-    run: Run, found: Settled, first_states: Sequence[Array], finer: SteppedPath, parts: int
+    run: Run, settled: Settled, first_states: Sequence[Array], finer: SteppedPath, parts: int
 ) -> float:
     """Estimated relative error in time of the work in a steady state.
 
@@ -189,7 +189,7 @@ def _step_error(
     the steady state from slips that differ from its own as the slips after the first cycles do
     (`first_states` in all increments).
     """
-    path = cast(SteppedPath, found.path)
+    path = cast(SteppedPath, settled.path)
     for _ in first_states:
         Run(finer, run.most_cycles, run.tell).follow(finer)
     slips = (path.state.u + finer.state.u - first_states[-1])[: -path.nodes]
@@ -197,11 +197,11 @@ def _step_error(
     if refined is None:
         return np.inf
     again = Run(refined, run.most_cycles, run.tell, run.period)
-    lacking, missed = _work_in_doubt(path, found.cycle)
-    total = float(found.cycle.work.sum())
+    lacking, missed = _work_in_doubt(path, settled.cycle)
+    total = float(settled.cycle.work.sum())
     if not total:
         return np.inf if missed or again.settled().cycle.work.any() else 0.0
-    change = _change_of_work(again, found.cycle)
+    change = _change_of_work(again, settled.cycle)
     error = SETTINGS.safety * parts / (parts - 1) * change + SETTINGS.cancelled * lacking
     return float(max(error, missed)) / total
 
@@ -236,14 +236,14 @@ def _change_of_work(again: Run, cycle: Cycle) -> float:
             return change + later
 
 
-def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
+def reported(run: Run, settled: Settled, step_error: float) -> SteadyState:
     """The steady state in the units of the caller; SolverError if its residual is too large."""
-    residual = _residual(run, found)
-    path = found.path
+    residual = _residual(run, settled)
+    path = settled.path
     system = path.system
-    cycle = found.cycle
+    cycle = settled.cycle
     n = path.nodes
-    slips = found.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETING)
+    slips = settled.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETING)
     work = cycle.work / run.period
     slip, opening = parted(cycle.u[-1], system.tangents + 1)
     gap = opening + system.gap
@@ -255,11 +255,11 @@ def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
     if left_out:
         sentences = (LEFT_OUT.format(number=left_out, corners=len(path.corners)),)
     return SteadyState(
-        outcome=found.outcome,
+        outcome=settled.outcome,
         dissipation=float(work.sum()),
         dissipation_per_node=work,
         sliding_distance=cycle.slid / run.period if slips else np.zeros(n),
-        work_error=found.work_error,
+        work_error=settled.work_error,
         step_error=step_error,
         period=returns_after(path, cycle) if run.period == 2 and slips else 1,
         system=system,
@@ -289,12 +289,12 @@ def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
     )
 
 
-def _residual(run: Run, found: Settled) -> float:
+def _residual(run: Run, settled: Settled) -> float:
     """Residual of a steady state, see `SteadyState.record`; SolverError if it is too large."""
-    path = found.path
-    cycle = found.cycle
+    path = settled.path
+    cycle = settled.cycle
     errors = []
-    for judged in found.judged:
+    for judged in settled.judged:
         states = judged.bonded, judged.u, judged.r
         errors.append(
             off_law(path.system, path.friction, *states, path.largest, judged.previous).max()

@@ -176,7 +176,7 @@ FAULTS = (
     Fault(
         "transients/statics.py",
         "soft bodies are free",
-        old="np.sqrt(own)",
+        old="np.sqrt(sizes)",
         new="np.ones(len(S))",
         tests="sliding::test_a_soft_body_beside_a_stiff_one_is_not_taken_for_a_free_one",
     ),
@@ -275,22 +275,22 @@ FAULTS = (
     Fault(
         "transients/statics.py",
         "known pressures hold more than the strength",
-        old="self._within_strength(rest[1])",
-        new="rest[1]",
+        old="self._within_strength(state[1])",
+        new="state[1]",
         tests="slides_off",
     ),
     Fault(
         "transients/statics.py",
         "a strength costs a motion nothing",
-        old="np.where(strong, self._system.shear_strength, 0.0) / scale @ more",
-        new="0.0 * cp.sum(more)",
+        old="np.where(strong, self._system.shear_strength, 0.0) / scale @ extra_slip",
+        new="0.0 * cp.sum(extra_slip)",
         tests="shear_strength",
     ),
     Fault(
         "transients/statics.py",
         "a strength takes back half of its work",
-        old="float(more.clip(0.0) @ self._system.shear_strength[self._strong])",
-        new="0.5 * float(more.clip(0.0) @ self._system.shear_strength[self._strong])",
+        old="float(extra_slip.clip(0.0) @ self._system.shear_strength[self._strong])",
+        new="0.5 * float(extra_slip.clip(0.0) @ self._system.shear_strength[self._strong])",
         tests="shear_strength",
     ),
     Fault(
@@ -338,15 +338,15 @@ FAULTS = (
     Fault(
         "transients/extrapolation.py",
         "later fixed points are where this one is",
-        old="max(later_changes * self.found.shift, self.found.events_error)",
-        new="self.found.events_error",
+        old="max(later_changes * self.latest.shift, self.latest.events_error)",
+        new="self.latest.events_error",
         tests="spatial_cycles",
     ),
     Fault(
         "transients/extrapolation.py",
         "events that are yet to come move no fixed point",
-        old="max(later_changes * self.found.shift, self.found.events_error)",
-        new="later_changes * self.found.shift",
+        old="max(later_changes * self.latest.shift, self.latest.events_error)",
+        new="later_changes * self.latest.shift",
         tests="spatial_cycles",
     ),
     Fault(
