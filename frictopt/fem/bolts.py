@@ -1,4 +1,4 @@
-"""Bolts that are tightened: a cut through a shank, whose faces a given force pulls together."""
+"""Tightened bolts: a cut through a shank, whose faces a given force pulls together."""
 
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -8,35 +8,35 @@ import numpy as np
 from scipy.sparse import csr_matrix, hstack
 from skfem import Mesh
 
-from ..base import Array, Integers, choice, finite_number, flag
+from ..base import Array, Booleans, Integers, choice, finite_number, flag
 from ..errors import ModelError
 from .bodies import Body
 from .elasticity import Kinematics, boundary_forces, facet_nodes, parts_of, points_from
 from .loads import Part
 
-_FLAT = (
-    1e-3  # share of its extent by which a section may be out of its plane: decks have few digits
-)
+# Share of its extent by which a section may leave its plane. Decks have few digits.
+_FLAT = 1e-3
 
 
 @dataclass(frozen=True)
 class BoltPreload(Part):
-    """The force that a bolt is tightened with: the tension in a plane section of its shank.
+    """The force of a tightened bolt: the tension in a plane section of its shank.
 
-    The model cuts the body there, by nodes of their own on both faces, and equal and opposite
-    tractions pull the faces together. Along the axis, the normal of the section, all nodes of one
-    face move by the same distance relative to the other face, and this distance is free; across the
-    axis they do not move relative to each other. So the tension is this force, times the amplitude
-    of its load case, under every load: other loads bend and shear the bolt, but do not stretch it.
-    This is the pretension section of other codes before its length is locked.
+    The model cuts the body at the section, with separate nodes on both faces, and equal and
+    opposite tractions pull the faces together. The axis is the normal of the section. Along the
+    axis, all nodes of one face move by the same distance relative to the other face, and this
+    distance is free. Across the axis they do not move relative to each other. So the tension is
+    this force times the amplitude of its load case, under every load: other loads bend and shear
+    the bolt, but do not stretch it. Other codes call this a pretension section whose length is not
+    locked.
 
-    A bolt that is locked keeps the distance by which the faces have come together, and its tension
-    changes with the loads: a pull along it goes through the bolt in part, and takes less off the
-    contact. The amplitude of its load case multiplies this distance; amplitude 1 gives the force in
-    the glued bodies under no other load. `frictopt.tightened` finds the amplitude that gives the
+    A locked bolt keeps the distance by which the faces have come together, and its tension changes
+    with the loads. The bolt then takes a part of a pull along it, and the contact loses less
+    pressure. The amplitude of its load case multiplies this distance; amplitude 1 gives the force
+    in the glued bodies under no other load. `frictopt.tightened` finds the amplitude that gives the
     force under the mean load, with the contact as it is. `SteadyState.bolt_table` has the tension
-    over a cycle. Statics takes any tension for possible, so `gross_slip` follows transients.
-    Theory, eq. (25).
+    over a cycle. For statics any tension is possible, so `gross_slip` follows transients. Theory,
+    eq. (25).
 
     Parameters
     ----------
@@ -45,22 +45,22 @@ class BoltPreload(Part):
     section
         Name of a boundary of its mesh: facets inside the body, in one plane across the shank, that
         cut the body in two. In gmsh it is a physical surface between two volumes of the same
-        physical group. A contact or a support holds what lies on either side along the axis.
+        physical group. A contact or a support must hold the part on either side along the axis.
     force
         Tension, force; per depth in the plane, of the whole circumference if axisymmetric; half of
-        it where symmetry halves the bolt. Above 0 if the bolt is locked.
+        the tension if symmetry halves the bolt. Above 0 if the bolt is locked.
     locked
-        Whether its length is kept once it is tightened. It is then the only load of its load case,
-        and stands in no other one.
+        Whether its length is kept once it is tightened. It must then be the only load of its load
+        case, and must not be in another one.
 
     Raises
     ------
     ModelError
-        A body or a section that is no text, a force that is not a finite number, of a locked bolt
-        not above 0. In a model: facets on the outline or out of one plane, a section that does not
-        cut the body in two, or has nodes in another section, in a contact, or held along the axis;
-        an end that nothing holds; a locked bolt with other loads in its load case, or in two load
-        cases.
+        A body or a section that is no text, or a force that is not a finite number, or not above 0
+        if the bolt is locked. In a model: facets on the outline or out of one plane; a section that
+        does not cut the body in two, or has nodes in another section, in a contact, or held along
+        the axis; an end that nothing holds; a locked bolt with other loads in its load case, or in
+        two load cases.
 
     Examples
     --------
@@ -82,17 +82,24 @@ class BoltPreload(Part):
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         """Nodal forces of a uniform tension on both faces of a body that is cut."""
         facets = body.boundary(self.section, "section")
-        both = boundary_forces(
-            body.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), kinematics
-        ).sum()
-        return boundary_forces(
-            body.mesh, facets, lambda _, normals: 2 * self.force / both * normals, kinematics
-        )
+
+        def unit(points: Array, _: Array) -> Array:
+            return np.ones((1, *points.shape[1:]))
+
+        area_of_both = boundary_forces(body.mesh, facets, unit, kinematics).sum()
+
+        def tension(_: Array, normals: Array) -> Array:
+            return np.asarray(2 * self.force / area_of_both * normals)
+
+        return boundary_forces(body.mesh, facets, tension, kinematics)
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """The bolt, the (n,) nodes on either face, and the axis (d,) of the bolt, which points from the near face into the far part."""
+    """A bolt with the (n,) nodes on either face of its section, and its axis (d,).
+
+    The axis points from the near face into the far part.
+    """
 
     bolt: BoltPreload
     near: Integers
@@ -102,123 +109,163 @@ class Cut:
 
 def bolts_of(loads: Mapping[str, Sequence[object]]) -> list[BoltPreload]:
     """The bolts of some load cases, one for each section."""
-    found: dict[tuple[str, str], BoltPreload] = {}
+    bolts: dict[tuple[str, str], BoltPreload] = {}
     for case, parts in loads.items():
         for bolt in parts:
             if not isinstance(bolt, BoltPreload):
                 continue
-            before = found.setdefault((bolt.body, bolt.section), bolt)
+            before = bolts.setdefault((bolt.body, bolt.section), bolt)
             if (before.locked or bolt.locked) and (before is not bolt or len(parts) > 1):
                 also = "with other loads" if before is bolt else "in another load case too"
                 raise ModelError(
-                    f"loads[{case!r}]: the locked bolt {bolt.body!r}, section {bolt.section!r}, {also}; give it a load case of its own"
+                    f"loads[{case!r}]: the locked bolt {bolt.body!r}, section {bolt.section!r}, "
+                    f"{also}; give it a load case of its own"
                 )
-    return [*found.values()]
+    return [*bolts.values()]
 
 
 def by_their_forces(
     loads: Mapping[str, Sequence[object]], bonded: Mapping[str, Array], L: Array
 ) -> tuple[dict[str, Array], Array, dict[str, tuple[float, float]]]:
-    """Bonded reactions and compliance when locked bolts are shortened to their forces in the glued bodies, not by 1; forces and shortenings."""
-    unit, bolts = np.ones(len(L)), {}
+    """Bonded reactions and compliance with units of locked bolts that give their forces.
+
+    Given are those of a shortening of 1. A unit is the shortening that gives the force in the glued
+    bodies. The third result has the force and the shortening of each locked bolt.
+    """
+    units = np.ones(len(L))
+    bolts = {}
     for k, (name, (bolt, *_)) in enumerate(loads.items()):
         if isinstance(bolt, BoltPreload) and bolt.locked:
-            unit[k] = -bolt.force / L[k, k]
-            bolts[name] = bolt.force, float(unit[k])
-    return (
-        {name: part * r for part, (name, r) in zip(unit, bonded.items(), strict=True)},
-        L * np.outer(unit, unit),
-        bolts,
-    )
+            units[k] = -bolt.force / L[k, k]
+            bolts[name] = bolt.force, float(units[k])
+    scaled = {name: unit * r for unit, (name, r) in zip(units, bonded.items(), strict=True)}
+    return scaled, L * np.outer(units, units), bolts
 
 
 def cut_bodies(
     bodies: Mapping[str, Body], bolts: Sequence[BoltPreload], kinematics: Kinematics
 ) -> tuple[dict[str, Body], list[Cut]]:
-    """The bodies with the sections of bolts cut, the nodes of the far faces last of the corners, and the cuts."""
-    found, cuts = dict(bodies), []
+    """The bodies with the sections of bolts cut, and the cuts.
+
+    Among the corners of the mesh, the nodes of the far faces come last.
+    """
+    cut = dict(bodies)
+    cuts = []
     for bolt in bolts:
-        name, section = choice("bolt: body", bolt.body, found), bolt.section
-        mesh, start = found[name].mesh, f"bolt {name!r}: section {section!r}"
-        if section not in (mesh.boundaries or {}):
-            raise ModelError(f"{start} is unknown; this mesh names {sorted(mesh.boundaries or {})}")
-        near, far, axis, mesh = _cut(mesh, section, start)
+        name = choice("bolt: body", bolt.body, cut)
+        mesh = cut[name].mesh
+        where = f"bolt {name!r}: section {bolt.section!r}"
+        if bolt.section not in (mesh.boundaries or {}):
+            raise ModelError(f"{where} is unknown; this mesh names {sorted(mesh.boundaries or {})}")
+        near, far, axis, mesh = _cut(mesh, bolt.section, where)
         if kinematics == "axisymmetric" and abs(axis[0]) > _FLAT:
             raise ModelError(
-                f"{start} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
+                f"{where} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
             )
-        found[name] = copy(found[name])  # one body still, though its parts share no facets
-        object.__setattr__(found[name], "mesh", mesh)
+        # A copy is not checked again: the parts are still one body, though they share no facets.
+        cut[name] = copy(cut[name])
+        object.__setattr__(cut[name], "mesh", mesh)
         cuts.append(Cut(bolt, near, far, axis))
-    return found, cuts
+    return cut, cuts
 
 
-def _cut(mesh: Mesh, section: str, start: str) -> tuple[Integers, Integers, Array, Mesh]:
-    """Nodes of the near and the far face of a section, its axis, and the mesh cut there: both faces are the boundary of that name."""
-    facets, n = np.unique(mesh.boundaries[section]), mesh.nvertices
+def _cut(mesh: Mesh, section: str, where: str) -> tuple[Integers, Integers, Array, Mesh]:
+    """Nodes of the near and the far face of a section, its axis, and the mesh cut there.
+
+    Both faces are the boundary of the name of the section in the cut mesh.
+    """
+    facets = np.unique(mesh.boundaries[section])
     if not len(facets) or np.any(mesh.f2t[1, facets] < 0):
         raise ModelError(
-            f"{start} has no facets, or facets on the outline of the body; name the facets of a plane through its inside"
+            f"{where} has no facets, or facets on the outline of the body; name the facets of a "
+            "plane through its inside"
         )
-    across, corners = facet_nodes(mesh, facets), np.unique(mesh.facets[:, facets])
+    across = facet_nodes(mesh, facets)
+    axis = _axis(mesh, across, where)
+    far_part = _far_part(mesh, facets, axis, where)
+
+    # Elements of the far part have copies of the corners of the section.
+    n = mesh.nvertices
+    corners = np.unique(mesh.facets[:, facets])
+    copies = np.arange(n)
+    copies[corners] = n + np.arange(len(corners))
+    t = np.where(far_part, copies[mesh.t], mesh.t)
+    whole = replace(mesh, t=t, sort_t=False, _boundaries=None)
+    whole = replace(whole, doflocs=points_from(mesh, np.arange(mesh.t.shape[1]), whole))
+
+    boundaries = {
+        name: np.unique(whole.t2f[np.isin(mesh.t2f, facets_of_name)])
+        for name, facets_of_name in mesh.boundaries.items()
+    }
+    near = _new_numbers(mesh, whole, ~far_part)[across]
+    far = _new_numbers(mesh, whole, far_part)[across]
+    return near, far, axis, whole.with_boundaries(boundaries)
+
+
+def _axis(mesh: Mesh, across: Integers, where: str) -> Array:
+    """(d,) the normal of a plane section, with its largest component positive."""
     arms = mesh.p[:, across] - mesh.p[:, across].mean(axis=1, keepdims=True)
     axis = np.linalg.svd(arms, full_matrices=False)[0][:, -1]
     axis = axis * np.sign(axis[np.abs(axis).argmax()])
-    if np.abs(axis @ arms).max() > _FLAT * np.ptp(arms, axis=1).max():
+    off = np.abs(axis @ arms).max()
+    if off > _FLAT * np.ptp(arms, axis=1).max():
         raise ModelError(
-            f"{start} is not flat, it leaves its plane by {np.abs(axis @ arms).max():g}; name facets in one plane through the shank"
+            f"{where} is not flat, it leaves its plane by {off:g}; name facets in one plane "
+            "through the shank"
         )
-    links = mesh.f2t[:, np.setdiff1d(np.flatnonzero(mesh.f2t[1] >= 0), facets)]
-    part = parts_of(links, mesh.t.shape[1])
+    return np.asarray(axis)
+
+
+def _far_part(mesh: Mesh, facets: Integers, axis: Array, where: str) -> Booleans:
+    """(elements,) whether an element lies beyond the section along the axis."""
+    inside = np.flatnonzero(mesh.f2t[1] >= 0)
+    part = parts_of(mesh.f2t[:, np.setdiff1d(inside, facets)], mesh.t.shape[1])
     sides = mesh.f2t[:, facets]
     heights = axis @ mesh.p[:, mesh.t].mean(axis=1)
-    behind, ahead = np.take_along_axis(sides, np.argsort(heights[sides], axis=0), axis=0)
-    ahead, behind = np.unique(part[ahead]), np.unique(part[behind])
+    ordered = np.take_along_axis(sides, np.argsort(heights[sides], axis=0), axis=0)
+    behind = np.unique(part[ordered[0]])
+    ahead = np.unique(part[ordered[1]])
     if len(ahead) != 1 or len(behind) != 1 or ahead == behind:
         raise ModelError(
-            f"{start} does not cut the body in two; name all facets of one plane through the shank, from side to side"
+            f"{where} does not cut the body in two; name all facets of one plane through the "
+            "shank, from side to side"
         )
-    beyond, copies = part == ahead, np.arange(n)
-    copies[corners] = n + np.arange(len(corners))
-    whole = replace(
-        mesh, t=np.where(beyond, copies[mesh.t], mesh.t), sort_t=False, _boundaries=None
-    )
-    whole = replace(whole, doflocs=points_from(mesh, np.arange(mesh.t.shape[1]), whole))
-    near, far = (np.zeros(mesh.p.shape[1], dtype=np.intp) for _ in range(2))
-    for numbers, side in ((near, ~beyond), (far, beyond)):
-        numbers[mesh.dofs.element_dofs[:, side]] = whole.dofs.element_dofs[:, side]
-    faces = {
-        name: np.unique(whole.t2f[np.isin(mesh.t2f, named)])
-        for name, named in mesh.boundaries.items()
-    }
-    return near[across], far[across], axis, whole.with_boundaries(faces)
+    return np.asarray(part == ahead)
+
+
+def _new_numbers(mesh: Mesh, cut: Mesh, elements: Booleans) -> Integers:
+    """Old node -> its number in the cut mesh, as some elements have it; 0 for other nodes."""
+    numbers = np.zeros(mesh.p.shape[1], dtype=np.intp)
+    numbers[mesh.dofs.element_dofs[:, elements]] = cut.dofs.element_dofs[:, elements]
+    return numbers
 
 
 def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:
     """The matrix (size, size) that lets the far faces of cuts follow the near ones."""
-    follows = np.arange(rows.size)
+    size = rows.size
+    follows = np.arange(size)
     for cut in cuts:
         follows[rows[cut.far]] = rows[cut.near]
-    return csr_matrix((np.ones(rows.size), (np.arange(rows.size), follows)), shape=(rows.size,) * 2)
+    return csr_matrix((np.ones(size), (np.arange(size), follows)), shape=(size, size))
 
 
 def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:
-    """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F when the faces of cuts are tied across their axes.
+    """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F.
 
-    With the matrix C that lets far faces follow near ones, and the motions c of far faces against
-    the axes, by the amounts x, `u = C y + c x`. Those of locked bolts are given, and not among
-    them. No force but that of F acts along x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K
-    R`, none at the far faces, and the loads `R^T F`.
+    The faces of cuts are tied across their axes, and those of locked bolts along them, too. With
+    the matrix C that lets far faces follow near ones, and the motions c of far faces against the
+    axes of free bolts, by the amounts x, `u = C y + c x`. No force but that of F acts along x:
+    `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads
+    `R^T F`.
     """
-    size, moves = K.shape[0], [csr_matrix((K.shape[0], 0))]
+    size = K.shape[0]
+    moves = [csr_matrix((size, 0))]
     for cut in (cut for cut in cuts if not cut.bolt.locked):
         far = rows[cut.far]
-        moves.append(
-            csr_matrix(
-                (np.tile(-cut.axis, len(far)), (far.ravel(), np.zeros(far.size, int))),
-                shape=(size, 1),
-            )
-        )
-    C, c = tied_across(rows, cuts), csr_matrix(hstack(moves))
+        against_axis = np.tile(-cut.axis, len(far))
+        entries = far.ravel(), np.zeros(far.size, int)
+        moves.append(csr_matrix((against_axis, entries), shape=(size, 1)))
+    C = tied_across(rows, cuts)
+    c = csr_matrix(hstack(moves))
     flexible = csr_matrix(np.linalg.inv((c.T @ K @ c).toarray()))
     return csr_matrix(C - c @ (flexible @ (c.T @ K @ C))), csr_matrix(c @ flexible @ c.T)

@@ -1,4 +1,4 @@
-"""Modes of vibration of a model, whose contacts are glued or open at some nodes."""
+"""Modes of vibration of a model whose contact nodes are glued or open."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ from .condense import Glued, eliminated, fronts
 from .elasticity import Kinematics, basis_of, circumference
 from .loads import NodalForces
 
-# of the stiffness towards that of bodies without rigid motions, over (speed of sound / size)^2:
-# below the first mode of most bodies
+# Shift of the squares of angular frequencies, relative to (speed of sound / size)^2. It lies below
+# the first mode of most bodies.
 _SHIFT = 1e-3
-_RIGID = 1e-7  # over the shift: the squares of frequencies up to which a motion has none
-_MORE = (
-    20  # vectors of the search beyond those of the modes: modes of one frequency are found together
-)
+# Square of an angular frequency, relative to the shift, up to which the motion is rigid.
+_RIGID = 1e-7
+# Vectors of the search beyond those of the modes. They find modes of one frequency together.
+_MORE_VECTORS = 20
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,18 +51,18 @@ class Modes(Shown, Plotted):
     Attributes
     ----------
     frequency
-        (n,) natural frequencies, cycles per unit of time; 0 of rigid motions that nothing prevents.
+        (n,) natural frequencies, cycles per unit of time; 0 for free rigid motions.
     shapes
         Body name -> (n, d, nodes) displacements, normalised to unit modal mass. A body with a
         `BoltPreload` has the nodes of its section twice.
     modal_mass
-        (n,) mass of each mode where its largest displacement is the amplitude.
+        (n,) mass of each mode if its amplitude is its largest displacement.
     participation
-        (n, d) participation factors, `shape M r` with the translation r along x, y (and z): square
-        root of mass.
+        (n, d) participation factors, `shape M r` with the translation r along x, y (and z); their
+        unit is the square root of mass.
     effective_mass
-        (n, d) their squares: mass that moves along each axis in a mode. Over all modes they sum up
-        to `mass`, less what supports hold.
+        (n, d) squares of the participation factors: mass that moves along each axis in a mode. The
+        sum over all modes is `mass` minus the mass that supports hold.
     mass
         Mass of the bodies; per depth in the plane.
     open
@@ -76,19 +76,28 @@ class Modes(Shown, Plotted):
     --------
     >>> from skfem import MeshQuad
     >>> import frictopt as fo
-    >>> square, steel = MeshQuad.init_tensor([0.0, 5.0, 10.0], [0.0, 5.0, 10.0]), fo.Material(210e3, 0.3, density=7.85e-9)
-    >>> lower = square.with_boundaries({"contact": lambda x: x[1] == 10, "bottom": lambda x: x[1] == 0})
-    >>> upper = square.translated((0.0, 10.0)).with_boundaries({"contact": lambda x: x[1] == 10, "top": lambda x: x[1] == 20})
+    >>> square = MeshQuad.init_tensor([0.0, 5.0, 10.0], [0.0, 5.0, 10.0])
+    >>> lower = square.with_boundaries(
+    ...     {"contact": lambda x: x[1] == 10, "bottom": lambda x: x[1] == 0}
+    ... )
+    >>> upper = square.translated((0.0, 10.0)).with_boundaries(
+    ...     {"contact": lambda x: x[1] == 10, "top": lambda x: x[1] == 20}
+    ... )
+    >>> steel = fo.Material(210e3, 0.3, density=7.85e-9)
     >>> model = fo.ContactModel(
     ...     {"upper": fo.Body(upper, steel), "lower": fo.Body(lower, steel)},
     ...     supports=[fo.Support("lower", "bottom")],
     ...     loads={"P": [fo.Pressure("upper", "top")]},
     ... )
-    >>> modes = model.modes(2)
-    >>> modes.frequency.round(-2).tolist(), modes.to_frame().shape  # per second: it bends, it stretches
+    >>> modes = model.modes(2)  # per second: it bends, it stretches
+    >>> modes.frequency.round(-2).tolist(), modes.to_frame().shape
     ([20300.0, 69500.0], (2, 6))
-    >>> shaken = model.with_loads({"mode": modes.load(0)}).condense()  # `modes.frequency[0]` is the natural frequency of its curve
-    >>> bool(abs(shaken.compliance[1, 1] ** -0.5 / 6.2831853 / modes.frequency[0] - 1) < 1e-6)
+
+    The load of a mode makes the natural frequency that of its displacement:
+
+    >>> shaken = model.with_loads({"mode": modes.load(0)}).condense()
+    >>> frequency = shaken.compliance[1, 1] ** -0.5 / (2 * 3.14159265)
+    >>> bool(abs(frequency / modes.frequency[0] - 1) < 1e-6)
     True
     """
 
@@ -106,10 +115,10 @@ class Modes(Shown, Plotted):
     _said = ("frequency", "mass")
 
     def load(self, k: int) -> list[NodalForces]:
-        """The load case of mode k (0: the lowest), forces `M shape`: of amplitude 1 it is that of a unit modal force; for `with_loads`.
+        """The load case of mode k (0: the lowest), forces `M shape`, for `with_loads`.
 
-        It moves the bodies in this mode alone, and its displacement is the modal amplitude, as with
-        the function `modal_load`.
+        Amplitude 1 is a unit modal force. The load moves the bodies in this mode alone, and its
+        displacement is the modal amplitude, as with the function `modal_load`.
 
         Raises
         ------
@@ -123,9 +132,10 @@ class Modes(Shown, Plotted):
         ]
 
     def plot(self, ax: Any = None, *, k: int = 0) -> Any:
-        """Draw the shape of mode k with matplotlib (extra `figures`), in one axes `ax` or None for a new figure; returns the axes.
+        """Draw the shape of mode k with matplotlib (extra `figures`), and return the axes.
 
-        ImportError without matplotlib; ModelError for another number of axes, or no such mode.
+        It is drawn in one axes `ax`, or in a new figure (None). ImportError without matplotlib;
+        ModelError for another number of axes, or if there is no such mode.
         """
         pictures = self._pictures()
         return pictures.draw(self, ax, pictures.mode, number=self._number(k))
@@ -134,13 +144,14 @@ class Modes(Shown, Plotted):
         return whole_number("k", k, least=0, most=len(self.frequency) - 1)
 
     def to_frame(self) -> Table:
-        """The DataFrame of the modes: columns frequency, modal_mass, participation_x, .., effective_mass_x, .."""
+        """The DataFrame of the modes.
+
+        Columns are frequency, modal_mass, participation_x, .., effective_mass_x, ..
+        """
         columns = {"frequency": self.frequency, "modal_mass": self.modal_mass}
         for name in ("participation", "effective_mass"):
-            columns |= {
-                f"{name}_{axis}": column
-                for axis, column in zip("xyz", getattr(self, name).T, strict=False)
-            }
+            for axis, column in zip("xyz", getattr(self, name).T, strict=False):
+                columns[f"{name}_{axis}"] = column
         return frame(columns, self.units)
 
 
@@ -148,92 +159,77 @@ class Vibrating:
     """Base of models that have modes of vibration."""
 
     def modes(self: Any, n: int, *, open: ArrayLike | None = None) -> Modes:
-        """The n lowest natural frequencies and modes, with the contacts glued apart from the surfaces' own stiffness, or with some nodes open.
+        """The n lowest natural frequencies and modes, with the contacts glued or some nodes open.
 
-        The mass follows from the `density` of each material. What nothing holds has rigid motions
-        of frequency 0. A bolt takes up what a vibration adds to its tension: both faces of its
-        section, see `BoltPreload`, move together. Loads count for nothing: they do not stiffen the
-        bodies, as the pull of a spin does. Axisymmetric models have axisymmetric modes alone. A
-        sector (`Cyclic`) has those of its ring that are the same in all sectors: without nodal
-        diameters, or with a multiple of the number of sectors. Its masses are those of one sector.
-        Theory, eq. (34).
+        The contact stiffness of the surfaces acts at glued nodes. The mass follows from the
+        `density` of each material. Free rigid motions have frequency 0. Both faces of the section
+        of a bolt, see `BoltPreload`, move together, so its tension changes in a vibration. Loads
+        are left out: they do not stiffen the bodies, as a spin would. Axisymmetric models have
+        axisymmetric modes only. A sector (`Cyclic`) has the modes of its ring that are the same in
+        all sectors: without nodal diameters, or with a multiple of the number of sectors. Its
+        masses are those of one sector. Theory, eq. (34).
 
         Parameters
         ----------
         n
-            Number of modes, less than that of the unknowns.
+            Number of modes, smaller than the number of unknowns.
         open
             (N,) whether each node of the contacts is open, in the order of the condensed system; or
-            a result that has it, such as a steady state: its open nodes are open, its closed ones
-            stick. None: all stick.
+            a result with this attribute, such as a steady state. Nodes that are not open stick.
+            None: all stick.
 
         Raises
         ------
         ModelError
-            A body without density, no number of modes, other than True or False for each node.
+            A body without density, a wrong number of modes, or a value of `open` that is not True
+            or False for each node.
         SolverError
             The search for modes does not converge.
         """
         parts: Assembly = self._parts
-        nodes = len(parts.contact)
-        opened = (
-            np.zeros(nodes, dtype=bool)
-            if open is None
-            else flags("open", getattr(open, "open", open), nodes)
-        )
-        return _found(parts, self._springs, opened, n, self.units)
+        opened = np.zeros(len(parts.contact), dtype=bool)
+        if open is not None:
+            opened = flags("open", getattr(open, "open", open), len(opened))
+        return _modes(parts, self._springs, opened, n, self.units)
 
     def with_loads(self: Any, loads: Mapping[str, Sequence[Load]]) -> Any:
-        """The model with more load cases, or with others of the same name.
+        """The model with more load cases; a load case of the same name is replaced.
 
         Raises
         ------
         ModelError
             See `ContactModel`.
         """
-        return replace(
-            self, loads={**self.loads, **checked_cases("loads", loads, "list of Traction")}
-        )
+        added = checked_cases("loads", loads, "list of Traction")
+        return replace(self, loads={**self.loads, **added})
 
 
-def _found(
+def _modes(
     parts: Assembly, springs: tuple[Array, Array], opened: Booleans, n: int, units: str | None
 ) -> Modes:
-    """The lowest modes of an assembly with springs (N,) along and across the surfaces, and open nodes (N,)."""
+    """The lowest modes of an assembly with springs (N,) along and across the surfaces."""
     masses = {name: body_mass(name, body, parts.kinematics) for name, body in parts.bodies.items()}
-    T, front, D = _motions(parts, springs, opened)
-    K = csr_matrix(T.T @ parts.whole @ T + diags(D))
-    M = csr_matrix(
-        T.T
-        @ block_diag(
-            [mass for mass in masses.values() for _ in range(parts.points.shape[1])], format="csr"
-        )
-        @ T
-    )
+    d = parts.points.shape[1]
+    T, front, held = _motions(parts, springs, opened)
+    K = csr_matrix(T.T @ parts.whole @ T + diags(held))
+    mass = block_diag([mass for mass in masses.values() for _ in range(d)], format="csr")
+    M = csr_matrix(T.T @ mass @ T)
     squares, y = _lowest(replace(parts.glued, K=K), M, T, front, _shift(parts), n)
+
     u = np.asarray(T @ y).T
-    u *= np.sign(
-        np.take_along_axis(u, np.abs(u).argmax(axis=1)[:, None], axis=1)
-    )  # the largest displacement along an axis is positive
-    at = {
-        name: parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]
-        for name, first in parts.first_node.items()
-    }
-    shapes = {name: frozen(u[:, rows].swapaxes(1, 2)) for name, rows in at.items()}
-    largest = np.max([np.linalg.norm(own, axis=1).max(axis=1) for own in shapes.values()], axis=0)
-    factors = sum(
-        own @ np.asarray(masses[name].sum(axis=0)).ravel() for name, own in shapes.items()
-    )
-    if parts.kinematics == "axisymmetric":
-        factors = factors * [0.0, 1.0]  # no motion along the radius is a translation
-    elif parts.sector.count > 1:
-        factors = factors @ np.outer(
-            parts.sector.along, parts.sector.along
-        )  # nor is one that turns from sector to sector
+    # The largest displacement along an axis is positive.
+    largest_entry = np.abs(u).argmax(axis=1)[:, None]
+    u *= np.sign(np.take_along_axis(u, largest_entry, axis=1))
+    shapes = {}
+    for name, first in parts.first_node.items():
+        rows = parts.rows[first : first + parts.bodies[name].mesh.p.shape[1]]
+        shapes[name] = frozen(u[:, rows].swapaxes(1, 2))
+    sizes = [np.linalg.norm(shape, axis=1).max(axis=1) for shape in shapes.values()]
+    factors = _participation(parts, shapes, masses)
     return Modes(
         frequency=frozen(np.sqrt(squares) / (2 * np.pi)),
         shapes=shapes,
-        modal_mass=frozen(largest**-2),
+        modal_mass=frozen(np.max(sizes, axis=0) ** -2),
         participation=frozen(factors),
         effective_mass=frozen(factors**2),
         mass=float(sum(mass.sum() for mass in masses.values())),
@@ -244,12 +240,32 @@ def _found(
     )
 
 
+def _participation(
+    parts: Assembly, shapes: Mapping[str, Array], masses: Mapping[str, csr_matrix]
+) -> Array:
+    """(n, d) participation factors of shapes, see `Modes`."""
+    factors = np.asarray(
+        sum(shape @ np.asarray(masses[name].sum(axis=0)).ravel() for name, shape in shapes.items())
+    )
+    if parts.kinematics == "axisymmetric":
+        # No motion along the radius is a translation.
+        return factors * [0.0, 1.0]
+    if parts.sector.count > 1:
+        # A translation across the axis turns from sector to sector.
+        return np.asarray(factors @ np.outer(parts.sector.along, parts.sector.along))
+    return factors
+
+
 def body_mass(name: str, body: Body, kinematics: Kinematics) -> csr_matrix:
-    """(nodes, nodes) consistent mass of a body, the same along each axis; per depth in the plane, axisymmetric that of the whole circumference."""
+    """(nodes, nodes) consistent mass of a body, the same along each axis.
+
+    It is per depth in the plane, and of the whole circumference if axisymmetric.
+    """
     if body.material.density is None:
         raise ModelError(
-            f"material: body {name!r} has no density, and modes need that of every body; give Material(..., density=), mass per volume, "
-            "such as 7.85e-9 tonne/mm^3 beside N, mm and s"
+            f"material: body {name!r} has no density, and modes need that of every body; give "
+            "Material(..., density=), mass per volume, such as 7.85e-9 tonne/mm^3 beside N, mm and "
+            "s"
         )
     form = BilinearForm(lambda u, v, w: circumference(w.x[0], kinematics) * u * v)
     return csr_matrix(body.material.density * form.assemble(basis_of(body.mesh)))
@@ -258,54 +274,57 @@ def body_mass(name: str, body: Body, kinematics: Kinematics) -> csr_matrix:
 def _motions(
     parts: Assembly, springs: tuple[Array, Array], opened: Booleans
 ) -> tuple[csr_matrix, Integers, Array]:
-    """The matrix T of the displacements `u = T y` in a mode, the front that eliminates each of the y, and springs that hold them."""
-    d, (T, front) = parts.points.shape[1], fronts(parts.glued)
-    give = np.where(np.tile(opened, d), np.inf, compliances(*springs, parts.width, d - 1))
+    """The matrix T of `u = T y`, the front of each unknown y, and the stiffness of its spring."""
+    d = parts.points.shape[1]
+    T, front = fronts(parts.glued)
+    compliance = compliances(*springs, parts.width, d - 1)
+    compliance = np.where(np.tile(opened, d), np.inf, compliance)
+    # Relative motions, in front -1, move at open nodes and on springs; all others are zero.
+    relative = front < 0
     stiff = np.zeros(len(front))
-    stiff[front < 0] = np.divide(1.0, give, out=np.zeros(len(give)), where=give > 0)
-    front[np.flatnonzero(front < 0)[give > 0]] = front.max() + 1  # what is open or gives moves, too
+    with_spring = compliance > 0
+    zeros = np.zeros(len(compliance))
+    stiff[relative] = np.divide(1.0, compliance, out=zeros, where=with_spring)
+    front[np.flatnonzero(relative)[with_spring]] = front.max() + 1
     moves = (front >= 0) & (np.diff(T.tocsc().indptr) > 0)
-    return (
-        csr_matrix(parts.tied @ parts.turned(tied_across(parts.rows, parts.cuts)) @ T[:, moves]),
-        front[moves],
-        stiff[moves],
-    )
+    bolts = parts.turned(tied_across(parts.rows, parts.cuts))
+    return csr_matrix(parts.tied @ bolts @ T[:, moves]), front[moves], stiff[moves]
 
 
 def _shift(parts: Assembly) -> float:
-    """The shift of the squares of angular frequencies, by which bodies without supports have an inverse, too."""
+    """Shift of the squares of angular frequencies: bodies without supports have an inverse too."""
     size = float(np.linalg.norm(np.ptp(parts.points, axis=0)))
     materials = [body.material for body in parts.bodies.values()]
-    return (
-        _SHIFT
-        / size**2
-        * min(
-            material.E / material.density for material in materials if material.density is not None
-        )
-    )
+    speeds = [
+        material.E / material.density for material in materials if material.density is not None
+    ]
+    return _SHIFT / size**2 * min(speeds)
 
 
 def _lowest(
     glued: Glued, M: csr_matrix, T: csr_matrix, front: Integers, shift: float, n: int
 ) -> tuple[Array, Array]:
-    """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n) of unit modal mass, of a stiffness and a mass M."""
+    """Squares (n,) of angular frequencies, the lowest first, and modes (unknowns, n).
+
+    They are those of a stiffness and a mass M. Modes have unit modal mass.
+    """
     size = whole_number("n", n, least=1, most=len(front) - 1)
     _, factors = eliminated(glued, csr_matrix(glued.K + shift * M), T, front, keep=True)
-    apply = LinearOperator(
-        M.shape, matvec=lambda force: schur.solve(factors, np.ravel(force)), dtype=np.float64
-    )
-    vectors, start = (
-        min(2 * size + _MORE, len(front)),
-        np.random.default_rng(0).normal(size=len(front)),
-    )
+
+    def solve(force: Array) -> Array:
+        return schur.solve(factors, np.ravel(force))
+
+    inverse = LinearOperator(M.shape, matvec=solve, dtype=np.float64)
+    vectors = min(2 * size + _MORE_VECTORS, len(front))
+    start = np.random.default_rng(0).normal(size=len(front))
     try:
-        squares, y = eigsh(glued.K, size, M, sigma=-shift, OPinv=apply, ncv=vectors, v0=start)
+        squares, y = eigsh(glued.K, size, M, sigma=-shift, OPinv=inverse, ncv=vectors, v0=start)
     except ArpackNoConvergence as error:
         raise SolverError(
             f"modes: the search for {n} modes found {len(error.eigenvalues)}; ask for fewer modes"
         ) from error
     order = np.argsort(squares)
-    squares, y = squares[order], y[:, order]
-    return np.where(squares > _RIGID * shift, squares, 0.0), y / np.sqrt(
-        np.sum(y * (M @ y), axis=0)
-    )
+    squares = squares[order]
+    y = y[:, order]
+    modal_mass = np.sum(y * (M @ y), axis=0)
+    return np.where(squares > _RIGID * shift, squares, 0.0), y / np.sqrt(modal_mass)

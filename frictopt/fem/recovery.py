@@ -1,4 +1,4 @@
-"""Back to the bodies: the displacements and stresses that belong to a state of the contact, and views of them."""
+"""Displacements and stresses in the bodies, recovered from a state of the contact."""
 
 import warnings
 from collections.abc import Mapping, Sequence
@@ -30,39 +30,41 @@ from . import schur
 from .assembly import Assembly
 from .bodies import Body
 from .condense import eliminated, fronts
-from .cyclic import on_seam
 from .elasticity import MOMENTS, Kinematics, basis_of, element_means
 from .loads import Expansion
+from .sector import on_seam
 from .supports import Seam
 
-_COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")  # the first four in the plane
+# Rows of the nodal values; in the plane the first four.
+_COMPONENTS = ("xx", "yy", "xy", "zz", "xz", "yz")
+# Neighbours of the first node of an element, in the order of VTK.
 _ARMS = {
     "triangle": [1, 2],
     "quad": [1, 3],
     "tetra": [1, 2, 3],
     "hexahedron": [1, 3, 4],
-}  # in the order of VTK, next to the first node
+}
 _VTK = [_COMPONENTS.index(name) for name in ("xx", "yy", "zz", "xy", "yz", "xz")]
 
 
 @runtime_checkable
 class Steady(Protocol):
-    """A steady state, by what it answers."""
+    """A steady state, known by its methods."""
 
     def states(self) -> Any:
-        """Its states over the cycle."""
+        """The states over the cycle."""
 
     def fretting_table(self) -> Any:
-        """What frets in it."""
+        """The table of fretting."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BodyFields(Shown, Plotted):
     """Displacements, strains and stresses in the bodies at one state of the contact.
 
-    Stresses and strains are discontinuous from element to element; nodal ones are their projections
-    onto the displacements' own functions (least squares). At sharp corners of a contact they are a
-    property of the mesh.
+    Stresses and strains are discontinuous from element to element. Nodal values are their
+    least-squares projections onto the functions of the displacements. At sharp corners of a contact
+    they are a property of the mesh.
 
     Attributes
     ----------
@@ -75,8 +77,8 @@ class BodyFields(Shown, Plotted):
     bodies
         Body name -> body.
     q, p
-        Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1: those of the
-        state; (N,), the shear (N, 2) in space.
+        Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1, which are
+        those of the state; (N,), in space the shear is (N, 2).
     slip, gap
         Slip, in the shape of q, and gap (N,) of the state.
     units
@@ -85,7 +87,8 @@ class BodyFields(Shown, Plotted):
     Examples
     --------
     >>> import frictopt as fo
-    >>> fields = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model().recover({"P": 1.0}, slip=[0.0] * 5)
+    >>> model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
+    >>> fields = model.recover({"P": 1.0}, slip=[0.0] * 5)
     >>> fields.stress["punch"].shape == (4, fields.displacement["punch"].shape[1])
     True
     >>> stress, strain = fields.at_contact(1)  # along the interface, of body 1
@@ -106,19 +109,19 @@ class BodyFields(Shown, Plotted):
     _sides: tuple[csr_matrix, csr_matrix]
 
     def _answer(self) -> Mapping[str, object]:
-        of, values = max(
-            ((name, von_mises(rows)) for name, rows in self.stress.items()),
-            key=lambda one: float(one[1].max()),
-        )
-        at = place(self.bodies[of].mesh.p[:, values.argmax()])
+        stress = {name: von_mises(rows) for name, rows in self.stress.items()}
+        body = max(stress, key=lambda name: float(stress[name].max()))
+        at = place(self.bodies[body].mesh.p[:, stress[body].argmax()])
         return {
             "bodies": list(self.displacement),
             "nodes": len(self.p),
-            "largest_von_mises": f"{values.max():.6g} in {of} at {at}",
+            "largest_von_mises": f"{stress[body].max():.6g} in {body} at {at}",
         }
 
     def stress_of(self, body: str, component: str) -> Array:
-        """(nodes,) nodal values of a stress in a body: "xx", "yy", "zz", "xy", in space "yz", "xz", or "von Mises", force per area, tension positive.
+        """(nodes,) nodal values of a stress in a body, force per area, tension positive.
+
+        Components are "xx", "yy", "zz", "xy", in space "yz" and "xz", and "von Mises".
 
         Raises
         ------
@@ -130,17 +133,21 @@ class BodyFields(Shown, Plotted):
         >>> import frictopt as fo
         >>> model = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model()
         >>> fields = model.recover({"P": 1.0}, slip=[0.0] * 5)
-        >>> f"{fields.stress_of('punch', 'yy').min():.3f}", f"{fields.stress_of('block', 'von Mises').max():.3f}"
-        ('-4.333', '2.297')
+        >>> f"{fields.stress_of('punch', 'yy').min():.3f}"
+        '-4.333'
+        >>> f"{fields.stress_of('block', 'von Mises').max():.3f}"
+        '2.297'
         """
         self._body(body)
         rows = self.stress[body]
         known = (*_COMPONENTS[: len(rows)], "von Mises")
-        return frozen([*rows, von_mises(rows)][known.index(choice("component", component, known))])
+        number = known.index(choice("component", component, known))
+        return frozen([*rows, von_mises(rows)][number])
 
     def at_contact(self, side: int) -> tuple[Array, Array]:
-        """Stress and strain along the contact at its nodes, in body 1 (`side=1`) or at their places in body 2 (`side=2`).
+        """Stress and strain along the contact at its nodes.
 
+        They are those in body 1 (`side=1`), or at the places of the nodes in body 2 (`side=2`).
         (N,) along the tangent; in space the (N, 2, 2) components along the two tangents.
 
         Raises
@@ -148,16 +155,19 @@ class BodyFields(Shown, Plotted):
         ModelError
             A side that is neither 1 nor 2.
         """
-        d, tangents = self._frames.shape[1], self._frames[:, :-1]
-        found = (
-            np.einsum("nia,nab,njb->nij", tangents, tensors[:, :d, :d], tangents)
-            for tensors in self.tensors_at_contact(side)
-        )
-        stress, strain = (frozen(one[:, 0, 0] if d == 2 else one) for one in found)
-        return stress, strain
+        stress, strain = self.tensors_at_contact(side)
+        return self._along_tangents(stress), self._along_tangents(strain)
+
+    def _along_tangents(self, tensors: Array) -> Array:
+        d = self._frames.shape[1]
+        tangents = self._frames[:, :-1]
+        along = np.einsum("nia,nab,njb->nij", tangents, tensors[:, :d, :d], tangents)
+        return frozen(along[:, 0, 0] if d == 2 else along)
 
     def tensors_at_contact(self, side: int) -> tuple[Array, Array]:
-        """(N, 3, 3) stress and strain in x, y, z at the nodes of the contact, in body 1 (`side=1`) or at their places in body 2 (`side=2`).
+        """(N, 3, 3) stress and strain in x, y, z at the nodes of the contact.
+
+        They are those in body 1 (`side=1`), or at the places of the nodes in body 2 (`side=2`).
 
         Raises
         ------
@@ -165,26 +175,22 @@ class BodyFields(Shown, Plotted):
             A side that is neither 1 nor 2.
         """
         projection = self._sides[whole_number("side", side, least=1, most=2) - 1]
-        order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"] for a in "xyz"]
-
-        def tensors(fields: Mapping[str, Array]) -> Array:
-            rows = np.concatenate(list(fields.values()), axis=1)
-            return frozen((projection @ np.pad(rows, ((0, 6 - len(rows)), (0, 0))).T)[:, order])
-
-        return tensors(self.stress), tensors(self.strain)
+        return _tensors_at(projection, self.stress), _tensors_at(projection, self.strain)
 
     def plot_deformed(self, ax: Any = None, *, scale: float | None = None) -> Any:
-        """Draw the bodies under their displacements, `scale` times enlarged (None: the largest is a tenth of the model), and as they were.
+        """Draw the bodies as they were, and under their displacements, `scale` times enlarged.
 
-        See `plot` for the argument and what may be raised.
+        None: the largest displacement is a tenth of the model. See `plot` for the argument and the
+        errors.
         """
         factor = None if scale is None else finite_number("scale", scale, least=0.0)
         pictures = self._pictures()
         return pictures.draw(self, ax, pictures.deformed, enlarged=factor)
 
     def save(self, path: str | Path, body: str) -> None:
-        """Write the fields of one body to a file of meshio, such as `.vtu`: displacement, stress, strain (xx, yy, zz, xy, yz, xz), von_mises.
+        """Write the fields of one body to a file of meshio, such as `.vtu`.
 
+        They are displacement, stress and strain (xx, yy, zz, xy, yz, xz) and von_mises.
         `write_paraview` writes all bodies and the contact.
 
         Raises
@@ -192,16 +198,18 @@ class BodyFields(Shown, Plotted):
         ModelError
             An unknown body, or a file that cannot be written.
         """
-        meshio, whole = library(), self._in_meshio(body)
+        meshio = library()
+        whole = self._in_meshio(body)
         try:
             whole.write(path)
         except (OSError, TypeError, ValueError, meshio.WriteError, meshio.ReadError) as error:
             raise ModelError(
-                f"path: {shown(path)} cannot be written ({error}); give a file that ends in .vtu, in a folder that exists"
+                f"path: {shown(path)} cannot be written ({error}); give a file that ends in .vtu, "
+                "in a folder that exists"
             ) from error
 
     def _in_meshio(self, body: str) -> Any:
-        """The mesh of one body in space with its fields, of meshio."""
+        """The mesh of one body with its fields, as a mesh of meshio in space."""
         mesh = in_meshio(self._body(body).mesh)
         d = len(self.displacement[body])
         data = {"displacement": np.pad(self.displacement[body].T, ((0, 0), (0, 3 - d)))}
@@ -214,29 +222,45 @@ class BodyFields(Shown, Plotted):
         return self.bodies[choice("body", name, self.bodies)]
 
 
+def _tensors_at(projection: csr_matrix, fields: Mapping[str, Array]) -> Array:
+    """(N, 3, 3) tensors at places that a matrix (N, all nodes) gives, from those of all bodies."""
+    rows = np.concatenate(list(fields.values()), axis=1)
+    rows = np.pad(rows, ((0, 6 - len(rows)), (0, 0)))
+    order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"] for a in "xyz"]
+    return frozen((projection @ rows.T)[:, order])
+
+
 def von_mises(stress: Array) -> Array:
-    """(nodes,) von Mises stress, of the components (xx, yy, xy, zz, in space xz and yz, nodes)."""
+    """(nodes,) von Mises stress of the components (xx, yy, xy, zz, in space xz and yz, nodes)."""
     xx, yy, _, zz = stress[:4]
-    return np.asarray(
-        np.sqrt(
-            ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2
-            + 3 * (stress[[2, *range(4, len(stress))]] ** 2).sum(axis=0)
-        )
-    )
+    normal = ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2
+    shear = 3 * (stress[[2, *range(4, len(stress))]] ** 2).sum(axis=0)
+    return np.asarray(np.sqrt(normal + shear))
 
 
 def in_meshio(mesh: Any) -> Any:
-    """A mesh of scikit-fem as one in space of meshio, its elements right-handed: VTK counts the volume of others as negative."""
-    library()
-    from skfem.io.meshio import to_meshio  # here, for it imports meshio
+    """A mesh of scikit-fem as a mesh of meshio in space, with right-handed elements.
 
-    whole, places = to_meshio(mesh, encode_cell_data=False), mesh.elem().doflocs
-    whole.points = np.pad(mesh.p.T, ((0, 0), (0, 3 - mesh.dim())))
-    cells, arms = whole.cells[0].data, _ARMS[whole.cells[0].type.rstrip("0123456789")]
-    left = np.linalg.det(mesh.p.T[cells[:, arms]] - mesh.p.T[cells[:, :1]]) < 0
-    places = places[(cells[0][:, None] == mesh.dofs.element_dofs[:, 0]).argmax(axis=1)]
-    mirrored = places[:, [1, 0, 2][: mesh.dim()]]
-    cells[left] = cells[left][:, np.linalg.norm(mirrored[:, None] - places, axis=2).argmin(axis=1)]
+    VTK counts the volume of left-handed elements as negative.
+    """
+    library()
+    # Imported here, because it imports meshio.
+    from skfem.io.meshio import to_meshio
+
+    d = mesh.dim()
+    points = mesh.p.T
+    whole = to_meshio(mesh, encode_cell_data=False)
+    whole.points = np.pad(points, ((0, 0), (0, 3 - d)))
+    cells = whole.cells[0].data
+    arms = _ARMS[whole.cells[0].type.rstrip("0123456789")]
+    left_handed = np.linalg.det(points[cells[:, arms]] - points[cells[:, :1]]) < 0
+    # Places of the nodes in the reference element, in the order of meshio.
+    order = (cells[0][:, None] == mesh.dofs.element_dofs[:, 0]).argmax(axis=1)
+    places = mesh.elem().doflocs[order]
+    # The element with x and y exchanged has the same nodes in another order.
+    mirrored = places[:, [1, 0, 2][:d]]
+    exchanged = np.linalg.norm(mirrored[:, None] - places, axis=2).argmin(axis=1)
+    cells[left_handed] = cells[left_handed][:, exchanged]
     return whole
 
 
@@ -251,11 +275,11 @@ class Viewed(Plotted):
         scale: float = 0.0,
         plotter: Any = None,
     ) -> Any:
-        """The bodies, the faces of the contacts and a field on them as a scene of PyVista (extra `view`).
+        """A scene of PyVista (extra `view`) of the bodies, the contacts and a field on them.
 
-        `.show()` of what is returned opens a window, or in a notebook a view to turn with the
-        mouse. `.screenshot("joint.png")` writes a picture; with `pyvista.OFF_SCREEN = True` it
-        needs no screen.
+        Its method `.show()` opens a window, or in a notebook a view to turn with the mouse.
+        `.screenshot("joint.png")` writes a picture; with `pyvista.OFF_SCREEN = True` it needs no
+        screen.
 
         Parameters
         ----------
@@ -265,11 +289,11 @@ class Viewed(Plotted):
         show
             Of the bodies "von_mises" or "displacement"; of the contacts, seen through the bodies,
             "pressure", "shear", "slip", "gap", and of a steady state "work_density", the work of
-            friction per cycle and area. Of vectors the length.
+            friction per cycle and area. Vectors are shown by their length.
         scale
-            The bodies are drawn under so many times their displacements.
+            Factor on the displacements of the bodies.
         plotter
-            A pyvista.Plotter to draw in; None: a new one.
+            A pyvista.Plotter to draw in; None: a new plotter.
 
         Returns
         -------
@@ -280,8 +304,8 @@ class Viewed(Plotted):
         ImportError
             pyvista is not installed.
         ModelError
-            A result of another kind or of another model, a field that it does not have, or no
-            plotter.
+            A result of another kind or of another model, a field that it lacks, or a plotter of
+            another kind.
 
         Examples
         --------
@@ -297,19 +321,25 @@ class Viewed(Plotted):
 
 
 class Recovery:
-    """The factorisation that gives displacements of a model back, `u = T y + D z` with the relative motions z."""
+    """The factorisation that gives back the displacements of a model.
+
+    They are `u = T y + D z` with the relative motions z.
+    """
 
     def __init__(self, parts: Assembly) -> None:
-        K, (T, front) = parts.glued.K, fronts(parts.glued)
-        self._K, self._T, self._drive = K, T[:, front >= 0], T[:, front < 0]
-        _, self._factors = eliminated(
-            parts.glued, csr_matrix(self._T.T @ K @ self._T), self._T, front[front >= 0], keep=True
-        )
+        T, front = fronts(parts.glued)
+        free = front >= 0
+        self._K = parts.glued.K
+        self._T = T[:, free]
+        self._drive = T[:, front < 0]
+        K = csr_matrix(self._T.T @ self._K @ self._T)
+        _, self._factors = eliminated(parts.glued, K, self._T, front[free], keep=True)
 
     def displacements(self, force: Array, z: Array) -> tuple[Array, Array]:
-        """(size,) displacements under forces, and relative motions z (d N,); and reactions (d N,)."""
+        """(size,) displacements under forces and relative motions z (d N,); reactions (d N,)."""
         u = self._drive @ z
-        for _ in range(2):  # the second time takes away the rounding of the first
+        # The second step removes the rounding of the first one.
+        for _ in range(2):
             u += self._T @ schur.solve(self._factors, self._T.T @ (force - self._K @ u))
         return u, np.asarray(self._drive.T @ (self._K @ u - force))
 
@@ -322,59 +352,68 @@ def strain_and_stress(
     loads: Sequence[tuple[float, Expansion]],
     seam: Seam | None,
 ) -> list[Array]:
-    """(components, nodes) nodal strain and stress of a body, with its part of expansions, amplitude and load; of a sector with its seam."""
-    basis, d, (lam, mu) = basis_of(body.mesh), len(u), body.material._plane_lame(kind)
-    x, own = (
-        np.asarray(basis.global_coordinates())[0],
-        [(amplitude, part) for amplitude, part in loads if part.body == name],
-    )
-    fields, strain, nothing = (
-        [basis.interpolate(component) for component in u],
-        np.zeros((3, 3, *x.shape)),
-        np.zeros_like(x),
-    )
+    """(components, nodes) nodal strain and stress of a body under displacements u (d, nodes).
+
+    `loads` are expansions of bodies with their amplitudes, and `seam` is that of a sector.
+    """
+    basis = basis_of(body.mesh)
+    expansions = [(amplitude, part) for amplitude, part in loads if part.body == name]
+    mass = BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc()
+    components = _COMPONENTS[: 4 if len(u) == 2 else 6]
+    entries = [3 * "xyz".index(row) + "xyz".index(column) for row, column in components]
+    solve = splu(mass).solve
+    nodal = []
+    for tensor in _at_points(body, kind, basis, u, expansions):
+        rows = tensor.reshape(9, *tensor.shape[2:])
+        moments = [MOMENTS.assemble(basis, amount=rows[entry]) for entry in entries]
+        if seam is None:
+            nodal.append(frozen([solve(moment) for moment in moments]))
+        else:
+            nodal.append(frozen(on_seam(mass, moments, entries, seam)))
+    return nodal
+
+
+def _at_points(
+    body: Body, kind: Kinematics, basis: Any, u: Array, expansions: list[tuple[float, Expansion]]
+) -> tuple[Array, Array]:
+    """(3, 3, elements, points) strain and stress at the points of integration."""
+    d = len(u)
+    lam, mu = body.material._plane_lame(kind)
+    x = np.asarray(basis.global_coordinates())[0]
+    fields = [basis.interpolate(component) for component in u]
     slopes = np.array([np.asarray(field.grad) for field in fields])
+    strain = np.zeros((3, 3, *x.shape))
     strain[:d, :d] = (slopes + slopes.swapaxes(0, 1)) / 2
     if kind == "axisymmetric":
         strain[2, 2] = np.asarray(fields[0]) / x
-    volume = (
-        element_means(basis, np.trace(strain))
-        if body.element == "mean_dilatation"
-        else np.trace(strain)
-    )
-    tension = lam * volume - sum(
-        (amplitude * part._tension(body, kind, basis) for amplitude, part in own), nothing
-    )
+    volume = np.trace(strain)
+    if body.element == "mean_dilatation":
+        volume = element_means(basis, volume)
+    expansion_stress = np.zeros_like(x)
+    for amplitude, part in expansions:
+        expansion_stress = expansion_stress + amplitude * part._tension(body, kind, basis)
+    tension = lam * volume - expansion_stress
     stress = 2 * mu * strain + tension * np.eye(3)[:, :, None, None]
     if kind == "plane_stress":
-        free = sum((amplitude * part._strain(basis) for amplitude, part in own), nothing)
+        free = np.zeros_like(x)
+        for amplitude, part in expansions:
+            free = free + amplitude * part._strain(basis)
         strain[2, 2] = -body.material.nu / body.material.E * (stress[0, 0] + stress[1, 1]) + free
         stress[2, 2] = 0.0
-    solve = splu(mass := BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc()).solve
-    entries = [
-        3 * "xyz".index(pair[0]) + "xyz".index(pair[1])
-        for pair in _COMPONENTS[: 4 if d == 2 else 6]
-    ]
-    moments = (
-        [MOMENTS.assemble(basis, amount=tensor.reshape(9, *x.shape)[i]) for i in entries]
-        for tensor in (strain, stress)
-    )
-    return [
-        frozen(
-            [solve(moment) for moment in own] if seam is None else on_seam(mass, own, entries, seam)
-        )
-        for own in moments
-    ]
+    return strain, stress
 
 
 def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
-    """Warn of forces (d N,) at nodes that are open, beside displacements of the bodies."""
+    """Warn of forces r (d N,) at nodes with gaps w (N,); `moved` is the largest displacement."""
     forces = np.linalg.norm(r.reshape(-1, len(w)), axis=0)
     carries = (w > COUNTS * moved) & (forces > COUNTS * forces.max())
-    if (i := first_of(carries, forces)) is not None:
+    i = first_of(carries, forces)
+    if i is not None:
         warnings.warn(
-            f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: these are no slip and gap of a state under these loads; "
-            "the loads must be all those of the state, and what `with_gap` or `with_contact_stiffness` gave to the system belongs into the model",
+            f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: these "
+            "are no slip and gap of a state under these loads; the loads must be all those of the "
+            "state, and what `with_gap` or `with_contact_stiffness` gave to the system belongs "
+            "into the model",
             ModelWarning,
             stacklevel=3,
         )

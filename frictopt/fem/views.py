@@ -1,6 +1,6 @@
 """Views of models by PyVista: the bodies, the faces of their contacts, and a field on them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,6 @@ _CONTACTS = {
     "gap": "gap (length)",
     "work_density": "work per cycle (force times length per area)",
 }
-_GLASS = 0.25  # opacity of bodies through which contacts are seen
 _BAR = {"vertical": False, "fmt": "%.3g", "width": 0.38, "position_x": 0.55, "position_y": 0.9}
 _LOOK = {
     "cmap": "cividis",
@@ -44,56 +43,68 @@ def view(model: ContactModel, result: object, show: str, scale: float, plotter: 
         raise ImportError("views need pyvista: python -m pip install 'frictopt[view]'") from error
     if plotter is not None and not isinstance(plotter, pv.Plotter):
         raise ModelError(f"plotter: a {type(plotter).__name__}; give a pyvista.Plotter, or None")
-    fields, more = _state(model, result)
-    face, factor = contact_face(model, fields, more), finite_number("scale", scale)
-    known = _BODIES | {
-        name: title
-        for name, title in _CONTACTS.items()
-        if fields is None or name in face.point_data
-    }
+    fields, extra = _state(model, result)
+    face = contact_face(model, fields, extra)
+    factor = finite_number("scale", scale)
+    known = _titles(None if fields is None else face.point_data)
     title = in_units(known[choice("show", show, tuple(known))], model.units)
     scene = pv.Plotter() if plotter is None else plotter
     scene.add_axes()
     if fields is None:
-        for number, (name, body) in enumerate(model.bodies.items()):
-            scene.add_mesh(
-                pv.wrap(in_meshio(body.mesh)),
-                style="wireframe",
-                color=series(number)["color"],
-                label=name,
-            )
-        scene.add_mesh(pv.wrap(face), color=BLACK, label="contact")
-        scene.add_legend(bcolor=None, face="rectangle", size=(0.15, 0.15))
-        return scene
-    bodies = [pv.wrap(fields._in_meshio(name)) for name in fields.bodies]
-    coloured, others = ([pv.wrap(face)], bodies) if show in _CONTACTS else (bodies, [])
-    for grid in [*coloured, *others]:
-        grid.points = grid.points + factor * grid["displacement"]
-    for grid in coloured:
-        grid[title] = grid[show] if grid[show].ndim == 1 else np.linalg.norm(grid[show], axis=1)
-    ends = [(grid[title].min(), grid[title].max()) for grid in coloured]
-    for grid in coloured:
-        scene.add_mesh(
-            grid,
-            scalars=title,
-            clim=(min(low for low, _ in ends), max(high for _, high in ends)),
-            **_LOOK,
-        )
-    scene.scalar_bars[title].SetTitle(f"{title}\n")  # above the numbers, not on them
-    for grid in others:
-        scene.add_mesh(grid, color=GREY, opacity=_GLASS)
+        _draw_meshes(pv, scene, model, face)
+    else:
+        grids = [pv.wrap(fields._in_meshio(name)) for name in fields.bodies]
+        contacts = pv.wrap(face)
+        for grid in [*grids, contacts]:
+            grid.points = grid.points + factor * grid["displacement"]
+        if show in _CONTACTS:
+            _draw_field(scene, [contacts], show, title)
+            # The contacts are seen through the bodies.
+            for grid in grids:
+                scene.add_mesh(grid, color=GREY, opacity=0.25)
+        else:
+            _draw_field(scene, grids, show, title)
     return scene
+
+
+def _titles(at_contacts: Mapping[str, NDArray[Any]] | None) -> dict[str, str]:
+    """Titles of the fields that can be shown; None: without a result, all."""
+    if at_contacts is None:
+        return _BODIES | _CONTACTS
+    return _BODIES | {name: title for name, title in _CONTACTS.items() if name in at_contacts}
+
+
+def _draw_meshes(pv: Any, scene: Any, model: ContactModel, face: Any) -> None:
+    """Draw the lines of the meshes in the colours of the bodies, and the contacts in black."""
+    for number, (name, body) in enumerate(model.bodies.items()):
+        color = series(number)["color"]
+        scene.add_mesh(pv.wrap(in_meshio(body.mesh)), style="wireframe", color=color, label=name)
+    scene.add_mesh(pv.wrap(face), color=BLACK, label="contact")
+    scene.add_legend(bcolor=None, face="rectangle", size=(0.15, 0.15))
+
+
+def _draw_field(scene: Any, grids: Sequence[Any], show: str, title: str) -> None:
+    """Draw a field on grids in the same colours, of vectors the length."""
+    for grid in grids:
+        values = grid[show]
+        grid[title] = values if values.ndim == 1 else np.linalg.norm(values, axis=1)
+    low = min(grid[title].min() for grid in grids)
+    high = max(grid[title].max() for grid in grids)
+    for grid in grids:
+        scene.add_mesh(grid, scalars=title, clim=(low, high), **_LOOK)
+    # The line break keeps the title above the numbers.
+    scene.scalar_bars[title].SetTitle(f"{title}\n")
 
 
 def _state(
     model: ContactModel, result: object
 ) -> tuple[BodyFields | None, Mapping[str, NDArray[Any]]]:
-    """Fields of a result, and more values at the nodes of the contacts."""
+    """Fields of a result, those of a steady state at its last corner; more values at contacts."""
     if result is None or isinstance(result, BodyFields):
         return result, {}
     if not isinstance(result, Steady):
         raise ModelError(
             f"result: {shown(result)}; give fields of ContactModel.recover, a steady state, or None"
         )
-    *_, (_, fields, more) = model._over(result, every=False)
-    return fields, more
+    *_, (_, fields, extra) = model._over(result, every=False)
+    return fields, extra

@@ -1,10 +1,19 @@
-"""Transients and steady states, and what can be said of loads without them.
+"""Transients and steady states of a contact, and statements on its loads that need no transient.
 
-In come a system, a load cycle, friction and a load factor; out go a `Trajectory` (`march.py`), a
-`SteadyState` (`steady.py`, its class in `outcome.py`) and an `Onset` (`onset.py`). `begin.py` is
-the base of all transients, `exact/` the exact path of the plane, `stepped.py` and `increments/`
-increments in space. `cycles.py` and `classify.py` find the steady state, `fretting.py` what frets
-in it, `statics.py` what rigid motions allow.
+In come a contact system with stiffness S, a load cycle, friction f and a load factor. The reactions
+of a state with slip v and gap w are `r = [q, p] = r^w + S [v, w - g0]`. Every node sticks, slips
+with `|q| = f p` against q, or is open. Out come:
+
+- `march`: the states of a transient over some cycles, a `Trajectory` (`march.py`, `trajectory.py`);
+- `steady_state`: what the transient does for ever, a `SteadyState` (`steady.py`, `outcome.py`);
+- `onset`: the loads at which the bonded contact first slips or opens, an `Onset` (`onset.py`).
+
+A transient is followed exactly, from event to event, in the plane (`exact/`), and in increments in
+space (`stepped.py`, `increments/`); `begin.py` is the base of both. `cycles.py` follows the cycles
+until a steady state is proven: `classify.py` judges the last cycles, `extrapolation.py` jumps to
+their limit, and `steady_cycle.py` checks the states of one period. `fretting.py` and
+`critical_plane.py` make the tables of a steady cycle, `pictures.py` draws. `statics.py` says what
+no friction can hold, and `linear_forces.py` has the forces until a node slips.
 """
 
 import lazy_loader

@@ -1,68 +1,68 @@
-"""The cycles of a transient until its steady state is proven, on the exact path and in increments; what they show is told by `classify.py`."""
+"""The cycles of a transient until its steady state is proven.
+
+The last cycles alone prove a steady state. After each cycle, `Run.advance` takes three steps:
+
+1. `classify.py` judges the last cycles. The contact is at rest, its slip repeats, or it drifts by
+   the same amount in each cycle. Slip counts as repeated only once its work repeats too.
+2. If this proves nothing, `extrapolation.py` looks for the limit of the cycles. If the transient is
+   proven to come to it, the transient goes on from the limit, and the cycle there is judged.
+3. If two cycles together change much less than one does, two load cycles count as one from now on.
+   If no cycles are left, or if more of them cannot help, a NoContinuation says what is known.
+
+A *return* is the part of a transient that may repeat: one load cycle, or two. The `change` of a
+return is the largest difference between the states at its ends, in slip scales.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
-from ..base import PERIODIC, REPEATED, RESIDUAL, Array, Outcome
+from ..base import PERIODIC, REPEATED, RESIDUAL, Outcome
 from ..contact import parted
 from ..errors import NoContinuation, SolverError
 from .begin import Cycle, Transient
-from .classify import (
-    LEAST,
-    Settled,
-    bend,
-    classify,
-    distance_left,
-    extrapolate,
-    fixed_point,
-    without_work,
-    work_error,
-    work_to_come,
+from .classify import Settled, bend, classify, distance_left, without_work, work_error
+from .extrapolation import AffineLimit, CurvedLimit, LimitSearch
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """The numbers of `Run`."""
+
+    # Returns before the latest one that are kept, to extrapolate from.
+    kept_returns: int = 12
+    # Returns in succession which show that the state comes back after two cycles.
+    alternating_returns: int = 4
+    # Returns that are compared at most until the work of friction repeats.
+    compared_returns: int = 30
+    # Relative error of a work from which on all of it may die out. The error is 1 for slow decay.
+    dying_work: float = 0.5
+    # Relative change of a drift from return to return below which the drift needs more than ten
+    # thousand cycles to die out.
+    slow_decay: float = 1e-3
+
+
+SETTINGS = RunSettings()
+
+GIVEN_UP = (
+    "steady state: none proven within {cycles} of most_cycles = {most} cycles "
+    "(the slip changes by {change:.1e} slip scales {span}); {hint}"
 )
-
-# largest deviation from an affine map, over the change, that is accepted: a new event changes it by
-# more
-_AFFINE = 1e-3
-_WINDOW = 12  # number of last cycles that an extrapolation uses
-# distance of a fixed point, in slip scales, from which on it is looked for: returns from further
-# off tell little of it
-_CLOSE = 1e-2
-_GAIN = 4  # ratio of the changes in returns from one extrapolated fixed point and the next
-_PATIENT, _MOST = (
-    60,
-    6,
-    # cycles of a transient for each more extrapolation in turn until the changes fall so, for many
-    # nodes turn, and how many
+LITTLE_WORK = (
+    "its work of friction, {work:.1e} a cycle, is too little beside forces of {force:.1e} to tell "
+    "slip from none: take a load factor further from the limit, or loads that are closer together"
 )
-# difference of the works at fixed points from two states of a transient, over their sum, up to
-# which these are one
-_SAME = 3e-8
-_LATER, _TOLD = (
-    1e-2,
-    1e-5,
-    # error of a work whose last events are yet to come, over its distance (0.4 % in random contacts),
-    # and the largest taken
+SLOW_DRIFT = (
+    "from one cycle to the next this changes by only {decay:.1e} of itself: slow ratcheting, or a "
+    "body that rolls or that nothing guides; guide it by a Support, or follow its drift with "
+    "march{drift}"
 )
-_BETWEEN = (0.5, 0.1)  # shares of the way from the fixed point to the last state
-_MORE = 30  # cycles followed until the work repeats
-# error of a work, over itself, from which on all of it may die out: slow decay has an error of 1,
-# known to some per cent
-_DIES_OUT = 0.5
-# a drift that changes by a smaller share of itself from cycle to cycle needs more than ten thousand
-# cycles to die out
-_SLOW = 1e-3
-
-
-class _Fixed(NamedTuple):
-    """A fixed point of increments: a return from it; and two errors of its work, over that: from the one before it, and for events yet to come."""
-
-    cycle: Cycle
-    aside: float = 0.0
-    later: float = 0.0
+SAME_DRIFT = (
+    "; a cycle from where the drift leads in {left} more cycles has the same events, changes gaps, "
+    "and drifts by {change:.1e}"
+)
 
 
 @dataclass(eq=False)
@@ -73,43 +73,46 @@ class Run:
     ----------
     path
         The transient.
-    most
-        Number of cycles after which to give up.
+    most_cycles
+        Number of load cycles after which the run gives up.
     tell
-        What to call after each return.
+        Function that is called after each return.
     period
-        Load cycles in one return: 1, or 2 from where two of them come back and one does not.
+        Load cycles in one return, 1 or 2.
     cycles
         Number of load cycles followed, including those of proofs.
     works
         Work of friction in each load cycle of the transient itself.
     last
-        Its last returns. The first one starts at the mean load, not at the last corner, and is not
-        among them.
+        The last returns. The first return of all starts at the mean load, not at the last corner,
+        and is left out.
     lost
         Largest error of the balance of energy in a return.
-    extrapolated, slow
-        Whether the transient went on from its limit; and the sum of all later changes over the last
-        one, where it did.
-    tried, pause
-        Extrapolations that failed since the events last changed, and returns until the next one.
-    fixed
-        In increments the last fixed point that was found.
+    later_changes
+        Estimated sum of all later changes, relative to the last change, when the transient went on
+        from an extrapolated limit. None: it went cycle by cycle.
+    search
+        The search for the limit of the last returns.
     """
 
     path: Transient
-    most: int
+    most_cycles: int
     tell: Callable[[], object] = lambda: None
     period: int = 1
     cycles: int = 0
     works: list[float] = field(default_factory=list)
     last: list[Cycle] = field(default_factory=list)
     lost: float = 0.0
-    extrapolated: bool = False
-    slow: float = 1.0
-    tried: int = 0
-    pause: int = 0
-    fixed: _Fixed | None = None
+    later_changes: float | None = None
+    search: LimitSearch = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.search = CurvedLimit() if self.path.steps else AffineLimit()
+
+    @property
+    def extrapolated(self) -> bool:
+        """Whether the transient went on from an extrapolated limit."""
+        return self.later_changes is not None
 
     def settled(self) -> Settled:
         """The steady state.
@@ -117,43 +120,47 @@ class Run:
         Raises
         ------
         NoContinuation
-            The transient ends, or no steady state is proven within the number of cycles; attributes
-            say what is known by then.
+            The transient ends, or no steady state is proven within the number of cycles. The
+            attributes of the error hold what is known.
         """
-        while (found := self.advance()) is None:
-            pass
-        return found
+        while True:
+            settled = self.advance()
+            if settled is not None:
+                return settled
 
     def advance(self) -> Settled | None:
-        """One more return; the steady state, if it is proven by then.
+        """Follow one more return, and return the steady state if it is proven.
 
         Raises
         ------
         NoContinuation
             As `settled` does.
         """
-        first, latest = not self.works, self.follow(self.path)
-        self.works, self.lost = self.works + latest.works, max(self.lost, latest.lost)
-        self.last = [] if first else [*self.last[-_WINDOW:], latest]
-        if found := self._shown(latest) or (self._extrapolated() if self.last else None):
-            return found
-        pairs, ahead = list(pairwise(self.last[-LEAST - 1 :])), ""
-        undone = [
-            later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max())
-            for earlier, later in pairs
-        ]
-        if (
-            self.period == 1 and len(undone) == LEAST and all(undone)
-        ):  # two returns change less than half of what one does
-            self.period, self.last, self.tried, self.pause = 2, [], 0, 0
-        elif 0 < self.tried == self.pause and not self.path.steps:
-            ahead = self._drifts_on()
-        if ahead or self.cycles + self.period > self.most:
-            raise self._given_up(latest, ahead)
+        is_first = not self.works
+        latest = self.follow(self.path)
+        self.works = self.works + latest.works
+        self.lost = max(self.lost, latest.lost)
+        self.last = [] if is_first else [*self.last[-SETTINGS.kept_returns :], latest]
+
+        settled = self._judged(latest)
+        if settled is None and self.last:
+            settled = self._judged_at_limit()
+        if settled is not None:
+            return settled
+
+        drift = ""
+        if self._alternates():
+            self.period = 2
+            self.last = []
+            self.search.restart()
+        elif self.search.has_just_failed and not self.path.steps:
+            drift = self._same_drift()
+        if drift or self.cycles + self.period > self.most_cycles:
+            raise self._given_up(latest, drift)
         return None
 
     def follow(self, path: Transient | None) -> Cycle:
-        """One return of a transient; NoContinuation if it ends, or there is none."""
+        """Follow one return of a transient; NoContinuation if it ends, or if it is None."""
         if path is None:
             raise NoContinuation("steady state: there is no state to follow")
         cycle = path.cycle_on(self.period)
@@ -161,207 +168,118 @@ class Run:
         self.tell()
         return cycle
 
-    def _shown(self, cycle: Cycle) -> Settled | None:
+    def _judged(self, latest: Cycle) -> Settled | None:
         """The steady state, if the last returns prove one."""
-        found = classify(self.path, cycle, self.last, self.extrapolated)
-        return self._repeated() if found and found.outcome is Outcome.CYCLIC_SLIP else found
+        settled = classify(self.path, latest, self.last, self.extrapolated)
+        if settled is None or settled.outcome is not Outcome.CYCLIC_SLIP:
+            return settled
+        return self._repeated_work()
 
-    def _repeated(self) -> Settled | None:
-        """Slip that comes back, once its work repeats too; rest, if that dies out."""
+    def _repeated_work(self) -> Settled | None:
+        """Cyclic slip if the work of slip that comes back repeats; rest if this work dies out.
+
+        Returns that change a small slip by less than counts may change a large share of it. More
+        returns are followed until the error of their work is small enough.
+        """
         cycles = self.last[-2:]
-        while (
-            not (off := work_error(self.path, cycles, self.slow)) <= RESIDUAL
-            and len(cycles) < _MORE
-        ):
-            cycles.append(
-                self.follow(self.path)
-            )  # a change that counts as none is a share of little slip
+        error = self._work_error(cycles)
+        while not error <= RESIDUAL and len(cycles) < SETTINGS.compared_returns:
+            cycles.append(self.follow(self.path))
             if not cycles[-1].work.any():
                 return without_work(self.path, cycles[-1])
-        told = max(off, self.slow * self.fixed.aside, self.fixed.later) if self.fixed else off
-        return (
-            Settled(Outcome.CYCLIC_SLIP, self.path, cycles[-1], told, (cycles[-1],))
-            if off < _DIES_OUT
-            else None
-        )
+            error = self._work_error(cycles)
+        if not error < SETTINGS.dying_work:
+            return None
+        error = max(error, self.search.work_error(self.later_changes))
+        return Settled(Outcome.CYCLIC_SLIP, self.path, cycles[-1], error, (cycles[-1],))
 
-    def _extrapolated(self) -> Settled | None:
-        """The steady state at the limit of the last returns, if the transient can be proven to go there: it then goes on from that limit."""
+    def _work_error(self, cycles: list[Cycle]) -> float:
+        later_changes = 1.0 if self.later_changes is None else self.later_changes
+        return work_error(self.path, cycles, later_changes)
+
+    def _judged_at_limit(self) -> Settled | None:
+        """The steady state at the limit of the last returns, if the transient comes to this limit.
+
+        The transient then goes on from the limit, also if the cycle there proves nothing yet.
+        """
         try:
-            proven = self._proven_fixed_point() if self.path.steps else self._proven_limit()
+            limit = self.search.find(self.path, self.last, self.follow, len(self.works))
         except (NoContinuation, SolverError):
-            proven = None
-        if proven is None:
             return None
-        self.slow = (
-            distance_left([cycle.change for cycle in self.last[-3:]], REPEATED)
-            / self.last[-1].change
-        )
-        self.path, cycle = proven
-        self.last, self.extrapolated, self.tried, self.pause = [cycle], True, 0, 0
-        return self._shown(cycle)
+        if limit is None:
+            return None
+        changes = [cycle.change for cycle in self.last[-3:]]
+        self.later_changes = distance_left(changes, REPEATED) / changes[-1]
+        self.path, cycle = limit
+        self.last = [cycle]
+        self.search.restart()
+        return self._judged(cycle)
 
-    def _proven_limit(self) -> tuple[Transient, Cycle] | None:
-        """A transient at the limit of the last returns with the same events, if it is proven to be theirs, and its return.
-
-        The proof has two parts. First, a return from the limit comes back to it. Second, the map of
-        one return is affine for all later states: a return from each of the states of which these
-        are means (`extrapolate`) ends where the affine map says.
-        """
-        last = self.last
-        if len({cycle.events for cycle in last[-LEAST:]}) > 1 or len(last) < LEAST:
-            self.tried = self.pause = 0
-            return None
-        if self.pause:
-            self.pause -= 1
-            return None
-        self.tried = self.pause = self.tried + 1
-        for limit, moves in extrapolate(last):
-            if (proof := self.path.at(limit)) is None:
-                continue
-            proving = self.follow(proof)
-            if proving.change > PERIODIC:
-                return None
-            for before, after in moves:
-                off = np.abs(self.follow(self.path.at(limit + before)).after - limit - after).max()
-                if off > PERIODIC + _AFFINE * np.abs(before - after).max():
-                    return None
-            return proof, proving
-        return None
-
-    def _proven_fixed_point(self) -> tuple[Transient, Cycle] | None:
-        """A transient at a fixed point of increments, if returns contract towards it, and its return.
-
-        The last return of the transient itself and those from states between came closer. Where
-        returns keep some slips there are other fixed points nearby, so that a later state must lead
-        to the same works. Events that it has yet to meet move them, less the closer it is.
-        """
-        self.pause = max(self.pause - 1, 0)
-        if self.pause or len(self.last) < LEAST:
-            return None
-        last, patience, self.tried = (
-            self.last[-1],
-            min(1 + len(self.works) // _PATIENT, _MOST),
-            self.tried + 1,
-        )
-        limit = fixed_point(np.array([(one.before, one.after) for one in self.last]))
-        limit = np.where(
-            np.abs(last.after - last.before) <= REPEATED, last.after, limit
-        )  # what sticks by now stays where it is
-        if np.abs(limit - last.after).max() > _CLOSE:
-            return None
-        self.pause = LEAST * patience
-        if (found := self._iterated(limit, patience)) is None:
-            return None
-        proof, proving, turns = found
-        between = [
-            self.follow(self.path.at(proving.after + share * (last.after - proving.after)))
-            for share in _BETWEEN
+    def _alternates(self) -> bool:
+        """Whether each of the last returns undoes more than half of the return before it."""
+        pairs = list(pairwise(self.last[-SETTINGS.alternating_returns - 1 :]))
+        undone = [
+            later.change > max(PERIODIC, 2 * np.abs(later.after - earlier.before).max())
+            for earlier, later in pairs
         ]
-        closer = all(
-            np.linalg.norm(one.after - proving.after) < np.linalg.norm(one.before - proving.after)
-            for one in [last, *between]
-        )
-        none = (
-            RESIDUAL * self.path.scales.mean * self.path.scales.length
-        )  # the work of a slip that counts as none
-        earlier, self.fixed = (
-            self.fixed,
-            self.fixed._replace(cycle=proving) if self.fixed else _Fixed(proving),
-        )
-        if earlier is None or not closer:
-            return None
-        apart, later = (
-            np.abs(proving.work - earlier.cycle.work),
-            turns * _LATER * work_to_come(self.last[-LEAST:], proving, none),
-        )
-        self.fixed = _Fixed(proving, float(apart.sum() / (proving.work.sum() or 1.0)), later)
-        self.pause = max(LEAST * turns, (later > _TOLD) * len(self.works) // 4)
-        return (
-            (proof, proving)
-            if (apart <= _SAME * proving.work.sum() + none).all() and later <= _TOLD
-            else None
-        )
+        return self.period == 1 and len(undone) == SETTINGS.alternating_returns and all(undone)
 
-    def _iterated(self, limit: Array, patience: int) -> tuple[Transient, Cycle, int] | None:
-        """A transient at a fixed point near a limit, its return, and by how many times as much later events may move it.
+    def _same_drift(self) -> str:
+        """Words for a drift that more returns cannot change; empty if it may change.
 
-        The map of increments is not affine where slips turn, so one extrapolation follows the
-        other, by returns from the point before, which change less than a quarter as much; after
-        many cycles several in turn may take that.
+        The proof is one return from the place to which the drift leads in all cycles left: it has
+        the same events and nearly the same drift. A drift that may die out, or that changes no gap,
+        is left out, because the last returns may yet be proven to be ratcheting.
         """
-        changes, returns, turns = [self.last[-1].change], list[Cycle](), 1
-        while (proof := self.path.at(limit)) and (proving := self.follow(proof)).change > PERIODIC:
-            changes.append(proving.change)
-            turns = turns if proving.change < changes[-2] / _GAIN else patience
-            if not min(changes[-patience:]) < min(changes[:-patience], default=np.inf) / _GAIN:
-                return None
-            returns = [proving, *(self.follow(proof) for _ in range(LEAST)), *returns][
-                : (LEAST + 1) * patience
-            ]
-            limit = fixed_point(np.array([(one.before, one.after) for one in returns]))
-        return (proof, proving, turns) if proof else None
-
-    def _drifts_on(self) -> str:
-        """In words, that more returns cannot help: one from where the drift leads in all cycles left has the same events and drift.
-
-        Empty where this is not so. Asked only when an extrapolation has failed on the exact path,
-        and where neither the drift nor its change of the gaps would die out in these cycles: a
-        drift that changes no gap may yet be proven to be ratcheting.
-        """
-        last, left, turns, n = (
-            self.last[-1],
-            (self.most - self.cycles) // self.period,
-            bend(self.last),
-            self.path.nodes,
-        )
-        drift = last.after - last.before
-        if (
-            left <= 0
-            or last.change <= PERIODIC
-            or turns.max() >= min(_SLOW, 1 / left) * last.change
-        ):
+        latest = self.last[-1]
+        drift = latest.after - latest.before
+        left = (self.most_cycles - self.cycles) // self.period
+        decay = bend(self.last)
+        if left <= 0 or latest.change <= PERIODIC:
             return ""
-        if not (np.abs(drift) - left * turns)[n:].max() > PERIODIC * np.abs(drift).max():
+        if decay.max() >= min(SETTINGS.slow_decay, 1 / left) * latest.change:
+            return ""
+        # The smallest change of each gap in the last of these cycles.
+        gap_drift = (np.abs(drift) - left * decay)[self.path.nodes :]
+        if not gap_drift.max() > PERIODIC * np.abs(drift).max():
             return ""
         try:
-            ahead = self.follow(self.path.at(last.after + left * drift))
+            ahead = self.follow(self.path.at(latest.after + left * drift))
         except NoContinuation:
             return ""
-        if (
-            ahead.events != last.events
-            or not 2 * np.abs(ahead.after - ahead.before - drift).max() < last.change
-        ):
+        drift_ahead = ahead.after - ahead.before
+        changed = 2 * np.abs(drift_ahead - drift).max()
+        if ahead.events != latest.events or not changed < latest.change:
             return ""
-        return f"; a cycle from where the drift leads in {left} more cycles has the same events, changes gaps, and drifts by {ahead.change:.1e}"
+        return SAME_DRIFT.format(left=left, change=ahead.change)
 
-    def _given_up(self, latest: Cycle, ahead: str) -> NoContinuation:
-        """The error that says why no steady state is proven, what to change, and what is known after the latest return."""
-        path, change, same = (
-            self.path,
-            latest.change,
-            len(self.last) > 1 and self.last[-2].events == latest.events,
-        )
-        decay = float(bend(self.last).max()) / change if same and change > 0 else np.inf
-        if path.far_start:
-            hint = path.cause_of_rounding
-        elif change <= PERIODIC:
-            hint = (
-                f"its work of friction, {latest.work.sum():.1e} a cycle, is too little beside forces of {path.largest:.1e} to tell slip from "
-                "none: take a load factor further from the limit, or loads that are closer together"
-            )
-        elif self.tried and decay < _SLOW:
-            hint = (
-                f"from one cycle to the next this changes by only {decay:.1e} of itself: slow ratcheting, or a body that rolls or that nothing "
-                f"guides; guide it by a Support, or follow its drift with march{ahead}"
-            )
-        else:
-            hint = "allow more"
+    def _given_up(self, latest: Cycle, drift: str) -> NoContinuation:
+        """The error of a run without a steady state, with the state after the latest return."""
         span = "a cycle" if self.period == 1 else "in two cycles"
+        hint = self._hint(latest, drift)
         error = NoContinuation(
-            f"steady state: none proven within {self.cycles} of most_cycles = {self.most} cycles "
-            f"(the slip changes by {change:.1e} slip scales {span}); {hint}"
+            GIVEN_UP.format(
+                cycles=self.cycles,
+                most=self.most_cycles,
+                change=latest.change,
+                span=span,
+                hint=hint,
+            )
         )
-        error.slip, gap = parted(latest.u[-1], path.system.tangents + 1)
-        error.gap, error.work = gap + path.system.gap, np.array(self.works)
+        system = self.path.system
+        error.slip, opening = parted(latest.u[-1], system.tangents + 1)
+        error.gap = opening + system.gap
+        error.work = np.array(self.works)
         return error
+
+    def _hint(self, latest: Cycle, drift: str) -> str:
+        """Why no steady state is proven, and what to change."""
+        if self.path.far_start:
+            return self.path.cause_of_rounding
+        if latest.change <= PERIODIC:
+            return LITTLE_WORK.format(work=latest.work.sum(), force=self.path.largest)
+        if self.search.attempts and len(self.last) > 1 and self.last[-2].events == latest.events:
+            decay = float(bend(self.last).max()) / latest.change
+            if decay < SETTINGS.slow_decay:
+                return SLOW_DRIFT.format(decay=decay, drift=drift)
+        return "allow more"

@@ -1,4 +1,9 @@
-"""Onset of slip and separation of a contact that is bonded, or settled under the mean load, corner by corner (Flicek et al. 2015, section 3)."""
+"""Onset of slip and separation, corner by corner (Flicek et al. 2015, section 3).
+
+It is that of the bonded contact. If the mean load pulls at nodes of the bonded contact, it is that
+of the contact once the mean load has settled. Until the first event all forces and gaps are linear
+in the load factor (`linear_forces.py`), and each event is a root in closed form.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
-    CONDENSATION,
     RESIDUAL,
     ROUNDING,
     SIMULTANEOUS,
@@ -30,15 +34,22 @@ from ..contact import (
     checked_cycle,
     checked_system,
     friction_coefficients,
-    joined,
     lengths,
     most_shear,
-    parted,
-    reactions,
 )
 from ..contact.law import reach
-from ..errors import FrictoptError, NoContinuation
+from ..errors import FrictoptError
+from .linear_forces import LinearForces, first_zero, linear_forces
 from .statics import unscaled_diagnosis
+
+SETTLED = (
+    "{diagnosis}; this is the onset of the contact once the mean load has settled, with {nodes} "
+    "nodes open"
+)
+UNDEFINED = (
+    "{diagnosis}; the bonded contact cannot carry the mean load: its onset is undefined and given "
+    "as 0 (ask shakedown_limit and steady_state)"
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,9 +62,9 @@ class OnsetEvent(Kept):
         Number of the corner, from 0, and its loads as `LoadCycle.corner_names` writes them.
     event, load_factor
         "slip", "separation", or "touch" of an open node; and its load factor, inf if it never
-        happens, 0 if under the mean load alone.
+        happens, 0 if it happens under the mean load alone.
     node
-        Index of the node, of several simultaneous ones the lowest; None if the event never happens.
+        Index of the node, of simultaneous events the lowest; None if the event never happens.
     sense
         +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates or touches,
         or the event never happens. In three dimensions the unit vector of the slip along the two
@@ -62,7 +73,8 @@ class OnsetEvent(Kept):
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     >>> fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}]), friction=0.5).separation
     OnsetEvent(corner='Q = +2', event=separation, load_factor=inf, node=None, sense=0)
     """
@@ -77,17 +89,19 @@ class OnsetEvent(Kept):
     def _answer(self) -> Mapping[str, object]:
         return {
             "corner": repr(self.loads),
-            **{
-                name: value for name, value in vars(self).items() if name not in ("corner", "loads")
-            },
+            "event": self.event,
+            "load_factor": self.load_factor,
+            "node": self.node,
+            "sense": self.sense,
         }
 
 
 @dataclass(frozen=True, repr=False)
 class Onset(Kept, Plotted):
-    """First slip and first separation of the bonded contact under `mean + fixed + load_factor * corner`, for each corner of a load cycle.
+    """First slip and first separation of the bonded contact, for each corner of a load cycle.
 
-    Where the mean load would pull at bonded nodes, of the contact once the mean load has settled.
+    The load is `mean + fixed + load_factor * corner`. If the mean load pulls at bonded nodes, the
+    events are those of the contact once the mean load has settled.
 
     Attributes
     ----------
@@ -95,9 +109,9 @@ class Onset(Kept, Plotted):
         First slip and first separation under each of the K corners; and the first touch of an open
         node.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load alone, or with what is fixed at some corner,
-        already exceeds the friction bound, or pulls. If there are any, the bonded contact cannot
-        carry it; without a `state` its onset is undefined then.
+        Indices of the nodes at which the mean load alone, or with the loads that are fixed at some
+        corner, already exceeds the friction bound, or pulls. If there are any, the bonded contact
+        cannot carry it. Its onset is then undefined, unless there is a `state`.
     residual
         Largest violation of the contact law at the first event under each corner, in units of the
         largest nodal force there. It exceeds rounding only if the bonded contact violates the law
@@ -107,13 +121,14 @@ class Onset(Kept, Plotted):
     friction
         (N,) coefficients of friction.
     state
-        Where it begins: the state once the mean load has come, from no slip, where the mean load
-        pulls at bonded nodes. None: at the bonded contact.
+        The state from which the load grows: that of the settled mean load, from no slip, if the
+        mean load pulls at bonded nodes. None: the bonded contact.
 
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
     >>> first = fo.onset(node, fo.LoadCycle({"P": 1.0}, [{"Q": 2.0}, {"Q": -1.0}]), friction=0.5)
     >>> [event.load_factor for event in first.slips], first.slip.load_factor, first.mean_admissible
     ([0.25, 0.5], 0.25, True)
@@ -133,7 +148,7 @@ class Onset(Kept, Plotted):
 
     @property
     def slip(self) -> OnsetEvent:
-        """The first slip under any corner; of simultaneous ones that of the first corner."""
+        """The first slip under any corner; of simultaneous slips that of the first corner."""
         return _earliest(self.slips)
 
     @property
@@ -143,7 +158,7 @@ class Onset(Kept, Plotted):
 
     @property
     def touch(self) -> OnsetEvent | None:
-        """The first touch of an open node under any corner; None where no node is open."""
+        """The first touch of an open node under any corner; None if no node is open."""
         return _earliest(self.touches) if self.touches else None
 
     @property
@@ -153,226 +168,70 @@ class Onset(Kept, Plotted):
 
     @property
     def reason(self) -> str:
-        """What the mean load does to the bonded contact, and what to change if that contact cannot carry it, as a sentence."""
-        text = unscaled_diagnosis(self.system, self.cycle, self.friction)
+        """Diagnosis of the bonded contact under the mean load, as a sentence.
+
+        If the bonded contact cannot carry the mean load, the sentence says what to change.
+        """
+        diagnosis = unscaled_diagnosis(self.system, self.cycle, self.friction)
         if self.mean_admissible:
-            return text
-        if self.state is not None:
-            return f"{text}; this is the onset of the contact once the mean load has settled, with {int(self.state.open.sum())} nodes open"
-        return f"{text}; the bonded contact cannot carry the mean load: its onset is undefined and given as 0 (ask shakedown_limit and steady_state)"
+            return diagnosis
+        if self.state is None:
+            return UNDEFINED.format(diagnosis=diagnosis)
+        return SETTLED.format(diagnosis=diagnosis, nodes=int(self.state.open.sum()))
 
     @property
     def reactions(self) -> tuple[Array, Array]:
-        """(K, N) reactions `q, p` at the first slip towards each corner; NaN where none slips; in space q is (K, N, 2)."""
-        factor = np.array(
-            [event.load_factor if event.node is not None else np.nan for event in self.slips]
-        )
-        q0, p0, q1, p1 = self._loads
-        return q0 + (factor * q1.T).T, p0 + (factor * p1.T).T
+        """(K, N) reactions `q, p` at the first slip towards each corner; in space q is (K, N, 2).
+
+        They are NaN if no node slips towards the corner.
+        """
+        factor = np.array([event.load_factor for event in self.slips])
+        factor[[event.node is None for event in self.slips]] = np.nan
+        q, p, q_rate, p_rate = self._loads
+        return q + (factor * q_rate.T).T, p + (factor * p_rate.T).T
 
     def to_frame(self) -> Table:
-        """The DataFrame of all events, by corner: columns corner and its loads, event, load_factor, node (NA if it never happens), sense."""
-        kinds = self.slips, self.separations, *([self.touches] if self.touches else [])
+        """The DataFrame of all events, by corner.
+
+        Columns are corner, loads, event, load_factor, node (NA if the event never happens), sense.
+        """
+        kinds = [self.slips, self.separations]
+        if self.touches:
+            kinds.append(self.touches)
         events = [event for corner in zip(*kinds, strict=True) for event in corner]
-        return frame(
-            {name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__}
-        ).astype({"node": "Int64"})
+        columns = {
+            name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__
+        }
+        return frame(columns).astype({"node": "Int64"})
 
     def _answer(self) -> Mapping[str, object]:
-        ruled = (
-            {}
-            if self.mean_admissible
-            else {"mean_slips": self.mean_slips, "mean_opens": self.mean_opens}
-        )
-        counts = {
-            name: f"{len(nodes)} of {len(self.friction)} nodes" for name, nodes in ruled.items()
-        }
-        touch = {} if self.touch is None else {"touch": self.touch}
-        return {
-            "slip": self.slip,
-            "separation": self.separation,
-            **touch,
-            **counts,
-            "reason": self.reason,
-        }
+        answer: dict[str, object] = {"slip": self.slip, "separation": self.separation}
+        if self.touch is not None:
+            answer["touch"] = self.touch
+        if not self.mean_admissible:
+            nodes = len(self.friction)
+            answer["mean_slips"] = f"{len(self.mean_slips)} of {nodes} nodes"
+            answer["mean_opens"] = f"{len(self.mean_opens)} of {nodes} nodes"
+        answer["reason"] = self.reason
+        return answer
 
     def _repr_html_(self) -> str:
         return f"{self.to_frame().to_html(index=False)}<p>{escape(self.reason)}</p>"
-
-
-def onset_from(
-    system: ContactSystem, cycle: LoadCycle, friction: Array, state: ContactState | None = None
-) -> Onset:
-    """The onset of the bonded contact, or of one in a state under the mean load; NoContinuation if nothing holds its open nodes. Friction is (N,)."""
-    parts, f = _rates(system, cycle, state), friction
-    (q0, p0, _), corners = parts[:3], parts[3:]
-    force = float(np.abs(p0).mean())
-    floor = (
-        ROUNDING if state is None else RESIDUAL
-    ) * force  # a settled state has nodes at their bounds
-    events: tuple[list[OnsetEvent], ...] = [], [], []
-    residual, still = 0.0, 0 if system.tangents == 1 else (0.0, 0.0)
-    beginnings = (
-        np.broadcast_to(part, one.shape) for part, one in zip(parts[:3], corners, strict=True)
-    )
-    for corner, (q, p, w, q1, p1, w1) in enumerate(zip(*beginnings, *corners, strict=True)):
-        called = corner, cycle.corner_names[corner]
-        slip = _first_slip(called, system.stretch, (q, f * p), (q1, f * p1), floor)
-        if system.capped:
-            has = np.flatnonzero(np.isfinite(system.shear_strength))
-            bounds = system.shear_strength[has], np.zeros(len(has))
-            off = _first_slip(
-                called, system.stretch[has], (q[has], bounds[0]), (q1[has], bounds[1]), floor
-            )
-            slip = (
-                slip
-                if off.node is None or off.load_factor >= slip.load_factor
-                else replace(off, node=int(has[off.node]))
-            )
-        events[0].append(slip)
-        events[1].append(
-            OnsetEvent(*called, "separation", *_least(_reach_zero(p, p1, floor)), still)
-        )
-        if state is not None and state.open.any():
-            events[2].append(
-                OnsetEvent(
-                    *called,
-                    "touch",
-                    *_least(_reach_zero(w, w1, floor / system.stiffness_scale)),
-                    still,
-                )
-            )
-        lam = min(part[-1].load_factor for part in events if part)
-        lam = lam if np.isfinite(lam) else 0.0
-        unit = max(lam, 1.0)  # the load itself may be too large for a number
-        q, p = q / unit + lam / unit * q1, p / unit + lam / unit * p1
-        largest = float(max(np.abs(q).max(), np.abs(p).max(), (f * np.abs(p)).max())) or 1.0
-        residual = max(
-            residual,
-            float(max((lengths(q, p) - most_shear(system, f, p)).max(), -p.min())) / largest,
-        )
-    mean_q, mean_p = cycle.unscaled_reactions(system)
-    small, slack = (
-        ROUNDING * float(np.abs(mean_p).mean()),
-        (most_shear(system, f, mean_p) - lengths(mean_q, mean_p)).min(axis=0),
-    )
-    slipping, opening = (
-        tuple(np.flatnonzero(least < -small).tolist()) for least in (slack, mean_p.min(axis=0))
-    )
-    slips, separations, touches = map(tuple, events)
-    return Onset(
-        slips,
-        separations,
-        slipping,
-        opening,
-        residual,
-        system,
-        cycle,
-        f,
-        touches,
-        state,
-        (q0, p0, *corners[:2]),
-    )
-
-
-def _rates(
-    system: ContactSystem, cycle: LoadCycle, state: ContactState | None
-) -> tuple[Array, ...]:
-    """Shear forces, normal forces and gaps (K, N) at load factor 0, one row where all corners have the same, and what a load factor of 1 adds.
-
-    Closed nodes stick, and open ones follow the load without force. Gaps of closed nodes are inf:
-    they do not touch.
-    """
-    begin, corners = cycle.unscaled_reactions(system), cycle.corner_reactions(system)
-    if state is None:
-        return *begin, np.full_like(begin[1], np.inf), *corners, np.zeros_like(corners[1])
-    axes, n = system.tangents + 1, system.nodes
-    out, S = np.tile(state.open, axes), system.S
-    loads = [reactions(system, part) for part in (cycle.unscaled, cycle.corners)]
-    loads[0] = loads[0] + S @ joined(state.slip, state.gap - system.gap)
-    found, still = list[Array](), np.zeros(n)
-    for load, apart in zip(loads, (np.where(state.open, state.gap, np.inf), still), strict=True):
-        moved = np.zeros_like(load)
-        moved[:, out] = -np.linalg.lstsq(S[np.ix_(out, out)], load[:, out].T, rcond=CONDENSATION)[
-            0
-        ].T
-        r = load + moved @ S
-        if np.abs(r[:, out]).max(initial=0.0) > RESIDUAL * np.abs(load).max():
-            raise NoContinuation(
-                "onset: nothing holds the open nodes against the load; hold the bodies by supports, or press them"
-            )
-        r[:, out] = 0.0
-        found += [*parted(r, axes), apart + moved[:, -n:]]
-    return tuple(found)
-
-
-def _first_slip(
-    called: tuple[int, str],
-    stretch: Array,
-    mean: tuple[Array, Array],
-    rate: tuple[Array, Array],
-    floor: float,
-) -> OnsetEvent:
-    """First load factor at which a shear force reaches its bound; `mean` and `rate` are shear forces and bounds."""
-    (q0, g0), (q1, g1) = mean, rate
-    slack = g0 - lengths(q0, g0)
-    if stretch.ndim == 1:
-        both = _reach_zero(np.array([g0 + q0, g0 - q0]), np.array([g1 + q1, g1 - q1]), floor)
-        load_factor, node = _least(both.min(axis=0))
-        forward = node is not None and both[0, node] <= load_factor * (1 + SIMULTANEOUS)
-        return OnsetEvent(
-            *called, "slip", load_factor, node, 0 if node is None else 1 if forward else -1
-        )
-    load_factor, node = _least(
-        np.where(slack < -floor, 0.0, np.maximum(reach(q0, g0, q1, g1), 0.0))
-    )
-    q = (
-        np.zeros(2) if node is None else (q0[node] + load_factor * q1[node]) / stretch[node]
-    )  # slips go back so
-    size = float(np.linalg.norm(q))
-    return OnsetEvent(
-        *called,
-        "slip",
-        load_factor,
-        node,
-        (0.0 - float(q[0]) / size, 0.0 - float(q[1]) / size) if size > 0 else (0.0, 0.0),
-    )
-
-
-def _reach_zero(slack: Array, rate: Array, floor: float) -> Array:
-    """First zero of `slack + lam * rate`, inf where there is none; 0 where the slack is negative."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(
-            slack < -floor, 0.0, np.where(rate < 0, np.maximum(slack, 0.0) / -rate, np.inf)
-        )
-
-
-def _least(factors: Array) -> tuple[float, int | None]:
-    """The least load factor and its node, of simultaneous ones the first."""
-    least = float(factors.min())
-    return (
-        (least, int(np.argmax(factors <= least * (1 + SIMULTANEOUS))))
-        if np.isfinite(least)
-        else (np.inf, None)
-    )
-
-
-def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
-    first = min(event.load_factor for event in events)
-    return next(event for event in events if event.load_factor <= first * (1 + SIMULTANEOUS))
 
 
 @warns_of_odd_values
 def onset(
     system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, progress: bool = True
 ) -> Onset:
-    """Find the first slip and the first separation of the bonded contact as the load grows towards each corner, `lam >= 0`.
+    """Find the first slip and separation of the bonded contact as the load grows to each corner.
 
-    Where the mean load would pull at nodes of the bonded contact, it is that of the contact once
-    the mean load has settled, from no slip: closed nodes stick, open ones follow. The load at a
-    corner is `mean + fixed + lam * corner`, see `LoadCycle`. Closed form, node by node: slip starts
-    where `|q| = f p`, or where it is the shear strength, against q (in space the root of a
-    quadratic), separation where `p = 0`, touch where a gap is zero. Theory, eq. (6).
+    The load is `mean + fixed + lam * corner` with `lam >= 0`, see `LoadCycle`. If the mean load
+    pulls at nodes of the bonded contact, the onset is that of the contact once the mean load has
+    settled, from no slip: closed nodes stick, open nodes follow the load.
+
+    The events have closed forms, node by node. Slip starts, against q, if `|q|` reaches `f p` or
+    the shear strength; in space this is the root of a quadratic. A node separates at `p = 0`, and
+    touches if its gap is zero. Theory, eq. (6).
 
     Parameters
     ----------
@@ -381,7 +240,7 @@ def onset(
     friction
         Coefficient of friction, one or one per node.
     progress
-        Whether to show after two seconds that the mean load is still settling.
+        Whether to show after two seconds that the mean load still settles.
 
     Raises
     ------
@@ -392,7 +251,8 @@ def onset(
     --------
     >>> import frictopt as fo
     >>> bonded = {"P": ([0.0, 0.0], [1.0, 2.0]), "Q": ([1.0, 1.0], [0.0, 0.0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], bonded)
+    >>> A, B, C = [[2, -1], [-1, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]]
+    >>> system = fo.ContactSystem.from_blocks(A, B, C, [0, 1], bonded)
     >>> first = fo.onset(system, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), friction=0.5)
     >>> first.slip
     OnsetEvent(corner='Q = +1', event=slip, load_factor=0.5, node=0, sense=-1)
@@ -403,17 +263,173 @@ def onset(
     2       1  Q = -1        slip          0.5     0      1
     3       1  Q = -1  separation          inf  <NA>      0
     """
-    f, shown = (
-        np.array(friction_coefficients(friction, checked_system(system).nodes)),
-        flag("progress", progress),
-    )
-    first = onset_from(system, checked_cycle(cycle), f)
-    if not first.mean_opens:
-        return first
-    from .march import mean_state  # here, because a closed contact needs none
+    coefficients = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    show = flag("progress", progress)
+    bonded = onset_from(system, checked_cycle(cycle), coefficients)
+    if not bonded.mean_opens:
+        return bonded
+    # Imported here, because a closed contact needs no transient.
+    from .march import mean_state
 
     try:
-        with bar_of(shown, "onset: the mean load settles"):
-            return onset_from(system, cycle, f, mean_state(system, cycle, f))
+        with bar_of(show, "onset: the mean load settles"):
+            state = mean_state(system, cycle, coefficients)
+            return onset_from(system, cycle, coefficients, state)
     except FrictoptError:
-        return first
+        return bonded
+
+
+@dataclass(frozen=True)
+class _Approach:
+    """The forces towards one corner, `start + load_factor * rate`, in a contact with friction (N,).
+
+    A slack (force) below `-floor` violates the law already at the start.
+    """
+
+    system: ContactSystem
+    friction: Array
+    corner: tuple[int, str]
+    start: LinearForces
+    rate: LinearForces
+    floor: float
+
+
+def onset_from(
+    system: ContactSystem, cycle: LoadCycle, friction: Array, state: ContactState | None = None
+) -> Onset:
+    """The onset of the bonded contact, or of a contact in a state under the mean load.
+
+    Friction is (N,). NoContinuation if nothing holds the open nodes of the state.
+    """
+    starts, rates = linear_forces(system, cycle, state)
+    # A settled state has nodes at their bounds, up to the residual of its transient.
+    tolerance = ROUNDING if state is None else RESIDUAL
+    floor = tolerance * float(np.abs(starts.p).mean())
+    slips = []
+    separations = []
+    touches = []
+    residual = 0.0
+    for number, name in enumerate(cycle.corner_names):
+        rate = LinearForces(*(part[number] for part in rates))
+        # The start has one row if it is the same for all corners.
+        start = LinearForces(*(part[number if len(part) > 1 else 0] for part in starts))
+        approach = _Approach(system, friction, (number, name), start, rate, floor)
+        events = [_slip(approach), _separation(approach)]
+        if state is not None and state.open.any():
+            events.append(_touch(approach))
+            touches.append(events[2])
+        slips.append(events[0])
+        separations.append(events[1])
+        first = min(event.load_factor for event in events)
+        residual = max(residual, _residual(approach, first if np.isfinite(first) else 0.0))
+
+    mean_q, mean_p = cycle.unscaled_reactions(system)
+    rounding = ROUNDING * float(np.abs(mean_p).mean())
+    slack = (most_shear(system, friction, mean_p) - lengths(mean_q, mean_p)).min(axis=0)
+    return Onset(
+        slips=tuple(slips),
+        separations=tuple(separations),
+        touches=tuple(touches),
+        mean_slips=tuple(np.flatnonzero(slack < -rounding).tolist()),
+        mean_opens=tuple(np.flatnonzero(mean_p.min(axis=0) < -rounding).tolist()),
+        residual=residual,
+        system=system,
+        cycle=cycle,
+        friction=friction,
+        state=state,
+        _loads=(starts.q, starts.p, rates.q, rates.p),
+    )
+
+
+def _slip(approach: _Approach) -> OnsetEvent:
+    """The first slip, of friction or of a surface that shears off."""
+    system = approach.system
+    f = approach.friction
+    q, p, _ = approach.start
+    q_rate, p_rate, _ = approach.rate
+    slip = _first_at_bound(approach, system.stretch, (q, f * p), (q_rate, f * p_rate))
+    if not system.capped:
+        return slip
+    strong = np.flatnonzero(np.isfinite(system.shear_strength))
+    start = q[strong], system.shear_strength[strong]
+    rate = q_rate[strong], np.zeros(len(strong))
+    shears_off = _first_at_bound(approach, system.stretch[strong], start, rate)
+    if shears_off.node is None or shears_off.load_factor >= slip.load_factor:
+        return slip
+    return replace(shears_off, node=int(strong[shears_off.node]))
+
+
+def _separation(approach: _Approach) -> OnsetEvent:
+    factors = first_zero(approach.start.p, approach.rate.p, approach.floor)
+    return _without_sense(approach, "separation", factors)
+
+
+def _touch(approach: _Approach) -> OnsetEvent:
+    floor = approach.floor / approach.system.stiffness_scale
+    factors = first_zero(approach.start.gap, approach.rate.gap, floor)
+    return _without_sense(approach, "touch", factors)
+
+
+def _without_sense(approach: _Approach, event: str, factors: Array) -> OnsetEvent:
+    sense = 0 if approach.system.tangents == 1 else (0.0, 0.0)
+    return OnsetEvent(*approach.corner, event, *_least(factors), sense)
+
+
+def _residual(approach: _Approach, load_factor: float) -> float:
+    """Largest violation of the law at a load factor, relative to the largest nodal force."""
+    system = approach.system
+    f = approach.friction
+    # Forces are divided by a large load factor, or they might be too large for a number.
+    unit = max(load_factor, 1.0)
+    q = approach.start.q / unit + load_factor / unit * approach.rate.q
+    p = approach.start.p / unit + load_factor / unit * approach.rate.p
+    largest = float(max(np.abs(q).max(), np.abs(p).max(), (f * np.abs(p)).max())) or 1.0
+    excess = (lengths(q, p) - most_shear(system, f, p)).max()
+    return float(max(excess, -p.min())) / largest
+
+
+def _first_at_bound(
+    approach: _Approach, stretch: Array, start: tuple[Array, Array], rate: tuple[Array, Array]
+) -> OnsetEvent:
+    """The first node whose shear force reaches its bound.
+
+    `start` and `rate` are shear forces and bounds, at load factor 0 and per unit of it.
+    """
+    q, bound = start
+    q_rate, bound_rate = rate
+    if stretch.ndim == 1:
+        slacks = np.array([bound + q, bound - q])
+        slack_rates = np.array([bound_rate + q_rate, bound_rate - q_rate])
+        factors = first_zero(slacks, slack_rates, approach.floor)
+        load_factor, node = _least(factors.min(axis=0))
+        sense = 0
+        if node is not None:
+            sense = 1 if factors[0, node] <= load_factor * (1 + SIMULTANEOUS) else -1
+        return OnsetEvent(*approach.corner, "slip", load_factor, node, sense)
+
+    exceeds = bound - lengths(q, bound) < -approach.floor
+    factors = np.where(exceeds, 0.0, np.maximum(reach(q, bound, q_rate, bound_rate), 0.0))
+    load_factor, node = _least(factors)
+    direction = 0.0, 0.0
+    if node is not None:
+        # Slip has the direction opposite to the force, with stretched tangents stretched back.
+        force = (q[node] + load_factor * q_rate[node]) / stretch[node]
+        size = float(np.linalg.norm(force))
+        if size > 0:
+            # 0.0 minus a number is never -0.0 for 0.0.
+            direction = 0.0 - float(force[0]) / size, 0.0 - float(force[1]) / size
+    return OnsetEvent(*approach.corner, "slip", load_factor, node, direction)
+
+
+def _least(factors: Array) -> tuple[float, int | None]:
+    """The least load factor and the first node that has it; (inf, None) if all are inf."""
+    least = float(factors.min())
+    if not np.isfinite(least):
+        return np.inf, None
+    return least, int(np.argmax(factors <= least * (1 + SIMULTANEOUS)))
+
+
+def _earliest(events: tuple[OnsetEvent, ...]) -> OnsetEvent:
+    """The first event; of simultaneous events that of the first corner."""
+    first = min(event.load_factor for event in events)
+    return next(event for event in events if event.load_factor <= first * (1 + SIMULTANEOUS))

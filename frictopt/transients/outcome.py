@@ -1,4 +1,4 @@
-"""The steady state of a contact, its cycle, and what frets in it."""
+"""The steady state of a contact, the states of its cycle, and its tables for fretting."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ from .trajectory import LoadLoop, Trajectory
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SteadyState(Recorded, Plotted):
-    """The steady state that a transient reaches, proven by a cycle that starts from it and returns to it: exactly, or in increments.
+    """The steady state that a transient reaches, on the exact path or in increments.
 
-    Theory, eq. (15).
+    A cycle that starts from it and returns to it proves it. Theory, eq. (15).
 
     Attributes
     ----------
@@ -47,58 +47,58 @@ class SteadyState(Recorded, Plotted):
         Work of friction per load cycle in the steady state, the mean over its period, >= 0, force
         times length (per depth); 0 after shakedown.
     dissipation_per_node
-        (N,) the same of each node.
+        (N,) the dissipation of each node.
     sliding_distance
-        (N,) way that each node slides per load cycle while it is closed, the mean over the period,
-        length; 0 after shakedown.
+        (N,) distance that each node slides per load cycle while it is closed, the mean over the
+        period, length; 0 after shakedown.
     work_error
-        Estimated distance of `dissipation` from that of all later cycles, over itself. At most
-        1e-9, unless rounding hides a work that is little beside the loads, or slip in increments
-        comes slowly to one of many cycles that come back.
+        Estimated relative difference between `dissipation` and that of all later cycles. At most
+        1e-9, with two exceptions: the work may be rounding beside the loads, or slip in increments
+        converges slowly to one of many steady cycles.
     step_error
-        0 for the exact path. In increments, the estimated error in time of the dissipation, over
-        itself: twice what finer increments change, and a share of the work that is in doubt within
-        the increments. inf: finer ones have no answer, or the contact rests and may slip in them.
-        In 128 random contacts of 1 to 5 nodes, with 1 to 20 increments, it was 2.4 times the true
-        error in the median, and too small in 1 of 640 (0.8 of it); in bolted joints, where many
-        nodes slip in the first cycles alone, 3 to 35 times. It is no bound.
+        0 for the exact path. In increments, the estimated relative error in time of the
+        dissipation: twice the change by finer increments, and a share of the work that is in doubt
+        within the increments. inf: finer increments have no answer, or the contact rests and may
+        slip in them. In 128 random contacts of 1 to 5 nodes, with 1 to 20 increments, the median
+        was 2.4 times the true error, and 1 of 640 was too small (0.8 times). In bolted joints, many
+        nodes slip in the first cycles alone; there it was 3 to 35 times the error. It is no bound.
     period
         Load cycles after which the state comes back, or its drift repeats: 1 or 2.
     system, cycle, friction, load_factor
-        What was asked; friction is (N,).
+        The arguments of `steady_state`; friction is (N,).
     slip
-        Slip at the last corner of the cycle, (N,) in the plane, (N, 2) in space, length (for
-        ratcheting: after the last cycle that was followed).
+        Slip at the last corner of the cycle, (N,) in the plane, (N, 2) in space, length. For
+        ratcheting it is the slip after the last cycle that was followed.
     gap
         (N,) gap w at the last corner, length.
     state
-        Slip, gap and load there, from which another transient may start.
+        Slip, gap and load at the last corner, from which another transient may start.
     open
         (N,) whether the node is open at some corner of the steady cycle at which the load turns; in
-        increments, at the end of one of them.
+        increments, at the end of an increment.
     slipping
         (N,) whether the node slides against friction in the steady cycle, by more than rounding and
-        what the slip changes over the cycle.
+        more than its slip changes over the cycle.
     first_cycle
         Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
         Number of cycles followed, including those of proofs and of failed extrapolations.
     events
-        Number of changes of status; in increments, from one to the next.
+        Number of changes of status; in increments, from one increment to the next.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of three errors: the
+        How the state was found. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law at the corners or increments of the proving cycle; the change
         of slip over that cycle; and, on the exact path, the error of the energy balance of any
-        cycle, over the largest energy in it. Forces are in units of the largest nodal force of the
-        load cycle, slips of that force over the stiffness scale.
+        cycle, relative to the largest energy in it. Forces are in units of the largest nodal force
+        of the load cycle, slips in units of that force divided by the stiffness scale.
     extrapolated
         True if the state is the extrapolated fixed point of the cycle map, or was reached from it;
         False if the transient came cycle by cycle.
     unproven
         Number of events whose rates are not proven to be the only ones that obey the contact law;
-        0: no other transient follows from this start. Such events occur where nodes lift off, or
-        friction comes near its critical value: another transient from the same start may then end
-        in another steady state. In increments nothing is proven of any event.
+        0: no other transient follows from this start. Such events occur if nodes lift off, or if
+        friction comes near its critical value. Another transient from the same start may then end
+        in another steady state. In increments no event is proven.
     steps
         Number of increments from corner to corner; 0 for the exact path.
 
@@ -138,11 +138,15 @@ class SteadyState(Recorded, Plotted):
 
     @property
     def engine(self) -> str:
-        """How the transient was followed: "path", exactly, or "newton", in increments."""
+        """Method of the transient: "path" for the exact path, "newton" for increments."""
         return "newton" if self.steps else "path"
 
     def to_frame(self) -> Table:
-        """The DataFrame of the nodes: columns node, contact (if named), x (x, y, z), slip (slip1, slip2), open, dissipation (work per cycle)."""
+        """The DataFrame of the nodes.
+
+        Columns are node, contact (if named), x (x, y, z), slip (slip1, slip2), open and dissipation
+        (work per cycle).
+        """
         columns = {
             "node": range(len(self.gap)),
             **named_places(self.system),
@@ -153,78 +157,79 @@ class SteadyState(Recorded, Plotted):
 
     @property
     def slipping_share(self) -> float:
-        """Share of the whole contact that slips in the steady cycle, see `slipping`: of its area (its length), without a `width` of its nodes."""
-        width = self.system.width
-        return float(np.average(self.slipping, weights=width))
+        """Share of the area (in the plane of the length) that slips in the steady cycle.
+
+        See `slipping`. Without a `width` of the nodes it is their number that counts.
+        """
+        return float(np.average(self.slipping, weights=self.system.width))
 
     def states(self) -> Trajectory:
-        """All states of one period, from the last corner to the last corner: the first one, and one after each event or increment.
+        """All states of one period, from one last corner to the next.
+
+        They are the state at the beginning and one after each event or increment.
 
         Raises
         ------
         SolverError
-            They do not come back to where they began, or have another work.
+            The states do not come back to the beginning, or have another work.
         """
         return self._states
 
     @cached_property
     def _states(self) -> Trajectory:
-        asked = self.system, self.cycle, self.friction, self.load_factor
         path = march(
-            *asked,
+            self.system,
+            self.cycle,
+            self.friction,
+            self.load_factor,
             initial_state=self.state,
             cycles=self.period,
             steps=self.steps or None,
             progress=False,
         )
-        check_return(
-            path,
-            self.load_factor,
-            self.outcome,
-            self.period * self.dissipation_per_node,
-            self.work_error,
-        )
+        work = self.period * self.dissipation_per_node
+        check_return(path, self.load_factor, self.outcome, work, self.work_error)
+        # The path does not know the amplitudes at its start; they are those of the last corner.
         last = self.cycle.at(self.load_factor)[-1]
-        begin = {case: last.get(case, 0.0) for case in self.system.bonded}
-        return replace(
-            path, amplitudes=frozen(amplitudes_at(*asked[:2], self.load_factor, path.time, begin))
-        )
+        start = {case: last.get(case, 0.0) for case in self.system.bonded}
+        amplitudes = amplitudes_at(self.system, self.cycle, self.load_factor, path.time, start)
+        return replace(path, amplitudes=frozen(amplitudes))
 
     def displacement(self, case: str) -> Array:
-        """(T,) displacement of a load case over the steady cycle, at the states of `states`, see `Trajectory.displacement`."""
+        """(T,) displacement of a load case at the `states`, see `Trajectory.displacement`."""
         return self.states().displacement(case)
 
     def loop(self, case: str) -> LoadLoop:
-        """The loop of a load case over the steady cycle (both cycles, where its period is two), see `Trajectory.displacement`.
+        """The loop of a load case over one period, see `Trajectory.displacement`.
 
-        Displacements are those at the loads. Cycles that are controlled by displacements are not
+        Displacements are those at the loads. Cycles that are controlled by displacements cannot be
         followed: give the loads.
         """
         return self.states().loop(case)
 
     def by_contact(self) -> Table:
-        """What each contact does in the steady cycle, and the forces through it: one row for each.
+        """The sticking, slipping and open parts of each contact, and the forces through it.
 
         Returns
         -------
         DataFrame
-            Columns:
+            One row for each contact. Columns:
 
-            - contact, its name ("the contact" where the system has no names), its number of nodes,
+            - contact, its name ("the contact" if the system has no names), its number of nodes,
               and its area (its length), if `width` is known;
-            - sticking, slipping, open: shares of the area, without a `width` of the nodes; they add
-              up to 1. Slipping is what slides against friction (`slipping`), open what opens at
-              some corner (`open`) and does not slip, sticking the rest;
+            - sticking, slipping, open: shares of the area, or of the nodes without `width`; they
+              add up to 1. Slipping nodes slide against friction (`slipping`), open nodes open at
+              some corner (`open`) and do not slip, all other nodes stick;
             - work of friction per cycle; slip_range, the largest distance of two slips of a node
               while it is closed;
-            - P_0, Q_0, fP_0, P_1 ..: forces at the corners 0, 1 .. of the cycle (of two, if the
-              `period` is two, the last): P the sum of the normal forces, compression positive; Q
-              the resultant of the shear forces, in the plane along the tangent, in space and where
-              the tangents turn its size; fP the sum of friction (along the first tangent) times
-              normal force, or of shear strengths: on a flat face the most that Q can be.
+            - P_0, Q_0, fP_0, P_1 ..: forces at the corners 0, 1 .. of the cycle (of the second
+              cycle, if the `period` is two). P is the sum of the normal forces, compression
+              positive. Q is the resultant of the shear forces: in the plane along the tangent, in
+              space and if the tangents turn its size. fP is the sum of friction (along the first
+              tangent) times normal force, or of shear strengths: the largest Q of a flat face.
 
-            `attrs["corners"]` has the names of the corners, `attrs["note"]` says what the shares
-            are of.
+            `attrs["corners"]` has the names of the corners; `attrs["note"]` says whether the shares
+            are of the area or of the nodes.
 
         Raises
         ------
@@ -234,27 +239,28 @@ class SteadyState(Recorded, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> blocks = fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0)
+        >>> rod = fo.ContactSystem.from_blocks(**blocks)
         >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
         >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
         >>> table = steady.by_contact()
-        >>> table[["nodes", "slipping", "work", "P_0", "Q_0", "Q_1", "fP_0"]].round(6).to_dict("records")
-        [{'nodes': 4, 'slipping': 0.25, 'work': 1.0, 'P_0': 4.0, 'Q_0': -1.0, 'Q_1': 1.0, 'fP_0':
-        2.0}]
+        >>> table[["nodes", "slipping", "work", "P_0", "Q_0", "Q_1", "fP_0"]].round(6)
+           nodes  slipping  work  P_0  Q_0  Q_1  fP_0
+        0      4      0.25   1.0  4.0 -1.0  1.0   2.0
         """
         return contact_table(self.states(), self.slipping, self.open, self.dissipation_per_node)
 
     def bolt_table(self) -> Table:
-        """What locked bolts carry over the steady cycle: one row for each.
+        """Tensions of the locked bolts over the steady cycle: one row for each bolt.
 
         Columns are bolt, its load case; force, that of its `BoltPreload`; tension_mean, the middle
-        of the range of its tension; and tension_amplitude, half of that range, which fatigue of
-        bolts is judged by. In increments the range is that of their ends.
+        of the range of its tension; and tension_amplitude, half of that range, for the fatigue of
+        the bolt. In increments the range is that of the states at their ends.
 
         Raises
         ------
         ModelError
-            No locked bolt, a system without `compliance`.
+            There is no locked bolt, or the system has no `compliance`.
         """
         return tensions(self.states())
 
@@ -269,7 +275,7 @@ class SteadyState(Recorded, Plotted):
         crossland: float = 0.3,
         fatemi_socie: float = 0.0,
     ) -> Table:
-        """What frets where: one row for each node.
+        """Parameters of fretting: one row for each node.
 
         Theory, eq. (22).
 
@@ -280,45 +286,47 @@ class SteadyState(Recorded, Plotted):
             nodes of the contact, at M states of the steady cycle, as `BodyFields.at_contact` gives
             them; both or none.
         fields, side
-            Instead of these, the `ContactModel` that was condensed, whose fields at the corners
-            count, all stress components of body `side`; or the fields of `ContactModel.recover` at
-            two states of the cycle or more; or a list of such lists, for the steady cycles of
-            several residual slips: each parameter is then that of the worst of them, node by node.
+            All stress components of body `side`, instead of `stress` and `strain`. Give the
+            `ContactModel` that was condensed, for its fields at the corners; or the fields of
+            `ContactModel.recover` at two or more states of the cycle; or a list of such lists, for
+            the steady cycles of several residual slips. Each parameter of a node is then that of
+            its worst cycle.
         findley, crossland, fatemi_socie
-            Weights of the largest normal stress, of the largest hydrostatic one, and of the largest
-            normal one, k over the yield stress (1 / stress).
+            Weights of the largest normal stress (Findley), of the largest hydrostatic stress
+            (Crossland), and of the largest normal stress (Fatemi and Socie: k divided by the yield
+            stress, 1 / stress).
 
         Returns
         -------
         DataFrame
             Columns:
 
-            - node, x (in space x, y, z), and contact where the system names its contacts;
+            - node, x (in space x, y, z), and contact if the system names its contacts;
             - slip_range, the largest distance of two slips of the cycle while the node is closed
               (with its drift, if the contact ratchets);
-            - tau_amplitude, tau_mean, pressure_amplitude, pressure_mean, half the largest distance
+            - tau_amplitude, tau_mean, pressure_amplitude, pressure_mean: half the largest distance
               of two tractions, and the middle of their range, for `q / width` and `p / width` (in
-              space tau_mean1 and tau_mean2); without a width q_amplitude, q_mean, p_amplitude,
-              p_mean, of forces;
+              space tau_mean1 and tau_mean2). Without a width they are of forces: q_amplitude,
+              q_mean, p_amplitude, p_mean;
             - work, share, work_density: work of friction per cycle, its share of the whole, and
-              over width;
+              divided by the width;
             - F1, Ruiz's first parameter: largest shear traction of the cycle times slip range
-              (F1_force, of the nodal force, without a width);
-            - F2 and SWT, where stress and strain are given: Ruiz's second parameter, largest
-              tensile stress times F1; and that of Smith, Watson and Topper, largest tensile stress
-              times half the range of the strain. Both are of the plane normal to the tangent, in
-              space to the largest slip, so that SWT is NaN where nothing slips (fields have it
-              there, too);
-            - SWT, Findley, Fatemi_Socie and Crossland, where fields are given, each on its critical
-              plane, whatever its direction. Planes are searched in steps down to 0.001 degrees;
-              where maxima cross at a kink, SWT was up to 1e-4 of itself too low;
-            - from, to: with them, the least and the largest normal stress in the cycle on the
+              (without a width F1_force, with the nodal force);
+            - F2 and SWT, with stress and strain: Ruiz's second parameter, largest tensile stress
+              times F1; and the parameter of Smith, Watson and Topper, largest tensile stress times
+              half the range of the strain. Both are of the plane normal to the tangent, in space
+              normal to the largest slip. So SWT is NaN at nodes that do not slip, unless `fields`
+              are given;
+            - SWT, Findley, Fatemi_Socie and Crossland, with fields: each on its critical plane,
+              whatever its direction. Planes are searched in steps down to 0.001 degrees. If maxima
+              cross at a kink, SWT was too low by up to a relative 1e-4;
+            - from, to, with fields: the least and the largest normal stress in the cycle on the
               critical plane of SWT. pyLife needs these two names for a load collective, here of one
-              cycle a node.
+              cycle per node.
 
             `attrs["note"]` says which columns are a property of the mesh, and what `from` and `to`
-            are: at the corner of a complete contact tractions and stresses grow without end as
-            elements shrink, and so do F1, F2 and SWT there.
+            are. At the corner of a complete contact, tractions and stresses grow without end as
+            elements shrink, and so do F1, F2 and SWT.
 
         Raises
         ------
@@ -336,24 +344,27 @@ class SteadyState(Recorded, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+        >>> blocks = fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0)
+        >>> rod = fo.ContactSystem.from_blocks(**blocks)
         >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
         >>> steady = fo.steady_state(rod, cycle, friction=0.5, load_factor=1.0)
-        >>> steady.fretting_table()[["node", "slip_range", "q_amplitude", "share", "F1_force"]].round(6).head(2)
+        >>> columns = ["node", "slip_range", "q_amplitude", "share", "F1_force"]
+        >>> steady.fretting_table()[columns].round(6).head(2)
            node  slip_range  q_amplitude  share  F1_force
         0     0         1.0          0.5    1.0       0.5
         1     1         0.0          0.5    0.0       0.0
         """
         body = whole_number("side", side, least=1, most=2)
-        asked = {"findley": findley, "crossland": crossland, "fatemi_socie": fatemi_socie}
-        weights = {name: finite_number(name, value, least=0.0) for name, value in asked.items()}
+        weights = {"findley": findley, "crossland": crossland, "fatemi_socie": fatemi_socie}
+        for name, weight in weights.items():
+            weights[name] = finite_number(name, weight, least=0.0)
         if fields is not None and stress is not None:
             raise ModelError("fields, stress: both; give the fields, which have the stress")
         table = fretting_table(self.states(), self.dissipation_per_node, stress, strain)
         if fields is None:
             return table
         if hasattr(fields, "recover"):
-            fields = [found for _, found, _ in fields._over(self, every=False)]
+            fields = [field for _, field, _ in fields._over(self, every=False)]
         return with_worst_planes(table, fields, body, weights)
 
     def _answer(self) -> Mapping[str, object]:

@@ -1,4 +1,4 @@
-"""Pictures of load cycles and transients: their loops, their history, what each node does in them, and what is left of them in the steady state."""
+"""Pictures of transients and steady states: loops, history, status of the nodes, and the onset."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
-from ..base import RESIDUAL, ROUNDING, SIMULTANEOUS
+from ..base import RESIDUAL, ROUNDING, SIMULTANEOUS, Array, Integers
 from ..contact import lengths, most_shear
 from ..contact.face import face_map, panels_of, together
 from ..contact.strip import (
@@ -43,171 +43,146 @@ from .onset import Onset
 from .outcome import SteadyState
 from .trajectory import LoadLoop, Trajectory
 
+# Code, word and colour of each status.
 _STATUS = (
     (0, "stick", "#DDDDDD"),
     (1, "slip", SERIES[0]["color"]),
     (-1, "slip -", SERIES[1]["color"]),
     (2, "open", BLACK),
-)  # code, word, colour
-_LOOKS: dict[str, Look] = {
-    "q": {"band": series(0)["color"]},
-    "p": {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8},
-}
+)
 
 
 def node_status(states: Trajectory, ax: Axes | None = None) -> Axes:
-    """Stick, slip and open of each node (across) over the corners visited (upwards); in space the nodes by number."""
+    """Stick, slip and open of each node (across) over the corners visited (upwards).
+
+    In space the nodes are placed by their numbers.
+    """
     (axes,) = new_axes(ax)
-    system, done = (
-        states.system,
-        states.status[:-1] if states.engine == "path" else states.status[1:],
-    )
-    across, groups = (
-        (system.x, parts(system))
-        if system.tangents == 1
-        else (np.arange(system.nodes, dtype=float), [("", slice(None))])
-    )
+    system = states.system
+    # The status until the next event, or over the increment that ends at a state.
+    status = states.status[:-1] if states.engine == "path" else states.status[1:]
     codes, words, colours = zip(*_STATUS, strict=True)
-    look: Look = {
-        "cmap": ListedColormap(colours),
-        "norm": BoundaryNorm(np.arange(-0.5, 4), 4),
-        "rasterized": True,
-    }
+    if system.tangents == 1:
+        x = system.x
+        groups = parts(system)
+        words = ("stick", "slip +", "slip -", "open")
+    else:
+        x = np.arange(system.nodes, dtype=float)
+        groups = [("", slice(None))]
     for _, nodes in groups:
-        at = across[nodes]
-        half = np.diff(at) / 2 if len(at) > 1 else np.array([0.5])
-        edges = np.concatenate(
-            [[at[0] - half[0]], at[:-1] + half[: len(at) - 1], [at[-1] + half[-1]]]
-        )
+        numbers = np.select([status[:, nodes] == code for code in codes], range(len(codes)))
         axes.pcolormesh(
-            edges,
+            _edges(x[nodes]),
             states.time,
-            np.select([done[:, nodes] == code for code in codes], range(4)),
-            **look,
+            numbers,
+            cmap=ListedColormap(colours),
+            norm=BoundaryNorm(np.arange(-0.5, len(codes)), len(codes)),
+            rasterized=True,
         )
     _time_axis(axes, states, "y")
     if system.tangents == 1:
         label_contacts(axes, system)
-        words = (words[0], "slip +", *words[2:])
     else:
         axes.set_xlabel("number of the node")
-    patches = [
+    shown = [
         Patch(facecolor=colour, edgecolor=GREY, label=word)
-        for word, colour in zip(words, colours, strict=True)
+        for code, word, colour in zip(codes, words, colours, strict=True)
+        if code in states.status
     ]
-    legend(
-        axes,
-        handles=[
-            patch for code, patch in zip(codes, patches, strict=True) if code in states.status
-        ],
-    )
+    legend(axes, handles=shown)
     return axes
+
+
+def _edges(x: Array) -> Array:
+    """(N + 1,) ends of the columns of nodes at x (N,), halfway to the next node."""
+    half = np.diff(x) / 2 if len(x) > 1 else np.array([0.5])
+    inner = x[:-1] + half[: len(x) - 1]
+    return np.concatenate([[x[0] - half[0]], inner, [x[-1] + half[-1]]])
 
 
 @picture.register
 def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
-    """Panels for the nodes with the most work: shear force against slip along each tangent, and last slip against the corners visited."""
-    tangents, nodes = path.system.tangents, np.argsort(-path.work[-1], kind="stable")[:3]
-    *sides, below = panels = new_axes(
-        ax, tangents + 1, (6.4, 6.4 if tangents == 1 else 8.4), common_x=False
-    )
-    per_depth = " per depth" if tangents == 1 else ""
-    names = [node_at(path.system, node) for node in nodes]
-    slip, q = (
-        values.reshape(*path.gap.shape, tangents)[:, nodes]
-        for values in (path.slip / path.system.stretch, path.q * path.system.stretch)
-    )
-    for axis, axes in enumerate(sides):
-        number = f"_{axis + 1}" if tangents == 2 else ""
-        for node, name in enumerate(names):
-            v, shear, color = slip[:, node, axis], q[:, node, axis], series(node)["color"]
-            axes.plot(v, shear, label=name, **line(node))
-            axes.plot(
-                v[-1:],
-                shear[-1:],
-                color=color,
-                marker="o",
-                markersize=4,
-                label="last state" if node == 0 else None,
-            )
-            below.plot(
-                path.time,
-                v,
-                color=color,
-                linestyle=series(node if tangents == 1 else axis)["linestyle"],
-            )
-        axes.set(
-            xlabel=f"slip $v{number}$ (length)",
-            ylabel=f"shear force $q{number}$ (force{per_depth})",
-        )
-        if tangents == 2:
-            below.plot(
-                [],
-                [],
-                color=BLACK,
-                linestyle=series(axis)["linestyle"],
-                label=f"$v{number}$, colours as above",
-            )
-    sides[0].set_title(
-        "nodes with the most work of friction" if path.work[-1].any() else "no node slips"
-    )
-    legend(sides[0])
-    _time_axis(below, path, "x")
-    if _whole_cycles(below, path) or tangents == 2:
-        legend(below)
-    below.set_ylabel("slip $v$ (length)" if tangents == 1 else "slip $v_1$, $v_2$ (length)")
+    """Panels for the nodes with the most work: shear against slip, and slip against time.
+
+    The shear force has a panel for each tangent; the last panel is over the corners visited.
+    """
+    tangents = path.system.tangents
+    size = (6.4, 6.4 if tangents == 1 else 8.4)
+    panels = new_axes(ax, tangents + 1, size, common_x=False)
+    *loops, history = panels
+    nodes = np.argsort(-path.work[-1], kind="stable")[:3]
+    shape = (*path.gap.shape, tangents)
+    slip = (path.slip / path.system.stretch).reshape(shape)[:, nodes]
+    q = (path.q * path.system.stretch).reshape(shape)[:, nodes]
+    for axis, axes in enumerate(loops):
+        for k, node in enumerate(nodes):
+            v = slip[:, k, axis]
+            shear = q[:, k, axis]
+            color = series(k)["color"]
+            axes.plot(v, shear, label=node_at(path.system, node), **line(k))
+            last: Look = {"color": color, "marker": "o", "markersize": 4}
+            axes.plot(v[-1:], shear[-1:], label="last state" if k == 0 else None, **last)
+            style = series(k if tangents == 1 else axis)["linestyle"]
+            history.plot(path.time, v, color=color, linestyle=style)
+        if tangents == 1:
+            axes.set(xlabel="slip $v$ (length)", ylabel="shear force $q$ (force per depth)")
+            continue
+        v_name = f"$v_{axis + 1}$"
+        axes.set(xlabel=f"slip {v_name} (length)", ylabel=f"shear force $q_{axis + 1}$ (force)")
+        style = series(axis)["linestyle"]
+        history.plot([], [], color=BLACK, linestyle=style, label=f"{v_name}, colours as above")
+    history.set_ylabel("slip $v$ (length)" if tangents == 1 else "slip $v_1$, $v_2$ (length)")
+    works = path.work[-1].any()
+    loops[0].set_title("nodes with the most work of friction" if works else "no node slips")
+    legend(loops[0])
+    _time_axis(history, path, "x")
+    if _whole_cycles(history, path) or tangents == 2:
+        legend(history)
     return np.array(panels)
 
 
 def _whole_cycles(axes: Axes, path: Trajectory) -> bool:
-    """Draw a line at each of a few whole cycles; whether there are any."""
+    """Draw a line at each whole cycle, if these are few; returns whether there is a line."""
     corners = len(path.cycle.corners)
     cycles = int(path.time[-1]) // corners
-    few = 0 < cycles <= 50
-    for cycle in range(cycles + 1) if few else ():
+    if not 0 < cycles <= 50:
+        return False
+    for cycle in range(cycles + 1):
         axes.axvline(cycle * corners, color=GREY, lw=0.5, label="cycles" if cycle == 0 else None)
-    return few
+    return True
 
 
 @picture.register
 def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Three panels: slip range of the steady cycle; tractions at its corners (nodal forces where there is no width); work of friction per cycle.
+    """Panels of the slip range, the tractions at the corners, and the work of friction per cycle.
 
-    In space maps: work of friction per cycle at each node, and the slip range as arrows.
+    Without a width of the nodes, nodal forces are drawn instead of tractions. In space maps show
+    the work of friction per cycle of each node, and the slip range as arrows.
     """
-    if steady.system.tangents == 2:
-        outcome = steady.outcome.name.lower().replace("_", " ")
-        return work_map(
-            panels_of(ax, steady.system),
-            steady,
-            f"{outcome}, work of friction per cycle {steady.dissipation:.4g}",
-        )
-    slip, force, work = panels = new_axes(ax, 3, (6.4, 7.6))
     system = steady.system
-    slip.set_title(
-        f"{steady.outcome.name.replace('_', ' ').lower()}, $W = {steady.dissipation:.4g}$ per cycle"
-    )
+    outcome = steady.outcome.name.lower().replace("_", " ")
+    if system.tangents == 2:
+        title = f"{outcome}, work of friction per cycle {steady.dissipation:.4g}"
+        return work_map(panels_of(ax, system), steady, title)
+    panels = new_axes(ax, 3, (6.4, 7.6))
+    slip, force, work = panels
+    slip.set_title(f"{outcome}, $W = {steady.dissipation:.4g}$ per cycle")
     slip_and_work(slip, work, steady, color=BLACK)
+
     states = steady.states()
-    count = len(steady.cycle.corners)
-    corners = (
-        np.searchsorted(states.time, np.arange(1, count * steady.period + 1) + SIMULTANEOUS) - 1
-    )
-    called = steady.cycle.corner_names
-    names = [
-        f"{called[corner % count]}{', second cycle' if corner >= count else ''}"
-        for corner in range(len(corners))
-    ]
-    width, unit = (
-        (1.0, "nodal force\n(force per depth)")
-        if system.width is None
-        else (system.width, "traction\n(force per area)")
-    )
-    for name, look in _LOOKS.items():
-        lines_or_band(
-            force, system, getattr(states, name)[corners] / width, names, prefix=f"${name}$, ", **look
-        )
-    force.set_ylabel(unit)
+    names = list(steady.cycle.corner_names)
+    if steady.period == 2:
+        names += [f"{name}, second cycle" for name in names]
+    corners = np.searchsorted(states.time, np.arange(1, len(names) + 1) + SIMULTANEOUS) - 1
+    width: float | Array = 1.0
+    force.set_ylabel("nodal force\n(force per depth)")
+    if system.width is not None:
+        width = system.width
+        force.set_ylabel("traction\n(force per area)")
+    shear_look: Look = {"band": series(0)["color"]}
+    pressure_look: Look = {"band": series(1)["color"], "lw": 0.5, "alpha": 0.8}
+    lines_or_band(force, system, states.q[corners] / width, names, prefix="$q$, ", **shear_look)
+    lines_or_band(force, system, states.p[corners] / width, names, prefix="$p$, ", **pressure_look)
     legend(force)
     label_panels(panels, system)
     return np.array(panels)
@@ -217,17 +192,19 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
 def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     """Amplitude against displacement, with a mark where nodes begin or cease to slip."""
     (axes,) = new_axes(ax)
-    d, a, slips = loop.displacement, loop.amplitude, loop.slipping
-    changes = np.flatnonzero(np.diff(slips, prepend=slips[:1]))
-    axes.plot(d, a, color=series(0)["color"], label=f"area {loop.area:.4g}")
-    look = {
+    displacement = loop.displacement
+    amplitude = loop.amplitude
+    changes = np.flatnonzero(np.diff(loop.slipping, prepend=loop.slipping[:1]))
+    axes.plot(displacement, amplitude, color=series(0)["color"], label=f"area {loop.area:.4g}")
+    marks = {
         "linestyle": "none",
         "marker": "o",
         "markersize": 4,
         "mfc": "white",
         "color": series(1)["color"],
     }
-    axes.plot(d[changes], a[changes], label="nodes begin or cease to slip", **look)
+    label = "nodes begin or cease to slip"
+    axes.plot(displacement[changes], amplitude[changes], label=label, **marks)
     axes.set_title(f"load case {loop.case!r}: secant stiffness {loop.stiffness:.4g}")
     axes.set(xlabel="displacement (work over amplitude)", ylabel="amplitude of the load case")
     legend(axes)
@@ -235,32 +212,31 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
 
 
 def work_map(panels: Sequence[Axes], steady: SteadyState, title: str) -> Axes | AxesArray:
-    """Work of friction per cycle at each node that closes; the slip range as arrows, between the two slips of the cycle that are furthest apart."""
+    """Work of friction per cycle at each node that closes, and the slip range as arrows.
+
+    An arrow goes from one to the other of the two slips of the cycle that are furthest apart.
+    """
     panels[0].set_title(title)
     states = steady.states()
     ranges = slip_ways(states)
-    ranges = np.where(
-        lengths(ranges, ranges[:, 0])[:, None] > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0
-    )
-    name = "work of friction per cycle (force times length)"
-    opened = states.gap.min(axis=0) > 0
+    is_rounding = lengths(ranges, ranges[:, 0]) <= ROUNDING * np.abs(steady.slip).max()
+    ranges = np.where(is_rounding[:, None], 0.0, ranges)
     return face_map(
         panels,
         steady.system,
         steady.dissipation_per_node,
-        name,
+        "work of friction per cycle (force times length)",
         slip=ranges,
         slip_name="slip range",
-        opened=opened,
+        opened=states.gap.min(axis=0) > 0,
     )
 
 
 def slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) -> None:
     """Draw the slip range of the steady cycle, and below the work of friction per cycle."""
     ranges = np.asarray(steady.fretting_table()["slip_range"])
-    ranges = np.where(
-        ranges > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0
-    )  # else the picture of a contact at rest is one of rounding
+    # Otherwise the picture of a contact at rest would show rounding.
+    ranges = np.where(ranges > ROUNDING * np.abs(steady.slip).max(), ranges, 0.0)
     lines(above, steady.system, ranges, **look, **POINTS)
     lines(below, steady.system, steady.dissipation_per_node, **look, **POINTS)
     above.set_ylabel("slip range (length)")
@@ -268,48 +244,60 @@ def slip_and_work(above: Axes, below: Axes, steady: SteadyState, **look: Any) ->
 
 
 def _time_axis(axes: Axes, path: Trajectory, axis: str) -> None:
-    """The axis of corners visited, which begins no earlier than the mean load, with the loads of the first corners as far as there is room."""
-    names = ", ".join(
-        f"{number}: {name}" for number, name in enumerate(["mean load", *path.cycle.corner_names])
-    )
-    label = f"corners visited ({names if len(names) <= 60 else '0: mean load'})"
-    axes.set(**{f"{axis}label": label if axis == "x" else label.replace(" (", "\n(", 1)})
-    if (first := max(0.0, path.time[0])) < path.time[-1]:
+    """Label and limits of the axis ("x" or "y") of the corners visited, from the mean load on.
+
+    The label lists the loads of the corners, if there is room.
+    """
+    names = ["0: mean load"]
+    names += [f"{k}: {name}" for k, name in enumerate(path.cycle.corner_names, start=1)]
+    listed = ", ".join(names)
+    if len(listed) > 60:
+        listed = names[0]
+    separator = " " if axis == "x" else "\n"
+    axes.set(**{f"{axis}label": f"corners visited{separator}({listed})"})
+    first = max(0.0, path.time[0])
+    if first < path.time[-1]:
         axes.set(**{f"{axis}lim": (first, path.time[-1])})
 
 
 @picture.register
 def _onset(onset: Onset, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Shear over friction bound of the bonded contact at the first slip towards each corner (in space, the first of all); what slips is circled."""
-    axes, *_ = panels = panels_of(ax, onset.system)
-    title = "bonded contact at the onset of slip"
-    if not onset.mean_admissible:
-        settled, alone = (
-            "contact under the settled mean load, at the onset of slip",
-            "bonded contact; the mean load alone makes it slip or pulls",
-        )
-        title = settled if onset.state else alone
-    axes.set_title(title)
+    """Shear divided by friction bound of the bonded contact at the first slip towards each corner.
+
+    In space only the first slip of all is drawn. Slipping nodes are circled.
+    """
+    system = onset.system
+    panels = panels_of(ax, system)
+    panels[0].set_title(_onset_title(onset))
     events = [event for event in onset.slips if event.node is not None]
     if not events:
         no_lines(panels, "no corner makes a node slip")
         return together(panels)
-    at, (q, p) = (
-        events.index(onset.slip),
-        (part[[event.corner for event in events]] for part in onset.reactions),
-    )
-    shown = range(len(events)) if len(events) <= len(SERIES) else [at]
-    circles: Circles = {
-        number: (events[number].node, events[number].sense, ONE_NODE) for number in shown
-    }
-    if onset.system.tangents == 2:
-        shear, bound = lengths(q, p)[at], most_shear(onset.system, onset.friction, p[at])
-        zero = RESIDUAL * np.abs(bound).max()
-        slips = (shear - bound >= -zero) & (
-            np.maximum(shear, -bound) > zero
-        )  # a node that carries nothing does not slip
-        circles = {at: ([onset.slip.node, *np.flatnonzero(slips)], None, ONE_NODE)}
+    first = events.index(onset.slip)
+    corners = [event.corner for event in events]
+    q, p = (part[corners] for part in onset.reactions)
+    if system.tangents == 2:
+        nodes = [onset.slip.node, *_at_bound(onset, q[first], p[first])]
+        circles: Circles = {first: (nodes, None, ONE_NODE)}
+    else:
+        drawn = range(len(events)) if len(events) <= len(SERIES) else [first]
+        circles = {k: (events[k].node, events[k].sense, ONE_NODE) for k in drawn}
     names = [rf"{event.loads}, $\lambda = {event.load_factor:.4g}$" for event in events]
-    return shear_ratios(
-        panels, onset.system, onset.friction, q, p, names, circles, "node that slips first", at
-    )
+    label = "node that slips first"
+    return shear_ratios(panels, system, onset.friction, q, p, names, circles, label, first)
+
+
+def _onset_title(onset: Onset) -> str:
+    if onset.mean_admissible:
+        return "bonded contact at the onset of slip"
+    if onset.state is None:
+        return "bonded contact; the mean load alone makes it slip or pulls"
+    return "contact under the settled mean load, at the onset of slip"
+
+
+def _at_bound(onset: Onset, q: Array, p: Array) -> Integers:
+    """Nodes on their friction bound. A node that carries nothing does not slip."""
+    bound = most_shear(onset.system, onset.friction, p)
+    shear = lengths(q, p)
+    zero = RESIDUAL * np.abs(bound).max()
+    return np.flatnonzero((shear - bound >= -zero) & (np.maximum(shear, -bound) > zero))

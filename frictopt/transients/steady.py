@@ -1,8 +1,9 @@
-"""The steady state of a transient: whether it stops slipping, and if not, how much it dissipates per cycle."""
+"""The steady state of a transient: whether slip stops, and the work of friction per cycle."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from time import perf_counter
 from typing import cast
 
@@ -24,6 +25,7 @@ from ..base import (
 )
 from ..contact import ContactState, ContactSystem, LoadCycle, off_law, parted
 from ..errors import NoContinuation, SolverError
+from .begin import Cycle
 from .classify import Settled, distance_left, returns_after
 from .cycles import Run
 from .march import path_of
@@ -31,24 +33,34 @@ from .outcome import SteadyState
 from .stepped import SteppedPath, doubts
 
 MOST_CYCLES = 2000
-"""Number of cycles after which the search for a steady state gives up, unless another one is asked for."""
+"""Default number of cycles after which the search for a steady state gives up."""
 
-_EARLY, _AGAIN = (
-    3,
-    8,
-)  # cycles in finer increments: the first ones, and those from the steady state at most
-_SETTLED, _LONGEST = (
-    0.1,
-    50,
-    # what their work has yet to change, over what it has, from which on they end; and over the last
-    # change, at most
+
+@dataclass(frozen=True)
+class StepErrorSettings:
+    """The numbers of the estimate of `step_error`."""
+
+    # Cycles that finer increments follow from the beginning of the transient.
+    first_cycles: int = 3
+    # Largest number of cycles that finer increments follow from the steady state.
+    most_cycles: int = 8
+    # The cycles end once the later changes of their work are below this share of the change so far.
+    converged: float = 0.1
+    # Largest estimate of the later changes, relative to the last change.
+    longest: float = 50.0
+    # Factor on the estimated error.
+    safety: float = 2.0
+    # Share of the work in doubt that is added, since errors may cancel in a difference.
+    cancelled: float = 0.01
+
+
+SETTINGS = StepErrorSettings()
+
+OFF_LAW = (
+    "steady state: its states violate the contact law or the balance of energy, or do not come "
+    "back, by {residual:.1e} (tolerance {tolerance:g}); {cause}"
 )
-_SAFETY, _CANCELLED = (
-    2,
-    0.01,
-    # times the estimated error; and share of the work in doubt that is added, since errors may cancel
-    # in a difference
-)
+LEFT_OUT = "corners: {number} of {corners} are on the straight segment between others, and no stops"
 
 
 @warns_of_odd_values
@@ -65,23 +77,26 @@ def steady_state(
     steps: int | None = None,
     progress: bool = True,
 ) -> SteadyState:
-    """Follow a transient until its steady state is proven: exactly in the plane, in increments by Newton's method in space.
+    """Follow a transient until its steady state is proven.
+
+    Plane contacts are followed exactly, contacts in space in increments by Newton's method.
 
     The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay
-    the same, in any order within a segment, this map is affine, and its fixed point is extrapolated
-    from the last cycles (reduced-rank extrapolation, Sidi 2017). The extrapolated state is accepted
-    if a cycle from it returns to it, and if cycles from states between it and the last state show
-    that the map is affine for all states to come. The transient then goes on from it. In increments
-    slips turn, and the map is not affine: one extrapolation follows the other. The state is
-    accepted if (1) a cycle from it returns to it, (2) cycles from the last state and from two
-    states in between approach it, and (3) a later extrapolation gives the same work to a relative
-    3e-8; `work_error` estimates what is left of that in all later cycles and is no bound. The state
-    may come back after two cycles (`period`), or its slip may drift by the same amount in each
-    return.
+    the same, in any order within a segment, this map is affine. Its fixed point is extrapolated
+    from the last cycles (reduced-rank extrapolation, Sidi 2017). The fixed point is accepted if a
+    cycle from it returns to it, and if cycles from states between it and the last state show that
+    the map is affine for all states to come. The transient then goes on from the fixed point.
 
-    Shakedown needs a slip that is safe at every corner. If nodes lift off or have no friction, a
-    periodic state without work of friction also counts (at each node at most the work of a slip of
-    1e-9 slip scales under its own largest pressure). Theory, eq. (14).
+    In increments slips turn, the map is not affine, and extrapolations are repeated. The fixed
+    point is accepted if (1) a cycle from it returns to it, (2) cycles from the last state and from
+    two states in between approach it, and (3) a later extrapolation gives the same work to a
+    relative 3e-8. `work_error` estimates the error of the work that remains; it is no bound.
+
+    The state may come back after two cycles (`period`), or its slip may drift by the same amount in
+    each return. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
+    friction, a periodic state without work of friction also counts as shakedown. Its work at each
+    node is at most that of a slip of 1e-9 slip scales under the node's largest pressure. Theory,
+    eq. (14).
 
     Parameters
     ----------
@@ -99,20 +114,20 @@ def steady_state(
     most_cycles
         Number of cycles after which to give up.
     steps
-        Number of increments from corner to corner; finer ones tell `step_error`. Begin with 2 in a
-        large contact in space, and double them until `step_error` is small enough. None: the exact
-        path in the plane, 20 in space.
+        Number of increments from corner to corner; finer increments give `step_error`. Begin with 2
+        in a large contact in space, and double them until `step_error` is small enough. None: the
+        exact path in the plane, 20 in space.
     progress
-        Whether to show after two seconds how far it is. Ctrl-C stays a KeyboardInterrupt with an
-        attribute `work`, (cycles,), as of a NoContinuation.
+        Whether to show after two seconds how far the computation is. Ctrl-C raises a
+        KeyboardInterrupt with an attribute `work`, (cycles,), like that of a NoContinuation.
 
     Raises
     ------
     ModelError
         Bad input.
     NoContinuation
-        The path ends, a load is beyond friction, or no steady state, of period one or two, is
-        proven within `most_cycles`: its attributes then say what is known.
+        The path ends, a load is beyond friction, or no steady state of period one or two is proven
+        within `most_cycles`. The attributes of the error hold what is known.
     SolverError
         An increment has no valid answer, or the states violate the contact law or the balance of
         energy by more than the tolerance.
@@ -131,143 +146,133 @@ def steady_state(
     whole_number("most_cycles", most_cycles, least=1)
     flag("progress", progress)
     extra = None if overload is None else finite_number("overload", overload, least=0.0)
-    asked = system, cycle, friction, load_factor, initial_slip, initial_state
-    path = path_of(*asked, steps=steps)
-    early: list[Array] = []
-    run: Run | None = None
+    problem = system, cycle, friction, load_factor, initial_slip, initial_state
+    path = path_of(*problem, steps=steps)
+    run = Run(path, most_cycles)
+    first_states: list[Array] = []
 
-    def kept(_: object) -> tuple[str, object, str] | None:
-        works = np.array(run.works if run else [])
-        return (
-            (
-                "work",
-                works,
-                f"the work of friction in each of {len(works)} cycles is in the attribute `work`",
-            )
-            if len(works)
-            else None
-        )
+    def works_so_far(_: object) -> tuple[str, object, str] | None:
+        if not run.works:
+            return None
+        works = np.array(run.works)
+        text = f"the work of friction in each of {len(works)} cycles is in the attribute `work`"
+        return "work", works, text
 
-    with bar_of(progress, "steady state", "cycle", keeps=kept) as bar:
+    with bar_of(progress, "steady state", "cycle", keeps=works_so_far) as bar:
 
-        def tell() -> None:
+        def count() -> None:
             bar.update()
-            if len(early) < _EARLY:
-                early.append(path.state.u)
+            if len(first_states) < SETTINGS.first_cycles:
+                first_states.append(path.state.u)
 
-        run = Run(path.start(extra), most_cycles, tell)
-        found, error = run.settled(), 0.0
+        run.tell = count
+        path.start(extra)
+        settled = run.settled()
+        error = 0.0
         if path.steps:
             try:
-                begun, parts = SteppedPath("newton", path.steps, *asked).finer()
-                error = _step_error(run, found, early, begun.start(extra), parts)
+                finer, parts = SteppedPath("newton", path.steps, *problem).finer()
+                error = _step_error(run, settled, first_states, finer.start(extra), parts)
             except (NoContinuation, SolverError):
                 error = np.inf
-        return reported(run, found, error)
+        return reported(run, settled, error)
 
 
 def _step_error(
-    run: Run, found: Settled, early: Sequence[Array], begun: SteppedPath, parts: int
+    run: Run, settled: Settled, first_states: Sequence[Array], finer: SteppedPath, parts: int
 ) -> float:
-    """Estimated error in time of the work in a steady state, over itself, from a transient `begun` at the same start in finer increments.
+    """Estimated relative error in time of the work in a steady state.
 
-    Nodes that slip in the first cycles alone keep that slip. So finer increments follow the steady
-    state from slips that differ from its own as those after the first cycles do, `early` in all
-    increments. They part each increment into four, or more up to 32 from corner to corner, and the
-    last one into ever smaller ones. What their work has yet to change when they end is
-    extrapolated.
+    `finer` is the same transient from the same start in finer increments. They divide each
+    increment into four or more, up to 32 from corner to corner, and the last one into ever smaller
+    ones. Some nodes slip in the first cycles alone, and keep this slip. So finer increments follow
+    the steady state from slips that differ from its own as the slips after the first cycles do
+    (`first_states` in all increments).
     """
-    path, cycle, changes = cast(SteppedPath, found.path), found.cycle, list[float]()
-    for _ in early:
-        Run(begun, run.most, run.tell).follow(begun)
-    finer = path.finer()[0].at(
-        (path.state.u + begun.state.u - early[-1])[: -path.nodes] / path.unit
-    )
-    if finer is None:
+    path = cast(SteppedPath, settled.path)
+    for _ in first_states:
+        Run(finer, run.most_cycles, run.tell).follow(finer)
+    slips = (path.state.u + finer.state.u - first_states[-1])[: -path.nodes]
+    refined = path.finer()[0].at(slips / path.unit)
+    if refined is None:
         return np.inf
-    again, work, total = (
-        Run(finer, run.most, run.tell, run.period),
-        cycle.work,
-        float(cycle.work.sum()),
-    )
-    lacking = missed = 0.0
-    if cycle.previous is not None:
-        u, r = (
-            np.concatenate([cycle.previous[:1], cycle.u]),
-            np.concatenate([cycle.r[-1:], cycle.r]),
-        )  # the reactions come back
-        doubt, none = (
-            doubts(path.system, path.friction, u, r),
-            ROUNDING * path.largest * path.length,
-        )
-        lacking, missed = (
-            lost if lost > none else 0.0
-            for lost in (np.sqrt(doubt.lacking.sum() * doubt.change.sum()), doubt.missed.sum())
-        )
+    again = Run(refined, run.most_cycles, run.tell, run.period)
+    lacking, missed = _work_in_doubt(path, settled.cycle)
+    total = float(settled.cycle.work.sum())
     if not total:
         return np.inf if missed or again.settled().cycle.work.any() else 0.0
-    while len(changes) < _AGAIN:
-        before, work = work, again.follow(finer).work
+    change = _change_of_work(again, settled.cycle)
+    error = SETTINGS.safety * parts / (parts - 1) * change + SETTINGS.cancelled * lacking
+    return float(max(error, missed)) / total
+
+
+def _work_in_doubt(path: SteppedPath, cycle: Cycle) -> tuple[float, float]:
+    """Work that increments may lack, and work of nodes before they open, see `doubts`."""
+    if cycle.previous is None:
+        return 0.0, 0.0
+    # The reactions at the beginning of the cycle are those at its end.
+    u = np.concatenate([cycle.previous[:1], cycle.u])
+    r = np.concatenate([cycle.r[-1:], cycle.r])
+    doubt = doubts(path.system, path.friction, u, r)
+    lacking = float(np.sqrt(doubt.lacking.sum() * doubt.change.sum()))
+    missed = float(doubt.missed.sum())
+    rounding = ROUNDING * path.largest * path.length
+    return lacking if lacking > rounding else 0.0, missed if missed > rounding else 0.0
+
+
+def _change_of_work(again: Run, cycle: Cycle) -> float:
+    """Change of the work of a cycle in finer increments, extrapolated to all later cycles."""
+    work = cycle.work
+    changes = list[float]()
+    while True:
+        before = work
+        work = again.follow(again.path).work
         changes.append(float(np.abs(work - before).sum()))
-        apart = float(np.abs(work - cycle.work).sum())
-        left = min(distance_left(changes[-3:], REPEATED * total), _LONGEST * changes[-1])
-        if len(changes) > 1 and left <= _SETTLED * apart:
-            break
-    return (
-        float(max(_SAFETY * parts / (parts - 1) * (apart + left) + _CANCELLED * lacking, missed))
-        / total
-    )
+        change = float(np.abs(work - cycle.work).sum())
+        later = distance_left(changes[-3:], REPEATED * float(cycle.work.sum()))
+        later = min(later, SETTINGS.longest * changes[-1])
+        converged = len(changes) > 1 and later <= SETTINGS.converged * change
+        if converged or len(changes) == SETTINGS.most_cycles:
+            return change + later
 
 
-def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
-    """The steady state in words and units of the caller; SolverError if its states violate the law or the balance of energy."""
-    path, cycle, n, slips = (
-        found.path,
-        found.cycle,
-        found.path.nodes,
-        found.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETING),
-    )
-    axes, gap, work = path.system.tangents + 1, path.system.gap, cycle.work / run.period
-    errors = [
-        off_law(
-            path.system, path.friction, one.bonded, one.u, one.r, path.largest, one.previous
-        ).max()
-        for one in found.judged
-    ]
-    residual = float(np.max([cycle.change, cycle.lost, run.lost, *errors]))
-    if not residual <= RESIDUAL:
-        raise SolverError(
-            f"steady state: its states violate the contact law or the balance of energy, or do not come back, by {residual:.1e} (tolerance "
-            f"{RESIDUAL:g}); {path.cause_of_rounding}"
-        )
+def reported(run: Run, settled: Settled, step_error: float) -> SteadyState:
+    """The steady state in the units of the caller; SolverError if its residual is too large."""
+    residual = _residual(run, settled)
+    path = settled.path
+    system = path.system
+    cycle = settled.cycle
+    n = path.nodes
+    slips = settled.outcome in (Outcome.CYCLIC_SLIP, Outcome.RATCHETING)
+    work = cycle.work / run.period
+    slip, opening = parted(cycle.u[-1], system.tangents + 1)
+    gap = opening + system.gap
+    load = parted(path.corners[-1], system.tangents + 1)
     far = float(np.abs(cycle.after).max())
-    (slip, opening), load, left_out = (
-        parted(cycle.u[-1], axes),
-        parted(path.corners[-1], axes),
-        len(path.corners) - len(path.turns),
-    )
-    sentence = f"corners: {left_out} of {len(path.corners)} are on the straight segment between others, and no stops"
+    least_slide = max(ROUNDING * max(1.0, far), cycle.change) * path.scales.length
+    left_out = len(path.corners) - len(path.turns)
+    sentences: tuple[str, ...] = ()
+    if left_out:
+        sentences = (LEFT_OUT.format(number=left_out, corners=len(path.corners)),)
     return SteadyState(
-        outcome=found.outcome,
+        outcome=settled.outcome,
         dissipation=float(work.sum()),
         dissipation_per_node=work,
         sliding_distance=cycle.slid / run.period if slips else np.zeros(n),
-        work_error=found.work_error,
+        work_error=settled.work_error,
         step_error=step_error,
         period=returns_after(path, cycle) if run.period == 2 and slips else 1,
-        system=path.system,
+        system=system,
         cycle=path.cycle,
         friction=np.array(path.friction),
         load_factor=path.load_factor,
         slip=np.array(slip),
-        gap=opening + gap,
+        gap=gap,
         state=ContactState(
-            slip, np.maximum(opening + gap, 0.0), *load, next_loads=path.cycle.corner_names[0]
+            slip, np.maximum(gap, 0.0), *load, next_loads=path.cycle.corner_names[0]
         ),
-        open=np.asarray((cycle.u[:, -n:] + gap > 0).any(axis=0)),
-        slipping=slips
-        & (path.friction > 0)
-        & (cycle.slid > max(ROUNDING * max(1.0, far), cycle.change) * path.scales.length),
+        open=np.asarray((cycle.u[:, -n:] + system.gap > 0).any(axis=0)),
+        slipping=slips & (path.friction > 0) & (cycle.slid > least_slide),
         first_cycle=run.works[0],
         cycles=run.cycles,
         events=path.events,
@@ -278,7 +283,25 @@ def reported(run: Run, found: Settled, step_error: float) -> SteadyState:
             "NEWTON" if path.steps else "path",
             (),
             residual,
-            (sentence,) * (left_out > 0),
+            sentences,
             perf_counter() - path.started,
         ),
     )
+
+
+def _residual(run: Run, settled: Settled) -> float:
+    """Residual of a steady state, see `SteadyState.record`; SolverError if it is too large."""
+    path = settled.path
+    cycle = settled.cycle
+    errors = []
+    for judged in settled.judged:
+        states = judged.bonded, judged.u, judged.r
+        errors.append(
+            off_law(path.system, path.friction, *states, path.largest, judged.previous).max()
+        )
+    residual = float(np.max([cycle.change, cycle.lost, run.lost, *errors]))
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            OFF_LAW.format(residual=residual, tolerance=RESIDUAL, cause=path.cause_of_rounding)
+        )
+    return residual

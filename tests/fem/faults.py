@@ -223,42 +223,42 @@ FAULTS = (
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "loads need not repeat from sector to sector",
-        old="SAME_POINT * np.abs([axis[:d], centre, self.shift]).max()",
-        new="1000000000.0 * np.abs([axis[:d], centre, self.shift]).max()",
+        old="SAME_POINT * np.abs([vector, centre, self.shift]).max()",
+        new="1000000000.0 * np.abs([vector, centre, self.shift]).max()",
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "gaps on the cuts need not be the same",
         old="np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0) + written",
         new="np.abs(gap[high]) < -COUNTS * gap.max(initial=0.0) + written",
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "a cut face follows the other one without turning",
         old="free @ self.turn",
         new="free",
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "a node on the cut has the area of one side",
         old="widths[low] += widths[high]",
         new="pass",
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "a normal on the cut is that of one side",
         old="normals[low] += normals[high] @ self.turn",
         new="pass",
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "nodes on the axis leave it",
         old="[(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]",
         new="[(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across[:0]]",
@@ -267,19 +267,19 @@ FAULTS = (
     Fault(
         "fem/cyclic.py",
         "faces that are no copies make a sector",
-        old="far.max() > 0",
+        old="pairing.far > 0",
         new="False",
         tests="sectors::test_what_is_no_sector_is_refused",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "what is held on one cut alone holds a sector",
         old="1 - ASKEW",
         new="-1",
         tests="sectors::test_what_is_no_sector_is_refused",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "contacts reach the cut with other nodes",
         old="np.asarray(abs(turned[high] - projection[low]).sum(axis=1)).ravel() > COUNTS",
         new="np.asarray(abs(turned[high] - projection[low]).sum(axis=1)).ravel() > 1000000000.0",
@@ -300,7 +300,7 @@ FAULTS = (
         tests="sectors",
     ),
     Fault(
-        "fem/cyclic.py",
+        "fem/sector.py",
         "stress on the cut is not turned",
         old="np.kron(Q, Q)",
         new="np.eye(9)",
@@ -309,12 +309,8 @@ FAULTS = (
     Fault(
         "fem/paraview.py",
         "vectors on the other cut are not turned",
-        old=(
-            "mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), :points.shape[1]] @= sector.turn.T"
-        ),
-        new=(
-            "mesh.point_data[name][len(pairs) + np.flatnonzero(originals != tips), :points.shape[1]] *= 1.0"
-        ),
+        old=("mesh.point_data[name][copies, :points.shape[1]] @= sector.turn.T"),
+        new=("mesh.point_data[name][copies, :points.shape[1]] *= 1.0"),
         tests="sectors::test_fields_and_pictures_of_a_sector_are_those_of_the_whole",
     ),
     Fault(
@@ -327,8 +323,8 @@ FAULTS = (
     Fault(
         "fem/pictures.py",
         "what is held along normals is drawn as held in all ways",
-        old="('D', 'held along normals') if support.normal else (marker, label)",
-        new="(marker, label)",
+        old="support.normal",
+        new="False",
         tests="sectors::test_a_picture_of_a_model_marks_its_cuts_and_what_is_held_along_normals",
     ),
     Fault(
@@ -740,8 +736,8 @@ FAULTS = (
     Fault(
         "fem/views.py",
         "colours begin at the largest of the least values",
-        old="min((low for low, _ in ends))",
-        new="max((low for low, _ in ends))",
+        old="min((grid[title].min() for grid in grids))",
+        new="max((grid[title].min() for grid in grids))",
         tests="views::test_colours_of_all_bodies_are_from_the_least_to_the_largest_value",
     ),
 )

@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 import frictopt as fo
-from frictopt.transients.fretting import critical_planes
+from frictopt.transients.critical_plane import critical_planes
 from helpers.cases import few
 from helpers.refused import refused
 

@@ -186,7 +186,7 @@ def test_more_cycles_cannot_help_a_drift_only_if_it_is_the_same_after_all_of_the
     for most, on in ((9, for_two_cycles), (2000, for_all), (7, False)):
         run = Run(path.at(np.zeros(2)), most)
         run.last = [run.follow(run.path) for _ in range(7)]
-        assert bool(run._drifts_on()) == on
+        assert bool(run._same_drift()) == on
 
 
 def test_work_that_is_lost_is_an_error(punch, paper_cycle, monkeypatch):

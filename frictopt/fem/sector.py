@@ -1,0 +1,252 @@
+"""A sector of a ring: which nodes follow others around the axis, and checks that all repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags, identity, kron
+from scipy.sparse.linalg import LinearOperator, cg
+
+from ..base import COUNTS, ROUNDING, SAME_POINT, Array, Booleans, Integers, first_of, place
+from ..contact.frames import frames_of
+from ..errors import ModelError
+from .bodies import Body
+from .interface import ASKEW, blocks_of
+from .supports import Seam, axis_of
+
+
+@dataclass(frozen=True, eq=False)
+class Sector:
+    """Nodes of the high cut faces that follow nodes of the low ones, `u_i = Q sum_j P_ij u_j`.
+
+    Attributes
+    ----------
+    nodes
+        (n,) nodes that follow.
+    places
+        (n, all nodes) matrix P.
+    copies
+        (all nodes,) node of which each node is a turned copy; -1: none.
+    fixed
+        Nodes on the axis, which both faces have.
+    turn, shift
+        (d, d) matrix Q, and (d,) the point to which the origin is turned.
+    along
+        (d,) unit vector along the axis; zero in the plane.
+    count
+        Number of sectors of the ring.
+    unlike
+        Body -> facets of its cut faces, if they do not match.
+    """
+
+    nodes: Integers
+    places: csr_matrix
+    copies: Integers
+    fixed: Integers
+    turn: Array
+    shift: Array
+    along: Array
+    count: int
+    unlike: Mapping[str, Integers]
+
+    def held(self) -> list[tuple[Integers, Array]]:
+        """The nodes on the axis, with each direction (n, d) across it, in which they are held."""
+        across = frames_of(self.along[None])[0, :2] if self.along.any() else np.eye(2)
+        return [(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]
+
+    @property
+    def on_cuts(self) -> Integers:
+        """All nodes that follow, or are followed."""
+        return np.concatenate([self.nodes, self.places.indices, self.fixed])
+
+    def follow(
+        self, rows: Integers, free_rows: Integers, directions: Array, points: Array
+    ) -> csr_matrix:
+        """The matrix (size, size) of `u = C u` that lets nodes follow.
+
+        Nodes of faces that do not match stay where they are held. Given are the parts of an
+        assembly. The free rows (nodes, d) are -1 if held along the directions (nodes, d, d); they
+        become -2 if a node follows.
+        """
+        d = rows.shape[1]
+        size = rows.size
+        held = free_rows == -1
+        is_copy = self.copies[self.nodes] >= 0
+        self._check_held(self.nodes[is_copy], directions, held, points)
+        free_rows[self.nodes] = np.where(held[self.nodes], -1, -2)
+
+        own = directions[self.nodes]
+        stays = held[self.nodes] & ~is_copy[:, None]
+        free = np.eye(d) - np.einsum("nka,nk,nkb->nab", own, stays, own)
+        # Rows of the nodes one after the other, (size, size).
+        by_nodes = csr_matrix((np.ones(size), (rows.ravel(), np.arange(size))), shape=(size, size))
+        follow = blocks_of(free @ self.turn) @ kron(self.places, identity(d)) @ by_nodes.T
+        following = (d * self.nodes[:, None] + np.arange(d)).ravel()
+        unchanged = np.ones(size)
+        unchanged[rows[self.nodes][~stays]] = 0.0
+        return csr_matrix(diags(unchanged) + by_nodes[:, following] @ follow)
+
+    def _check_held(
+        self, copies: Integers, directions: Array, held: Booleans, points: Array
+    ) -> None:
+        """Check that copied nodes are held as the nodes that they follow."""
+        originals = self.copies[copies]
+        turned = directions[copies] @ self.turn
+        cosines = np.einsum("nka,nla->nkl", turned, directions[originals])
+        # (n, d) share of each direction of a copy in which its original is held.
+        share = np.einsum("nl,nkl->nk", held[originals], cosines**2)
+        i = first_of((held[copies] & (share < 1 - ASKEW)).any(axis=1))
+        if i is not None:
+            raise ModelError(
+                f"supports: the node at {place(points[copies[i]])} is held, and not so the one at "
+                f"{place(points[originals[i]])}, which it copies on the other cut face of the "
+                "sector; hold both, for what is held repeats from sector to sector"
+            )
+
+    def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:
+        """Check that the displacements (nodes, d) of supports repeat from sector to sector.
+
+        `turned` (nodes, d) are those of nodes that follow, NaN if none is given.
+        """
+        rounding = ROUNDING * np.nanmax(np.abs(moved), initial=0.0)
+        i = first_of((np.abs(moved - turned)[self.nodes] > rounding).any(axis=1))
+        if i is not None:
+            raise ModelError(
+                f"{argument}: the displacement of the node at {place(points[self.nodes[i]])}, on a "
+                "cut face of a sector, is not that of the other face, turned; give displacements "
+                "that repeat from sector to sector"
+            )
+
+    def check_loads(self, argument: str, loads: Sequence[Any]) -> None:
+        """Check that spins, and loads of constants, are those of the next sector too.
+
+        Loads that are functions are not checked.
+        """
+        d = len(self.turn)
+        for load in loads:
+            shift = np.zeros(d)
+            if hasattr(load, "centre"):
+                centre, axis = axis_of(load, d)
+                shift = self.shift
+            else:
+                centre = np.zeros(d)
+                parts = [getattr(load, name, 0.0) for name in "xyz"[:d]]
+                axis = np.array([0.0 if callable(part) else part or 0.0 for part in parts])
+            vector = axis[:d]
+            off = np.abs([self.turn @ vector - vector, self.turn @ centre + shift - centre]).max()
+            if off > SAME_POINT * np.abs([vector, centre, self.shift]).max():
+                raise ModelError(
+                    f"{argument}: {load} is another one in the next sector, turned by "
+                    f"360/{self.count} degrees; give functions of the coordinates that turn so, a "
+                    "spin about the axis, or the whole ring"
+                )
+
+    def once(
+        self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array
+    ) -> tuple[Any, ...]:
+        """The pairs without those of copied nodes, which are the same pairs of the ring.
+
+        A pair of a copied node adds its normal and width to the pair of the node that it copies. Of
+        each pair are given the number of its contact, its node of body 1, its place on body 2 (a
+        row over all nodes), normal, width and gap.
+        """
+        contact, nodes, projection, normals, widths, gap = pairs
+        high = np.flatnonzero(np.isin(nodes, self.nodes))
+        low = self._originals(contact, nodes, high)
+        k = first_of(self._unmatched(nodes, projection, high, low))
+        if k is not None:
+            raise ModelError(
+                f"contacts: {names[contact[k]]!r} reaches the cut of the sector at "
+                f"{place(points[nodes[k]])}, and its nodes there are not the same on both bodies "
+                "and on both cut faces; let nodes match there (gmsh: fragment the bodies, and "
+                "setPeriodic from cut to cut), call the faces on one side `low` of both bodies, or "
+                "cut where no contact is"
+            )
+        # Each gap has the errors of two places.
+        written = 4 * np.linalg.norm(errors[nodes[high]], axis=1)
+        k = first_of(np.abs(gap[high] - gap[low]) > COUNTS * gap.max(initial=0.0) + written)
+        if k is not None:
+            raise ModelError(
+                f"contacts: the gap of {names[contact[high[k]]]!r} at "
+                f"{place(points[nodes[high[k]]])} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the "
+                "node that it copies, on the other cut face; give gaps that repeat from sector to "
+                "sector"
+            )
+        widths[low] += widths[high]
+        normals[low] += normals[high] @ self.turn
+        left = np.delete(np.arange(len(nodes)), high)
+        return tuple(part[left] for part in pairs)
+
+    def _originals(self, contact: Integers, nodes: Integers, high: Integers) -> Integers:
+        """Numbers of the pairs of the same contact that pairs of copied nodes copy; -1: none."""
+        numbers = {
+            pair: k for k, pair in enumerate(zip(contact.tolist(), nodes.tolist(), strict=True))
+        }
+        low = [numbers.get((int(contact[k]), int(self.copies[nodes[k]])), -1) for k in high]
+        return np.array(low, dtype=np.intp)
+
+    def _unmatched(
+        self, nodes: Integers, projection: csr_matrix, high: Integers, low: Integers
+    ) -> Booleans:
+        """Pairs at the cuts without a partner, or whose places on body 2 are no turned copies."""
+        copies = self.copies
+        links = projection.tocoo()
+        columns = np.where(copies[links.col] >= 0, copies[links.col], links.col)
+        turned = csr_matrix((links.data, (links.row, columns)), shape=projection.shape)
+        follows = np.isin(links.col, self.nodes)
+        unmatched = np.bincount(links.row, follows, minlength=len(nodes)) > 0
+        unmatched |= np.isin(nodes, copies[copies >= 0]) & ~np.isin(np.arange(len(nodes)), low)
+        unmatched[high] = (low < 0) | (
+            np.asarray(abs(turned[high] - projection[low]).sum(axis=1)).ravel() > COUNTS
+        )
+        return unmatched
+
+    def seam(self, first: int, body: Body) -> Seam | None:
+        """Copied nodes of a body, the nodes that they copy, and Q; None if it has none.
+
+        `first` is the number of the body's first node.
+        """
+        copied = np.flatnonzero(self.copies[first : first + body.mesh.p.shape[1]] >= 0)
+        if not len(copied):
+            return None
+        return copied, self.copies[first + copied] - first, self.turn
+
+
+def on_seam(
+    mass: csr_matrix, moments: Sequence[Array], entries: Sequence[int], seam: Seam
+) -> list[Array]:
+    """Nodal components of a symmetric tensor by their moments with the functions of the nodes.
+
+    At nodes that copy others they are the turned components. `entries` are the numbers of the
+    components in a matrix of three rows.
+    """
+    high, low, turn = seam
+    a, b = np.divmod(entries, 3)
+    n = mass.shape[0]
+    whole = np.zeros((n, 3, 3))
+    whole[:, a, b] = np.transpose(moments)
+    whole[:, b, a] = np.transpose(moments)
+    Q = np.eye(3)
+    Q[: len(turn), : len(turn)] = turn
+    # The matrix that gives the values of all nodes by those of nodes that copy none.
+    turns = np.tile(np.eye(9), (n, 1, 1))
+    turns[high] = np.kron(Q, Q)
+    original = np.arange(n)
+    original[high] = low
+    leads = identity(n, format="csr")[original][:, np.delete(np.arange(n), high)]
+    spread = csr_matrix(blocks_of(turns) @ kron(leads, identity(9)))
+    spread.eliminate_zeros()
+    scale = np.repeat(leads.T @ mass.diagonal(), 9)
+
+    def applied(values: Array) -> Array:
+        return np.asarray(spread.T @ (mass @ (spread @ values).reshape(n, 9)).ravel())
+
+    # A mass is well conditioned, so conjugate gradients take few steps.
+    operator = LinearOperator((len(scale), len(scale)), matvec=applied, dtype=np.float64)
+    forces = spread.T @ whole.ravel()
+    values = spread @ cg(operator, forces, rtol=ROUNDING, M=diags(1 / scale))[0]
+    tensors = values.reshape(whole.shape)
+    return [tensors[:, i, j] for i, j in zip(a, b, strict=True)]

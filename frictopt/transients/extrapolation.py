@@ -1,0 +1,361 @@
+"""The limit to which the last cycles of a transient lead, and the proof that it comes there.
+
+The load cycle maps the slips at its beginning to those at its end. A fixed point of this map is
+extrapolated from the last cycles (`fixed_point`). It need not be the limit of the transient: other
+events may lie ahead. Two kinds of proof exclude them.
+
+- `AffineLimit`, on the exact path. As long as the events are the same, the map is affine. All later
+  states are weighted means of a few states, which `extrapolate` computes. One cycle from each of
+  them shows whether the map is still affine there.
+- `CurvedLimit`, in increments. The slips turn, so the map is curved, and extrapolation is repeated.
+  The last state and two states on the way to the fixed point must come closer to it in one cycle,
+  and a later extrapolation must give the same work.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import takewhile
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from ..base import PERIODIC, REPEATED, RESIDUAL, ROUNDING, Array
+from .begin import Cycle, Transient
+from .classify import work_to_come
+
+Follow: TypeAlias = Callable[[Transient | None], Cycle]
+"""Follows one return of a transient; NoContinuation if it ends, or if it is None."""
+
+Moves: TypeAlias = list[tuple[Array, Array]]
+"""Distances (m,) of states from a limit, before and after a cycle, in slip scales."""
+
+
+@dataclass(frozen=True)
+class LimitSettings:
+    """The numbers of the search for a limit. Lengths are in slip scales."""
+
+    # Cycles with the same events before the first extrapolation.
+    least_cycles: int = 4
+    # Deviation of a state from the linear map fitted to all states, relative to its distance. The
+    # fit divides by small differences.
+    fit: float = 1e3 * RESIDUAL
+    # Deviation of a cycle from the affine map, relative to the change. An event changes it by more.
+    affine: float = 1e-3
+    # Largest change of a test close to the limit, next to which other events may begin.
+    near: float = 100 * PERIODIC
+
+    # Largest distance of a fixed point of the increments from the last state.
+    far: float = 1e-2
+    # Ratio by which the change must fall from one extrapolation to the next.
+    gain: float = 4.0
+    # For every so many load cycles, one more extrapolation may pass until the change has fallen.
+    cycles_per_turn: int = 60
+    # Largest number of extrapolations until the change has fallen.
+    most_turns: int = 6
+    # States between the fixed point (0) and the last state (1) that must come closer.
+    shares: tuple[float, ...] = (0.5, 0.1)
+    # Relative difference of the works at two fixed points that are the same.
+    same_work: float = 3e-8
+    # Error of a work while events are yet to come, relative to its distance from the limit. In
+    # random contacts it was at most 0.4 %.
+    later_events: float = 1e-2
+    # Largest relative error of this kind that is accepted.
+    accepted: float = 1e-5
+
+
+SETTINGS = LimitSettings()
+
+
+class Limit(NamedTuple):
+    """A transient at the limit of the last returns, and a return from there."""
+
+    path: Transient
+    cycle: Cycle
+
+
+@dataclass
+class LimitSearch(ABC):
+    """A search for the limit of a transient, which is tried again as more returns follow.
+
+    `attempts` counts the failures since the search began, or since the events changed. `wait` is
+    the number of returns until the next attempt.
+    """
+
+    attempts: int = 0
+    wait: int = 0
+
+    @abstractmethod
+    def find(
+        self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
+    ) -> Limit | None:
+        """The limit of the last returns, if the transient is proven to come to it.
+
+        `cycles` is the number of load cycles of the transient so far.
+        """
+
+    def restart(self) -> None:
+        """Forget the failures."""
+        self.attempts = 0
+        self.wait = 0
+
+    @property
+    def has_just_failed(self) -> bool:
+        """Whether the last call tried a limit on the exact path in vain."""
+        return self.attempts > 0 and self.wait == self.attempts
+
+    def work_error(self, later_changes: float | None) -> float:
+        """Estimated relative error of the work at the limit; 0 on the exact path."""
+        return 0.0
+
+
+@dataclass
+class AffineLimit(LimitSearch):
+    """The search on the exact path. After its k-th failure it waits for k returns."""
+
+    def find(
+        self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
+    ) -> Limit | None:
+        """See `LimitSearch`. A return from the limit must come back, and the map be affine."""
+        latest = last[-SETTINGS.least_cycles :]
+        same_events = len({cycle.events for cycle in latest}) == 1
+        if not same_events or len(latest) < SETTINGS.least_cycles:
+            self.restart()
+            return None
+        if self.wait:
+            self.wait -= 1
+            return None
+        self.attempts += 1
+        self.wait = self.attempts
+        for limit, moves in extrapolate(last):
+            at_limit = path.at(limit)
+            if at_limit is None:
+                continue
+            cycle = follow(at_limit)
+            if cycle.change > PERIODIC or not _is_affine(path, limit, moves, follow):
+                return None
+            return Limit(at_limit, cycle)
+        return None
+
+
+def _is_affine(path: Transient, limit: Array, moves: Moves, follow: Follow) -> bool:
+    """Whether cycles move states around a limit as the affine map does."""
+    for before, after in moves:
+        end = follow(path.at(limit + before)).after
+        deviation = np.abs(end - limit - after).max()
+        if deviation > PERIODIC + SETTINGS.affine * np.abs(before - after).max():
+            return False
+    return True
+
+
+class FixedPoint(NamedTuple):
+    """A fixed point of increments: a return from it, and two relative errors of its work.
+
+    `shift` is the change of the work since the fixed point before it. `events_error` is an estimate
+    for nodes that have yet to stop.
+    """
+
+    cycle: Cycle
+    shift: float = 0.0
+    events_error: float = 0.0
+
+
+@dataclass
+class CurvedLimit(LimitSearch):
+    """The search in increments; `latest` is the last fixed point.
+
+    If returns keep the slips of some nodes, there are other fixed points nearby. Events that lie
+    ahead of the transient shift the fixed point, the less the closer it is. So a fixed point counts
+    only if one extrapolated from a later state has the same work.
+    """
+
+    latest: FixedPoint | None = None
+
+    def find(
+        self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
+    ) -> Limit | None:
+        """See `LimitSearch`."""
+        self.wait = max(self.wait - 1, 0)
+        if self.wait or len(last) < SETTINGS.least_cycles:
+            return None
+        self.attempts += 1
+        latest = last[-1]
+        sticks = np.abs(latest.after - latest.before) <= REPEATED
+        start = np.where(sticks, latest.after, fixed_point(_ends(last)))
+        if np.abs(start - latest.after).max() > SETTINGS.far:
+            return None
+
+        patience = min(1 + cycles // SETTINGS.cycles_per_turn, SETTINGS.most_turns)
+        self.wait = SETTINGS.least_cycles * patience
+        iterated = _iterated(path, start, latest.change, patience, follow)
+        if iterated is None:
+            return None
+        limit, turns = iterated
+        approached = _is_approached(path, latest, limit.cycle, follow)
+        earlier = self.latest
+        if earlier is None:
+            self.latest = FixedPoint(limit.cycle)
+            return None
+        if not approached:
+            self.latest = earlier._replace(cycle=limit.cycle)
+            return None
+
+        # The work (N,) of a slip that counts as none.
+        no_work = RESIDUAL * path.scales.mean * path.scales.length
+        distance = work_to_come(last[-SETTINGS.least_cycles :], limit.cycle, no_work)
+        events_error = turns * SETTINGS.later_events * distance
+        self.wait = SETTINGS.least_cycles * turns
+        if events_error > SETTINGS.accepted:
+            self.wait = max(self.wait, cycles // 4)
+        return self._with_same_work(limit, earlier.cycle, events_error, no_work)
+
+    def _with_same_work(
+        self, limit: Limit, earlier: Cycle, events_error: float, no_work: Array
+    ) -> Limit | None:
+        """Keep a limit as the last fixed point; return it if it has the work of the one before."""
+        work = limit.cycle.work
+        total = work.sum()
+        change = np.abs(work - earlier.work)
+        self.latest = FixedPoint(limit.cycle, float(change.sum() / (total or 1.0)), events_error)
+        is_same = (change <= SETTINGS.same_work * total + no_work).all()
+        return limit if is_same and events_error <= SETTINGS.accepted else None
+
+    def work_error(self, later_changes: float | None) -> float:
+        """See `LimitSearch`. The fixed point shifts in proportion to the changes left."""
+        if self.latest is None:
+            return 0.0
+        later_changes = 1.0 if later_changes is None else later_changes
+        return max(later_changes * self.latest.shift, self.latest.events_error)
+
+
+def _iterated(
+    path: Transient, start: Array, change: float, patience: int, follow: Follow
+) -> tuple[Limit, int] | None:
+    """A fixed point of increments near a start, and a factor of its error for later events.
+
+    `change` is that of the last return. Each extrapolation uses returns from the point before. It
+    goes on as long as the smallest of the last `patience` changes is less than a quarter of all
+    earlier ones. The factor is 1 if every single change falls so, else `patience`.
+    """
+    changes = [change]
+    returns: list[Cycle] = []
+    turns = 1
+    point = start
+    while True:
+        at_point = path.at(point)
+        if at_point is None:
+            return None
+        first = follow(at_point)
+        if first.change <= PERIODIC:
+            return Limit(at_point, first), turns
+        changes.append(first.change)
+        if not changes[-1] < changes[-2] / SETTINGS.gain:
+            turns = patience
+        earlier = min(changes[:-patience], default=np.inf)
+        if not min(changes[-patience:]) < earlier / SETTINGS.gain:
+            return None
+        further = [follow(at_point) for _ in range(SETTINGS.least_cycles)]
+        returns = [first, *further, *returns][: (SETTINGS.least_cycles + 1) * patience]
+        point = fixed_point(_ends(returns))
+
+
+def _is_approached(path: Transient, latest: Cycle, at_limit: Cycle, follow: Follow) -> bool:
+    """Whether the latest return and returns from states between come closer to a fixed point."""
+    limit = at_limit.after
+    starts = [limit + share * (latest.after - limit) for share in SETTINGS.shares]
+    cycles = [latest, *(follow(path.at(start)) for start in starts)]
+    return all(
+        np.linalg.norm(cycle.after - limit) < np.linalg.norm(cycle.before - limit)
+        for cycle in cycles
+    )
+
+
+def _ends(cycles: Sequence[Cycle]) -> Array:
+    """(k, 2, m) the states before and after some cycles."""
+    return np.array([(cycle.before, cycle.after) for cycle in cycles])
+
+
+def extrapolate(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
+    """The limits of the affine map of the last cycles with the same events, and tests of the map.
+
+    All later states are weighted means of the limit, of the last state, and of the states at the
+    tested distances. Tests at the same distances close to the limit come first. The first limit
+    uses all these cycles, later limits fewer: the first cycles may have another map, for the same
+    events in another order.
+    """
+    same = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
+    for count in range(len(same), SETTINGS.least_cycles - 1, -2):
+        states = [last[-count].before, *(cycle.after for cycle in last[-count:])]
+        affine = limit_of(np.array(states))
+        if affine is None:
+            continue
+        limit, modes = affine
+        moves = [(last[-1].before - limit, last[-1].after - limit), *modes]
+        close = []
+        for before, after in moves:
+            share = SETTINGS.near / max(SETTINGS.near, np.abs(before - after).max())
+            close.append((share * before, share * after))
+        yield limit, [*close, *modes]
+
+
+def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
+    """The limit of an affine map from some of its iterates (rows), and states around the limit.
+
+    All later iterates are weighted means of these states, of the last state and of the limit. Of
+    each state its distances before and after a cycle are given. The limit is that of reduced-rank
+    extrapolation.
+
+    The k-th later distance from the limit is `sum of rate_i^k mode_i` with 1 > rate_1 > ... >
+    rate_m >= 0. It is `rate_m^k` times the last distance, plus `rate_i^k - rate_(i + 1)^k` times
+    the sum of the first i modes, for all i < m. The states are these sums, each times a number c_i.
+    The later states are weighted means if the sum of `(rate_i^k - rate_(i + 1)^k) / c_i` is at most
+    `1 - rate_m^k` for all k. This always holds with c_i = 1; smaller c_i are used if they suffice.
+
+    Returns None if no single linear map fits all distances, or if they do not decay monotonically:
+    a rate is complex, negative or not below 1.
+    """
+    limit = fixed_point(np.stack([iterates[:-1], iterates[1:]], axis=1))
+    distances = iterates - limit
+    left, sizes, right = np.linalg.svd(distances[:-1].T, full_matrices=False)
+    significant = sizes > PERIODIC
+    basis = left[:, significant]
+    step = basis.T @ distances[1:].T @ right[significant].T / sizes[significant]
+    fitted = basis @ step @ basis.T @ distances[:-1].T
+    deviation = np.abs(distances[1:].T - fitted).max(axis=0)
+    if np.any(deviation > PERIODIC + SETTINGS.fit * np.abs(distances[:-1]).max(axis=1)):
+        return None
+
+    rates, vectors = np.linalg.eig(step)
+    modes = basis @ vectors * np.linalg.solve(vectors, basis.T @ distances[-2])
+    counted = np.abs(modes).max(axis=0, initial=0.0) > PERIODIC
+    rates = rates[counted]
+    modes = modes[:, counted]
+    is_real = not np.any(np.abs(rates.imag) > 0)
+    decays = not np.any(rates.real < 0) and not np.any(rates.real >= 1)
+    if not len(rates) or not is_real or not decays:
+        return None
+
+    order = np.argsort(-rates.real)
+    rates = rates.real[order]
+    modes = modes.real[:, order]
+    # Rates at cycles k up to a million, (k, m); c_i is the largest of its shares over all k.
+    powers = rates ** np.unique(np.geomspace(1, 1e6, 200).round())[:, None]
+    factors = (-np.diff(powers, axis=1) / (1 - powers[:, -1:])).max(axis=0) * (len(rates) - 1)
+    if not factors.max(initial=0.0) < 1:
+        factors = np.ones_like(factors)
+    before = factors * np.cumsum(modes, axis=1)[:, :-1]
+    after = factors * np.cumsum(modes * rates, axis=1)[:, :-1]
+    return limit, list(zip(before.T, after.T, strict=True))
+
+
+def fixed_point(returns: Array) -> Array:
+    """The fixed point of a map from states and their images, (k, 2, m).
+
+    It is found by reduced-rank extrapolation. If a state does not move, it is the first state.
+    """
+    before = returns[:, 0]
+    steps = returns[:, 1] - before
+    if not np.linalg.norm(steps, axis=1).min() > 0:
+        return np.asarray(before[0])
+    weights = np.linalg.lstsq(np.diff(steps, axis=0).T, -steps[0], rcond=ROUNDING)[0]
+    return np.asarray(before[0] + weights @ np.diff(before, axis=0))
