@@ -93,9 +93,9 @@ class Mechanism:
             )
         return np.stack([along, opening])
 
-    def drive(self, task: Question) -> float:
+    def drive(self, question: Question) -> float:
         """Work that what a load factor of 1 adds does on the mechanism."""
-        return -float(np.sum(self.moves.reshape(len(self.moves), -1) * task.bonded[1]))
+        return -float(np.sum(self.moves.reshape(len(self.moves), -1) * question.bonded[1]))
 
     def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
         """One row for each motion, largest first; `corners` are the names of the K corners.
@@ -145,27 +145,27 @@ class Answered(Recorded, Plotted):
     load_factor: float
     slip: Array
     record: SolveRecord
-    _task: Question
+    _question: Question
 
     @property
     def system(self) -> ContactSystem:
         """The contact."""
-        return self._task.system
+        return self._question.system
 
     @property
     def cycle(self) -> LoadCycle:
         """The load cycle."""
-        return self._task.cycle
+        return self._question.cycle
 
     @property
     def friction(self) -> Array:
         """(N,) coefficients of friction."""
-        return self._task.friction
+        return self._question.friction
 
     @property
     def reactions(self) -> tuple[Array, Array]:
         """(K, N) or (K, N, 2) and (K, N) reactions `q, p` at the corners under the slip at the load factor, force; NaN where it is not finite."""
-        return self._carried(self._task.states, len(self._task.r1))
+        return self._carried(self._question.states, len(self._question.r1))
 
     def _carried(
         self, states: Callable[[float, Array], tuple[Array, Array]], count: int
@@ -184,12 +184,14 @@ class Answered(Recorded, Plotted):
     @property
     def _instants(self) -> tuple[Sequence[str], Array, Array]:
         """Names of the corners, and the reactions there; of nodes that open and close in each cycle also of the events between them."""
-        return self._task.names, *self._carried(self._task.instants, len(self._task.names))
+        return self._question.names, *self._carried(
+            self._question.instants, len(self._question.names)
+        )
 
     @property
     def open(self) -> Booleans:
         """(N,) which nodes are open at all corners."""
-        return self._task.open
+        return self._question.open_nodes
 
     @property
     def events(self) -> pd.DataFrame:
@@ -198,14 +200,14 @@ class Answered(Recorded, Plotted):
         Columns node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way
         (part of the way, 0 to 1), loads (there, at load factor 1).
         """
-        found = pd.DataFrame(self._task.events, columns=["node", "event", "way", "loads"])
+        found = pd.DataFrame(self._question.events, columns=["node", "event", "way", "loads"])
         found = found.astype({"node": int, "event": str, "way": float, "loads": str})
         return pd.DataFrame({**of_nodes(self.system, found.pop("node").to_numpy()), **found})
 
     @property
     def open_share(self) -> Array:
         """(N,) part of the cycle in which each node is open: 1 where it is open all through, in between where it opens and closes."""
-        return frozen(self._task.open_share)
+        return frozen(self._question.open_share)
 
     @property
     def largest_slip(self) -> float:
@@ -228,7 +230,8 @@ class Answered(Recorded, Plotted):
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
         v, w = parted(
-            self._task.states(self.load_factor, self.slip)[0][-1].ravel(), self.system.tangents + 1
+            self._question.states(self.load_factor, self.slip)[0][-1].ravel(),
+            self.system.tangents + 1,
         )
         bonded = self.system.reaction(self.cycle.at(self.load_factor)[-1])
         return ContactState(v, w.clip(0.0), *bonded, next_loads=self.cycle.corner_names[0])
@@ -240,7 +243,7 @@ class Answered(Recorded, Plotted):
         Where the surface has a shear strength below f p, the ratio is that to it.
         """
         (q, p), f = self.reactions, self.friction
-        pressed, bound = f * p > _BARE * self._task.mean_bound, most_shear(self.system, f, p)
+        pressed, bound = f * p > _BARE * self._question.mean_bound, most_shear(self.system, f, p)
         return np.where(pressed, lengths(q, p) / np.where(pressed, bound, 1.0), np.nan)
 
     def to_frame(self) -> pd.DataFrame:
@@ -325,14 +328,14 @@ A = TypeVar("A", bound=Answered)
 
 def answered(claim: A, record: SolveRecord, program: Any) -> A:
     """The claim that has passed, with its program and how it was found."""
-    task, left_out = claim._task, list(record.left_out)
+    question, left_out = claim._question, list(record.left_out)
     idle = len(program.x.q) - len(program.corners)
     left_out += [f"corners: {idle} of {len(program.x.q)} are within the hull of the others"] * bool(
         idle
     )
-    opened = int(task.open.sum())
-    left_out += [f"nodes: {opened} of {len(task.open)} stay open"] * bool(opened)
-    record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - task.started)
+    opened = int(question.open_nodes.sum())
+    left_out += [f"nodes: {opened} of {len(question.open_nodes)} stay open"] * bool(opened)
+    record = replace(record, left_out=tuple(left_out), seconds=perf_counter() - question.started)
     return replace(claim, record=record, problem=program.problem, _duals=duals(program.problem))  # type: ignore[call-arg]  # which all that are judged have
 
 
@@ -354,7 +357,7 @@ class Rated(Proven):
         guaranteed limit is `least`, and under constraints of your own, which may change with the
         loads.
         """
-        moves, cycle, system = self._task.by_corner(self._motion.moves), self.cycle, self.system
+        moves, cycle, system = self._question.by_corner(self._motion.moves), self.cycle, self.system
 
         def row(
             case: str, part: str, amplitude: float, moves: Array, factor: float = 1.0

@@ -31,7 +31,7 @@ from ..errors import ModelError
 from ..solve.compiled import Change
 from ..solve.problem import put_back, standing
 from .answered import Mechanism
-from .models import Row, Unknowns, at_node, critical, named, stuck
+from .models import Row, Unknowns, at_node, constant, critical, stuck
 from .programs import Program, listed_rows, tractions
 from .question import Question
 
@@ -84,12 +84,13 @@ def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
     return (ahead - back) / 2, (ahead + back) / 2
 
 
-def critical_states(task: Question) -> list[list[CriticalState]]:
+def critical_states(question: Question) -> list[list[CriticalState]]:
     """The critical states of each node: none if it has no friction or only lifts off, one for each pair of corners with fixed parts, else one."""
-    f = task.friction
-    if task.fixed:
-        return _of_pairs(task)
-    (q0,), (p0,), q1, p1 = task.parts
+    f = question.friction
+    if question.fixed:
+        return _of_pairs(question)
+    q0, p0 = question.q0[0], question.p0[0]
+    q1, p1 = question.q1, question.p1
     shear, bound = needed(f, q1, p1)
     size, q = (lengths(q1, p1) + f * np.abs(p1)).max(axis=0), q1 + shear
     rules = lengths(q, p1) - f * p1 >= bound - _TIE * size
@@ -107,9 +108,10 @@ def critical_states(task: Question) -> list[list[CriticalState]]:
     return [[state(i)] if cyclic[i] else [] for i in range(len(f))]
 
 
-def _of_pairs(task: Question) -> list[list[CriticalState]]:
+def _of_pairs(question: Question) -> list[list[CriticalState]]:
     """The critical states in the plane where the corners differ at load factor 0."""
-    f, (q0, p0, q1, p1) = task.friction, task.parts
+    f, q0, p0 = question.friction, question.q0, question.p0
+    q1, p1 = question.q1, question.p1
     fp0, fp1 = f * p0, f * p1
     own = np.stack([q0, fp0, q1, fp1])
     floor, rules = _TIE * np.abs(own).max(axis=1), np.zeros((2, *fp1.shape), dtype=bool)
@@ -258,12 +260,12 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]
 
 
-def load_factor_bounds(task: Question) -> Array:
+def load_factor_bounds(question: Question) -> Array:
     """(n,) lower bounds of the load factor at which each node can be critical; 0 where nothing is known, inf where it never can."""
-    if task.fixed:  # which corner governs depends on the load factor
-        return np.zeros(len(task.friction))
-    n, unit = len(task.friction), task.node_unit[:, None]
-    net_slips = _net_slips(task, tractions(task))
+    if question.fixed:  # which corner governs depends on the load factor
+        return np.zeros(len(question.friction))
+    n, unit = len(question.friction), question.node_unit[:, None]
+    net_slips = _net_slips(question, tractions(question))
     total = -np.eye(n)  # columns: the mechanisms, each in units of the force of its nodes; rows: a
     for _ in range(_MOST):
         net = np.linalg.norm(net_slips(total), axis=0)
@@ -280,10 +282,11 @@ def load_factor_bounds(task: Question) -> Array:
         total = np.where(done | lost, total, following)
     d, fa, (shear, bound) = (
         net_slips(total) / unit,
-        task.friction[:, None] * total / unit,
-        needed(task.friction, *task.parts[2:]),
+        question.friction[:, None] * total / unit,
+        needed(question.friction, question.q1, question.p1),
     )
-    (q0,), (p0,), q1, p1 = task.parts
+    q0, p0 = question.q0[0], question.p0[0]
+    q1, p1 = question.q1, question.p1
     held = np.array([_work(d, q0), fa * p0[:, None]])
     driven = _work(d, shear) + total / unit * bound[:, None]
     if len(d) > 1:
@@ -306,24 +309,24 @@ def _work(d: Array, q: Array) -> Array:
     return np.asarray(np.einsum("tij,it->ij", d, q.reshape(d.shape[1], -1)))
 
 
-def _net_slips(task: Question, change: Change) -> Callable[[Array], Array]:
+def _net_slips(question: Question, change: Change) -> Callable[[Array], Array]:
     """The net slips (t, n, n) that balance given total slips (n, n), by means weighted by the slips before; free slides go until friction resists."""
-    n, t, m = task.system.nodes, task.system.tangents, len(change.loaded)
+    n, t, m = question.system.nodes, question.system.tangents, len(change.loaded)
     rows, (normal, *_) = t * n, change.blocks.values()
     rows_of_shear, to_pressure = (
-        change.product[:, :m].toarray() / np.tile(task.node_unit, t)[:, None],
-        normal[:, :m] / task.node_unit[:, None],
+        change.product[:, :m].toarray() / np.tile(question.node_unit, t)[:, None],
+        normal[:, :m] / question.node_unit[:, None],
     )
     loaded = change.loaded
     others = np.setdiff1d(np.arange(rows), loaded)
-    right = np.hstack([to_pressure.T * task.friction, rows_of_shear[others].T])
+    right = np.hstack([to_pressure.T * question.friction, rows_of_shear[others].T])
     follow, rigid, shape = np.zeros((rows, n)), np.zeros((rows, rows - m)), (rows // n, n, n)
     solved = -np.linalg.solve(rows_of_shear[loaded].T, right)
     follow[loaded], rigid[loaded], rigid[others] = solved[:, :n], solved[:, n:], np.eye(rows - m)
     pairs = (rigid[:, :, None] * rigid[:, None]).reshape(rows, -1)
-    hold = np.tile(np.maximum(task.friction * task.r0[0, -1] / task.node_unit, 0.0), rows // n)[
-        :, None
-    ]
+    hold = np.tile(
+        np.maximum(question.friction * question.r0[0, -1] / question.node_unit, 0.0), rows // n
+    )[:, None]
 
     def net(total: Array) -> Array:
         slips = follow @ total
@@ -397,31 +400,32 @@ class CriticalSearch:
     """The problems of all nodes over the safe slips of a question, compiled once for each sense and for any friction. `records` are in order."""
 
     def __init__(
-        self, x: Unknowns, task: Question, own: Mapping[str, Row], solver: str | None
+        self, x: Unknowns, question: Question, own: Mapping[str, Row], solver: str | None
     ) -> None:
-        self._x, self._task, self._own, self._solver, self.records = (
+        self._x, self._question, self._own, self._solver, self.records = (
             x,
-            task,
+            question,
             own,
             solver,
             list[SolveRecord](),
         )
         self._node, self._loose, self._f = (
-            cp.Parameter(task.system.nodes, nonneg=True, name=name)
+            cp.Parameter(question.system.nodes, nonneg=True, name=name)
             for name in ("node", "loose", "f")
         )
         self._most = cp.Parameter(name="most")
-        self._needed = NeededByNode(self._f, self._node, task.parts, task.fixed)
-        self._parameters = self._needed.parameters(task.system.tangents)
+        parts = question.q0, question.p0, question.q1, question.p1
+        self._needed = NeededByNode(self._f, self._node, parts, question.fixed)
+        self._parameters = self._needed.parameters(question.system.tangents)
         self._programs: dict[bool, Program] = {}
 
-    def ask(self, task: Question) -> None:
+    def ask(self, question: Question) -> None:
         """Set the question, of another friction."""
-        self._task, self.records = task, list[SolveRecord]()
+        self._question, self.records = question, list[SolveRecord]()
 
     def solve(self, state: CriticalState, ends: tuple[float, float], found: float) -> NodeClaim:
         """The claim of one node that passes its checks, of a contact that is safe between two load factors; or that it is not below that `found`."""
-        unit = self._task.load_unit
+        unit = self._question.load_unit
         claim = self._solved(state, found)
         least, step = (
             ends[0],
@@ -446,11 +450,14 @@ class CriticalSearch:
         put_back(claim.values)
 
     def _set(self, state: CriticalState) -> None:
-        task, own = self._task, (np.arange(self._task.system.nodes) == state.node).astype(float)
+        question, own = (
+            self._question,
+            (np.arange(self._question.system.nodes) == state.node).astype(float),
+        )
         self._node.value, self._loose.value, self._f.value, self._needed.corners = (
             own,
-            own * task.node_unit,
-            task.friction,
+            own * question.node_unit,
+            question.friction,
             state.corners,
         )
 
@@ -466,7 +473,7 @@ class CriticalSearch:
                 else NodeClaim(
                     state,
                     np.inf,
-                    np.full(program.task.system.slip_shape, np.nan),
+                    np.full(program.question.system.slip_shape, np.nan),
                     none.residual,
                     how=NEVER,
                 )
@@ -480,12 +487,12 @@ class CriticalSearch:
 
     def _program(self, highest: bool) -> Program:
         if highest not in self._programs:
-            task, x, given = self._task, self._x, self._parameters
+            question, x, given = self._question, self._x, self._parameters
 
             def friction(x: Unknowns, corners: list[int]) -> list[Row]:
-                return stuck(x, self._f, corners, None if task.fixed else self._loose)
+                return stuck(x, self._f, corners, None if question.fixed else self._loose)
 
-            program = listed_rows(task, x, self._f, every=bool(self._own), friction=friction)
+            program = listed_rows(question, x, self._f, every=bool(self._own), friction=friction)
             program.own, rows = (
                 self._own,
                 program.rows
@@ -499,35 +506,35 @@ class CriticalSearch:
                 cp.Maximize if highest else cp.Minimize,
                 rows,
             )
-            self._programs[highest] = program.compiled(problem, task.load_unit)
-        self._programs[highest].ask(self._task, self._task.load_unit)
+            self._programs[highest] = program.compiled(problem, question.load_unit)
+        self._programs[highest].ask(self._question, self._question.load_unit)
         return self._programs[highest]
 
     def _load(self) -> list[cp.Expression]:
         """What the node carries at load factor 0, by the names of the shear and of the normal forces."""
-        if self._task.fixed:
+        if self._question.fixed:
             return [self._parameters["c0"], self._parameters["rho0"]]
         return [
-            at_node(self._node, named(self._task.parts[part][0], name))
-            for part, name in enumerate(("q0", "p0"))
+            at_node(self._node, constant(values[0], name))
+            for values, name in ((self._question.q0, "q0"), (self._question.p0, "p0"))
         ]
 
 
 def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
     """The claim that stands in a program; if it does not pass, the claim that the node is not critical below `found`, if multipliers prove that."""
-    task, slip, load_factor, proof = (
-        program.task,
+    question, slip, load_factor, proof = (
+        program.question,
         program.slip,
         program.load_factor,
         program.chain.proof,
     )
-    (q, p), node = task.change(slip), state.node
+    (q, p), node = question.reactions_of_slip(slip), state.node
     off = (
         float(np.abs(np.r_[q[node], p[node]] - state.at_zero - load_factor * state.rate).max())
-        / task.force
+        / question.force
     )
     residual, least = (
-        np.max([task.violation(load_factor, slip), off, proof.gap, program.own_violation]),
+        np.max([question.violation(load_factor, slip), off, proof.gap, program.own_violation]),
         proof.bound - proof.defect,
     )
     if not residual <= RESIDUAL and found < least < np.inf:
@@ -551,7 +558,12 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     `q_k` at its corners, which open by friction; what is across two opposed corners moves the state
     between them by its lever.
     """
-    task, f, node, corners = program.task, program.task.friction, state.node, list(state.corners)
+    question, f, node, corners = (
+        program.question,
+        program.question.friction,
+        state.node,
+        list(state.corners),
+    )
     others = program.motion
     moves = -others.moves
     y = np.concatenate(
@@ -561,7 +573,7 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
             if row.label in ("critical_q", "critical_p")
         ]
     )
-    q = task.states(program.load_factor, program.slip)[1][corners, :-1, node]
+    q = question.states(program.load_factor, program.slip)[1][corners, :-1, node]
     size = np.linalg.norm(q, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         ways = np.column_stack([q / size[:, None], np.full(len(corners), -f[node])])
@@ -573,6 +585,8 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     )
     own = np.zeros_like(moves)
     own[corners, :, node] = shares[:, None] * ways + levers[:, None] * (y - shares @ ways)
-    if task.give is not None:  # open nodes follow
-        own -= (own.reshape(len(own), -1) @ task.system.S @ task.give).reshape(own.shape)
+    if question.compliance is not None:  # open nodes follow
+        own -= (own.reshape(len(own), -1) @ question.system.S @ question.compliance).reshape(
+            own.shape
+        )
     return replace(others, moves=moves + own)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -180,13 +180,16 @@ def reason(
     shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int
 ) -> str:
     """Why the limit is what it is, and what it leaves open, in words."""
-    task, limit = shakedown._task, shakedown.load_factor if best is None else best.load_factor
+    question, limit = (
+        shakedown._question,
+        shakedown.load_factor if best is None else best.load_factor,
+    )
     lifting = ""
     if not uncoupled and shakedown.least < limit < np.inf:
         lifting = _LIFTING * bool(
             shakedown.open.any()
             or not shakedown.friction.all()
-            or (task.r0 + limit * task.r1)[:, -1].min() < 0
+            or (question.r0 + limit * question.r1)[:, -1].min() < 0
         )
     return _why(shakedown, best, uncoupled, coincide) + lifting
 
@@ -202,8 +205,8 @@ def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coi
     if best is not None:
         any_load = "" if best.above is None else f" at every load factor just above {least:.6g}"
         bounds, unloaded = (
-            _bounds(best, shakedown._task.cycle.corner_names),
-            _unloaded(best) * (not shakedown._task.fixed),
+            _bounds(best, shakedown._question.cycle.corner_names),
+            _unloaded(best) * (not shakedown._question.fixed),
         )
         wedged = _WEDGED * _wedges(shakedown, best.state.node)
         where = in_contact(shakedown.system, best.state.node)
@@ -342,29 +345,36 @@ class GuaranteedModel(SafeModel):
                 self.of_any_set(self._posed(friction), listed("constraints", constraints))
             )
 
-    def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
+    def of_any_set(self, question: Question, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
         """The limit with all nodes closed, if that is safe from the mean load on; else with those open that the best pattern leaves open."""
-        shakedown = self._shakedown.of_set(task, own)
+        shakedown = self._shakedown.of_set(question, own)
         if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
-            shakedown = self._shakedown.of_any_set(task, own)
+            shakedown = self._shakedown.of_any_set(question, own)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         values = standing(shakedown.problem)
-        task = replace(task, open=shakedown.open)
-        n, least_found = len(task.friction), shakedown.load_factor
-        states, search = critical_states(task), self._search(task, own)
-        both = np.array([bool(own_states) for own_states in states]) & ~task.open
+        question = shakedown._question
+        n, least_found = len(question.friction), shakedown.load_factor
+        states, search = critical_states(question), self._search(question, own)
+        both = np.array([bool(own_states) for own_states in states]) & ~question.open_nodes
         least, how = (
             np.full(n, np.inf),
-            np.where(both, LEFT_OUT, np.where(task.open, OPEN, ONE_CORNER)).astype(object),
+            np.where(both, LEFT_OUT, np.where(question.open_nodes, OPEN, ONE_CORNER)).astype(
+                object
+            ),
         )
-        if not least_found > shakedown.least or uncoupled(task):
+        if not least_found > shakedown.least or uncoupled(question):
             least[both], how[both] = least_found, NOT_NEEDED
-            return self._result(task, shakedown, None, least, how, search)
-        bounds = load_factor_bounds(task) if self._asked.simplify and both.any() else np.zeros(n)
+            return self._result(question, shakedown, None, least, how, search)
+        bounds = (
+            load_factor_bounds(question) if self._asked.simplify and both.any() else np.zeros(n)
+        )
         best: NodeClaim | None = None
         # where the pressure is little, nodes are nearly critical
-        pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(shakedown.slip))[1]
+        pressure = (
+            question.r0[:, -1].min(axis=0)
+            + question.reactions_of_slip(np.nan_to_num(shakedown.slip))[1]
+        )
         order = sorted(
             np.flatnonzero(both).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))
         )
@@ -406,29 +416,29 @@ class GuaranteedModel(SafeModel):
             put_back(
                 values
             )  # into unknowns and rows of the user's own, which the programs of nodes share
-        return self._result(task, shakedown, best, least, how, search)
+        return self._result(question, shakedown, best, least, how, search)
 
-    def _search(self, task: Question, own: Sequence[cp.Constraint]) -> CriticalSearch:
-        key = task.open.tobytes(), *map(id, own)
+    def _search(self, question: Question, own: Sequence[cp.Constraint]) -> CriticalSearch:
+        key = question.open_nodes.tobytes(), *map(id, own)
         if key not in self._programs:
             self._programs.clear()
             self._programs[key] = CriticalSearch(
-                self._x, task, own_rows(own, self._unknowns), self._solver
+                self._x, question, own_rows(own, self._unknowns), self._solver
             )
         search: CriticalSearch = self._programs[key]
-        search.ask(task)
+        search.ask(question)
         return search
 
     def _result(
         self,
-        task: Question,
+        question: Question,
         shakedown: ShakedownLimit,
         best: NodeClaim | None,
         least: Array,
         how: np.ndarray,
         search: CriticalSearch,
     ) -> GuaranteedLimit:
-        without_coupling, coincide = uncoupled(task), int((how == COINCIDE_ALONE).sum())
+        without_coupling, coincide = uncoupled(question), int((how == COINCIDE_ALONE).sum())
         program, records = (
             None if best is None else best.program,
             [shakedown.record, *search.records],
@@ -446,12 +456,12 @@ class GuaranteedModel(SafeModel):
                 tuple(attempt for record in records for attempt in record.attempts),
                 max(record.residual for record in records),
                 left_out(how),
-                perf_counter() - task.started,
+                perf_counter() - question.started,
             ),
             constraints=shakedown.constraints,
             shakedown=shakedown,
             problem=shakedown.problem if program is None else program.problem,
-            _task=task,
+            _question=question,
             _motion=shakedown._motion if best is None or best.motion is None else best.motion,
             _by_node=frozen(least),
             _how=tuple(how.tolist()),
@@ -460,12 +470,12 @@ class GuaranteedModel(SafeModel):
         )
 
 
-def uncoupled(task: Question) -> bool:
+def uncoupled(question: Question) -> bool:
     """Whether slip changes no pressure of the whole contact: B is zero up to rounding, against A of the two nodes that it joins."""
-    A, B = task.system.A, task.system.B
-    stiffness = np.sqrt(np.diag(A).clip(0.0).reshape(-1, task.system.nodes).sum(axis=0))
+    A, B = question.system.A, question.system.B
+    stiffness = np.sqrt(np.diag(A).clip(0.0).reshape(-1, question.system.nodes).sum(axis=0))
     return not (
-        np.maximum(task.friction, 1.0)[:, None] * np.abs(B)
+        np.maximum(question.friction, 1.0)[:, None] * np.abs(B)
         > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, B.shape[1]))
     ).any()
 

@@ -18,7 +18,7 @@ import numpy as np
 from ..base import Array, Booleans, kept
 from ..contact import LoadCycle
 from .answered import Mechanism
-from .models import Row, events, named, ordered, rest, stuck, times, unknowns
+from .models import Row, constant, events, ordered, rest, stuck, times, unknowns
 from .programs import Program
 from .question import Question
 
@@ -88,9 +88,9 @@ class LiftOff(Question):
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
         """See `Question.statuses`."""
-        opened = np.array([each.open for each in self.sets])
+        opened = np.array([each.open_nodes for each in self.sets])
         touching = np.array(
-            [among(nodes, len(self.open)) for nodes in [Nodes(), *self.order.events, Nodes()]]
+            [among(nodes, len(self.open_nodes)) for nodes in [Nodes(), *self.order.events, Nodes()]]
         )
         return ~(opened | touching), opened
 
@@ -124,7 +124,7 @@ class LiftOff(Question):
     @property
     def open_share(self) -> Array:
         """See `Question.open_share`."""
-        opened = [among(nodes, len(self.open)) for nodes in self.order.between]
+        opened = [among(nodes, len(self.open_nodes)) for nodes in self.order.between]
         return np.asarray(np.diff(self.way) @ opened)
 
     @property
@@ -132,7 +132,7 @@ class LiftOff(Question):
         """See `Question.pattern`."""
         count, opened = (
             len(frozenset().union(*self.order.events)),
-            ", these nodes open" * bool(self.open.any()),
+            ", these nodes open" * bool(self.open_nodes.any()),
         )
         return (
             f" with {count} nodes that open and close in this order{opened} and the others closed"
@@ -150,7 +150,7 @@ class LiftOff(Question):
 
 
 def with_order(
-    task: Question, order: Order, of_set: Callable[[Nodes], Question | None]
+    question: Question, order: Order, of_set: Callable[[Nodes], Question | None]
 ) -> LiftOff | None:
     """The question with an order of events, not yet on their places; `of_set` gives it with some nodes open. None if the others do not hold them."""
     sets = [each for nodes in order.through if (each := of_set(nodes))]
@@ -195,13 +195,17 @@ class Ordered(Program):
         self.chain = self._parts[0].compiled(goal(self), unit, units, self._parts[1:]).chain
 
     def _part(
-        self, task: Question, instants: list[int], number: int, friction: Callable[..., list[Row]]
+        self,
+        question: Question,
+        instants: list[int],
+        number: int,
+        friction: Callable[..., list[Row]],
     ) -> Program:
         """The rows of instants with the same nodes open before and after."""
         of, last, x = f"_{number}" * (number > 0), len(self.corners) - 1, self.x
-        first, then = task.loads(0), task.loads(1)
+        first, then = question.loads(0), question.loads(1)
         changes = [
-            named(then[f"{part}1[1]"] - first[f"{part}1[0]"], f"d{part}{of}") for part in "qpw"
+            constant(then[f"{part}1[1]"] - first[f"{part}1[0]"], f"d{part}{of}") for part in "qpw"
         ]
         more = {
             m: [times(self.way[m - 1], change) for change in changes]
@@ -209,16 +213,16 @@ class Ordered(Program):
             if 0 < m < last
         }
         mine = replace(
-            unknowns(task.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p
+            unknowns(question.system.slip_shape, (), x.load_factor, of), slip=x.slip, q=x.q, p=x.p
         )
         contact = SimpleNamespace(
-            A=task.A, B=task.B, W=task.W, loads=lambda m: then if m == last else first
+            A=question.A, B=question.B, W=question.W, loads=lambda m: then if m == last else first
         )
         rows = rest(contact, mine, instants, more)
-        return Program(task, mine, self.f, instants, rows + friction(mine, self.f, instants))
+        return Program(question, mine, self.f, instants, rows + friction(mine, self.f, instants))
 
     @property
-    def task(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution
+    def question(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution
         """The question, with the events where they are in the solution."""
         return self.placed(
             [float(part.value) for part in self.way], float(self.x.load_factor.value)
@@ -236,12 +240,12 @@ class Ordered(Program):
     @property
     def slip(self) -> Array:
         """See `Program.slip`."""
-        return self._asked.rested(np.array(self.x.slip.value))
+        return self._asked.slip_at_mean_load(np.array(self.x.slip.value))
 
     @property
     def motion(self) -> Mechanism:
         """See `Program.motion`."""
-        opened = np.array([each.open for each in self._asked.sets])
+        opened = np.array([each.open_nodes for each in self._asked.sets])
         return Mechanism(
             np.sum([part.motion.moves for part in self._parts], axis=0),
             self._asked.friction * ~opened,

@@ -61,12 +61,12 @@ def unknowns(
     return Unknowns(load_factor, slip, q_r, p_r, q, p, suffix=suffix)
 
 
-def named(value: Any, name: str) -> cp.Constant:
+def constant(value: Any, name: str) -> cp.Constant:
     """A constant that is printed by its name."""
     return cp.Constant(value, name=name)
 
 
-def called(expression: cp.Expression, name: str) -> cp.Expression:
+def printed_as(expression: cp.Expression, name: str) -> cp.Expression:
     """An expression that is printed by a name, where cvxpy would print how it makes a vector of it."""
     expression.name = partial(str, name)
     return expression
@@ -74,17 +74,17 @@ def called(expression: cp.Expression, name: str) -> cp.Expression:
 
 def vec(x: cp.Variable) -> cp.Expression:
     """A vector, ordered by component as A and B are."""
-    return x if x.ndim == 1 else called(cp.vec(x, order="F"), x.name())
+    return x if x.ndim == 1 else printed_as(cp.vec(x, order="F"), x.name())
 
 
 def size(q: cp.Variable) -> cp.Expression:
     """`|q|` at each node."""
-    return cp.abs(q) if q.ndim == 1 else called(cp.norm(q, 2, axis=1), f"norm({q.name()})")
+    return cp.abs(q) if q.ndim == 1 else printed_as(cp.norm(q, 2, axis=1), f"norm({q.name()})")
 
 
 def times(factor: Any, load: Any) -> cp.Expression:
     """A load times a factor."""
-    return called(cp.multiply(factor, load), f"{factor.name()} * {load.name()}")
+    return printed_as(cp.multiply(factor, load), f"{factor.name()} * {load.name()}")
 
 
 def defines(part: cp.Variable, expression: cp.Expression) -> Row:
@@ -107,12 +107,12 @@ def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = 
     """
     of, slip, load_factor = x.suffix, vec(x.slip), x.load_factor
     x.gap, w_r = {}, cp.Variable(len(contact.W), name=f"w_r{of}")
-    shear = vec(x.q_r) == named(contact.A, f"A{of}") @ slip
-    rows = [shear.set_label(x.q_r.name()), defines(x.p_r, named(contact.B, f"B{of}") @ slip)]
-    rows += [defines(w_r, named(contact.W, f"W{of}") @ slip)] if w_r.size else []
+    shear = vec(x.q_r) == constant(contact.A, f"A{of}") @ slip
+    rows = [shear.set_label(x.q_r.name()), defines(x.p_r, constant(contact.B, f"B{of}") @ slip)]
+    rows += [defines(w_r, constant(contact.W, f"W{of}") @ slip)] if w_r.size else []
     for k in corners:
         q0, p0, q1, p1, w0, w1 = (
-            named(value, suffixed(name, of)) for name, value in contact.loads(k).items()
+            constant(value, suffixed(name, of)) for name, value in contact.loads(k).items()
         )
         parts = [
             q0 + times(load_factor, q1) + x.q_r,
@@ -149,8 +149,8 @@ def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], loose: Any = Non
 def strong(q: cp.Variable, c: Any, name: str) -> list[Row]:
     """The shear strength c (N,) of the surface, at the nodes that have one: it is inf at others."""
     has = [node for node, most in enumerate(c) if most < float("inf")]
-    some = called(size(q)[has], f"{size(q).name()}[strong]") if len(has) < len(c) else size(q)
-    return [(some <= named(c[has], "c")).set_label(name)] if has else []
+    some = printed_as(size(q)[has], f"{size(q).name()}[strong]") if len(has) < len(c) else size(q)
+    return [(some <= constant(c[has], "c")).set_label(name)] if has else []
 
 
 def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
@@ -287,8 +287,11 @@ def gross_slip(
         cp.Variable(shape, name="q"),
         cp.Variable(shape[0], name="p"),
     )
-    motions, (r0, r1) = named(N.T, "N.T"), (named(value, name) for name, value in load.items())
-    balance = motions @ called(cp.hstack([vec(q), p]), "[q, p]") == motions @ (
+    motions, (r0, r1) = (
+        constant(N.T, "N.T"),
+        (constant(value, name) for name, value in load.items()),
+    )
+    balance = motions @ printed_as(cp.hstack([vec(q), p]), "[q, p]") == motions @ (
         r0 + times(load_factor, r1)
     )
     rows = [

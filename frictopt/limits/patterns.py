@@ -55,11 +55,11 @@ def best_pattern(
     best one, do not count; the first limit not below `enough` ends the search. Under a static load
     nodes stay: sets would go on until the body slides off.
     """
-    task, best, tried, turns = (
-        closed._task,
+    question, best, tried, turns = (
+        closed._question,
         closed,
         {closed.open.tobytes()},
-        not closed._task.static,
+        not closed._question.static,
     )
 
     def counts(limit: Limit) -> bool:
@@ -76,7 +76,7 @@ def best_pattern(
             FrictoptError
         ):  # one without an answer that passes the checks is none of those known to rest
             rest = (
-                None if opened.all() else with_open(task, opened)
+                None if opened.all() else with_open(question, opened)
             )  # a contact that is open for ever is none
             limit = None if rest is None else of_set(rest, above)
             if limit is None or not counts(limit) or limit.load_factor <= above:
@@ -103,7 +103,9 @@ def best_pattern(
         wants = len(tried) > 1
         if wants or not closed.least <= 0:
             starts = [
-                limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))
+                limit
+                for opened in _settled(question, wants, counts(best))
+                if (limit := found(opened))
             ]
             climb(max(starts, key=lambda limit: limit.load_factor, default=None))
             if starts and len(tried) * closed.slip.size < _WORK:
@@ -127,17 +129,17 @@ def _search(what: str, best: Callable[[], Limit]) -> AbstractContextManager[Bar]
     )
 
 
-def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
+def _settled(question: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
     """What the mean load leaves open, with the friction, with more and with parts of it: where it opens none, only if a node `wants` to open."""
     for share in _SHARES:
         try:
-            opened = open_under_mean(replace(task, friction=share * task.friction))
+            opened = open_under_mean(question, share * question.friction)
         except (
             SolverError
         ):  # of the way to the mean load: the search has one set less to begin with
             # If nothing else is known to rest, an unknown way is no proof that nothing rests. A
             # body that slides off has no way.
-            if share == 1.0 and not safe and not _slides_off(task):
+            if share == 1.0 and not safe and not _slides_off(question):
                 raise
             continue
         yield from opened
@@ -145,11 +147,11 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
             return
 
 
-def _slides_off(task: Question) -> bool:
+def _slides_off(question: Question) -> bool:
     """Whether the mean load slides a body off at the pressures of the closed contact."""
-    statics = Statics(task.system, task.friction)
+    statics = Statics(question.system, question.friction)
     return any(
-        statics.slides_off("the mean load", forces.ravel()) is not None for forces in task.r0
+        statics.slides_off("the mean load", forces.ravel()) is not None for forces in question.r0
     )
 
 
@@ -159,15 +161,15 @@ def _next_to(best: Limit) -> Iterator[Booleans]:
     And those of them at its border; and the whole border from outside or inside, as a mechanism may
     govern on one side only.
     """
-    task = best._task
-    moved = best._motion.parts(task.system).sum(axis=(0, 1))
+    question = best._question
+    moved = best._motion.parts(question.system).sum(axis=(0, 1))
     ruling = np.argsort(-moved, kind="stable")[: int((moved > _GOVERNS * moved.max()).sum())]
     if not best.open.any():
-        pressed = best.reactions[1].min(axis=0) > TOUCHES * task.force
-        ruling = ruling[~pressed[ruling] | (task.r0[:, -1, ruling].max(axis=0) < 0)]
+        pressed = best.reactions[1].min(axis=0) > TOUCHES * question.force
+        ruling = ruling[~pressed[ruling] | (question.r0[:, -1, ruling].max(axis=0) < 0)]
     near = np.roll(best.open, 1) != best.open
     border = near | np.roll(near, -1)
-    plane = task.system.tangents == 1
+    plane = question.system.tangents == 1
     size = 1 if plane or len(ruling) <= _FEW else _GROUP
     edge, inner = ruling[border[ruling]], ruling[~border[ruling]]
     sides = [np.flatnonzero(border & (best.open == state)) for state in (False, True) if plane]
@@ -191,12 +193,12 @@ def best_order(
     `of_order` asks for that of an order, which counts above a load factor; the first not below `at`
     is enough.
     """
-    task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
+    question, order, tried = best._question, Order(_nodes(best.open)), set[Order]()
     most = min(_MOST, _WORK // best.slip.size)
 
     @cache
     def of_set(nodes: Nodes) -> Question | None:
-        return with_open(task, among(nodes, task.system.nodes))
+        return with_open(question, among(nodes, question.system.nodes))
 
     def gains(pivot: Order) -> bool:
         nonlocal best, order
@@ -207,7 +209,7 @@ def best_order(
         with suppress(
             FrictoptError
         ):  # one without an answer that passes the checks is none of those known to rest
-            asked = with_order(task, pivot, of_set)
+            asked = with_order(question, pivot, of_set)
             limit = None if asked is None else of_order(asked, best.load_factor * (1 + _GAINS))
             if limit is not None and limit.load_factor > best.load_factor * (1 + _GAINS):
                 best, order = replace(limit, least=best.least), pivot
@@ -220,16 +222,16 @@ def best_order(
     return best
 
 
-def check_events(events: object, task: Question, given: bool) -> None:
+def check_events(events: object, question: Question, given: bool) -> None:
     """Refuse to search nodes that open and close in each cycle where there is no such search; `given`: open nodes, or rows of the user's own."""
     reasons = {
         "the load cycle has not two corners, between which it goes to and fro": len(
-            task.cycle.corners
+            question.cycle.corners
         )
         != 2,
-        "its corners differ at load factor 0 (fixed)": task.fixed,
-        "the slip is bounded": task.most is not None,
-        "the surface has a shear strength": task.system.capped,
+        "its corners differ at load factor 0 (fixed)": question.fixed,
+        "the slip is bounded": question.slip_bound is not None,
+        "the surface has a shear strength": question.system.capped,
         "open, constraints and objectives are about nodes that stay as they are": given,
     }
     wanted = flag("events", events)
@@ -244,12 +246,12 @@ def _nodes(chosen: Booleans) -> Nodes:
 
 def _pivots(best: Limit, order: Order) -> Iterator[Order]:
     """Orders next to one, by nodes that want to open or close at a corner, and by its own events."""
-    task, (start, events), sets = best._task, order, order.between
+    question, (start, events), sets = best._question, order, order.between
     (u, r), moved = (
-        task.states(best.load_factor, best.slip),
-        best._motion.parts(task.system).sum(axis=0)[[0, -1]],
+        question.states(best.load_factor, best.slip),
+        best._motion.parts(question.system).sum(axis=0)[[0, -1]],
     )
-    bare, shut = r[:, -1] <= TOUCHES * task.force, u[:, -1] <= TOUCHES * task.clearance
+    bare, shut = r[:, -1] <= TOUCHES * question.force, u[:, -1] <= TOUCHES * question.clearance
     ruling = moved > _MOVES * moved.max()
     opening = [_nodes(bare[k] & ruling[k]) - sets[k] for k in (0, -1)]
     for last in _together_and_alone(opening[1]):

@@ -19,7 +19,7 @@ from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
 from ..solve.problem import Problem, dual_of, set_no_optimum
 from .answered import Mechanism
-from .models import More, Row, Unknowns, label, named, rest, strong, stuck, unknowns, within
+from .models import More, Row, Unknowns, constant, label, rest, strong, stuck, unknowns, within
 from .question import Question
 
 _INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
@@ -55,23 +55,28 @@ _CONES = (
 _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = WeakKeyDictionary()
 
 
-def free_slips(task: Question) -> tuple[Array, Array]:
+def free_slips(question: Question) -> tuple[Array, Array]:
     """Slips (t N, k) that nothing resists, and the compliance (t N, t N) of all others; kept for the last open nodes of a system."""
-    kept, key = _FREE.setdefault(task.system, {}), task.open.tobytes()
+    kept, key = _FREE.setdefault(question.system, {}), question.open_nodes.tobytes()
     if key not in kept:
-        along, across = np.split(np.sqrt(task.system.own_stiffness), [-task.system.nodes])
+        along, across = np.split(np.sqrt(question.system.own_stiffness), [-question.system.nodes])
         kept.clear()
-        kept[key] = unresisted(task.A, task.B, along, across)
+        kept[key] = unresisted(question.A, question.B, along, across)
     return kept[key]
 
 
-def tractions(task: Question, dense: Sequence[Row] | None = None) -> Change:
+def tractions(question: Question, dense: Sequence[Row] | None = None) -> Change:
     """Tractions as unknowns of a listing's dense rows: the slips that they make by the compliance, and slides that nothing resists."""
-    free, give = free_slips(task)
-    dense = rest(task, unknowns(task.system.slip_shape, ()), ()) if dense is None else dense
-    sizes = task.force / (task.system.own_stiffness[: len(free)] @ free**2)
+    free, give = free_slips(question)
+    dense = rest(question, unknowns(question.system.slip_shape, ()), ()) if dense is None else dense
+    sizes = question.force / (question.system.own_stiffness[: len(free)] @ free**2)
     return by_inverse(
-        dense[0], dense[1:], free, give, np.tile(task.shear_unit, task.system.tangents), sizes
+        dense[0],
+        dense[1:],
+        free,
+        give,
+        np.tile(question.shear_unit, question.system.tangents),
+        sizes,
     )
 
 
@@ -79,7 +84,7 @@ def tractions(task: Question, dense: Sequence[Row] | None = None) -> Change:
 class Program:
     """A question's listing, compiled."""
 
-    task: Question
+    question: Question
     x: Unknowns
     f: cp.Parameter  # friction
     corners: list[int]  # those that have rows
@@ -100,18 +105,18 @@ class Program:
         for each in (self, *others):
             by_slip.setdefault(each.x.slip, []).append(each)
         changes = [
-            tractions(same[0].task, [row for each in same for row in each.dense])
+            tractions(same[0].question, [row for each in same for row in each.dense])
             for same in by_slip.values()
         ]
         self.chain = Chain(
-            problem, {**self.units, **(units or {})}, changes, self.task.simplify, unit
+            problem, {**self.units, **(units or {})}, changes, self.question.simplify, unit
         )
         return self
 
     @property
     def dense(self) -> list[Row]:
         """The rows that say what forces and gaps a slip makes."""
-        return self.rows[: 3 if len(self.task.W) else 2]
+        return self.rows[: 3 if len(self.question.W) else 2]
 
     @property
     def problem(self) -> cp.Problem:
@@ -121,54 +126,61 @@ class Program:
     @property
     def units(self) -> dict[cp.Variable, Any]:
         """Units of the unknowns."""
-        task, x, n = self.task, self.x, self.task.system.nodes
-        each = task.shear_unit if task.system.tangents == 1 else task.shear_unit[:, None]
+        question, x, n = self.question, self.x, self.question.system.nodes
+        each = (
+            question.shear_unit if question.system.tangents == 1 else question.shear_unit[:, None]
+        )
         slip = (
-            np.tile(task.shear_unit, task.system.tangents) / task.system.own_stiffness[:-n]
+            np.tile(question.shear_unit, question.system.tangents)
+            / question.system.own_stiffness[:-n]
         ).reshape(x.slip.shape, order="F")
-        units: dict[cp.Variable, Any] = {x.slip: slip, x.q_r: each, x.p_r: task.node_unit}
-        units |= {x.load_factor: task.load_unit} if isinstance(x.load_factor, cp.Variable) else {}
-        units |= {q: each for q in x.q.values()} | {p: task.node_unit for p in x.p.values()}
-        return units | {gap: task.clearance for gap in x.gap.values()}
+        units: dict[cp.Variable, Any] = {x.slip: slip, x.q_r: each, x.p_r: question.node_unit}
+        units |= (
+            {x.load_factor: question.load_unit} if isinstance(x.load_factor, cp.Variable) else {}
+        )
+        units |= {q: each for q in x.q.values()} | {p: question.node_unit for p in x.p.values()}
+        return units | {gap: question.clearance for gap in x.gap.values()}
 
-    def ask(self, task: Question, unit: float) -> None:
+    def ask(self, question: Question, unit: float) -> None:
         """Set friction, the units that follow from it, and the `unit` of the objective."""
-        if (task.shear_unit != self.task.shear_unit).any():
-            self.chain.changes = [tractions(task, self.dense)]
-        self.task, self.f.value, self.chain.unit = task, task.friction, unit
+        if (question.shear_unit != self.question.shear_unit).any():
+            self.chain.changes = [tractions(question, self.dense)]
+        self.question, self.f.value, self.chain.unit = question, question.friction, unit
         self.chain.units |= self.units
 
     @property
     def load_factor(self) -> float:
         """The load factor of the solution, >= 0; what is rounding of its unit is 0."""
         factor = float(self.x.load_factor.value)
-        return factor if factor > ZERO_LOAD_FACTOR * self.task.load_unit else 0.0
+        return factor if factor > ZERO_LOAD_FACTOR * self.question.load_unit else 0.0
 
     @property
     def slip(self) -> Array:
         """(N,) or (N, 2) slip of the solution, within its bound; of open nodes the one under the mean load."""
-        task, slip = self.task, np.array(self.x.slip.value)
-        if task.most is None and not self.own and len(task.W):
+        question, slip = self.question, np.array(self.x.slip.value)
+        if question.slip_bound is None and not self.own and len(question.W):
             slip -= self._slide(slip)
-        if task.most is not None:
-            slip[task.most == 0] = 0.0
+        if question.slip_bound is not None:
+            slip[question.slip_bound == 0] = 0.0
             size = lengths(
-                slip, task.most
+                slip, question.slip_bound
             )  # cut to the bound that it exceeds by no more than the tolerance of solvers
-            if task.beyond(slip) <= RESIDUAL:
+            if question.excess_over_slip_bound(slip) <= RESIDUAL:
                 slip = np.where(
-                    size > task.most, slip.T / np.where(size > 0, size, 1.0) * task.most, slip.T
+                    size > question.slip_bound,
+                    slip.T / np.where(size > 0, size, 1.0) * question.slip_bound,
+                    slip.T,
                 ).T
-        return task.rested(slip)
+        return question.slip_at_mean_load(slip)
 
     def _slide(self, slip: Array) -> Array:
         """What a slip slides without need: the gaps of open nodes alone feel it, and interior points go as far as they grow."""
-        (free, _), task = free_slips(self.task), self.task
-        opens, found = task.W @ free, free.T @ slip.T.ravel()
-        opens = np.where(np.abs(opens) > CONDENSATION, opens, 0.0) / task.clearance
+        (free, _), question = free_slips(self.question), self.question
+        opens, found = question.W @ free, free.T @ slip.T.ravel()
+        opens = np.where(np.abs(opens) > CONDENSATION, opens, 0.0) / question.clearance
         lack = (
             opens @ found
-            - np.min([gap.value for gap in self.x.gap.values()], axis=0) / task.clearance
+            - np.min([gap.value for gap in self.x.gap.values()], axis=0) / question.clearance
         )
         columns, last = np.vstack([opens.T, lack]), np.eye(len(found) + 1)[-1]
         *way, share = (
@@ -185,24 +197,24 @@ class Program:
     @property
     def motion(self) -> Mechanism:
         """The mechanism that the multipliers are: those of q and p at each corner are the slips and lifts of the nodes."""
-        task, system, n = self.task, self.task.system, self.task.system.nodes
-        moves = np.zeros((len(self.x.q), *task.r1.shape[1:]))
+        question, system, n = self.question, self.question.system, self.question.system.nodes
+        moves = np.zeros((len(self.x.q), *question.r1.shape[1:]))
         rows = {row.label: row for row in self.rows}
         for k in self.corners:
             moves[k, :-1] = np.reshape(rows[self.x.q[k].name()].dual_value, (n, -1)).T
             moves[k, -1] = rows[self.x.p[k].name()].dual_value
         if len(self.corners) and not np.isfinite(moves).all():
             moves = np.full_like(moves, np.nan)
-        if task.give is None:
-            return Mechanism(moves, task.friction)
+        if question.compliance is None:
+            return Mechanism(moves, question.friction)
         press = np.zeros((len(moves), moves[0].size))
-        at = np.flatnonzero(task.open) + system.tangents * n
+        at = np.flatnonzero(question.open_nodes) + system.tangents * n
         for k, gap in self.x.gap.items():
             press[k, at] = np.maximum(rows[label("apart", gap)].dual_value, 0.0)
-        moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(
-            moves.shape
-        )
-        return Mechanism(moves, task.friction * ~task.open, open=task.open)
+        moves = moves - (
+            (moves.reshape(len(moves), -1) @ system.S + press) @ question.compliance
+        ).reshape(moves.shape)
+        return Mechanism(moves, question.friction * ~question.open_nodes, open=question.open_nodes)
 
     @property
     def own_violation(self) -> float:
@@ -228,7 +240,7 @@ class Program:
 
 
 def listed_rows(
-    task: Question,
+    question: Question,
     x: Unknowns,
     f: cp.Parameter,
     *,
@@ -238,19 +250,25 @@ def listed_rows(
 ) -> Program:
     """The rows of a question: at the corners that are no mean of others, unless all are asked for."""
     corners = (
-        outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
+        outer_corners(question.cycle)
+        if question.simplify and not every
+        else list(range(len(question.r1)))
     )
     x = replace(x)  # each listing has gaps of its own
-    rows = rest(task, x, corners, more)
+    rows = rest(question, x, corners, more)
     rows += stuck(x, f, corners) if friction is None else friction(x, corners)
     rows += [
         row
         for k in corners
-        for row in strong(x.q[k], task.system.shear_strength, label("strength", x.q[k]))
+        for row in strong(x.q[k], question.system.shear_strength, label("strength", x.q[k]))
     ]
-    rows += within(x, named(task.most, f"slip_bound{x.suffix}")) if task.most is not None else []
-    f.value = task.friction
-    return Program(task, x, f, corners, rows)
+    rows += (
+        within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
+        if question.slip_bound is not None
+        else []
+    )
+    f.value = question.friction
+    return Program(question, x, f, corners, rows)
 
 
 def outer_corners(cycle: LoadCycle) -> list[int]:

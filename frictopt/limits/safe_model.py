@@ -17,9 +17,9 @@ from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .models import Row, called, defines, named, unknowns, vec
+from .models import Row, constant, defines, printed_as, unknowns, vec
 from .programs import Program, check_rows, check_values, listed_rows, own_rows
-from .question import Question, pose
+from .question import Question, motion_of_open_nodes, pose
 
 A = TypeVar("A", bound=Answered)
 F = TypeVar("F", bound=Callable[..., Any])
@@ -70,7 +70,12 @@ class SafeModel:
         )
         self._solver = solver
         self._posed = partial(
-            pose, system, cycle, simplify=simplify, slip_bound=self._asked.most, strong=self._strong
+            pose,
+            system,
+            cycle,
+            simplify=simplify,
+            slip_bound=self._asked.slip_bound,
+            strong=self._strong,
         )  # by its friction
         self._turn = RLock()
         solver_order(solver, LP if system.tangents == 1 else SOCP)
@@ -80,8 +85,8 @@ class SafeModel:
         self.load_factor, self.slip = self._x.load_factor, self._x.slip
         q, p = list(self._x.q.values()), list(self._x.p.values())
         self.q, self.p = (
-            called(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q"),
-            called(cp.vstack(p), "p"),
+            printed_as(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q"),
+            printed_as(cp.vstack(p), "p"),
         )
         self._programs: dict[object, Any] = {}
 
@@ -112,7 +117,7 @@ class SafeModel:
 
     def _program(
         self,
-        task: Question,
+        question: Question,
         own: Sequence[Any],
         objective: Any,
         goal: Callable[[Program], cp.Problem],
@@ -121,13 +126,13 @@ class SafeModel:
         **listing: Any,
     ) -> Program:
         """The program of a goal, maybe with constraints and an objective of the user's own; compiled once for all frictions."""
-        key = name, task.open.tobytes(), objective is None, *map(id, own), id(objective)
+        key = name, question.open_nodes.tobytes(), objective is None, *map(id, own), id(objective)
         if key not in self._programs:
             more = bool(own) or objective is not None
-            listed = listed_rows(task, self._x, self._f, every=more, **listing)
+            listed = listed_rows(question, self._x, self._f, every=more, **listing)
             listed.own = own_rows(own, self._unknowns)
-            if more and task.give is not None:
-                listed.rows += self._rested(task)
+            if more and question.compliance is not None:
+                listed.rows += self._rested(question)
             problem = goal(listed)
             if objective is not None:
                 problem = cp.Problem(
@@ -144,21 +149,24 @@ class SafeModel:
             *[("objective", objective)] * (objective is not None),
         ):
             check_values(place, part)  # which may be others than when it was compiled
-        program.ask(task, unit)
+        program.ask(question, unit)
         return program
 
-    def _rested(self, task: Question, more: Any = 0) -> list[Row]:
+    def _rested(self, question: Question, more: Any = 0) -> list[Row]:
         """Rows by which the slip of open nodes is the one under the mean load, for the user's own rows; `more` is what unknown loads add to it."""
-        t = task.system.tangents * task.system.nodes
-        out = np.tile(task.open, task.system.tangents)
-        still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
+        t = question.system.tangents * question.system.nodes
+        out = np.tile(question.open_nodes, question.system.tangents)
+        still = question.slip_at_mean_load(np.zeros(question.system.slip_shape)).T.ravel()[out]
         moved, chosen, slip = (
             cp.Variable(len(still), name="v_r"),
-            named(np.eye(t)[out], "open"),
+            constant(np.eye(t)[out], "open"),
             vec(self.slip),
         )
-        follows = chosen @ slip == named(still, "v0") + moved + more
-        return [defines(moved, named(task.moved(out, 0), "V") @ slip), follows.set_label("open")]
+        follows = chosen @ slip == constant(still, "v0") + moved + more
+        follows_slip = motion_of_open_nodes(
+            question.system, question.open_nodes, question.compliance, np.flatnonzero(out)
+        )
+        return [defines(moved, constant(follows_slip, "V") @ slip), follows.set_label("open")]
 
     def _shown(self, answer: A, **more: Array | float) -> A:
         """An answer, whose values stand in the user's unknowns from now on."""

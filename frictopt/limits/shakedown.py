@@ -117,32 +117,36 @@ class ShakedownLimit(Rated):
     @cached_property
     def reason(self) -> str:
         """Why it is so, in words."""
-        task, least, growth = self._task, self.least, self.kind is LimitKind.UNBOUNDED
+        question, least, growth = self._question, self.least, self.kind is LimitKind.UNBOUNDED
         if self._why and not growth:
             return self._opened + self._why + self._border
         within, more = (
             ("", "")
-            if task.most is None
+            if question.slip_bound is None
             else (" within the slip bound", "a larger slip_bound may leave one; ")
         )
         slip, start, below = f"residual slip{within}", "", ""
         slip += f" that obeys {', '.join(self.constraints)}" * bool(self.constraints)
         if not self.load_factor > 0 or (least > 0 and not self.constraints):
-            more += unscaled_diagnosis(task.system, task.cycle, task.friction)
+            more += unscaled_diagnosis(question.system, question.cycle, question.friction)
         if not self.load_factor > 0:
             node, above = self._ruling, " above 0" * (self.kind is LimitKind.FINITE)
-            where = in_contact(task.system, node)
+            where = in_contact(question.system, node)
             sheared, single = (
                 self._motion.size[:, node].max() > ROUNDING * np.abs(self._motion.moves).max(),
                 set(self.mechanism["node"]) == {node},
             )
-            if above and task.friction[node] == 0 and sheared:
+            if above and question.friction[node] == 0 and sheared:
                 more = f"node {node}{where} has no friction, and the cyclic load shears it"
-            elif above and single and np.abs(task.r0[:, -1, node]).max() <= ROUNDING * task.force:
+            elif (
+                above
+                and single
+                and np.abs(question.r0[:, -1, node]).max() <= ROUNDING * question.force
+            ):
                 more = f"node {node}{where} carries no pressure under the mean load, and the cyclic load {'shears' if sheared else 'lifts'} it"
-            return f"{self._opened}no {slip} is safe at any load factor{above}{task.pattern}: {more}{self._border}"
+            return f"{self._opened}no {slip} is safe at any load factor{above}{question.pattern}: {more}{self._border}"
         if least > 0:
-            alone = f"{task.pattern[1:]} " * growth  # else it is said with the limit
+            alone = f"{question.pattern[1:]} " * growth  # else it is said with the limit
             start, below = (
                 f" from {least:.6g} on",
                 f"; {alone}none is safe below {least:.6g}"
@@ -157,15 +161,17 @@ class ShakedownLimit(Rated):
         rest = "; with others open it may be higher" * bool(
             self.open.any()
         ) + "; the dual bound covers them" * bool(self.constraints)
-        if self._task.static and not self.constraints:
+        if self._question.static and not self.constraints:
             rest += "; under this static load it may open nodes and rest above it, up to where a body slides off (bound_for_all)"
-        return f"{self._opened}no {slip} is safe above it{task.pattern}{rest}{below}{self._border}"
+        return (
+            f"{self._opened}no {slip} is safe above it{question.pattern}{rest}{below}{self._border}"
+        )
 
     @property
     def covers(self) -> str:
         """What `bound` is a bound of, in words."""
-        if self._task.events:
-            return f"states of rest{self._task.pattern}; with others, or in another order, the contact may rest above it"
+        if self._question.events:
+            return f"states of rest{self._question.pattern}; with others, or in another order, the contact may rest above it"
         opened = int(self.open.sum())
         states = (
             f"these {opened} nodes open and the others closed" if opened else "all nodes closed"
@@ -206,7 +212,9 @@ class ShakedownLimit(Rated):
         True
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        return not (self.open.any() or self._task.fixed) and stays_closed(self._task, load_factor)
+        return not (self.open.any() or self._question.fixed) and stays_closed(
+            self._question, load_factor
+        )
 
     @cached_property
     def apart(self) -> float:
@@ -227,7 +235,7 @@ class ShakedownLimit(Rated):
         motion = self._motion
         return int(
             np.where(
-                self._task.open if motion.open is None else motion.open,
+                self._question.open_nodes if motion.open is None else motion.open,
                 0.0,
                 motion.size + motion.opening,
             )
@@ -238,14 +246,14 @@ class ShakedownLimit(Rated):
     @property
     def _border(self) -> str:
         """Words on the node that governs: the mesh beside open nodes, see `border`, or that it would be pulled open without slip."""
-        task, node = self._task, self._ruling
+        question, node = self._question, self._ruling
         if self.kind is not LimitKind.FINITE:
             return ""
-        if task.give is not None:
-            return border(task.system, task.open, node, self.reactions[1])
-        pulled = self._rated and task.r0[:, -1, node].max() < 0
+        if question.compliance is not None:
+            return border(question.system, question.open_nodes, node, self.reactions[1])
+        pulled = self._rated and question.r0[:, -1, node].max() < 0
         return (
-            f"; residual slip alone presses node {node}{in_contact(task.system, node)}, which governs"
+            f"; residual slip alone presses node {node}{in_contact(question.system, node)}, which governs"
             if pulled
             else ""
         )
@@ -257,7 +265,7 @@ class ShakedownLimit(Rated):
         Columns node, x, corner, its loads, direction (+1 slips along +x, -1 against it; in space
         slip1 and slip2), share.
         """
-        return self._motion.table(self.system, self._task.names)
+        return self._motion.table(self.system, self._question.names)
 
     @cached_property
     def friction_rate(self) -> Array:
@@ -281,18 +289,22 @@ class ShakedownLimit(Rated):
             balance to the tolerance.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        if self._task.events:
+        if self._question.events:
             raise ModelError(
                 "least_slip: nodes open and close at the limit, whose multipliers bound no slip; ask shakedown_limit without events"
             )
-        if not np.isfinite(self.load_factor) or self.constraints or self._task.most is not None:
+        if (
+            not np.isfinite(self.load_factor)
+            or self.constraints
+            or self._question.slip_bound is not None
+        ):
             asked = f"load factor {self.load_factor:g}" + (
                 " under constraints on the slip" if np.isfinite(self.load_factor) else ""
             )
             raise ModelError(
                 f"least_slip: the limit ({asked}) bounds no slip from below; ask a finite limit without slip bound and constraints"
             )
-        return least_slip(self._task, self._motion, self.bound, load_factor, self.residual)
+        return least_slip(self._question, self._motion, self.bound, load_factor, self.residual)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its safe slip at the limit, largest `|q| / (f p)` over the corners where it carries something."""
@@ -416,22 +428,22 @@ class ShakedownModel(SafeModel):
 
     def of_pattern(
         self,
-        task: Question,
+        question: Question,
         open: Any,
         events: bool,
         own: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
     ) -> ShakedownLimit:
         """The limit with given nodes open; or of the best pattern that is found, maybe with nodes that open and close in each cycle."""
-        check_events(events, task, bool(own) or objective is not None or open is not None)
+        check_events(events, question, bool(own) or objective is not None or open is not None)
         if open is not None:
-            rest = with_open(task, flags("open", open, len(task.open)))
-            if rest is None or rest.open.all():
+            rest = with_open(question, flags("open", open, len(question.open_nodes)))
+            if rest is None or rest.open_nodes.all():
                 raise ModelError(
                     "open: too few closed nodes, or none, would hold the open ones; leave more nodes closed"
                 )
             return self.of_set(rest, own, objective)
-        limit = self.of_any_set(task, own, objective)
+        limit = self.of_any_set(question, own, objective)
         return self.of_any_order(limit) if events else limit
 
     def of_any_order(self, best: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
@@ -452,7 +464,7 @@ class ShakedownModel(SafeModel):
 
     def of_any_set(
         self,
-        task: Question,
+        question: Question,
         own: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
         at: float = np.inf,
@@ -460,29 +472,31 @@ class ShakedownModel(SafeModel):
     ) -> ShakedownLimit:
         """The limit of the best pattern of open nodes that the search finds, see `best_pattern`; with all closed where none wants to open."""
         if own or objective is not None:  # which change no pattern
-            return self.of_set(with_open(task, self.of_any_set(task).open) or task, own, objective)
+            return self.of_set(
+                with_open(question, self.of_any_set(question).open) or question, own, objective
+            )
         tried = list[Question]()
 
         def counted(asked: Question, above: float) -> ShakedownLimit:
             tried.append(asked)
             return self.of_set(asked, above=above)
 
-        best: ShakedownLimit = best_pattern(counted, self.of_set(task), at, enough)
-        if tried and tried[-1] is not best._task:  # its answer shall stand in its problem
-            return replace(self.of_set(best._task), least=best.least)
+        best: ShakedownLimit = best_pattern(counted, self.of_set(question), at, enough)
+        if tried and tried[-1] is not best._question:  # its answer shall stand in its problem
+            return replace(self.of_set(best._question), least=best.least)
         return best
 
     def of_set(
         self,
-        task: Question,
+        question: Question,
         own: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
         above: float = -np.inf,
     ) -> ShakedownLimit:
         """The limit with given nodes open; a SolverError once it is proven not to be `above` a load factor."""
-        unit = task.load_unit if objective is None else 1.0
+        unit = question.load_unit if objective is None else 1.0
         program = self._program(
-            task, own, objective, lambda each: shakedown(each.x, each.rows), "shakedown", unit
+            question, own, objective, lambda each: shakedown(each.x, each.rows), "shakedown", unit
         )
         claimed = partial(judged, program, objective is not None, above=above)
         claim, record = program.chain.solve(
@@ -495,7 +509,7 @@ class ShakedownModel(SafeModel):
         if limit.kind is LimitKind.NO_SAFE_SLIP or objective is not None:
             return limit
         slips = () if own else _likely_slips(limit)
-        at_zero = any(task.violation(0.0, slip) <= RESIDUAL for slip in slips)
+        at_zero = any(question.violation(0.0, slip) <= RESIDUAL for slip in slips)
         return replace(limit, least=0.0) if at_zero else self._with_least(limit, program)
 
     def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
@@ -503,7 +517,7 @@ class ShakedownModel(SafeModel):
         try:
             with program.chain.kept():
                 downward = replace(program).compiled(
-                    least_load(program.x, program.rows), program.task.load_unit
+                    least_load(program.x, program.rows), program.question.load_unit
                 )
                 lower, found = downward.chain.solve(lambda: judged(downward), self._solver)
         # rounding hides whether some slip is safe under the mean load: the limit stands, the least
@@ -512,7 +526,7 @@ class ShakedownModel(SafeModel):
             return limit
         attempts, seconds = (
             (*limit.record.attempts, *found.attempts),
-            perf_counter() - program.task.started,
+            perf_counter() - program.question.started,
         )
         record = replace(
             limit.record,
@@ -642,22 +656,29 @@ def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
 
 def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
     """The limit in a program, judged by the referee and its multipliers; `chosen` by an objective; SolverError if it is proven not `above`."""
-    task, load_factor, slip, proof = (
-        program.task,
+    question, load_factor, slip, proof = (
+        program.question,
         program.load_factor,
         program.slip,
         program.chain.proof,
     )
     residual = float(
         np.nan_to_num(
-            np.max([task.violation(load_factor, slip), proof.gap, program.own_violation]),
+            np.max([question.violation(load_factor, slip), proof.gap, program.own_violation]),
             nan=np.inf,
         )
     )
     names = (*program.own, "objective") if chosen else tuple(program.own)
     record, bound = SolveRecord(residual=residual), upper_bound(proof, above)
     limit = ShakedownLimit(
-        load_factor, slip, record, task, program.motion, LimitKind.FINITE, bound, constraints=names
+        load_factor,
+        slip,
+        record,
+        question,
+        program.motion,
+        LimitKind.FINITE,
+        bound,
+        constraints=names,
     )
     why = "no safe residual slip makes the objective larger; the load factor is the one that it chooses, no limit"
     return replace(limit, _why=why, objective=proof.value) if chosen else limit
@@ -677,10 +698,13 @@ def every_load_is_safe(program: Ordered) -> ShakedownLimit | None:
 
 def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
     """The proven answer that nothing is safe at any load factor, or all are from one on; else None; ModelError if an objective has no maximum."""
-    task, names = program.task, (*program.own, "objective") if chosen else tuple(program.own)
-    unsafe = np.full(task.system.slip_shape, np.nan)
+    question, names = (
+        program.question,
+        (*program.own, "objective") if chosen else tuple(program.own),
+    )
+    unsafe = np.full(question.system.slip_shape, np.nan)
     bare = (
-        replace(program, own={}).compiled(shakedown(program.x, program.rows), task.load_unit)
+        replace(program, own={}).compiled(shakedown(program.x, program.rows), question.load_unit)
         if names
         else None
     )
@@ -690,9 +714,9 @@ def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
     if none := none_at_all or program.chain.contradiction():
         ruling, record = program.ruling(none.ruling), SolveRecord(residual=none.residual)
         limit = ShakedownLimit(
-            np.nan, unsafe, record, task, program.motion, LimitKind.NO_SAFE_SLIP, np.nan
+            np.nan, unsafe, record, question, program.motion, LimitKind.NO_SAFE_SLIP, np.nan
         )
-        why = f"no residual slip that is safe at any load factor{task.pattern} obeys {', '.join(ruling)}: drop or relax them"
+        why = f"no residual slip that is safe at any load factor{question.pattern} obeys {', '.join(ruling)}: drop or relax them"
         return replace(limit, constraints=names, _why=why) if ruling else limit
     more = program.chain.growth()
     if not more:
@@ -702,17 +726,17 @@ def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
             "objective: it grows without end over the safe slips; subtract what it costs, or bound it by a constraint"
         )
     still, record = (
-        Mechanism(np.zeros_like(task.r1), task.friction),
+        Mechanism(np.zeros_like(question.r1), question.friction),
         SolveRecord(residual=more.residual),
     )
     growth = program.chain.value_along(more, program.x.load_factor)
     slip = program.chain.value_along(more, program.x.slip) / growth
     why = (
         growth_diagnosis(
-            task.friction,
-            task.parts[2:],
-            task.change(slip),
-            GROWN * task.mean_bound / task.load_unit,
+            question.friction,
+            (question.q1, question.p1),
+            question.reactions_of_slip(slip),
+            GROWN * question.mean_bound / question.load_unit,
         )
         if not names
         else ""
@@ -721,7 +745,7 @@ def without_limit(program: Program, chosen: bool) -> ShakedownLimit | None:
         np.inf,
         unsafe,
         record,
-        task,
+        question,
         still,
         LimitKind.UNBOUNDED,
         np.inf,

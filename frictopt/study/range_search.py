@@ -189,7 +189,8 @@ class Search:
         )
         starts = [
             shortened(
-                orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape), self._task.most
+                orbit.start + one * self._rng.uniform(-1, 1, orbit.start.shape),
+                self._task.slip_bound,
             )
             for one in sizes
         ]
@@ -236,7 +237,7 @@ class Search:
             or state.period > 1
         ):
             raise NoContinuation("its slip does not repeat in every cycle")
-        return Ascent(path, sense, self._task.most)
+        return Ascent(path, sense, self._task.slip_bound)
 
     @staticmethod
     def levels(orbits: list[Orbit]) -> list[Orbit]:
@@ -282,7 +283,9 @@ class RangeStarts:
         task = self._task
         starts = {"no slip": np.zeros(task.system.slip_shape)}
         with suppress(SolverError):
-            limit = shakedown_limit(task.system, task.cycle, task.friction, slip_bound=task.most)
+            limit = shakedown_limit(
+                task.system, task.cycle, task.friction, slip_bound=task.slip_bound
+            )
             starts |= (
                 {"safe at the shakedown limit": limit.slip}
                 if np.isfinite(limit.load_factor)
@@ -307,7 +310,7 @@ class RangeStarts:
         return slips
 
     def _furthest(self, loads: Mapping[str, float], place: str) -> dict[str, Array]:
-        system, friction, most = self._task.system, self._task.friction, self._task.most
+        system, friction, most = self._task.system, self._task.friction, self._task.slip_bound
 
         def extremes(task: Question) -> list[Array | None]:
             give, unit = (
@@ -315,7 +318,8 @@ class RangeStarts:
                 np.tile(task.node_unit, system.tangents),
             )  # a traction counts by the slip that it makes
             ways = (
-                unit * (give @ (way.T * ~task.open).ravel()) for way in self._directions.values()
+                unit * (give @ (way.T * ~task.open_nodes).ravel())
+                for way in self._directions.values()
             )
             return furthest(task, 0.0, ways)
 
@@ -345,7 +349,7 @@ class RangeStarts:
 
     def beyond(self) -> list[list[tuple[str, Array]]]:
         """Multiples of each extreme slip under the mean load, as far as the slip bound allows: more than the closed contact can hold."""
-        most, extreme = self._task.most, self.under_mean_load
+        most, extreme = self._task.slip_bound, self.under_mean_load
         return [
             [(f"{factor:g} x {name}", shortened(factor * slip, most)) for factor in _BEYOND]
             for name, slip in extreme.items()
@@ -355,7 +359,9 @@ class RangeStarts:
         """The witness of the guaranteed limit, from which slip goes on just above it."""
         task = self._task
         try:
-            lower = guaranteed_limit(task.system, task.cycle, task.friction, slip_bound=task.most)
+            lower = guaranteed_limit(
+                task.system, task.cycle, task.friction, slip_bound=task.slip_bound
+            )
         except (ModelError, SolverError):
             return {}  # in space it is not known where a part of the cycle is fixed
         return (

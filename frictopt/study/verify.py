@@ -269,7 +269,7 @@ def _run(
 
 def _begin(limit: GuaranteedLimit, load_factor: float, slip: Array) -> dict[str, Any]:
     """What a transient begins from at the mean of the corners: a slip; where nodes are open and the others can hold it, the state that it leaves."""
-    task = limit._task
+    task = limit._question
     if not limit.open.any():
         return {"initial_slip": slip}
     of_corners = (

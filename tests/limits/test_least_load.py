@@ -371,4 +371,4 @@ def test_a_mean_load_that_settles_needs_no_program_of_its_own(monkeypatch, punch
         punch(8), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}]), 0.1
     )
     assert limit.least == 0 and limit.load_factor > 0
-    assert min(limit._task.violation(0.0, slip) for slip in (0 * limit.slip, limit.slip)) > 1e-3
+    assert min(limit._question.violation(0.0, slip) for slip in (0 * limit.slip, limit.slip)) > 1e-3

@@ -159,8 +159,8 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
         random_cycle(rng, 2),
     )
     friction = np.full(nodes, rng.uniform(0.3, 3))
-    task = pose(contact, cycle, friction)
-    bounds, least = load_factor_bounds(task), least_by_node(contact, cycle, friction)
+    question = pose(contact, cycle, friction)
+    bounds, least = load_factor_bounds(question), least_by_node(contact, cycle, friction)
     assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
 
 

@@ -101,7 +101,7 @@ def test_the_shakedown_limit_and_the_least_load_in_a_bare_script(tangents):
     bounded = (
         script.rest
         + script.stuck
-        + script.listing.within(script.x, script.listing.named(np.full(3, 0.02), "slip_bound"))
+        + script.listing.within(script.x, script.listing.constant(np.full(3, 0.02), "slip_bound"))
     )
     limit = fo.shakedown_limit(contact, cycle, 0.5, slip_bound=0.02)
     assert script.solved(script.listing.shakedown(script.x, bounded)) == near(
@@ -126,7 +126,7 @@ def test_a_least_load_above_zero_in_a_bare_script(tangents):
     rows = (
         script.rest
         + script.stuck
-        + script.listing.within(script.x, script.listing.named(np.full(2, 0.01), "slip_bound"))
+        + script.listing.within(script.x, script.listing.constant(np.full(2, 0.01), "slip_bound"))
     )
     assert limit.least > 0.01 and script.solved(script.listing.least_load(script.x, rows)) == near(
         limit.least, tangents
@@ -176,7 +176,7 @@ def test_the_slip_that_presses_most_in_a_bare_script(tangents):
     )
     script, least = Script(contact, cycle, 0.5, 1.0), cp.Variable(name="least")
     rows = script.rest + script.listing.within(
-        script.x, script.listing.named(np.full(3, 0.05), "slip_bound")
+        script.x, script.listing.constant(np.full(3, 0.05), "slip_bound")
     )
     found = script.solved(script.listing.most_pressed(script.x, least, force, script.corners, rows))
     pressed, _ = best_pressed(contact, cycle, 1.0, 0.05)
@@ -197,7 +197,7 @@ def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
     loose, node = cp.Constant(own * 1.0), cp.Parameter(len(own), name="node", value=own)
     q0, p0 = contact.reaction(cycle.mean)
     load = [
-        script.listing.at_node(node, script.listing.named(value, name))
+        script.listing.at_node(node, script.listing.constant(value, name))
         for name, value in {"q0": q0, "p0": p0}.items()
     ]
     *shear, pressure = state.rate
