@@ -40,7 +40,8 @@ from .open_nodes import TOUCHES
 from .programs import Program, listed_rows, own_rows
 from .question import Question, pose, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
-from .shakedown import ShakedownLimit, ShakedownModel
+from .shakedown import ShakedownLimit
+from .shakedown_model import ShakedownModel
 
 PROFILE = "profile"  # load case of the overlap that a profile leaves
 _NAMED = 4  # unbounded parts of a design that an error names

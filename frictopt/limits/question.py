@@ -1,11 +1,12 @@
 """A limit question as data: system, load cycle, friction, open nodes, and all arrays that follow.
 
-`pose` checks the input and computes the arrays of a question with all nodes closed. `with_open`
-computes those of the same question with some nodes open. `Question.violation` is the referee: it
-says how far a residual slip is from being safe.
+`pose` checks the input and computes the arrays of a question with all nodes closed. `with_open` and
+`with_friction` compute those of the same question with some nodes open or other friction.
+`Question.violation` is the referee: it says how far a residual slip is from being safe.
 """
 
 from dataclasses import dataclass
+from inspect import signature
 from time import perf_counter
 from typing import Any
 
@@ -57,23 +58,20 @@ class Question:
     simplify: bool  # whether to leave out corners and rows that cannot change the answer
     started: float  # time at which the question was posed, seconds
 
-    # Reactions with all nodes closed and all gaps pressed shut, (K0, M) at load factor 0, and the
-    # part (K, M) that a load factor of 1 adds.
+    # Reactions of all nodes, all gaps pressed shut: (K0, M) at load factor 0, (K, M) added by 1.
     bonded: tuple[Array, Array]
     fixed: bool  # whether the corners differ at load factor 0
     static: bool  # whether all corners are the same load
 
-    # Compliance (M, M) of the open nodes, zero elsewhere; None if all nodes are closed.
-    compliance: Array | None
-    # Stiffness (M, M) of the closed nodes, which the open nodes follow without force.
-    S: Array
+    compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
+    S: Array  # (M, M) stiffness of the closed nodes, which the open ones follow without force
     W: Array  # (O, t N) gaps of the open nodes by slip of the closed nodes
 
-    # Reactions of the closed nodes at load factor 0, and the part that a load factor of 1 adds.
+    # Reactions of the closed nodes at load factor 0, and those that a load factor of 1 adds.
     r0: Array  # (K0, t + 1, N) force, normal ones last
     r1: Array  # (K, t + 1, N)
-    q0: Array  # (K0, N) or (K0, N, 2) shear forces of r0
-    p0: Array  # (K0, N) normal forces of r0
+    q0: Array  # (K0, N) or (K0, N, 2) shear forces
+    p0: Array  # (K0, N) normal forces
     q1: Array  # (K, N) or (K, N, 2)
     p1: Array  # (K, N)
     # Gaps of the open nodes without slip, likewise.
@@ -100,11 +98,9 @@ class Question:
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
     def loads(self, k: int) -> dict[str, Array]:
-        """Reactions q0, p0, q1, p1 and gaps w0, w1 of corner k, by the names that programs print."""
-        if self.fixed:
-            suffix, row = f"[{k}]", k
-        else:
-            suffix, row = "", 0
+        """Reactions q0, p0, q1, p1 and gaps w0, w1 of corner k, by their printed names."""
+        suffix = f"[{k}]" if self.fixed else ""
+        row = k if self.fixed else 0
         return {
             f"q0{suffix}": self.q0[row],
             f"p0{suffix}": self.p0[row],
@@ -127,12 +123,11 @@ class Question:
         """The slip of the closed nodes, completed by the slip of the open ones at the mean load."""
         if self.compliance is None:
             return slip
-        # Nodes that open and close in each cycle are closed here.
-        u, _ = Question.states(self, 0.0, slip)
+        u, _ = Question.states(self, 0.0, slip)  # not those of a LiftOff
         return np.asarray(u[0, :-1].T.reshape(slip.shape))
 
     def excess_over_slip_bound(self, slip: Array) -> float:
-        """Largest excess of the slip over its bound, over the largest slip or bound; at most 0 if none."""
+        """Largest excess of the slip over its bound, over the largest size; <= 0 if it has none."""
         if self.slip_bound is None:
             return 0.0
         sizes = np.where(self.open_nodes, 0.0, lengths(slip, self.slip_bound))
@@ -140,12 +135,8 @@ class Question:
         return float(((sizes - self.slip_bound) / largest).max())
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """Motions `[v, w]` and reactions `[q, p]` at the corners, each (K, t + 1, N).
-
-        `slip` is a residual slip of the closed nodes.
-        """
-        axes = self.system.tangents + 1
-        nodes = self.system.nodes
+        """Motions `[v, w]` and reactions `[q, p]` (K, t + 1, N) at the corners, under a slip."""
+        axes, nodes = self.system.tangents + 1, self.system.nodes
         S = self.system.S
         closed_slip = np.concatenate([(slip.T * ~self.open_nodes).ravel(), np.zeros(nodes)])
         r = self.bonded[0] + load_factor * self.bonded[1] + S @ closed_slip
@@ -156,8 +147,7 @@ class Question:
             r = (r - follow @ S) * ~np.tile(self.open_nodes, axes)
         return u.reshape(-1, axes, nodes), r.reshape(-1, axes, nodes)
 
-    # The next ones are about instants. They are the corners, and if nodes open and close in each
-    # cycle (`LiftOff`) also the events between the corners.
+    # Instants are the corners; if nodes open and close in each cycle (`LiftOff`) also the events.
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at all instants, see `states`."""
@@ -183,7 +173,7 @@ class Question:
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
-        """Node, "opens" or "closes", place between the first and last corner (0 to 1), and loads."""
+        """Node, "opens" or "closes", place between the corners (0 to 1), and loads there."""
         return []
 
     @property
@@ -220,16 +210,10 @@ def pose(
     slip_bound: Any = None,
     strong: bool = False,
 ) -> Question:
-    """Check a limit question and pose it with all nodes closed.
+    """Check a limit question and pose it with all nodes closed; ModelError for bad input.
 
     `slip_bound` is one largest slip, one per node, or None. `strong`: whether the question knows a
-    shear strength of the surface.
-
-    Raises
-    ------
-    ModelError
-        Wrong types, unknown load cases, bad friction or slip bound; a mean load whose shear hides
-        its pressure; a shear strength in a question that does not know it.
+    shear strength of the surface. A mean load whose shear hides its pressure is refused.
     """
     started = perf_counter()
     if strong:
@@ -270,23 +254,25 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
 
     If all nodes are open, only supports can hold them.
     """
-    system = question.system
     compliance = None
     if open_nodes.any():
+        system = question.system
         compliance = following(system.S, open_nodes, [*system.bonded.values()])
         if compliance is None:
             return None
-    return _question(
-        system=system,
-        cycle=question.cycle,
-        friction=question.friction,
-        slip_bound=question.slip_bound,
-        open_nodes=open_nodes,
-        compliance=compliance,
-        simplify=question.simplify,
-        started=question.started,
-        bonded=question.bonded,
-    )
+    return _changed(question, open_nodes=open_nodes, compliance=compliance)
+
+
+def with_friction(question: Question, friction: ArrayLike) -> Question:
+    """The question with other friction, posed now; ModelError for bad friction."""
+    coefficients = friction_coefficients(friction, question.system.nodes)
+    return _changed(question, friction=coefficients, started=perf_counter())
+
+
+def _changed(question: Question, **changes: Any) -> Question:
+    """The question with some of its inputs changed, and all arrays that follow."""
+    inputs = signature(_question).parameters
+    return _question(**{name: getattr(question, name) for name in inputs} | changes)
 
 
 def _question(
@@ -333,7 +319,6 @@ def _question(
     normal_stiffness = float(np.diag(system.C).mean())
     if not normal_stiffness > CONDENSATION * system.stiffness_scale:
         normal_stiffness = system.stiffness_scale
-
     return Question(
         system=system,
         cycle=cycle,
@@ -382,13 +367,11 @@ def _stiffness_of_closed(
     if compliance is None:
         return system.S
     opened = np.tile(open_nodes, system.tangents + 1)  # (M,)
-    closed = np.flatnonzero(~opened)
     across = system.S[np.ix_(opened, ~opened)]
-    reduced = system.S[np.ix_(~opened, ~opened)] - across.T @ (
-        compliance[np.ix_(opened, opened)] @ across
-    )
+    follow = compliance[np.ix_(opened, opened)] @ across
+    reduced = system.S[np.ix_(~opened, ~opened)] - across.T @ follow
     S = np.zeros_like(system.S)
-    S[np.ix_(closed, closed)] = (reduced + reduced.T) / 2
+    S[np.ix_(~opened, ~opened)] = (reduced + reduced.T) / 2
     return S
 
 
@@ -396,17 +379,16 @@ def _carried(
     system: ContactSystem, open_nodes: Booleans, compliance: Array | None, r: Array
 ) -> Array:
     """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
-    axes = system.tangents + 1
     if compliance is not None:
-        r = (r - (r @ compliance) @ system.S) * ~np.tile(open_nodes, axes)
-    return r.reshape(len(r), axes, system.nodes)
+        r = (r - (r @ compliance) @ system.S) * ~np.tile(open_nodes, system.tangents + 1)
+    return r.reshape(len(r), -1, system.nodes)
 
 
 def motion_of_open_nodes(
     system: ContactSystem, open_nodes: Booleans, compliance: Array | None, rows: Integers
 ) -> Array:
     """(R, t N) slips or gaps of the open nodes by slips of the closed ones; `rows` (R,) of M."""
-    columns = system.tangents * system.nodes
+    columns = len(system.S) - system.nodes
     if compliance is None:
         return np.zeros((0, columns))
     motion = -(compliance[rows] @ system.S[:, :columns])

@@ -24,7 +24,8 @@ from .patterns import check_events
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
-from .shakedown import ShakedownLimit, ShakedownModel
+from .shakedown import ShakedownLimit
+from .shakedown_model import ShakedownModel
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _NO_MARGIN = (

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.limits.critical_state import load_factor_bounds
+from frictopt.limits.critical_bounds import load_factor_bounds
 from frictopt.limits.question import pose
 from frictopt.limits.shakedown import upper_bound
 from frictopt.solve import chain

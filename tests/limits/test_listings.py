@@ -1,6 +1,7 @@
 """The listing is the program: it runs in a bare script by plain cvxpy, prints in a few lines, and
 its multipliers are motions."""
 
+import ast
 import copy
 import inspect
 import pickle
@@ -439,12 +440,13 @@ def test_each_question_is_at_most_fifteen_lines():
         *(vars(increments)[name] for name in INCREMENTS),
     ):
         if inspect.getmodule(function) in (models, increments):
-            body = inspect.getsource(function).replace(f'"""{function.__doc__}"""', "")
-            lines = [line for line in body.splitlines() if line.strip()][1:]
-            assert len(lines) <= INCREMENTS.get(function.__name__, 15), function.__name__
+            (tree,) = ast.parse(inspect.getsource(function)).body
+            _, *body = tree.body if function.__doc__ else [None, *tree.body]
+            lines = body[-1].end_lineno - body[0].lineno + 1
+            assert lines <= INCREMENTS.get(function.__name__, 15), function.__name__
 
 
-INCREMENTS = {"frozen_bound": 15, "complementarity": 15, "exact": 23}
+INCREMENTS = {"frozen_bound": 15, "complementarity": 15, "exact": 32}
 
 
 def test_a_result_that_cvxpy_has_solved_again_can_be_pickled_and_solved_in_another_process():
