@@ -14,8 +14,9 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 - `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
   `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py` and
   `guaranteed_model.py` are their models.
-- `answered.py`: what all answers share; `sentences.py`: the reasons they give; `other_states.py`:
-  what a limit proves about other states; `no_limit.py`: proofs that there is none.
+- `answered.py`: what all answers share; `sentences.py`: the reasons they give;
+  `shakedown_answer.py`: what a limit proves about other states; `no_limit.py`: proofs that there is
+  none.
 - `patterns.py`, `open_nodes.py`, `lift_off.py`: the search of open nodes, and of nodes that open
   and close in each cycle.
 - `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the

@@ -80,8 +80,10 @@ class CriticalSearch:
         self._question = question
         self.records = []
 
-    def solve(self, state: CriticalState, ends: tuple[float, float], found: float) -> NodeClaim:
-        """The claim of a node that passes its checks, or that it is not below `found`.
+    def solve(
+        self, state: CriticalState, ends: tuple[float, float], least_so_far: float
+    ) -> NodeClaim:
+        """The claim of a node that passes its checks, or that it is not below `least_so_far`.
 
         `ends` are the least and the largest safe load factor.
         """
@@ -89,16 +91,16 @@ class CriticalSearch:
         unit = self._question.load_unit
         # Small beside the interval of safe load factors.
         step = _COINCIDE * min(unit, largest - least)
-        beyond = least + step
-        claim = self._solved(state, found)
-        if claim.load_factor > (beyond if least > 0 else 0.0):
+        indistinct = least + step
+        claim = self._solved(state, least_so_far)
+        if claim.load_factor > (indistinct if least > 0 else 0.0):
             return claim
 
         # It cannot be told from the least safe load factor, and counts if the node can be critical
         # above that too. The load factors at which it can are an interval: the program is convex.
         self._most.value = unit + least
         highest = self._solved(state, np.inf, highest=True)
-        if highest.load_factor > max(beyond, claim.load_factor + step):
+        if highest.load_factor > max(indistinct, claim.load_factor + step):
             return replace(claim, above=(highest.load_factor, frozen(highest.slip)))
         return _without_slip(self._question, state, np.inf, highest.residual, COINCIDE_ALONE)
 
@@ -115,19 +117,21 @@ class CriticalSearch:
         self._f.value = question.friction
         self._needed.corners = state.corners
 
-    def _solved(self, state: CriticalState, found: float, highest: bool = False) -> NodeClaim:
+    def _solved(
+        self, state: CriticalState, least_so_far: float, highest: bool = False
+    ) -> NodeClaim:
         """The claim of a node at its least (highest) critical load factor."""
         self._set(state)
         program = self._program(highest)
 
         def never_critical() -> NodeClaim | None:
-            none = program.chain.contradiction()
-            if none is None:
+            contradiction = program.chain.contradiction()
+            if contradiction is None:
                 return None
-            return _without_slip(self._question, state, np.inf, none.residual, NEVER)
+            return _without_slip(self._question, state, np.inf, contradiction.residual, NEVER)
 
         claim, record = program.chain.solve(
-            lambda: _claimed(program, state, found), self._solver, no_optimum=never_critical
+            lambda: _claimed(program, state, least_so_far), self._solver, no_optimum=never_critical
         )
         self.records.append(record)
         return replace(claim, solver=record.solver)
@@ -181,11 +185,11 @@ def _without_slip(
     return NodeClaim(state, load_factor, no_slip, residual, how=how)
 
 
-def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
+def _claimed(program: Program, state: CriticalState, least_so_far: float) -> NodeClaim:
     """The claim that stands in a program.
 
-    If it does not pass, but the multipliers prove that the node is not critical below `found`, it
-    is the claim of that.
+    If it does not pass, but the multipliers prove that the node is not critical below
+    `least_so_far`, it is the claim of that.
     """
     question = program.question
     slip = program.slip
@@ -197,10 +201,10 @@ def _claimed(program: Program, state: CriticalState, found: float) -> NodeClaim:
     off = float(np.abs(reached - wanted).max()) / question.force
     violations = [question.violation(load_factor, slip), off, proof.gap, program.own_violation]
     residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
-    least = proof.bound - proof.defect
-    if not residual <= RESIDUAL and found < least < np.inf:
-        return _without_slip(question, state, least, 0.0, LEFT_OUT)
-    motion = critical_motion(program, state) if load_factor < found else None
+    bound = proof.bound - proof.defect
+    if not residual <= RESIDUAL and least_so_far < bound < np.inf:
+        return _without_slip(question, state, bound, 0.0, LEFT_OUT)
+    motion = critical_motion(program, state) if load_factor < least_so_far else None
     values = standing(program.problem)
     return NodeClaim(state, load_factor, slip, residual, motion, program, values)
 

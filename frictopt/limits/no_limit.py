@@ -55,24 +55,25 @@ def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
 def _nothing_is_safe(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
     """The proof that no slip is safe at any load factor."""
     question = program.question
-    none = None
+    contradiction = None
     if program.own or chosen:
         # If nothing is safe without the constraints of the user, none of them is to blame.
         without_own = Program(question, program.x, program.f, program.corners, program.rows)
-        none = without_own.compiled(bare, question.load_unit).chain.contradiction()
-        if none:
+        compiled = without_own.compiled(bare, question.load_unit)
+        contradiction = compiled.chain.contradiction()
+        if contradiction:
             program.blame_no_own_row()
-    none = none or program.chain.contradiction()
-    if not none:
+    contradiction = contradiction or program.chain.contradiction()
+    if not contradiction:
         return None
     names: tuple[str, ...] = ()
     why = ""
-    ruling = program.ruling(none.ruling)
+    ruling = program.ruling(contradiction.ruling)
     if ruling:
         names = constraint_names(program, chosen)
         why = CONTRADICTED(pattern=question.pattern, rows=", ".join(ruling))
     kind = LimitKind.NO_SAFE_SLIP
-    return NoLimit(kind, question, program.motion, none.residual, names, why)
+    return NoLimit(kind, question, program.motion, contradiction.residual, names, why)
 
 
 def _cause_of_growth(program: Program, growth: NoAnswer) -> str:

@@ -93,8 +93,8 @@ def _program_of_pressure(
     f = cp.Parameter(question.system.nodes, nonneg=True, name="f")
     loads = []
     for name, parts in (("q", question.q1), ("p", question.p1)):
-        named = [constant(part, f"{name}1[{k}]") for k, part in enumerate(parts)]
-        total = sum(map(times, shares, named), start=cp.Constant(0))
+        constants = [constant(part, f"{name}1[{k}]") for k, part in enumerate(parts)]
+        total = sum(map(times, shares, constants), start=cp.Constant(0))
         loads.append(printed_as(total, f"shares * {name}1"))
     program = listed_rows(at_mean, x, f, every=True, more={0: loads})
     goal = least_pressure(x, node, shares, load_factor, program.rows)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -26,9 +26,7 @@ from ..transients.statics import Statics
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
-
-if TYPE_CHECKING:
-    from .shakedown import ShakedownLimit
+from .shakedown_answer import ShakedownAnswer
 
 
 @dataclass(frozen=True)
@@ -55,26 +53,29 @@ class SearchSettings:
 
 SEARCH = SearchSettings()
 
+# A shakedown limit.
+L = TypeVar("L", bound=ShakedownAnswer)
+
 
 def best_pattern(
-    limit_of: Callable[[Question, float], ShakedownLimit],
-    closed: ShakedownLimit,
-    at: float,
+    limit_of: Callable[[Question, float], L],
+    closed: L,
+    start_by: float,
     enough: float,
-) -> ShakedownLimit:
+) -> L:
     """The best limit over sets of open nodes that the search finds.
 
     `closed` is the limit with all nodes closed. It is the answer if it is safe from the mean load
     on and no node that governs it wants to open. `limit_of(question, above)` computes the limit of
     a question with other open nodes; it may raise an error once that is not `above` a load factor.
 
-    Sets that are safe only above `at`, or only above the limit of the best set, do not count. The
-    first limit not below `enough` ends the search. Under a static load no node is opened beside
+    Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
+    The first limit not below `enough` ends the search. Under a static load no node is opened beside
     those of the mean load: sets would go on until a body slides off.
     """
     question = closed._question
     moves = not closed._question.static
-    counts = _counts(closed, at)
+    counts = _counts(closed, start_by)
 
     wants = False
     if moves and counts and closed.load_factor < enough:
@@ -82,11 +83,11 @@ def best_pattern(
     if not wants and closed.least <= 0:
         return closed
 
-    search = _PatternSearch(limit_of, closed, at, enough, moves)
+    search = _PatternSearch(limit_of, closed, start_by, enough, moves)
     with _bar("open nodes", search) as search.bar:
         search.climb(closed)
-        starts: list[ShakedownLimit] = []
-        for open_nodes in _settled(question, wants, _counts(search.best, at)):
+        starts: list[L] = []
+        for open_nodes in _settled(question, wants, _counts(search.best, start_by)):
             limit = search.limit(open_nodes)
             if limit is not None:
                 starts.append(limit)
@@ -98,21 +99,21 @@ def best_pattern(
     return search.best
 
 
-def _counts(limit: ShakedownLimit, at: float) -> bool:
-    """Whether some load factor is safe, and the safe ones begin no later than `at`."""
-    return not (np.isnan(limit.load_factor) or limit.least > at)
+def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
+    """Whether some load factor is safe, and the safe ones begin no later than `start_by`."""
+    return not (np.isnan(limit.load_factor) or limit.least > start_by)
 
 
-class _PatternSearch:
+class _PatternSearch(Generic[L]):
     """The sets that have been tried, and the best limit so far."""
 
     bar: Bar
 
     def __init__(
         self,
-        limit_of: Callable[[Question, float], ShakedownLimit],
-        closed: ShakedownLimit,
-        at: float,
+        limit_of: Callable[[Question, float], L],
+        closed: L,
+        start_by: float,
         enough: float,
         moves: bool,
     ) -> None:
@@ -120,33 +121,33 @@ class _PatternSearch:
         self.tried = {closed.open.tobytes()}
         self._question = closed._question
         self._limit_of = limit_of
-        self._at = at
+        self._start_by = start_by
         self._enough = enough
         self._moves = moves
 
-    def climb(self, start: ShakedownLimit) -> None:
+    def climb(self, start: L) -> None:
         """Go from a set to one next to it with a higher limit, as long as there is one."""
-        here: ShakedownLimit | None = start
+        here: L | None = start
         while here and self._moves and self._goes_on():
             above = here.load_factor * (1 + SEARCH.gain)
             neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(here))
             here = next(filter(None, neighbours), None)
 
     def _goes_on(self) -> bool:
-        return _counts(self.best, self._at) and self.best.load_factor < self._enough
+        return _counts(self.best, self._start_by) and self.best.load_factor < self._enough
 
-    def limit(self, open_nodes: Booleans, above: float = -np.inf) -> ShakedownLimit | None:
+    def limit(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
         """The limit of a set that is new, if it counts and is above a load factor; else None."""
         if open_nodes.tobytes() in self.tried or len(self.tried) > SEARCH.programs:
             return None
         self.tried.add(open_nodes.tobytes())
         self.bar.update()
         limit = self._solved(open_nodes, above)
-        if limit is None or not _counts(limit, self._at) or limit.load_factor <= above:
+        if limit is None or not _counts(limit, self._start_by) or limit.load_factor <= above:
             return None
         return limit if self._compared(limit) else None
 
-    def _solved(self, open_nodes: Booleans, above: float) -> ShakedownLimit | None:
+    def _solved(self, open_nodes: Booleans, above: float) -> L | None:
         """The limit of a set; None if its answer fails, or the closed nodes do not hold it."""
         if open_nodes.all():
             return None
@@ -156,22 +157,22 @@ class _PatternSearch:
                 return self._limit_of(question, above)
         return None
 
-    def _compared(self, limit: ShakedownLimit) -> bool:
+    def _compared(self, limit: L) -> bool:
         """Keep the better limit; False if load factors between the two are not safe."""
         best = self.best
-        if not _counts(best, self._at):
+        if not _counts(best, self._start_by):
             self.best = limit
             return True
         gain = 1 + SEARCH.gain
         if limit.load_factor > best.load_factor * gain:
-            reach = max(best.load_factor, self._at if self._at < np.inf else 0.0)
+            reach = max(best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
             if limit.least > reach * gain:
                 return False
             self.best = replace(limit, least=min(best.least, limit.least))
         return True
 
 
-def _bar(what: str, search: _PatternSearch | _OrderSearch) -> AbstractContextManager[Bar]:
+def _bar(what: str, search: _PatternSearch[L] | _OrderSearch[L]) -> AbstractContextManager[Bar]:
     """The bar of a search, which counts its programs. An interrupt keeps the best limit."""
 
     def so_far() -> str:
@@ -212,7 +213,7 @@ def _slides_off(question: Question) -> bool:
     )
 
 
-def _next_to(limit: ShakedownLimit) -> Iterator[Booleans]:
+def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
     """Sets next to one: some of the nodes that govern its limit opened or closed.
 
     First all of them, then those at the border between open and closed nodes. In the plane also the
@@ -240,7 +241,7 @@ def _next_to(limit: ShakedownLimit) -> Iterator[Booleans]:
         yield flipped
 
 
-def _governing(limit: ShakedownLimit) -> Integers:
+def _governing(limit: ShakedownAnswer) -> Integers:
     """Nodes that govern a limit, largest motion first; with all closed, those that want to open."""
     question = limit._question
     motion = limit._motion.parts(question.system).sum(axis=(0, 1))  # (N,)
@@ -255,33 +256,31 @@ def _governing(limit: ShakedownLimit) -> Integers:
 
 
 def best_order(
-    limit_of: Callable[[LiftOff, float], ShakedownLimit],
-    best: ShakedownLimit,
-    at: float = np.inf,
-) -> ShakedownLimit:
+    limit_of: Callable[[LiftOff, float], L],
+    best: L,
+    enough: float = np.inf,
+) -> L:
     """The best limit with nodes that open and close in each cycle, from one with nodes that do not.
 
     It is `best` itself if no order is better. `limit_of(question, above)` computes the limit of an
     order; it may raise an error once that is not `above` a load factor. The first limit not below
-    `at` ends the search.
+    `enough` ends the search.
     """
     search = _OrderSearch(limit_of, best)
     with _bar("events", search) as search.bar:
-        while search.best.load_factor < at and any(
+        while search.best.load_factor < enough and any(
             search.gains(order) for order in _pivots(search.best, search.order)
         ):
             pass
     return search.best
 
 
-class _OrderSearch:
+class _OrderSearch(Generic[L]):
     """The orders that have been tried, and the best limit so far with its order."""
 
     bar: Bar
 
-    def __init__(
-        self, limit_of: Callable[[LiftOff, float], ShakedownLimit], start: ShakedownLimit
-    ) -> None:
+    def __init__(self, limit_of: Callable[[LiftOff, float], L], start: L) -> None:
         self.best = start
         self.order = Order(_nodes(start.open))
         self._question = start._question
@@ -313,10 +312,10 @@ class _OrderSearch:
         return False
 
 
-def check_events(events: object, question: Question, given: bool) -> None:
+def check_events(events: object, question: Question, restricted: bool) -> None:
     """Refuse to search nodes that open and close in each cycle if there is no such search.
 
-    `given`: whether the user gives open nodes, constraints or an objective.
+    `restricted`: whether the user gives open nodes, constraints or an objective.
     """
     if not flag("events", events):
         return
@@ -327,7 +326,7 @@ def check_events(events: object, question: Question, given: bool) -> None:
         "its corners differ at load factor 0 (fixed)": question.fixed,
         "the slip is bounded": question.slip_bound is not None,
         "the surface has a shear strength": question.system.capped,
-        "open, constraints and objectives are about nodes that stay as they are": given,
+        "open, constraints and objectives are about nodes that stay as they are": restricted,
     }
     for reason, holds in reasons.items():
         if holds:
@@ -338,7 +337,7 @@ def _nodes(chosen: Booleans) -> Nodes:
     return frozenset(np.flatnonzero(chosen).tolist())
 
 
-def _pivots(limit: ShakedownLimit, order: Order) -> Iterator[Order]:
+def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
     """Orders next to one: nodes that govern at a corner open or close there."""
     start, events = order
     open_first = order.between[0]
@@ -358,7 +357,7 @@ def _pivots(limit: ShakedownLimit, order: Order) -> Iterator[Order]:
         yield Order(start - {node}, (Nodes({node}), *events))
 
 
-def _at_ends(limit: ShakedownLimit) -> tuple[list[Nodes], list[Nodes]]:
+def _at_ends(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
     """Governing nodes without pressure, and those without gap, at the first and last corner."""
     question = limit._question
     u, r = question.states(limit.load_factor, limit.slip)

@@ -36,14 +36,14 @@ _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = Weak
 
 def free_slips(question: Question) -> tuple[Array, Array]:
     """Slips (t N, k) that nothing resists, and the compliance (t N, t N) of all other slips."""
-    kept = _FREE.setdefault(question.system, {})
+    by_open_nodes = _FREE.setdefault(question.system, {})
     key = question.open_nodes.tobytes()
-    if key not in kept:
+    if key not in by_open_nodes:
         stiffness = np.sqrt(question.system.own_stiffness)
         along, across = np.split(stiffness, [-question.system.nodes])
-        kept.clear()
-        kept[key] = unresisted(question.A, question.B, along, across)
-    return kept[key]
+        by_open_nodes.clear()
+        by_open_nodes[key] = unresisted(question.A, question.B, along, across)
+    return by_open_nodes[key]
 
 
 def tractions(question: Question, dense: Sequence[Row] | None = None) -> Change:

@@ -313,8 +313,8 @@ def _question(
     node_unit = np.where(open_nodes, force, _node_unit(r0, r1, force))
 
     # In space the cones of friction end at the friction bound, if it is less than the pressure.
-    little = (friction > 0) & (friction < 1) & (system.tangents > 1)
-    shear_unit = node_unit * np.where(little, friction, 1.0)
+    small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
+    shear_unit = node_unit * np.where(small_cones, friction, 1.0)
 
     normal_stiffness = float(np.diag(system.C).mean())
     if not normal_stiffness > CONDENSATION * system.stiffness_scale:

@@ -96,8 +96,8 @@ class SafeModel:
         self._turn = RLock()
         self._programs: dict[object, Any] = {}
 
-        given = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
-        self._x = unknowns(system.slip_shape, range(len(question.r1)), given)
+        load_factor = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
+        self._x = unknowns(system.slip_shape, range(len(question.r1)), load_factor)
         self._f = cp.Parameter(system.nodes, nonneg=True, name="f")
         self.load_factor = self._x.load_factor
         self.slip = self._x.slip
@@ -114,9 +114,10 @@ class SafeModel:
 
     def __init_subclass__(cls) -> None:
         warns_of_odd_values(cls)
-        cls.__signature__ = (asked := signature(cls.__init__)).replace(
-            parameters=[*asked.parameters.values()][1:]
-        )  # else it is that of __new__
+        # Else the signature is that of __new__.
+        with_self = signature(cls.__init__)
+        _, *parameters = with_self.parameters.values()
+        cls.__signature__ = with_self.replace(parameters=parameters)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Keep what it is made of, for its copies."""
@@ -125,7 +126,8 @@ class SafeModel:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return self._made, ()  # a copy has unknowns of its own
+        # A copy is made anew, with unknowns of its own.
+        return self._made, ()
 
     @property
     def _unknowns(self) -> list[cp.Variable]:

@@ -3,21 +3,16 @@
 The functions below the table choose and complete the sentences of one answer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..base import ROUNDING, LimitKind
 from ..contact.diagnosis import in_contact
 from ..transients.statics import unscaled_diagnosis
-
-if TYPE_CHECKING:
-    from .critical_search import NodeClaim
-    from .shakedown import ShakedownLimit
+from .critical_search import NodeClaim
+from .shakedown_answer import ShakedownAnswer
 
 
 @dataclass(frozen=True)
@@ -131,7 +126,7 @@ LIFTING = Sentence(
 )
 
 
-def shakedown_reason(limit: ShakedownLimit) -> str:
+def shakedown_reason(limit: ShakedownAnswer) -> str:
     """Why a shakedown limit is what it is."""
     grows = limit.kind is LimitKind.UNBOUNDED
     if limit._why and not grows:
@@ -149,7 +144,7 @@ def shakedown_reason(limit: ShakedownLimit) -> str:
     return limit._opened + reason + governing_node(limit)
 
 
-def governing_node(limit: ShakedownLimit) -> str:
+def governing_node(limit: ShakedownAnswer) -> str:
     """The sentence on the node that governs a finite limit: the mesh, or slip that presses it."""
     question = limit._question
     if limit.kind is not LimitKind.FINITE:
@@ -169,7 +164,7 @@ def governing_node(limit: ShakedownLimit) -> str:
 _NEIGHBOURS = 1.5
 
 
-def _is_at_mesh_border(limit: ShakedownLimit, node: int) -> bool:
+def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
     """Whether a closed node is beside open ones and carries less than the mean pressure.
 
     At the border of the closed nodes the pressure falls to 0, or is highest at an edge.
@@ -187,7 +182,7 @@ def _is_at_mesh_border(limit: ShakedownLimit, node: int) -> bool:
     return bool(pressure[node] <= pressure[~opened].mean())
 
 
-def _slip(limit: ShakedownLimit) -> str:
+def _slip(limit: ShakedownAnswer) -> str:
     """The slips that the limit is about."""
     slip = "residual slip"
     if limit._question.slip_bound is not None:
@@ -197,14 +192,14 @@ def _slip(limit: ShakedownLimit) -> str:
     return slip
 
 
-def _mean_load(limit: ShakedownLimit) -> str:
+def _mean_load(limit: ShakedownAnswer) -> str:
     """What is wrong with the mean load."""
     question = limit._question
     advice = "" if question.slip_bound is None else "a larger slip_bound may leave one; "
     return advice + unscaled_diagnosis(question.system, question.cycle, question.friction)
 
 
-def _nothing_safe(limit: ShakedownLimit) -> str:
+def _nothing_safe(limit: ShakedownAnswer) -> str:
     """Why no load factor is safe, or none above 0."""
     question = limit._question
     at_zero = limit.kind is LimitKind.FINITE
@@ -216,7 +211,7 @@ def _nothing_safe(limit: ShakedownLimit) -> str:
     )
 
 
-def _weak_node(limit: ShakedownLimit) -> str:
+def _weak_node(limit: ShakedownAnswer) -> str:
     """The node that holds no cyclic load, if there is one."""
     question = limit._question
     node = limit._ruling
@@ -231,7 +226,7 @@ def _weak_node(limit: ShakedownLimit) -> str:
     return ""
 
 
-def _start(limit: ShakedownLimit) -> tuple[str, str]:
+def _start(limit: ShakedownAnswer) -> tuple[str, str]:
     """From which load factor on slips are safe, and the sentence on those below."""
     least = limit.least
     if np.isnan(least):
@@ -247,7 +242,7 @@ def _start(limit: ShakedownLimit) -> tuple[str, str]:
     return f" from {least:.6g} on", below
 
 
-def _others(limit: ShakedownLimit) -> str:
+def _others(limit: ShakedownAnswer) -> str:
     """The states that a finite limit leaves out."""
     others = ""
     if limit.open.any():
@@ -260,7 +255,7 @@ def _others(limit: ShakedownLimit) -> str:
 
 
 def guaranteed_reason(
-    shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int
+    shakedown: ShakedownAnswer, best: NodeClaim | None, uncoupled: bool, coincide: int
 ) -> str:
     """Why a guaranteed limit is what it is, and what it leaves open.
 
@@ -270,10 +265,10 @@ def guaranteed_reason(
     if best is not None:
         reason = _critical_node(shakedown, best)
     elif shakedown.kind is not LimitKind.FINITE:
-        reason = shakedown.reason
+        reason = shakedown_reason(shakedown)
     else:
         cause = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
-        reason = SAME_LIMIT(cause=cause, reason=shakedown.reason)
+        reason = SAME_LIMIT(cause=cause, reason=shakedown_reason(shakedown))
     if coincide:
         reason += ONLY_AT_LEAST(count=coincide, least=shakedown.least)
     load_factor = shakedown.load_factor if best is None else best.load_factor
@@ -282,7 +277,7 @@ def guaranteed_reason(
     return reason
 
 
-def _critical_node(shakedown: ShakedownLimit, best: NodeClaim) -> str:
+def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
     """Where the node is on its bound, and what that means."""
     question = shakedown._question
     node = best.state.node
@@ -310,7 +305,7 @@ def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
     return BOUNDS_IN_SPACE(first=", ".join(first), last=last, how=how)
 
 
-def _may_wedge(shakedown: ShakedownLimit, node: int) -> bool:
+def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
     """Whether friction is above the critical value of a node, in space perhaps."""
     system = shakedown.system
     *along, normal = (axis * system.nodes + node for axis in range(system.tangents + 1))
@@ -319,7 +314,7 @@ def _may_wedge(shakedown: ShakedownLimit, node: int) -> bool:
     return bool(shakedown.friction[node] * coupling > softest)
 
 
-def _may_lift(shakedown: ShakedownLimit, load_factor: float) -> bool:
+def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
     """Whether starts from which nodes open and close in every cycle may slip below the limit."""
     if not shakedown.least < load_factor < np.inf:
         return False

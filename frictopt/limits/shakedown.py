@@ -19,12 +19,10 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import (
-    Array,
     LimitKind,
     SolveRecord,
     bar_of,
     frame,
-    frozen,
     warns_of_odd_values,
 )
 from ..base.checks import flags
@@ -36,12 +34,12 @@ from .lift_off import LiftOff, Ordered
 from .models import least_load, shakedown
 from .no_limit import NoLimit, constraint_names, every_load_is_safe, no_limit
 from .open_nodes import is_safe_at_mean_load
-from .other_states import BoundsOtherStates
 from .patterns import best_order, best_pattern, check_events
 from .programs import Program
 from .question import Question, pose, with_open
 from .safe_model import SafeModel
 from .sentences import CHOSEN, shakedown_reason
+from .shakedown_answer import ShakedownAnswer
 
 
 @warns_of_odd_values
@@ -121,8 +119,8 @@ class ShakedownLimits(SafeModel):
 
         With `events` the pattern may have nodes that open and close in each cycle.
         """
-        given = bool(user_rows) or objective is not None or open is not None
-        check_events(events, question, given)
+        restricted = bool(user_rows) or objective is not None or open is not None
+        check_events(events, question, restricted)
         if open is not None:
             opened = with_open(question, flags("open", open, question.system.nodes))
             if opened is None or opened.open_nodes.all():
@@ -146,14 +144,14 @@ class ShakedownLimits(SafeModel):
         if user_rows or objective is not None:
             open_nodes = self.of_any_set(question)._question.open_nodes
             return self.of_set(with_open(question, open_nodes) or question, user_rows, objective)
-        asked = [question]
+        questions = [question]
 
         def limit_of(question: Question, above: float) -> ShakedownLimit:
-            asked.append(question)
+            questions.append(question)
             return self.of_set(question, above=above)
 
         best = best_pattern(limit_of, self.of_set(question), at, enough)
-        if asked[-1] is not best._question:
+        if questions[-1] is not best._question:
             # The problem of the answer shall hold the values of the answer.
             return replace(self.of_set(best._question), least=best.least)
         return best
@@ -217,14 +215,14 @@ class ShakedownLimits(SafeModel):
             with program.chain.kept():
                 downward = replace(program)
                 downward.compiled(least_load(program.x, program.rows), program.question.load_unit)
-                lower, found = downward.chain.solve(partial(judged, downward), self._solver)
+                lower, lower_record = downward.chain.solve(partial(judged, downward), self._solver)
         except SolverError:
             # Rounding hides whether some slip is safe under the mean load. The limit stands, and
             # the least safe load factor is not known.
             return limit
         record = replace(
             limit.record,
-            attempts=(*limit.record.attempts, *found.attempts),
+            attempts=(*limit.record.attempts, *lower_record.attempts),
             residual=max(limit.residual, lower.residual),
             seconds=perf_counter() - started,
         )
@@ -289,7 +287,7 @@ def without_limit(proof: NoLimit | None) -> ShakedownLimit | None:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakedownLimit(BoundsOtherStates):
+class ShakedownLimit(ShakedownAnswer):
     """The shakedown limit with its proof from both sides, for one pattern of `open` nodes.
 
     The pattern is the best that a local search near the settled mean load finds. With `events` it
@@ -346,43 +344,10 @@ class ShakedownLimit(BoundsOtherStates):
     2     1       1         -1
     """
 
-    kind: LimitKind
-    bound: float
-    least: float = np.nan
-    objective: float | None = None
-    # Why there is no largest safe load factor, or a reason that stands for the usual one.
-    _why: str = ""
-
     @cached_property
     def reason(self) -> str:
         """Why it is so, in words."""
         return shakedown_reason(self)
-
-    @property
-    def _ruling(self) -> int:
-        """The node that moves most in the mechanism."""
-        motion = self._motion
-        opened = self._question.open_nodes if motion.open is None else motion.open
-        moves = np.where(opened, 0.0, motion.size + motion.opening)
-        return int(moves.sum(axis=0).argmax())
-
-    @cached_property
-    def mechanism(self) -> pd.DataFrame:
-        """The nodes that limit the load, largest share of the slip first.
-
-        It is one of several proofs, as of a symmetric contact. Columns node, x, corner, its loads,
-        direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
-        """
-        return self._motion.table(self.system, self._question.names)
-
-    @cached_property
-    def friction_rate(self) -> Array:
-        """(N,) rate of the limit with the friction of each node; their sum is that with all.
-
-        If the mechanism is not unique the limit has a kink, and this is one of its supergradients.
-        NaN without a finite limit.
-        """
-        return frozen(self._by_friction)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its safe slip at the limit, traction_ratio.

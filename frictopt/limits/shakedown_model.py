@@ -1,5 +1,7 @@
 """The shakedown limit as a model that users extend by constraints and objectives of their own."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 

@@ -309,7 +309,7 @@ FAULTS = (
     Fault(
         "limits/no_limit.py",
         "an error of the proof that nothing is safe",
-        old="NoLimit(kind, question, program.motion, none.residual, names, why)",
+        old="NoLimit(kind, question, program.motion, contradiction.residual, names, why)",
         new="NoLimit(kind, question, program.motion, 0.0, names, why)",
         tests="limit_checks",
     ),
@@ -364,7 +364,7 @@ FAULTS = (
     Fault(
         "limits/critical_search.py",
         "a bound below the least load factor found leaves a node out",
-        old="found < least < np.inf",
+        old="least_so_far < bound < np.inf",
         new="least < found",
         tests="limit_checks guaranteed_space",
     ),
@@ -378,8 +378,8 @@ FAULTS = (
     Fault(
         "limits/critical_search.py",
         "a node that is critical at no load alone limits it",
-        old="highest.load_factor > max(beyond, claim.load_factor + step)",
-        new="True or max(beyond, claim.load_factor + step)",
+        old="highest.load_factor > max(indistinct, claim.load_factor + step)",
+        new="True or max(indistinct, claim.load_factor + step)",
         tests="guaranteed_zero",
     ),
     Fault(
@@ -745,8 +745,8 @@ FAULTS = (
     Fault(
         "limits/open_nodes.py",
         "loads between the corners do not count",
-        old="sum(map(times, shares, named), start=cp.Constant(0))",
-        new="times(shares[0], named[0])",
+        old="sum(map(times, shares, constants), start=cp.Constant(0))",
+        new="times(shares[0], constants[0])",
         tests="stays_closed",
     ),
     Fault(
@@ -826,7 +826,7 @@ FAULTS = (
     Fault(
         "limits/patterns.py",
         "a set that begins above the load counts",
-        old="np.isnan(limit.load_factor) or limit.least > at",
+        old="np.isnan(limit.load_factor) or limit.least > start_by",
         new="np.isnan(limit.load_factor)",
         tests="patterns",
     ),

@@ -1,12 +1,14 @@
-"""What a shakedown limit proves about other states: with other nodes open, or not at rest."""
+"""The data of a shakedown limit, and what it proves about states beside those of its program."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import pandas as pd
 
-from ..base import finite_number
+from ..base import Array, LimitKind, finite_number, frozen
 from ..contact import lengths
 from ..errors import ModelError
 from .answered import Rated
@@ -18,10 +20,42 @@ from .open_nodes import stays_closed
 _SAME_BOUND = 1e-6
 
 
-class BoundsOtherStates(Rated):
-    """Base of a shakedown limit: its proofs about states that the program does not cover."""
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownAnswer(Rated):
+    """Base of `ShakedownLimit`, which says what its fields are."""
 
+    kind: LimitKind
     bound: float
+    least: float = np.nan
+    objective: float | None = None
+    # Why there is no largest safe load factor, or a reason that stands for the usual one.
+    _why: str = ""
+
+    @property
+    def _ruling(self) -> int:
+        """The node that moves most in the mechanism."""
+        motion = self._motion
+        opened = self._question.open_nodes if motion.open is None else motion.open
+        moves = np.where(opened, 0.0, motion.size + motion.opening)
+        return int(moves.sum(axis=0).argmax())
+
+    @cached_property
+    def mechanism(self) -> pd.DataFrame:
+        """The nodes that limit the load, largest share of the slip first.
+
+        It is one of several proofs, as of a symmetric contact. Columns node, x, corner, its loads,
+        direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
+        """
+        return self._motion.table(self.system, self._question.names)
+
+    @cached_property
+    def friction_rate(self) -> Array:
+        """(N,) rate of the limit with the friction of each node; their sum is that with all.
+
+        If the mechanism is not unique the limit has a kink, and this is one of its supergradients.
+        NaN without a finite limit.
+        """
+        return frozen(self._by_friction)
 
     @property
     def covers(self) -> str:
