@@ -70,7 +70,8 @@ def _above(limit: fo.results.GuaranteedLimit, distance: float) -> dict[str, Any]
     least = (path.p - load_factor * cycle.corner_reactions(system)[1][of_corner]).min(
         axis=0
     )  # what the slips leave without the cyclic load
-    needed_bounds = needed(friction, *pose(system, cycle, friction).parts[2:])[1]
+    question = pose(system, cycle, friction)
+    needed_bounds = needed(friction, question.q1, question.p1)[1]
     room = least - load_factor * needed_bounds / friction
     slips = moved > 1e-6 * moved.max()
     return {

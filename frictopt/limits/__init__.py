@@ -1,21 +1,38 @@
-"""Limits of a load cycle as linear and cone programs.
+"""Limits of a load cycle as linear and cone programs, each with a proof.
 
-In come a system, a load cycle and friction; out go limits with proofs. Every program stands in
-`models.py`, in the symbols of the paper. A public question stands in the file of its name with its
-answer: `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
-`design.py`, `gross_slip.py`. `question.py` poses a question, `programs.py` has what its program
-needs, `safe_model.py` the models that users extend, `answered.py` what all answers share
-(multipliers as a `Mechanism`), `patterns.py` and `lift_off.py` the search of open nodes,
-`critical_state.py` the critical nodes of the guaranteed limit.
+In come a system, a load cycle and friction; out go limits with their proofs. A contact shakes down
+at a load factor if one residual slip v keeps every node closed and stuck at all corners k::
+
+    q_k = q0 + load_factor q1_k + A v,   p_k = p0 + load_factor p1_k + B v,   |q_k| <= f p_k
+
+The largest such load factor is the shakedown limit. Its dual is a slip mechanism, which proves it.
+
+- `question.py`: a question as data: all its arrays, and the referee of its answers.
+- `models.py`: all programs, as cvxpy expressions in the symbols of the paper.
+- `programs.py`: the rows of a question, compiled, and its solution read back.
+- `safe_model.py`: the models that users extend by constraints of their own.
+- `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
+  `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py` and
+  `guaranteed_model.py` are their models.
+- `answered.py`: what all answers share; `sentences.py`: the reasons they give;
+  `shakedown_answer.py`: what a limit proves about other states; `no_limit.py`: proofs that there is
+  none.
+- `patterns.py`, `open_nodes.py`, `lift_off.py`: the search of open nodes, and of nodes that open
+  and close in each cycle.
+- `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the
+  guaranteed limit.
+- `pictures.py`: plots of the answers.
 """
 
 from ..base import LimitKind
 from .design import Design, DesignModel
 from .gross_slip import GrossSlip, gross_slip
-from .guaranteed import GuaranteedLimit, GuaranteedModel, guaranteed_limit
+from .guaranteed import GuaranteedLimit, guaranteed_limit
+from .guaranteed_model import GuaranteedModel
 from .least_slip import LeastSlip
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlip, SafeSlipModel, safe_slip
 from .safe_vertices import safe_vertices
-from .shakedown import ShakedownLimit, ShakedownModel, shakedown_limit
+from .shakedown import ShakedownLimit, shakedown_limit
+from .shakedown_model import ShakedownModel

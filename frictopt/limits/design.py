@@ -35,12 +35,13 @@ from ..solve.problem import Duals, Explained, put_back
 from . import models
 from .answered import Answered, answered
 from .design_search import DesignSearch, NoneSafeError, Sets
-from .models import Row, defines, named, unknowns
+from .models import Row, constant, defines, unknowns
 from .open_nodes import TOUCHES
 from .programs import Program, listed_rows, own_rows
 from .question import Question, pose, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
-from .shakedown import ShakedownLimit, ShakedownModel
+from .shakedown import ShakedownLimit
+from .shakedown_model import ShakedownModel
 
 PROFILE = "profile"  # load case of the overlap that a profile leaves
 _NAMED = 4  # unbounded parts of a design that an error names
@@ -94,7 +95,7 @@ def added(
 
     `suffix`: appended to all names.
     """
-    system, n, moved = asked.system, asked.system.nodes, asked.open.any()
+    system, n, moved = asked.system, asked.system.nodes, asked.open_nodes.any()
     parts, rows = list[list[cp.Expression]](), list[Row]()
     for chosen, r, names in (
         (preload, acting, ("q_j", "p_j", "w_j", "v_j")),
@@ -102,15 +103,15 @@ def added(
     ):
         if chosen is not None:
             left = asked.carried(r.T).reshape(r.shape[::-1]).T
-            follow = -(asked.give @ r) if asked.give is not None else np.zeros_like(r)
-            open_slip = follow[:-n][np.tile(asked.open, system.tangents)]
+            follow = -(asked.compliance @ r) if asked.compliance is not None else np.zeros_like(r)
+            open_slip = follow[:-n][np.tile(asked.open_nodes, system.tangents)]
             matrices = (
                 left[:-n],
                 left[-n:],
-                *((follow[-n:][asked.open], open_slip) if moved else ()),
+                *((follow[-n:][asked.open_nodes], open_slip) if moved else ()),
             )
             terms = [
-                named(matrix, name + suffix) @ chosen
+                constant(matrix, name + suffix) @ chosen
                 for matrix, name in zip(matrices, names, strict=False)
             ]
             if chosen is profile:  # dense: equations of their own do not go through cvxpy
@@ -230,7 +231,7 @@ class Design(Answered, Explained):
     profile: Array | None
     slips: tuple[Array, ...]
     prices: Mapping[str, Array]
-    _tasks: tuple[Question, ...]
+    _questions: tuple[Question, ...]
     problem: cp.Problem | None = None
     _duals: Duals = ()
     _stops: bool = False  # before designs with more, under whose mean load other nodes open
@@ -243,24 +244,24 @@ class Design(Answered, Explained):
     @property
     def scenarios(self) -> tuple[tuple[LoadCycle, Array], ...]:
         """The pairs (load cycle, friction) of all scenarios, with the design built in (preloads in the mean load); the first one is `cycle`."""
-        return tuple((task.cycle, task.friction) for task in self._tasks)
+        return tuple((question.cycle, question.friction) for question in self._questions)
 
     @property
     def opens(self) -> tuple[Booleans, ...]:
         """Which nodes are open at all corners, (N,) for each scenario; `open` is the first."""
-        return tuple(task.open for task in self._tasks)
+        return tuple(question.open_nodes for question in self._questions)
 
     @property
     def touches(self) -> bool:
         """Whether a closed node may want to open: a corner leaves it without pressure, or the mean load alone would pull it open."""
         states = [
-            (task, task.states(self.load_factor, slip)[1][:, -1])
-            for task, slip in zip(self._tasks, self.slips, strict=True)
+            (question, question.states(self.load_factor, slip)[1][:, -1])
+            for question, slip in zip(self._questions, self.slips, strict=True)
         ]
-        bare = (p.min(axis=0) <= TOUCHES * task.force for task, p in states)
+        bare = (p.min(axis=0) <= TOUCHES * question.force for question, p in states)
         return any(
-            ((no_pressure | (task.r0[:, -1].max(axis=0) < 0)) & ~task.open).any()
-            for no_pressure, (task, _) in zip(bare, states, strict=True)
+            ((no_pressure | (question.r0[:, -1].max(axis=0) < 0)) & ~question.open_nodes).any()
+            for no_pressure, (question, _) in zip(bare, states, strict=True)
         )
 
     @property
@@ -268,8 +269,8 @@ class Design(Answered, Explained):
         """Why no design is better, in words, and for which open nodes."""
         some = any(opened.any() for opened in self.opens)
         if self._stops:
-            return f"{self._opened}larger designs are better{self._task.pattern}, but under their mean load others open: the search stops before them"
-        return f"{self._opened}no design that the constraints admit is better{self._task.pattern}{'; with others open one may be' * some}"
+            return f"{self._opened}larger designs are better{self._question.pattern}, but under their mean load others open: the search stops before them"
+        return f"{self._opened}no design that the constraints admit is better{self._question.pattern}{'; with others open one may be' * some}"
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its slip, and the profile where there is one."""
@@ -424,7 +425,7 @@ class DesignModel(SafeModel):
             raise ModelError(
                 f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(self._preloads))}"
             )
-        return pose(self._asked.system, cycle, friction, slip_bound=self._asked.most), shares
+        return pose(self._asked.system, cycle, friction, slip_bound=self._asked.slip_bound), shares
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
@@ -434,11 +435,11 @@ class DesignModel(SafeModel):
         ]
 
     def _listed(
-        self, task: Question, own: Sequence[cp.Constraint], opened: Sequence[Booleans]
+        self, question: Question, own: Sequence[cp.Constraint], opened: Sequence[Booleans]
     ) -> list[Program]:
         """The rows of the first scenario and of all others, each with its open nodes."""
         listed_all = list[Program]()
-        for (posed, shares), out in zip(((task, {}), *self._others), opened, strict=True):
+        for (posed, shares), out in zip(((question, {}), *self._others), opened, strict=True):
             asked = with_open(posed, out)
             assert asked is not None  # it has a limit
             first, suffix, x, f = not listed_all, "", self._x, self._f
@@ -504,8 +505,8 @@ class DesignModel(SafeModel):
         >>> model.solve(0.5, [model.load_factor >= 2.0], objective=-model.preload[0]).preload.round(6).to_dict()  # the least bolt force
         {'bolt': 8.0}
         """
-        task, own = self._posed(friction), listed("constraints", constraints)
-        posed = [task, *(other for other, _ in self._others)]
+        question, own = self._posed(friction), listed("constraints", constraints)
+        posed = [question, *(other for other, _ in self._others)]
 
         def told() -> str:
             what = "load factor" if objective is None else "objective"
@@ -516,12 +517,12 @@ class DesignModel(SafeModel):
                 return None
             return "design", search.best.design, "the best by then is in the attribute `design`"
 
-        search = DesignSearch(partial(self._of_sets, task, own, objective), self._limits)
+        search = DesignSearch(partial(self._of_sets, question, own, objective), self._limits)
         with bar_of(progress, "design", "program", best=told, keeps=kept) as bar:
             search.tell = bar.update
-            search.alternate([each.open for each in posed])
+            search.alternate([each.open_nodes for each in posed])
             if not search.found or search.found[0].design.touches:
-                search.alternate(self._where_pressed(task, own))
+                search.alternate(self._where_pressed(question, own))
             search.from_no_design([limit.open for limit in self._limits(posed)])
             best = search.best or search.refuse()
         design: Design = best.design
@@ -533,7 +534,7 @@ class DesignModel(SafeModel):
 
     def _of_sets(
         self,
-        task: Question,
+        question: Question,
         own: Sequence[cp.Constraint],
         objective: cp.Expression | None,
         opened: Sets,
@@ -545,7 +546,10 @@ class DesignModel(SafeModel):
         `of`: no preload is larger than a share of the largest one of this design, and so is the
         profile.
         """
-        (program, *_), chosen = (every := self._listed(task, own, opened)), objective is not None
+        (program, *_), chosen = (
+            (every := self._listed(question, own, opened)),
+            objective is not None,
+        )
         problem = models.shakedown(self._x, [row for each in every for row in each.rows])
         if objective is not None:
             problem = cp.Problem(
@@ -556,53 +560,59 @@ class DesignModel(SafeModel):
                 problem.objective,
                 [*problem.constraints, *no_larger(self.preload, self.profile, share, of)],
             )
-        program.compiled(problem, 1.0 if chosen else task.load_unit, self._units(every), every[1:])
-        entries = {self.preload: self._preloads, self.profile: range(task.system.nodes)}
+        program.compiled(
+            problem, 1.0 if chosen else question.load_unit, self._units(every), every[1:]
+        )
+        entries = {self.preload: self._preloads, self.profile: range(question.system.nodes)}
         none = partial(refused, program, entries, self._units([program]), chosen)
         claim, record = program.chain.solve(
             lambda: self._judged(every, chosen), self._solver, no_optimum=none
         )
         return answered(claim, record, program)
 
-    def _limits(self, tasks: Sequence[Question]) -> list[ShakedownLimit]:
+    def _limits(self, questions: Sequence[Question]) -> list[ShakedownLimit]:
         """The limit of each scenario with a design built in, of the best pattern of open nodes; none where one has no answer."""
-        closed = [with_open(task, np.zeros_like(task.open)) or task for task in tasks]
+        closed = [
+            with_open(question, np.zeros_like(question.open_nodes)) or question
+            for question in questions
+        ]
         with suppress(SolverError):
             return [
                 ShakedownModel(
-                    one.system, one.cycle, slip_bound=one.most, solver=self._solver
+                    one.system, one.cycle, slip_bound=one.slip_bound, solver=self._solver
                 ).of_any_set(one)
                 for one in closed
             ]
         return []
 
-    def _where_pressed(self, task: Question, own: Sequence[cp.Constraint]) -> Sets | None:
+    def _where_pressed(self, question: Question, own: Sequence[cp.Constraint]) -> Sets | None:
         """The patterns under preloads that press as much as the constraints admit, within many times the forces of the contact: another start."""
-        more, rows = added(task, self._reactions, self.preload, self.profile)
+        more, rows = added(question, self._reactions, self.preload, self.profile)
         program = listed_rows(
-            task,
+            question,
             self._x,
             self._f,
             every=True,
             friction=lambda x, corners: [],
-            more=dict.fromkeys(range(len(task.r1)), more[:3]),
+            more=dict.fromkeys(range(len(question.r1)), more[:3]),
         )
-        program.own, n = own_rows(own, self._unknowns), task.system.nodes
+        program.own, n = own_rows(own, self._unknowns), question.system.nodes
         if self.preload is None:
             self.profile.save_value(np.zeros(n))
         else:
             pressing = self._reactions[-n:].sum(axis=0) @ self.preload
             problem = cp.Problem(
-                cp.Maximize(pressing), [*program.rows, *rows, pressing <= _PRESSED * n * task.force]
+                cp.Maximize(pressing),
+                [*program.rows, *rows, pressing <= _PRESSED * n * question.force],
             )
-            program.compiled(problem, n * task.force, self._units([program]))
+            program.compiled(problem, n * question.force, self._units([program]))
         with suppress(SolverError):
             if self.preload is not None:
                 program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
             return [
                 limit.open
                 for limit in self._limits(
-                    self._built([task, *(posed for posed, _ in self._others)])[2]
+                    self._built([question, *(posed for posed, _ in self._others)])[2]
                 )
             ]
         return None
@@ -625,25 +635,28 @@ class DesignModel(SafeModel):
             profile,
         )
         posed = [
-            pose(system, cycle, one.friction, slip_bound=self._asked.most)
+            pose(system, cycle, one.friction, slip_bound=self._asked.slip_bound)
             for cycle, one in zip(cycles, asked, strict=True)
         ]
         return (
             preload,
             profile,
             tuple(
-                with_open(task, one.open) or task for task, one in zip(posed, asked, strict=True)
+                with_open(question, one.open_nodes) or question
+                for question, one in zip(posed, asked, strict=True)
             ),
         )
 
     def _units(self, every: Sequence[Program]) -> dict[cp.Variable, Any]:
         """Units of the design, which make reactions of about the force of the contact at a node, and of the other scenarios."""
-        task, units = every[0].task, dict[cp.Variable, Any]()
+        question, units = every[0].question, dict[cp.Variable, Any]()
         if self.preload is not None:
             sizes = np.abs(self._reactions).mean(axis=0)
-            units[self.preload] = task.force / np.where(sizes > 0, sizes, task.force)
+            units[self.preload] = question.force / np.where(sizes > 0, sizes, question.force)
         if self.profile is not None:
-            units[self.profile] = task.force / task.system.own_stiffness[-task.system.nodes :]
+            units[self.profile] = (
+                question.force / question.system.own_stiffness[-question.system.nodes :]
+            )
         for program in every[1:]:
             units |= {
                 variable: unit
@@ -655,11 +668,15 @@ class DesignModel(SafeModel):
     def _judged(self, every: Sequence[Program], chosen: bool) -> Design:
         """Judge the design that stands in a program: built in, by the contact law in every scenario, and by the multipliers of all rows."""
         program = every[0]
-        preload, profile, tasks = self._built([one.task for one in every])
-        slips = [frozen(task.rested(one.slip)) for task, one in zip(tasks, every, strict=True)]
+        preload, profile, questions = self._built([one.question for one in every])
+        slips = [
+            frozen(question.slip_at_mean_load(one.slip))
+            for question, one in zip(questions, every, strict=True)
+        ]
         load_factor, proof = program.load_factor, program.chain.proof
         unsafe = max(
-            task.violation(load_factor, slip) for task, slip in zip(tasks, slips, strict=True)
+            question.violation(load_factor, slip)
+            for question, slip in zip(questions, slips, strict=True)
         )
         residual = float(
             np.nan_to_num(np.max([unsafe, proof.gap, program.own_violation]), nan=np.inf)
@@ -674,8 +691,8 @@ class DesignModel(SafeModel):
             profile=profile,
             slip=slips[0],
             slips=tuple(slips),
-            _task=tasks[0],
+            _question=questions[0],
             prices=program.prices(),
             record=SolveRecord(residual=residual),
-            _tasks=tasks,
+            _questions=questions,
         )

@@ -142,7 +142,7 @@ class DesignSearch:
 
     def _counts(self, design: Design, opened: Sets) -> tuple[bool, list[ShakedownLimit]]:
         """Whether a design counts, and the limits with it built in."""
-        limits = self._limits_of(design._tasks) if np.any(opened) or design.touches else []
+        limits = self._limits_of(design._questions) if np.any(opened) or design.touches else []
         least = design.load_factor * (1 - _GAINS)
         counts = not np.any(opened)  # with all closed it never carries less
         if limits and all(limit.load_factor >= least for limit in limits):

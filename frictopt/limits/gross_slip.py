@@ -249,8 +249,8 @@ def gross_slip(
                load_factor: 0.0 <= load_factor
     """
     with bar_of(progress, "gross slip"):
-        task, only = _asked(system, cycle, friction, contacts)
-        return beyond_statics(_of_corners(task, only), system, cycle, task.friction)
+        question, only = _asked(system, cycle, friction, contacts)
+        return beyond_statics(_of_corners(question, only), system, cycle, question.friction)
 
 
 def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> float:
@@ -262,18 +262,18 @@ def _asked(
     system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None
 ) -> tuple[Question, str]:
     """The question, with friction in some contacts alone, and that in words."""
-    task = pose(system, cycle, friction, strong=True)
+    question = pose(system, cycle, friction, strong=True)
     if contacts is None:
-        return task, ""
+        return question, ""
     names, among = _checked(system, contacts)
     return replace(
-        task, friction=frozen(task.friction * among)
+        question, friction=frozen(question.friction * among)
     ), f"with friction at {', '.join(names)} alone, "
 
 
-def _of_corners(task: Question, only: str) -> GrossSlip:
+def _of_corners(question: Question, only: str) -> GrossSlip:
     """The answer of statics, of what each corner allows."""
-    system, cycle = task.system, task.cycle
+    system, cycle = question.system, question.cycle
     N, bounds = (
         nodal_motions(rigid_motions(system.S, system.own_stiffness)),
         "friction" + " and the strength of the surface" * system.capped,
@@ -282,14 +282,12 @@ def _of_corners(task: Question, only: str) -> GrossSlip:
     r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)
     corners = outer_corners(cycle) if N.size else []
     held = _Answer(-1, np.inf, np.inf, np.zeros(len(N)), SolveRecord("statics", residual=0.0), None)
-    answers = [_statics(task, N, k, r0[k], r1[k], cp.Maximize) for k in corners] or [held]
+    answers = [_statics(question, N, k, r0[k], r1[k], cp.Maximize) for k in corners] or [held]
     load = [f"the load at the corner ({name})" for name in cycle.corner_names]
     if none := next((answer for answer in answers if np.isnan(answer.value)), None):
-        unbalanced = (
-            f"{only}forces within {bounds} cannot balance {load[none.corner]}: {_moves(task, none)}"
-        )
+        unbalanced = f"{only}forces within {bounds} cannot balance {load[none.corner]}: {_moves(question, none)}"
         return _result(
-            task,
+            question,
             none,
             np.nan,
             f"no load factor has a state of rest, nor has 0: {unbalanced}",
@@ -301,27 +299,29 @@ def _of_corners(task: Question, only: str) -> GrossSlip:
     for k in corners:  # without fixed parts none is at 0 if the first one is
         *q, p = r0[k].reshape(-1, system.nodes)
         rests = (
-            np.linalg.norm(q, axis=0) <= most_shear(system, task.friction, p)
+            np.linalg.norm(q, axis=0) <= most_shear(system, question.friction, p)
         ).all()  # the closed contact, at load factor 0
-        if not rests and (task.fixed or not lower or lower[0].value > 0):
-            lower.append(_statics(task, N, k, r0[k], r1[k], cp.Minimize))
+        if not rests and (question.fixed or not lower or lower[0].value > 0):
+            lower.append(_statics(question, N, k, r0[k], r1[k], cp.Minimize))
     first = max(lower, key=lambda answer: answer.value, default=held)
     least = first.value if lower else 0.0
     if least > most * (1 + RESIDUAL):
         why = f"no load factor has a state of rest: {only}{load[first.corner]} needs at least {least:.4g}, {load[governs.corner]} at most {most:.4g}"
         return _result(
-            task, replace(governs, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower]
+            question, replace(governs, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower]
         )
     if governs is held:
         why = "supports hold the bodies: no motion of theirs is left to the contact alone"
     elif most == np.inf:
         why = f"{only}forces within {bounds} balance the loads at all load factors{f' from {least:.4g} on' * (least > 0)}"
     else:
-        unbalanced = f"{only}forces within {bounds} cannot balance {load[governs.corner]}: {_moves(task, governs)}"
+        unbalanced = f"{only}forces within {bounds} cannot balance {load[governs.corner]}: {_moves(question, governs)}"
         why = f"above it no state of rest exists, whatever slips and opens: {unbalanced}"
     if least > 0:
-        why += f"; below {least:.4g} nothing balances {load[first.corner]}: {_moves(task, first)}"
-    return _result(task, governs, least, why, [*answers, *lower])
+        why += (
+            f"; below {least:.4g} nothing balances {load[first.corner]}: {_moves(question, first)}"
+        )
+    return _result(question, governs, least, why, [*answers, *lower])
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,30 +341,30 @@ class _Answer:
         return self.record.residual
 
 
-def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any) -> _Answer:
+def _statics(question: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any) -> _Answer:
     """The largest or least load factor at which forces balance corner k, r0 + load_factor r1, (M,), in the rigid motions N (M, m); nan where none."""
     held, drives = (
         float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0
         for r in (r0, r1)
     )
-    load = {f"r0{f'[{k}]' * task.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
-    unit, n = _load_unit(task, N, r0, r1) if held and drives else 1.0, task.system.nodes
+    load = {f"r0{f'[{k}]' * question.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
+    unit, n = _load_unit(question, N, r0, r1) if held and drives else 1.0, question.system.nodes
     f, strength = (
-        cp.Parameter(n, nonneg=True, name="f", value=task.friction),
-        task.system.shear_strength,
+        cp.Parameter(n, nonneg=True, name="f", value=question.friction),
+        question.system.shear_strength,
     )
-    rows = models.gross_slip(N, load, f, strength, task.system.slip_shape, sense)
+    rows = models.gross_slip(N, load, f, strength, question.system.slip_shape, sense)
     problem = Problem(rows.objective, rows.constraints)
     load_factor, q, p = (
         next(each for each in problem.variables() if each.name() == name)
         for name in ("load_factor", "q", "p")
     )
-    sheared = task.node_unit * np.where(
-        (task.friction > 0) & (task.friction < 1), task.friction, 1.0
+    sheared = question.node_unit * np.where(
+        (question.friction > 0) & (question.friction < 1), question.friction, 1.0
     )
     chain = Chain(
         problem,
-        {load_factor: unit, q: sheared.reshape(n, *[1] * (q.ndim - 1)), p: task.node_unit},
+        {load_factor: unit, q: sheared.reshape(n, *[1] * (q.ndim - 1)), p: question.node_unit},
         unit=unit,
         defines=False,
     )
@@ -374,11 +374,11 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
 
     def moving(value: float, bound: float, residual: float) -> _Answer:
         """With the motion that the multipliers of balance are: how far it strains the bodies, or lifts less than friction needs, counts too."""
-        S, phi = task.system.S, N @ problem.constraints[0].dual_value
+        S, phi = question.system.S, N @ problem.constraints[0].dual_value
         phi = phi / (float(np.linalg.norm(phi.reshape(-1, n), axis=0).max()) or np.nan)
         *v, w = phi.reshape(-1, n)
         lack = float(
-            np.where(strength < np.inf, -w, task.friction * np.linalg.norm(v, axis=0) - w).max()
+            np.where(strength < np.inf, -w, question.friction * np.linalg.norm(v, axis=0) - w).max()
         )  # what is strained off need not rise
         strain = float(np.abs(S @ phi).max()) / (float(np.diag(S).max()) or 1.0)
         worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
@@ -405,9 +405,12 @@ def _statics(task: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any)
     return replace(answer, record=record)
 
 
-def _load_unit(task: Question, N: Array, r0: Array, r1: Array) -> float:
+def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
     """Load factor at which the cyclic load reaches the friction of the mean load, or in the normal motions the mean load itself."""
-    friction, shear = min(float(task.friction.max()), 1.0) or 1.0, len(r1) - task.system.nodes
+    friction, shear = (
+        min(float(question.friction.max()), 1.0) or 1.0,
+        len(r1) - question.system.nodes,
+    )
     sheared, swung = (
         float(np.linalg.norm(part)) for part in (N[:shear].T @ r1[:shear], N[shear:].T @ r1[shear:])
     )
@@ -429,22 +432,25 @@ def _checked(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str],
     return names, np.isin(system.contact, names)
 
 
-def _moves(task: Question, answer: _Answer) -> str:
-    return moves_told(motion_table(task.system, answer.phi.reshape(-1, task.system.nodes)))
+def _moves(question: Question, answer: _Answer) -> str:
+    return moves_told(motion_table(question.system, answer.phi.reshape(-1, question.system.nodes)))
 
 
 def _result(
-    task: Question, governs: _Answer, least: float, reason: str, answers: Sequence[_Answer]
+    question: Question, governs: _Answer, least: float, reason: str, answers: Sequence[_Answer]
 ) -> GrossSlip:
-    records, phi = [answer.record for answer in answers], governs.phi.reshape(-1, task.system.nodes)
+    records, phi = (
+        [answer.record for answer in answers],
+        governs.phi.reshape(-1, question.system.nodes),
+    )
     attempts = tuple(attempt for record in records for attempt in record.attempts)
     worst, seconds = (
         max(record.residual for record in records),
         sum(record.seconds for record in records),
     )
-    idle = len(task.cycle.corners) - len({answer.corner for answer in answers})
+    idle = len(question.cycle.corners) - len({answer.corner for answer in answers})
     left_out = (
-        (f"corners: {idle} of {len(task.cycle.corners)} are within the hull of the others",)
+        (f"corners: {idle} of {len(question.cycle.corners)} are within the hull of the others",)
         if idle and governs.problem
         else ()
     )
@@ -453,9 +459,9 @@ def _result(
         bound=governs.bound,
         least=least,
         corner=governs.corner if np.isfinite(governs.phi).all() and governs.phi.any() else -1,
-        loads=task.cycle.corner_names[governs.corner] if governs.phi.any() else "",
+        loads=question.cycle.corner_names[governs.corner] if governs.phi.any() else "",
         phi=phi,
-        motion=motion_table(task.system, phi),
+        motion=motion_table(question.system, phi),
         reason=reason,
         record=replace(
             governs.record, attempts=attempts, residual=worst, left_out=left_out, seconds=seconds

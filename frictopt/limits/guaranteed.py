@@ -1,4 +1,4 @@
-"""The guaranteed limit lambda_1: the load factor below which the contact stops slipping from every start."""
+"""The guaranteed limit lambda_1: below it the contact stops slipping from every start."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from ..base import (
     NO_COUPLING,
@@ -22,34 +21,36 @@ from ..base import (
     finite_number,
     frame,
     frozen,
-    listed,
     places,
     shown,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle
-from ..contact.diagnosis import in_contact
 from ..errors import ModelError, SolverError
 from ..solve.problem import duals, put_back, standing
 from .answered import Rated
-from .critical_state import (
+from .critical_bounds import load_factor_bounds
+from .critical_search import (
     COINCIDE_ALONE,
     LEFT_OUT,
+    NOT_NEEDED,
+    ONE_CORNER,
+    CriticalNodes,
     CriticalSearch,
     NodeClaim,
-    critical_states,
-    load_factor_bounds,
 )
 from .programs import own_rows
-from .question import Question
-from .safe_model import SafeModel, in_turn
-from .shakedown import ShakedownLimit, ShakedownModel
+from .question import Question, pose
+from .safe_model import SafeModel
+from .sentences import guaranteed_reason
+from .shakedown import ShakedownLimit, ShakedownLimits
 
-ONE_CORNER, NOT_NEEDED, OPEN = "one corner alone governs", "not needed", "open"
-_WEDGED = "; friction is above the critical value A/|B| of the node, which may wedge itself so that all slip stops above the limit, too"
-_LIFTING = "; starts from which nodes open and close in every cycle may slip for ever below it"
+# Why so many nodes needed no program.
 _LEFT_OUT = {
-    NOT_NEEDED: "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load factors lie between",
+    NOT_NEEDED: (
+        "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load "
+        "factors lie between"
+    ),
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
     ONE_CORNER: "can only lift off where they are critical, or have no friction",
 }
@@ -57,7 +58,7 @@ _LEFT_OUT = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GuaranteedLimit(Rated):
-    """The guaranteed limit, and a residual slip from which the contact keeps slipping just above it.
+    """The guaranteed limit, and a residual slip from which slip goes on just above it.
 
     Attributes
     ----------
@@ -100,8 +101,10 @@ class GuaranteedLimit(Rated):
     --------
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> limit = fo.guaranteed_limit(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.5)
+    >>> A, B, C = [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]]
+    >>> system = fo.ContactSystem.from_blocks(A, B, C, [0, 1], loads)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
     >>> limit.node, limit.proven, limit.load_factor <= limit.shakedown.load_factor
     (0, False, True)
     >>> limit.to_frame()["how"].tolist()
@@ -121,49 +124,51 @@ class GuaranteedLimit(Rated):
 
     @property
     def least(self) -> float:
-        """The least safe load factor, see `ShakedownLimit.least`: below it slip, opening or touching goes on from every start."""
+        """The least safe load factor, see `ShakedownLimit.least`.
+
+        Below it slip, opening or touching goes on from every start.
+        """
         return self.shakedown.least
 
     @property
     def multipliers(self) -> pd.DataFrame:
-        """As those of a shakedown limit. Rows `critical_q` and `critical_p` are of `node`, in space with a component of the shear."""
+        """As those of a shakedown limit; rows `critical_q` and `critical_p` are of `node`.
+
+        In space they have a component of the shear.
+        """
         table = super().multipliers
         if self.node is not None:
-            own = table["row"].isin(["critical_q", "critical_p"])
-            table.loc[own, "component"] = table.loc[own, "node"]
-            table.loc[own, "node"] = self.node
+            critical = table["row"].isin(["critical_q", "critical_p"])
+            table.loc[critical, "component"] = table.loc[critical, "node"]
+            table.loc[critical, "node"] = self.node
         return table
 
     @property
     def _rated(self) -> bool:
-        return (
-            self.shakedown._rated
-            if self.node is None
-            else self.load_factor > self.least and not self.constraints
-        )
+        if self.node is None:
+            return self.shakedown._rated
+        return self.load_factor > self.least and not self.constraints
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place, load_factor, how it was found, and the slip of the witness.
+        """One row for each node: node, its place, load_factor, how, and the slip of the witness.
 
         load_factor is the least at which a safe slip makes the node critical, inf if none does, or
         a lower bound of it (see how).
         """
-        found = {"load_factor": self._by_node, "how": self._how}
-        return frame(
-            {
-                "node": range(len(self._how)),
-                **places(self.system),
-                **found,
-                **components("slip", self.slip),
-            },
-            units=self.system.units,
-        )
+        columns = {
+            "node": range(len(self._how)),
+            **places(self.system),
+            "load_factor": self._by_node,
+            "how": self._how,
+            **components("slip", self.slip),
+        }
+        return frame(columns, units=self.system.units)
 
     def witness_above_least(self, most: float) -> tuple[float, Array] | None:
-        """Where the limit is `least`: a load factor above, at most `most`, and the safe slip that makes `node` critical there, length.
+        """If the limit is `least`: a load factor above, and the slip that makes `node` critical.
 
-        Slip goes on from it at a load factor just above or, of a load that presses the contact,
-        just below. None where the limit is above `least`.
+        The load factor is at most `most`. Slip (length) goes on from there at a load factor just
+        above or, if the load presses the contact, just below. None if the limit is above `least`.
         """
         most = finite_number("most", most, above=0.0 if self._above is None else self.load_factor)
         if self._above is None:
@@ -176,298 +181,193 @@ class GuaranteedLimit(Rated):
         return "guaranteed limit", self.load_factor, None, self.reason
 
 
-def reason(
-    shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int
-) -> str:
-    """Why the limit is what it is, and what it leaves open, in words."""
-    task, limit = shakedown._task, shakedown.load_factor if best is None else best.load_factor
-    lifting = ""
-    if not uncoupled and shakedown.least < limit < np.inf:
-        lifting = _LIFTING * bool(
-            shakedown.open.any()
-            or not shakedown.friction.all()
-            or (task.r0 + limit * task.r1)[:, -1].min() < 0
-        )
-    return _why(shakedown, best, uncoupled, coincide) + lifting
-
-
-def _why(shakedown: ShakedownLimit, best: NodeClaim | None, uncoupled: bool, coincide: int) -> str:
-    least = shakedown.least
-    alone = (
-        f"; {coincide} nodes are critical at the least safe load factor {least:.6g} alone, and this does not cause slip"
-        if coincide
-        else ""
-    )
-    under = f" (slips obey {', '.join(shakedown.constraints)})" if shakedown.constraints else ""
-    if best is not None:
-        any_load = "" if best.above is None else f" at every load factor just above {least:.6g}"
-        bounds, unloaded = (
-            _bounds(best, shakedown._task.cycle.corner_names),
-            _unloaded(best) * (not shakedown._task.fixed),
-        )
-        wedged = _WEDGED * _wedges(shakedown, best.state.node)
-        where = in_contact(shakedown.system, best.state.node)
-        return f"{shakedown._opened}node {best.state.node}{where} is {bounds}{any_load}{under}{unloaded}{wedged}{alone}"
-    if shakedown.kind is not LimitKind.FINITE:
-        return shakedown.reason + alone
-    why = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
-    return f"lambda_1 is lambda_2, for {why}: {shakedown.reason}{alone}"
-
-
-def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
-    """Where the node is on its bound, by the loads of the corners."""
-    *first, last = (f"({names[corner]})" for corner in best.state.corners)
-    if best.slip.ndim == 1:
-        return (
-            f"on its bound of forward slip at the corner {first[0]} and of backward slip at {last}"
-        )
-    return f"on its bound at the corners {', '.join(first)} and {last}, from where it can slip {'around' if len(first) > 1 else 'to and fro'}"
-
-
-def _wedges(shakedown: ShakedownLimit, node: int) -> bool:
-    """Whether friction is above the critical value of a node, in space perhaps: then one slip may relieve all its bounds."""
-    *own, normal = (
-        axis * shakedown.system.nodes + node for axis in range(shakedown.system.tangents + 1)
-    )
-    S, friction = shakedown.system.S, shakedown.friction[node]
-    return bool(
-        friction * np.linalg.norm(S[normal, own]) > np.linalg.eigvalsh(S[np.ix_(own, own)])[0]
-    )
-
-
-def _unloaded(best: NodeClaim) -> str:
-    """What a limit of 0 means, and what to ask."""
-    if best.load_factor > 0:
-        return ""
-    size = float(np.linalg.norm(best.slip.reshape(len(best.slip), -1), axis=1).max())
-    return (
-        f": a residual slip of up to {size:.3g} can unload it completely under the mean load; then any cyclic load makes it slip. If assembly and "
-        "overloads leave less slip, ask with a `slip_bound`: `after_overload()` has the limit with the largest slip that one overload leaves"
-    )
-
-
 def left_out(how: np.ndarray) -> tuple[str, ...]:
     """Which nodes needed no program, in words."""
-    counts = {label: int((how == label).sum()) for label in _LEFT_OUT}
-    return tuple(
-        f"nodes: {count} of {len(how)} {_LEFT_OUT[label]}"
-        for label, count in counts.items()
-        if count
-    )
+    sentences = []
+    for label, why in _LEFT_OUT.items():
+        count = int((how == label).sum())
+        if count:
+            sentences.append(f"nodes: {count} of {len(how)} {why}")
+    return tuple(sentences)
 
 
 def checked_guaranteed(limit: object) -> GuaranteedLimit:
     """Check that a question about a guaranteed limit is given one."""
     if not isinstance(limit, GuaranteedLimit):
         raise ModelError(
-            f"limit: {shown(limit)}; give the GuaranteedLimit of `guaranteed_limit` or `GuaranteedModel`"
+            f"limit: {shown(limit)}; give the GuaranteedLimit of `guaranteed_limit` or "
+            "`GuaranteedModel`"
         )
     return limit
 
 
-class GuaranteedModel(SafeModel):
-    """The guaranteed limit of one system under one load cycle, compiled once and solved for any friction. Theory, eq. (10).
+class GuaranteedLimits(SafeModel):
+    """The guaranteed limits of one system and cycle, for any friction."""
 
-    Parameters
-    ----------
-    system, cycle, slip_bound, solver
-        See `ShakedownModel`.
-    simplify
-        Leave out what cannot change the answer: nodes whose lower bound is above the least load
-        factor found; all of a contact with B = 0, which has lambda_1 = lambda_2 by a theorem.
-
-    Raises
-    ------
-    ModelError
-        As in `ShakedownModel`; a load cycle in space whose fixed parts differ.
-
-    Examples
-    --------
-    >>> import frictopt as fo
-    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> model = fo.GuaranteedModel(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
-    >>> [round(model.solve(friction).load_factor, 6) for friction in (0.3, 0.5)]
-    [0.283333, 0.45]
-    >>> round(model.solve(0.5, constraints=[model.slip[1] >= 0.1]).load_factor, 6)
-    0.525
-    """
-
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        *,
-        slip_bound: ArrayLike | None = None,
-        simplify: bool = True,
-        solver: str | None = None,
-    ) -> None:
-        super().__init__(system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver)
-        if system.tangents > 1 and self._asked.fixed:
+    def _begin(self, question: Question, solver: str | None) -> None:
+        if question.system.tangents > 1 and question.fixed:
             raise ModelError(
-                "cycle: its fixed parts differ, of a contact in space, where the pressure that a node needs bends with the load factor, so that "
-                "slips which make it critical are no convex set; ask `shakedown_limit`, or follow starts by `steady_state`"
+                "cycle: its fixed parts differ, of a contact in space, where the pressure that a "
+                "node needs bends with the load factor, so that slips which make it critical are "
+                "no convex set; ask `shakedown_limit`, or follow starts by `steady_state`"
             )
-        self._shakedown = ShakedownModel(
-            system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
-        )
+        super()._begin(question, solver)
+        # Both limits are about the same unknowns.
+        self._shakedown = ShakedownLimits._on(question, solver)
         self._x = self._shakedown._x
-        self.slip, self.load_factor, self.q, self.p = (
-            getattr(self._shakedown, name) for name in ("slip", "load_factor", "q", "p")
-        )
+        self.slip = self._shakedown.slip
+        self.load_factor = self._shakedown.load_factor
+        self.q = self._shakedown.q
+        self.p = self._shakedown.p
 
-    @warns_of_odd_values
-    @in_turn
-    def solve(
-        self, friction: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
+    def of_any_set(
+        self, question: Question, user_rows: Sequence[cp.Constraint] = ()
     ) -> GuaranteedLimit:
-        """The limit for a coefficient of friction, one or one per node, under constraints of your own.
+        """The limit with all nodes closed, if that is safe from the mean load on.
 
-        Parameters
-        ----------
-        friction, constraints
-            As in `ShakedownModel.solve`. Constraints hold for the witness and for the safe slips of
-            lambda_2, as a slip bound does: the limit is the least load factor at which a slip that
-            obeys them makes a node critical. `residual` covers them.
-        progress
-            See `guaranteed_limit`.
-
-        Raises
-        ------
-        ModelError, SolverError
-            Bad friction or constraints; no solver gave an answer that passes the checks.
+        Else with the nodes open that the best pattern of the shakedown limit leaves open.
         """
-        with bar_of(progress, "guaranteed limit"):
-            return self._shown(
-                self.of_any_set(self._posed(friction), listed("constraints", constraints))
-            )
-
-    def of_any_set(self, task: Question, own: Sequence[cp.Constraint] = ()) -> GuaranteedLimit:
-        """The limit with all nodes closed, if that is safe from the mean load on; else with those open that the best pattern leaves open."""
-        shakedown = self._shakedown.of_set(task, own)
+        shakedown = self._shakedown.of_set(question, user_rows)
         if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
-            shakedown = self._shakedown.of_any_set(task, own)
+            shakedown = self._shakedown.of_any_set(question, user_rows)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
+        question = shakedown._question
         values = standing(shakedown.problem)
-        task = replace(task, open=shakedown.open)
-        n, least_found = len(task.friction), shakedown.load_factor
-        states, search = critical_states(task), self._search(task, own)
-        both = np.array([bool(own_states) for own_states in states]) & ~task.open
-        least, how = (
-            np.full(n, np.inf),
-            np.where(both, LEFT_OUT, np.where(task.open, OPEN, ONE_CORNER)).astype(object),
-        )
-        if not least_found > shakedown.least or uncoupled(task):
-            least[both], how[both] = least_found, NOT_NEEDED
-            return self._result(task, shakedown, None, least, how, search)
-        bounds = load_factor_bounds(task) if self._asked.simplify and both.any() else np.zeros(n)
-        best: NodeClaim | None = None
-        # where the pressure is little, nodes are nearly critical
-        pressure = task.r0[:, -1].min(axis=0) + task.change(np.nan_to_num(shakedown.slip))[1]
+        search = self._search(question, user_rows)
+        nodes = CriticalNodes(question, shakedown.load_factor)
+        if uncoupled(question) or not shakedown.load_factor > shakedown.least:
+            nodes.need_no_program()
+        else:
+            self._find_critical(nodes, search, shakedown)
+        if nodes.best is not None:
+            search.restore(nodes.best)
+        else:
+            # The unknowns, and the rows of the user, are also those of the programs of nodes.
+            put_back(values)
+        return _result(shakedown, nodes, search)
+
+    def _find_critical(
+        self, nodes: CriticalNodes, search: CriticalSearch, shakedown: ShakedownLimit
+    ) -> None:
+        """Ask the nodes one after the other; leave out those whose bound is above the least."""
+        question = shakedown._question
+        simplify = question.simplify
+        bounds = np.zeros(len(nodes.how))
+        if simplify and nodes.may_be_critical.any():
+            bounds = load_factor_bounds(question)
+        # Nodes with little pressure are closest to critical.
+        _, added = question.reactions_of_slip(np.nan_to_num(shakedown.slip))
+        pressure = question.r0[:, -1].min(axis=0) + added
         order = sorted(
-            np.flatnonzero(both).tolist(), key=lambda i: (float(bounds[i]), float(pressure[i]))
+            np.flatnonzero(nodes.may_be_critical).tolist(),
+            key=lambda i: (float(bounds[i]), float(pressure[i])),
         )
 
         def kept(_: object) -> tuple[str, object, str] | None:
-            table = pd.DataFrame({"node": order, "load_factor": least[order], "how": how[order]})[
-                : bar.count
-            ]
-            said = f"it is at most {least_found:.6g}; what is known of {len(table)} nodes is in the attribute `table`"
-            return ("table", table, said) if len(table) else None
+            if not bar.count:
+                return None
+            message = (
+                f"it is at most {nodes.least:.6g}; what is known of {bar.count} nodes is in the "
+                "attribute `table`"
+            )
+            return "table", nodes.table(order[: bar.count]), message
 
         with bar_of(
             True,
             "critical nodes",
             "node",
             total=len(order),
-            best=lambda: f"at most {least_found:.4g} so far",
+            best=lambda: f"at most {nodes.least:.4g} so far",
             keeps=kept,
         ) as bar:
             for node in order:
-                if self._asked.simplify and bounds[node] >= least_found:
-                    least[node] = bounds[node]
-                    bar.update()
-                    continue
-                for state in states[node]:
-                    ends, below = (
-                        (shakedown.least, shakedown.load_factor),
-                        least_found if self._asked.simplify else np.inf,
-                    )
-                    claim = search.solve(state, ends, below)
-                    if claim.load_factor < least[node] or state is states[node][0]:
-                        least[node], how[node] = claim.load_factor, claim.how
-                    if claim.load_factor < least_found:
-                        best, least_found = claim, claim.load_factor
+                if simplify and bounds[node] >= nodes.least:
+                    nodes.load_factor[node] = bounds[node]
+                else:
+                    ends = shakedown.least, shakedown.load_factor
+                    for state in nodes.states[node]:
+                        claim = search.solve(state, ends, nodes.least if simplify else np.inf)
+                        nodes.add(claim)
                 bar.update()
-        if best is not None:
-            search.restore(best)
-        else:
-            put_back(
-                values
-            )  # into unknowns and rows of the user's own, which the programs of nodes share
-        return self._result(task, shakedown, best, least, how, search)
 
-    def _search(self, task: Question, own: Sequence[cp.Constraint]) -> CriticalSearch:
-        key = task.open.tobytes(), *map(id, own)
+    def _search(self, question: Question, user_rows: Sequence[cp.Constraint]) -> CriticalSearch:
+        key = question.open_nodes.tobytes(), *map(id, user_rows)
         if key not in self._programs:
+            rows = own_rows(user_rows, self._unknowns)
             self._programs.clear()
-            self._programs[key] = CriticalSearch(
-                self._x, task, own_rows(own, self._unknowns), self._solver
-            )
+            self._programs[key] = CriticalSearch(self._x, question, rows, self._solver)
         search: CriticalSearch = self._programs[key]
-        search.ask(task)
+        search.ask(question)
         return search
 
-    def _result(
-        self,
-        task: Question,
-        shakedown: ShakedownLimit,
-        best: NodeClaim | None,
-        least: Array,
-        how: np.ndarray,
-        search: CriticalSearch,
-    ) -> GuaranteedLimit:
-        without_coupling, coincide = uncoupled(task), int((how == COINCIDE_ALONE).sum())
-        program, records = (
-            None if best is None else best.program,
-            [shakedown.record, *search.records],
-        )
-        return GuaranteedLimit(
-            load_factor=shakedown.load_factor if best is None else best.load_factor,
-            kind=shakedown.kind if best is None else LimitKind.FINITE,
-            reason=reason(shakedown, best, without_coupling, coincide),
-            proven=without_coupling and shakedown.kind is not LimitKind.NO_SAFE_SLIP,
-            slip=shakedown.slip if best is None else frozen(best.slip),
-            node=None if best is None else best.state.node,
-            corners=None if best is None else best.state.corners,
-            record=SolveRecord(
-                shakedown.record.solver if best is None else best.solver,
-                tuple(attempt for record in records for attempt in record.attempts),
-                max(record.residual for record in records),
-                left_out(how),
-                perf_counter() - task.started,
-            ),
-            constraints=shakedown.constraints,
-            shakedown=shakedown,
-            problem=shakedown.problem if program is None else program.problem,
-            _task=task,
-            _motion=shakedown._motion if best is None or best.motion is None else best.motion,
-            _by_node=frozen(least),
-            _how=tuple(how.tolist()),
-            _duals=shakedown._duals if program is None else duals(program.problem),
-            _above=None if best is None else best.above,
-        )
+
+def _result(
+    shakedown: ShakedownLimit, nodes: CriticalNodes, search: CriticalSearch
+) -> GuaranteedLimit:
+    """The guaranteed limit: that of the critical node, or the shakedown limit if there is none."""
+    question = shakedown._question
+    without_coupling = uncoupled(question)
+    coincide = int((nodes.how == COINCIDE_ALONE).sum())
+    records = [shakedown.record, *search.records]
+    record = SolveRecord(
+        shakedown.record.solver,
+        tuple(attempt for record in records for attempt in record.attempts),
+        max(record.residual for record in records),
+        left_out(nodes.how),
+        perf_counter() - question.started,
+    )
+    limit = GuaranteedLimit(
+        load_factor=shakedown.load_factor,
+        kind=shakedown.kind,
+        reason=guaranteed_reason(shakedown, nodes.best, without_coupling, coincide),
+        proven=without_coupling and shakedown.kind is not LimitKind.NO_SAFE_SLIP,
+        slip=shakedown.slip,
+        node=None,
+        corners=None,
+        record=record,
+        constraints=shakedown.constraints,
+        shakedown=shakedown,
+        problem=shakedown.problem,
+        _question=question,
+        _motion=shakedown._motion,
+        _by_node=frozen(nodes.load_factor),
+        _how=tuple(nodes.how.tolist()),
+        _duals=shakedown._duals,
+        _above=None,
+    )
+    return limit if nodes.best is None else _of_node(limit, nodes.best)
 
 
-def uncoupled(task: Question) -> bool:
-    """Whether slip changes no pressure of the whole contact: B is zero up to rounding, against A of the two nodes that it joins."""
-    A, B = task.system.A, task.system.B
-    stiffness = np.sqrt(np.diag(A).clip(0.0).reshape(-1, task.system.nodes).sum(axis=0))
-    return not (
-        np.maximum(task.friction, 1.0)[:, None] * np.abs(B)
-        > NO_COUPLING * np.outer(stiffness, np.resize(stiffness, B.shape[1]))
-    ).any()
+def _of_node(limit: GuaranteedLimit, best: NodeClaim) -> GuaranteedLimit:
+    """The limit as that of its critical node."""
+    assert best.program is not None  # it has a slip
+    problem = best.program.problem
+    return replace(
+        limit,
+        load_factor=best.load_factor,
+        kind=LimitKind.FINITE,
+        slip=frozen(best.slip),
+        node=best.state.node,
+        corners=best.state.corners,
+        record=replace(limit.record, solver=best.solver),
+        problem=problem,
+        _motion=limit._motion if best.motion is None else best.motion,
+        _duals=duals(problem),
+        _above=best.above,
+    )
+
+
+def uncoupled(question: Question) -> bool:
+    """Whether slip changes no pressure of the whole contact: B is zero up to rounding.
+
+    Each entry is compared with A of the two nodes that it joins.
+    """
+    system = question.system
+    stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(-1, system.nodes).sum(axis=0))
+    scale = np.outer(stiffness, np.resize(stiffness, system.B.shape[1]))
+    coupling = np.maximum(question.friction, 1.0)[:, None] * np.abs(system.B)
+    return not (coupling > NO_COUPLING * scale).any()
 
 
 @warns_of_odd_values
@@ -481,7 +381,7 @@ def guaranteed_limit(
     solver: str | None = None,
     progress: bool = True,
 ) -> GuaranteedLimit:
-    """Load factor below which the contact stops slipping from every start (the guaranteed limit lambda_1).
+    """Load factor below which the contact stops slipping from every start, lambda_1.
 
     It is the least load factor at which a safe slip leaves some node no more pressure than its
     cyclic load needs. This node is critical: on its bound of forward slip at one corner and of
@@ -525,14 +425,15 @@ def guaranteed_limit(
     --------
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> limit = fo.guaranteed_limit(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction=0.5)
-    >>> round(limit.load_factor, 6), limit.reason
-    (0.45, 'node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q
-    = +1)')
+    >>> A, B, C = [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]]
+    >>> system = fo.ContactSystem.from_blocks(A, B, C, [0, 1], loads)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> limit = fo.guaranteed_limit(system, cycle, friction=0.5)
+    >>> round(limit.load_factor, 6)
+    0.45
+    >>> print(limit.reason)
+    node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)
     """
     with bar_of(progress, "guaranteed limit"):
-        model = GuaranteedModel(
-            system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
-        )
-        return model.of_any_set(model._posed(friction))
+        question = pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)
+        return GuaranteedLimits._on(question, solver).of_any_set(question)

@@ -125,10 +125,10 @@ class LeastSlip(Kept, Plotted):
 
 
 def least_slip(
-    task: Question, motion: Mechanism, limit: float, load_factor: float, residual: float
+    question: Question, motion: Mechanism, limit: float, load_factor: float, residual: float
 ) -> LeastSlip:
     """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
-    system, axes = task.system, task.system.tangents + 1
+    system, axes = question.system, question.system.tangents + 1
     g, h = parted(motion.moves.reshape(len(motion.moves), -1) @ system.S, axes)
     moved = motion.size + motion.opening
     terms = float((np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)).max())
@@ -152,6 +152,6 @@ def least_slip(
         frozen(h),
         frozen(weight),
         system,
-        task.cycle,
+        question.cycle,
         residual,
     )

@@ -1,18 +1,19 @@
-"""Every program of limits in one listing: states of rest of a contact as cvxpy expressions, in the symbols of the paper and the units of the user.
+"""All programs of `frictopt.limits` as cvxpy problems, in the symbols of the paper and user units.
 
-A contact rests through a load cycle if one residual slip keeps every node closed, and stuck at
-every corner k of the cycle (theory, eq. (7))::
+A contact shakes down if one residual slip keeps every node closed and stuck at all corners k of the
+load cycle (theory, eq. (7))::
 
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
     p_r = B slip        p_k = p0 + load_factor p1_k + p_r
 
-    |q_k| <= f p_k,   p_k >= 0,   and |q_k| <= c where the surface has a shear strength
+    |q_k| <= f p_k,   p_k >= 0,   and |q_k| <= c if the surface has a shear strength
 
-Of nodes that stay open, A, B and the loads are those of the closed ones alone, and their gaps stay
-`w0 + load_factor w1_k + W slip >= 0`. `rest` lists the rows without friction, `stuck` those of
-friction; each question below is one goal over them. Each row has a label, an equation the name of
-what it defines. Slip and q are (N,), in space (N, 2), where `|q|` is the length at each node.
-Nothing here is scaled, halved or eliminated: `frictopt.solve` does that below cvxpy.
+If some nodes stay open, A, B and the loads are condensed to the closed nodes, and the gaps of the
+open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the rows without friction,
+`stuck` those of friction; each question below is one goal over them. Each row has a label; that of
+an equation is the name of the unknown that it defines. Slip and q are (N,), in space (N, 2), where
+`|q|` is the length at each node. No scaling, symmetry or elimination here: `frictopt.solve` does
+that below cvxpy.
 """
 
 import operator
@@ -39,9 +40,8 @@ class Unknowns:
     q: dict[int, cp.Variable]
     p: dict[int, cp.Variable]
     gap: dict[int, cp.Variable] = field(default_factory=dict)
-    suffix: str = (
-        ""  # of the names of all that belongs to one set of open nodes, or to one scenario
-    )
+    # Appended to all names of one set of open nodes, or of one scenario.
+    suffix: str = ""
 
 
 def unknowns(
@@ -61,30 +61,30 @@ def unknowns(
     return Unknowns(load_factor, slip, q_r, p_r, q, p, suffix=suffix)
 
 
-def named(value: Any, name: str) -> cp.Constant:
+def constant(value: Any, name: str) -> cp.Constant:
     """A constant that is printed by its name."""
     return cp.Constant(value, name=name)
 
 
-def called(expression: cp.Expression, name: str) -> cp.Expression:
-    """An expression that is printed by a name, where cvxpy would print how it makes a vector of it."""
+def printed_as(expression: cp.Expression, name: str) -> cp.Expression:
+    """An expression that is printed by a name, instead of its atoms."""
     expression.name = partial(str, name)
     return expression
 
 
 def vec(x: cp.Variable) -> cp.Expression:
     """A vector, ordered by component as A and B are."""
-    return x if x.ndim == 1 else called(cp.vec(x, order="F"), x.name())
+    return x if x.ndim == 1 else printed_as(cp.vec(x, order="F"), x.name())
 
 
 def size(q: cp.Variable) -> cp.Expression:
     """`|q|` at each node."""
-    return cp.abs(q) if q.ndim == 1 else called(cp.norm(q, 2, axis=1), f"norm({q.name()})")
+    return cp.abs(q) if q.ndim == 1 else printed_as(cp.norm(q, 2, axis=1), f"norm({q.name()})")
 
 
 def times(factor: Any, load: Any) -> cp.Expression:
     """A load times a factor."""
-    return called(cp.multiply(factor, load), f"{factor.name()} * {load.name()}")
+    return printed_as(cp.multiply(factor, load), f"{factor.name()} * {load.name()}")
 
 
 def defines(part: cp.Variable, expression: cp.Expression) -> Row:
@@ -93,7 +93,7 @@ def defines(part: cp.Variable, expression: cp.Expression) -> Row:
 
 
 def label(kind: str, part: cp.Variable) -> str:
-    """The label of a row on q, p or the gaps at a corner: `stuck[0]` for q[0], `stuck_1[0]` for q_1[0]."""
+    """The label of a row on q, p or the gaps at a corner: `stuck[0]`, `stuck_1[0]` for q_1[0]."""
     name: str = part.name()
     return kind + name.lstrip("gapq")
 
@@ -101,31 +101,40 @@ def label(kind: str, part: cp.Variable) -> str:
 def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = None) -> list[Row]:
     """The rows of a state of rest without friction, at corners of a load cycle.
 
-    `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> closed
-    reactions q0, p0, q1, p1 and gaps w0, w1 at corner k. `more[k]` is what unknown loads add to q,
-    p and, if given, the gaps.
+    `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> reactions q0,
+    p0, q1, p1 and gaps w0, w1 at corner k. `more[k]`: terms of q, p (and the gaps) at corner k that
+    unknown loads add.
     """
-    of, slip, load_factor = x.suffix, vec(x.slip), x.load_factor
-    x.gap, w_r = {}, cp.Variable(len(contact.W), name=f"w_r{of}")
-    shear = vec(x.q_r) == named(contact.A, f"A{of}") @ slip
-    rows = [shear.set_label(x.q_r.name()), defines(x.p_r, named(contact.B, f"B{of}") @ slip)]
-    rows += [defines(w_r, named(contact.W, f"W{of}") @ slip)] if w_r.size else []
+    slip = vec(x.slip)
+    w_r = cp.Variable(len(contact.W), name=f"w_r{x.suffix}")
+    shear = vec(x.q_r) == constant(contact.A, f"A{x.suffix}") @ slip
+    pressure = constant(contact.B, f"B{x.suffix}") @ slip
+    rows = [shear.set_label(x.q_r.name()), defines(x.p_r, pressure)]
+    if w_r.size:
+        rows.append(defines(w_r, constant(contact.W, f"W{x.suffix}") @ slip))
+    x.gap = {}
     for k in corners:
-        q0, p0, q1, p1, w0, w1 = (
-            named(value, suffixed(name, of)) for name, value in contact.loads(k).items()
-        )
-        parts = [
-            q0 + times(load_factor, q1) + x.q_r,
-            p0 + times(load_factor, p1) + x.p_r,
-            w0 + times(load_factor, w1) + w_r,
-        ]
-        added = more[k] if more and k in more else ()
-        q, p, w = *map(operator.add, parts, added), *parts[len(added) :]
+        q, p, w = _loaded(contact.loads(k), x, w_r, more[k] if more and k in more else ())
         rows += [defines(x.q[k], q), defines(x.p[k], p)]
         if w_r.size:
-            x.gap[k] = cp.Variable(w_r.size, name=f"gap{of}[{k}]")
+            x.gap[k] = cp.Variable(w_r.size, name=f"gap{x.suffix}[{k}]")
             rows.append(defines(x.gap[k], w))
     return rows
+
+
+def _loaded(
+    loads: Mapping[str, Any], x: Unknowns, w_r: cp.Variable, more: Sequence[cp.Expression]
+) -> list[cp.Expression]:
+    """Shear forces, normal forces and gaps under the loads of a corner, with unknown terms."""
+    q0, p0, q1, p1, w0, w1 = (
+        constant(value, suffixed(name, x.suffix)) for name, value in loads.items()
+    )
+    parts = [
+        q0 + times(x.load_factor, q1) + x.q_r,
+        p0 + times(x.load_factor, p1) + x.p_r,
+        w0 + times(x.load_factor, w1) + w_r,
+    ]
+    return [*map(operator.add, parts, more), *parts[len(more) :]]
 
 
 def suffixed(name: str, suffix: str) -> str:
@@ -135,26 +144,35 @@ def suffixed(name: str, suffix: str) -> str:
 
 
 def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], loose: Any = None) -> list[Row]:
-    """Friction at corners, and no tension. `loose` is added to the right sides: it is above 0 at the one node that its own rows shall not hold."""
+    """Rows abs(q) <= f p and p >= 0 at the corners.
+
+    `loose` is added to the right sides: it is above 0 at the one node whose rows are switched off.
+    """
     rows = list[Row]()
     for k in corners:
-        bound, least = cp.multiply(f, x.p[k]), 0
+        bound = cp.multiply(f, x.p[k])
+        least = 0
         if loose is not None:
-            bound, least = bound + loose, -loose
+            bound = bound + loose
+            least = -loose
         rows.append((size(x.q[k]) <= bound).set_label(label("stuck", x.q[k])))
         rows.append((x.p[k] >= least).set_label(label("pressed", x.p[k])))
     return rows + [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
 
 
 def strong(q: cp.Variable, c: Any, name: str) -> list[Row]:
-    """The shear strength c (N,) of the surface, at the nodes that have one: it is inf at others."""
-    has = [node for node, most in enumerate(c) if most < float("inf")]
-    some = called(size(q)[has], f"{size(q).name()}[strong]") if len(has) < len(c) else size(q)
-    return [(some <= named(c[has], "c")).set_label(name)] if has else []
+    """Rows abs(q) <= c at the nodes that have a shear strength; c (N,) is inf at others."""
+    capped = [node for node, strength in enumerate(c) if strength < float("inf")]
+    if not capped:
+        return []
+    sizes = size(q)
+    if len(capped) < len(c):
+        sizes = printed_as(size(q)[capped], f"{size(q).name()}[strong]")
+    return [(sizes <= constant(c[capped], "c")).set_label(name)]
 
 
 def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
-    """Nodes that just touch at an event m carry nothing there."""
+    """Rows q = p = 0 of the nodes that open or close at event m."""
     rows = list[Row]()
     for m, nodes in touching.items():
         rows.append((x.q[m][nodes] == 0).set_label(f"event_q[{m}]"))
@@ -163,10 +181,10 @@ def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
 
 
 def ordered(load_factor: Any, way: Sequence[cp.Variable]) -> list[Row]:
-    """Events follow each other on the way from the first corner, at 0, to the last, at the load factor."""
+    """Events follow each other on the way from the first corner, 0, to the last, load_factor."""
     return [
-        (one <= other).set_label(f"way[{m}]")
-        for m, (one, other) in enumerate(pairwise([0, *way, load_factor]))
+        (earlier <= later).set_label(f"way[{m}]")
+        for m, (earlier, later) in enumerate(pairwise([0, *way, load_factor]))
     ]
 
 
@@ -178,37 +196,40 @@ def inside(
     press: Mapping[int, cp.Expression],
     apart: cp.Expression,
 ) -> list[Row]:
-    """The same with a margin: `spare` of each friction bound and `press` of each normal force, by corner, and `apart` of the gaps of open nodes."""
+    """Friction rows with a margin: abs(q) + spare <= f p, p >= press, and gaps >= apart."""
     rows = list[Row]()
     for k in corners:
-        rows.append(
-            (size(x.q[k]) + spare[k] <= cp.multiply(f, x.p[k])).set_label(label("stuck", x.q[k]))
-        )
+        reserve = size(x.q[k]) + spare[k] <= cp.multiply(f, x.p[k])
+        rows.append(reserve.set_label(label("stuck", x.q[k])))
         rows.append((x.p[k] >= press[k]).set_label(label("pressed", x.p[k])))
     return rows + [(gap >= apart).set_label(label("apart", gap)) for gap in x.gap.values()]
 
 
-def within(x: Unknowns, most: cp.Constant) -> list[Row]:
+def within(x: Unknowns, slip_bound: cp.Constant) -> list[Row]:
     """The bound on the slip."""
-    return [(size(x.slip) <= most).set_label(f"slip_bound{x.suffix}")]
+    return [(size(x.slip) <= slip_bound).set_label(f"slip_bound{x.suffix}")]
 
 
 def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
-    """The largest load factor of a state of rest; of a design, with the rows of all scenarios, its loads being `more` in `rest`."""
-    return cp.Problem(
-        cp.Maximize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")]
-    )
+    """The largest load factor of a state of rest.
+
+    For a design: with the rows of all scenarios, its loads being `more` in `rest`.
+    """
+    return cp.Problem(cp.Maximize(x.load_factor), [*rows, not_negative(x.load_factor)])
 
 
 def least_load(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
-    """The least one: above 0 where the mean load alone leaves none."""
-    return cp.Problem(
-        cp.Minimize(x.load_factor), [*rows, (x.load_factor >= 0).set_label("load_factor")]
-    )
+    """The smallest safe load factor. It is above 0 if no slip is safe under the mean load alone."""
+    return cp.Problem(cp.Minimize(x.load_factor), [*rows, not_negative(x.load_factor)])
+
+
+def not_negative(load_factor: cp.Variable) -> Row:
+    """The load factor is at least 0."""
+    return (load_factor >= 0).set_label("load_factor")
 
 
 def safe_slip(margin: cp.Variable, rows: Sequence[Row]) -> cp.Problem:
-    """The slip with the largest margin at a load factor; negative: none is safe. The margin is in the rows, see `inside`."""
+    """The slip with the largest margin at a load factor, see `inside`; below 0 none is safe."""
     return cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
 
 
@@ -220,20 +241,25 @@ def furthest(x: Unknowns, direction: cp.Parameter, rows: Sequence[Row]) -> cp.Pr
 def most_pressed(
     x: Unknowns, least: cp.Variable, force: float, corners: Iterable[int], rows: Sequence[Row]
 ) -> cp.Problem:
-    """The slip under which the least normal force over the nodes and corners is largest, in mean forces."""
+    """The slip with the largest least normal force over all nodes and corners, in mean forces."""
     pressed = [(x.p[k] >= force * least).set_label(f"pressed[{k}]") for k in corners]
     return cp.Problem(cp.Maximize(least), [*rows, *pressed, (least <= 1).set_label("cap")])
 
 
 def least_pressure(
-    x: Unknowns, node: cp.Parameter, shares: Sequence[cp.Variable], most: float, rows: Sequence[Row]
+    x: Unknowns,
+    node: cp.Parameter,
+    shares: Sequence[cp.Variable],
+    load_factor: float,
+    rows: Sequence[Row],
 ) -> cp.Problem:
-    """The least normal force of a node (`node` is 1 there) over all slips and loads; the shares of the corners in the load are `more` in `rest`."""
-    loads = [
-        (sum(shares) <= most).set_label("load_factor"),
-        *((share >= 0).set_label(share.name()) for share in shares),
-    ]
-    return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, *loads])
+    """The least normal force of a node (`node` is 1 there) over all slips and loads.
+
+    The loads are the corners times their `shares`, which are `more` in `rest`.
+    """
+    total = (sum(shares) <= load_factor).set_label("load_factor")
+    not_less = [(share >= 0).set_label(share.name()) for share in shares]
+    return cp.Problem(cp.Minimize(node @ x.p[0]), [*rows, total, *not_less])
 
 
 def at_node(node: cp.Parameter, values: cp.Expression) -> cp.Expression:
@@ -255,19 +281,19 @@ def critical(
     sense: Any,
     rows: Sequence[Row],
 ) -> cp.Problem:
-    """The least (largest) load factor at which a safe slip leaves a node no more pressure than its cyclic loads need.
+    """The least (largest) load factor at which a safe slip makes a node critical.
 
-    `load` are q0 and p0 of the node, see `at_node`, and `needed` the shear c and the pressure rho
-    for a load factor of 1, theory, eq. (10).
+    Theory, eq. (10): q0 + q_r = load_factor c and p0 + p_r = load_factor rho at the node. `load`
+    are q0 and p0 there, see `at_node`; `needed` are the shear c and the pressure rho that its
+    cyclic loads need at a load factor of 1.
     """
-    (q0, p0), (c, rho) = load, needed
+    q0, p0 = load
+    c, rho = needed
     states = [
         (q0 + at_node(node, x.q_r) == times(x.load_factor, c)).set_label("critical_q"),
         (p0 + at_node(node, x.p_r) == times(x.load_factor, rho)).set_label("critical_p"),
     ]
-    return cp.Problem(
-        sense(x.load_factor), [*rows, *states, (x.load_factor >= 0).set_label("load_factor")]
-    )
+    return cp.Problem(sense(x.load_factor), [*rows, *states, not_negative(x.load_factor)])
 
 
 def gross_slip(
@@ -278,23 +304,22 @@ def gross_slip(
     shape: tuple[int, ...],
     sense: Any = cp.Maximize,
 ) -> cp.Problem:
-    """The largest (least) load factor at which any forces within friction balance a load, named r0 and r1, in the rigid motions N of the bodies.
+    """The largest (least) load factor at which some contact forces balance a load.
 
-    The strength of the surface is c.
+    The forces obey abs(q) <= f p, p >= 0, and the shear strength c of the surface. They balance the
+    load, named r0 and r1, on all rigid motions N of the bodies.
     """
-    load_factor, q, p = (
-        cp.Variable(name="load_factor"),
-        cp.Variable(shape, name="q"),
-        cp.Variable(shape[0], name="p"),
-    )
-    motions, (r0, r1) = named(N.T, "N.T"), (named(value, name) for name, value in load.items())
-    balance = motions @ called(cp.hstack([vec(q), p]), "[q, p]") == motions @ (
-        r0 + times(load_factor, r1)
-    )
+    load_factor = cp.Variable(name="load_factor")
+    q = cp.Variable(shape, name="q")
+    p = cp.Variable(shape[0], name="p")
+    motions = constant(N.T, "N.T")
+    r0, r1 = (constant(value, name) for name, value in load.items())
+    forces = printed_as(cp.hstack([vec(q), p]), "[q, p]")
     rows = [
-        balance.set_label("balance"),
+        (motions @ forces == motions @ (r0 + times(load_factor, r1))).set_label("balance"),
         (size(q) <= cp.multiply(f, p)).set_label("stuck"),
         *strong(q, c, "strength"),
+        (p >= 0).set_label("pressed"),
+        not_negative(load_factor),
     ]
-    rows += [(p >= 0).set_label("pressed")]
-    return cp.Problem(sense(load_factor), [*rows, (load_factor >= 0).set_label("load_factor")])
+    return cp.Problem(sense(load_factor), rows)

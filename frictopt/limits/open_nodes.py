@@ -1,94 +1,101 @@
-"""Nodes that the mean load leaves open, what they mean for a limit, and the certificate that none opens."""
+"""Open nodes: those that the mean load leaves open, and the certificate that none opens."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 
 import cvxpy as cp
 import numpy as np
 
 from ..base import RESIDUAL, Array, Booleans, SolveRecord
-from ..contact import ContactSystem, LoadCycle
-from ..contact.diagnosis import in_contact
+from ..contact import LoadCycle
 from ..errors import ModelError, NoContinuation, SolverError
-from .models import called, least_pressure, named, times, unknowns
-from .programs import listed_rows
+from .models import constant, least_pressure, printed_as, times, unknowns
+from .programs import Program, listed_rows
 from .question import Question, pose
 
-TOUCHES = 1e3 * RESIDUAL  # pressure, over the mean force, up to which a closed node wants to open
-_BESIDE = 1.5  # distances of the nearest node within which others are its neighbours
+# Pressure, in mean forces, up to which a closed node wants to open; gap likewise for closing.
+TOUCHES = 1e3 * RESIDUAL
 
 
-def open_under_mean(task: Question) -> list[Booleans]:
-    """(N,) which nodes the mean load leaves open, from no slip; no sets where none opens, or the load settles nowhere.
+def open_under_mean(question: Question, friction: Array | None = None) -> list[Booleans]:
+    """Sets (N,) of nodes that the mean load leaves open, from no slip; none if it opens no node.
 
-    With fixed parts that differ: those that any corner leaves open at load factor 0, and those that
-    all corners do.
+    There is none either if the load settles nowhere. With fixed parts that differ: the nodes that
+    each corner leaves open at load factor 0, and those that all corners do. `friction` stands for
+    that of the question.
     """
-    from ..transients.march import open_at_rest  # here, because a closed contact needs none
+    # Imported here, because a closed contact needs none.
+    from ..transients.march import open_at_rest
 
-    found = list[Booleans]()
-    for loads in task.cycle.unscaled if task.fixed else task.cycle.unscaled[:1]:
+    if friction is None:
+        friction = question.friction
+    loads_at_zero = question.cycle.unscaled if question.fixed else question.cycle.unscaled[:1]
+    sets = list[Booleans]()
+    for loads in loads_at_zero:
+        cycle = LoadCycle(loads, question.cycle.corners)
         with suppress(ModelError, NoContinuation):
-            found.append(
-                open_at_rest(task.system, LoadCycle(loads, task.cycle.corners), task.friction)
-            )
-    found += [np.logical_and.reduce(found)] if found else []
-    return [
-        np.array(opened)
-        for opened in sorted({tuple(each.tolist()) for each in found}, reverse=True)
-        if any(opened)
-    ]
+            sets.append(open_at_rest(question.system, cycle, friction))
+    if sets:
+        sets.append(np.logical_and.reduce(sets))
+    different = {tuple(opened.tolist()) for opened in sets}
+    return [np.array(opened) for opened in sorted(different, reverse=True) if any(opened)]
 
 
-def border(system: ContactSystem, opened: Booleans, node: int, p: Array) -> str:
-    """What a limit that a node beside open ones governs says of the mesh (pressure there is 0, or highest at an edge); p (K, N) at the limit."""
-    apart = np.linalg.norm(system.points - system.points[node], axis=1)
-    apart[node] = np.inf
-    pressure = p.min(axis=0) / (1.0 if system.width is None else system.width)
-    if (
-        opened[node]
-        or apart[opened].min(initial=np.inf) > _BESIDE * apart.min()
-        or pressure[node] > pressure[~opened].mean()
-    ):
-        return ""
-    where = f"node {node}{in_contact(system, node)} beside the open ones"
-    return f"; {where} governs, where pressure falls to zero: the limit belongs to the mesh, and falls as elements shrink there"
+def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
+    """Whether one of the likely slips is safe under the mean load alone: `slip`, or others."""
+    return any(
+        question.violation(0.0, likely) <= RESIDUAL for likely in _likely_slips(question, slip)
+    )
 
 
-def stays_closed(task: Question, load_factor: float) -> bool:
-    """Whether each node's least normal force is proven positive (`ShakedownLimit.stays_closed`), by one convex program each, least pressed first.
+def _likely_slips(question: Question, slip: Array | None) -> Iterator[Array]:
+    """Zero, the slip given, and the slip after the mean load is applied in one step."""
+    yield np.zeros(question.system.slip_shape)
+    if slip is not None:
+        yield slip
+    # Imported here, because mostly one of the slips above is safe.
+    from ..transients.march import mean_state
 
-    Then no slip that friction holds takes the pressure off a node, at any load of the cycle.
-    The loads are means of the mean load and of the corners: `r0 + sum of shares[k] r1_k`, with
-    shares that sum to the load factor at most.
+    with suppress(ModelError, NoContinuation, SolverError):
+        yield mean_state(question.system, question.cycle, question.friction, steps=1).slip
+
+
+def stays_closed(question: Question, load_factor: float) -> bool:
+    """Whether no slip that friction holds takes the pressure off a node, proven for each node.
+
+    See `ShakedownLimit.stays_closed`. One convex program for each node minimizes its normal force
+    over all slips and loads. The loads are means of the mean load and of the corners: `r0 + sum of
+    shares[k] r1_k`, with shares that sum to the load factor at most. The node with the least
+    pressure comes first, because it decides most often.
     """
-    asked = pose(task.system, LoadCycle(task.cycle.mean, [{}]), task.friction)
-    x = unknowns(task.system.slip_shape, [0], cp.Parameter(name="none", value=0.0))
-    shares = [cp.Variable(name=f"share[{k}]") for k in range(len(task.r1))]
-    node, f = (cp.Parameter(task.system.nodes, nonneg=True, name=name) for name in ("node", "f"))
-    q1, p1 = (
-        [named(part, f"{name}[{k}]") for k, part in enumerate(parts)]
-        for name, parts in zip(("q1", "p1"), task.parts[2:], strict=True)
-    )
-    more = [
-        called(sum(map(times, shares, parts), start=cp.Constant(0)), f"shares * {name}1")
-        for name, parts in (("q", q1), ("p", p1))
-    ]
-    program = listed_rows(asked, x, f, every=True, more={0: more})
-    program.compiled(
-        least_pressure(x, node, shares, load_factor, program.rows),
-        task.force,
-        dict.fromkeys(shares, task.load_unit),
-    )
-
-    def judged() -> SolveRecord:
-        return SolveRecord(residual=program.chain.proof.gap)
-
-    for index in np.argsort(task.r0[:, -1].min(axis=0)):
-        node.value = np.eye(1, task.system.nodes, index)[0]
+    system = question.system
+    node = cp.Parameter(system.nodes, nonneg=True, name="node")
+    shares = [cp.Variable(name=f"share[{k}]") for k in range(len(question.r1))]
+    program = _program_of_pressure(question, node, shares, load_factor)
+    chain = program.chain
+    for index in np.argsort(question.r0[:, -1].min(axis=0)):
+        node.value = np.eye(1, system.nodes, index)[0]
         try:
-            program.chain.solve(judged)
-        except SolverError:  # without a proof nothing is claimed
+            chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
+        except SolverError:
             return False
-        if not program.chain.proof.bound - program.chain.proof.defect > RESIDUAL * task.force:
+        if not chain.proof.bound - chain.proof.defect > RESIDUAL * question.force:
             return False
     return True
+
+
+def _program_of_pressure(
+    question: Question, node: cp.Parameter, shares: list[cp.Variable], load_factor: float
+) -> Program:
+    """The least normal force of the node that `node` marks, at unknown shares of the corners."""
+    at_mean = pose(question.system, LoadCycle(question.cycle.mean, [{}]), question.friction)
+    x = unknowns(question.system.slip_shape, [0], cp.Parameter(name="none", value=0.0))
+    f = cp.Parameter(question.system.nodes, nonneg=True, name="f")
+    loads = []
+    for name, parts in (("q", question.q1), ("p", question.p1)):
+        constants = [constant(part, f"{name}1[{k}]") for k, part in enumerate(parts)]
+        total = sum(map(times, shares, constants), start=cp.Constant(0))
+        loads.append(printed_as(total, f"shares * {name}1"))
+    program = listed_rows(at_mean, x, f, every=True, more={0: loads})
+    goal = least_pressure(x, node, shares, load_factor, program.rows)
+    return program.compiled(goal, question.force, dict.fromkeys(shares, question.load_unit))

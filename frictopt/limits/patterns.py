@@ -1,143 +1,203 @@
-"""Which nodes stay open in a state of rest, or open and close in each cycle: a search near the settled mean load (theory, "Contacts that open").
+"""Search for the open nodes of a state of rest, and for nodes that open and close in each cycle.
 
-The largest limit over all sets is no design number: sets far from the settled state obey the law
-too, and nothing leads there. The limit of a given set never falls as friction grows, so sets of
-less friction are good starts; one of more friction is a start from the other side. A new order has
-what it came from as its limiting case, so that the load factors in between are safe too. The answer
-is judged as every other state of rest; its bound is that of its set.
+The search stays near the settled mean load (theory, "Contacts that open"). The largest limit over
+all sets is no design number: sets far from the settled state obey the law too, and nothing leads
+there. The limit of a given set never falls as friction grows, so that the open nodes at less
+friction are good starts; those at more friction are a start from the other side. A new order of
+events has the order before as its limiting case, so that the load factors in between are safe too.
+
+The search calls a function that returns a limit, and does not know its program. Every limit is
+judged as any other; its bound is that of its own open nodes.
 """
+
+from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, TypeAlias
+from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..base import Bar, Booleans, bar_of, flag
+from ..base import Array, Bar, Booleans, Integers, bar_of, flag
 from ..errors import FrictoptError, ModelError, SolverError
 from ..transients.statics import Statics
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
+from .shakedown_answer import ShakedownAnswer
 
-Limit: TypeAlias = Any  # a ShakedownLimit: its file asks this one for the open nodes
 
-_SHARES = (
-    1.0,
-    1.5,
-    0.7,
-    0.5,
-    0.35,
-    0.2,
-    0.1,
-    0.02,
-)  # of the friction, with which the mean load may open other nodes
-_GOVERNS = 0.02  # part of the largest motion from which on a node governs
-_GAINS = 1e-7  # relative gain that counts
-_MOST = 60  # programs
-_GROUP, _FEW = 4, 16  # nodes that are flipped at once in space, where more than few of them rule
-# programs, times their slips, in which the order of openings is looked for, or sets beside a second
-# start
-_WORK = 20_000
-# part of the largest motion from which on a node at an end of the way may open or close there
-_MOVES = 1e-6
+@dataclass(frozen=True)
+class SearchSettings:
+    """Numbers of the two searches."""
+
+    # Shares of the friction with which the mean load may open other nodes.
+    frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
+    # Part of the largest motion of the mechanism from which on a node governs the limit.
+    governs: float = 0.02
+    # The same for a node that may open or close at an end of the way between the corners.
+    governs_event: float = 1e-6
+    # Relative gain of a limit that counts; less is rounding.
+    gain: float = 1e-7
+    # Largest number of programs of one search.
+    programs: int = 60
+    # Largest number of programs times unknown slips, in which an order of events is searched, or
+    # sets next to a second start.
+    work: int = 20_000
+    # In space, more than so many governing nodes are flipped in groups of so many.
+    few: int = 16
+    group: int = 4
+
+
+SEARCH = SearchSettings()
+
+# A shakedown limit.
+L = TypeVar("L", bound=ShakedownAnswer)
 
 
 def best_pattern(
-    of_set: Callable[[Question, float], Limit], closed: Limit, at: float, enough: float
-) -> Limit:
-    """The best limit that the search finds; `of_set` asks for the one of a question with given open nodes, which counts above a load factor.
+    limit_of: Callable[[Question, float], L],
+    closed: L,
+    start_by: float,
+    enough: float,
+) -> L:
+    """The best limit over sets of open nodes that the search finds.
 
-    `closed` is the one with all nodes closed, the answer if it is safe from the mean load on and no
-    node that governs it wants to open. Sets that are safe only above `at`, or above the end of the
-    best one, do not count; the first limit not below `enough` ends the search. Under a static load
-    nodes stay: sets would go on until the body slides off.
+    `closed` is the limit with all nodes closed. It is the answer if it is safe from the mean load
+    on and no node that governs it wants to open. `limit_of(question, above)` computes the limit of
+    a question with other open nodes; it may raise an error once that is not `above` a load factor.
+
+    Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
+    The first limit not below `enough` ends the search. Under a static load no node is opened beside
+    those of the mean load: sets would go on until a body slides off.
     """
-    task, best, tried, turns = (
-        closed._task,
-        closed,
-        {closed.open.tobytes()},
-        not closed._task.static,
-    )
+    question = closed._question
+    moves = not closed._question.static
+    counts = _counts(closed, start_by)
 
-    def counts(limit: Limit) -> bool:
-        return not (np.isnan(limit.load_factor) or limit.least > at)
+    wants = False
+    if moves and counts and closed.load_factor < enough:
+        wants = any(opened.any() for opened in _next_to(closed))
+    if not wants and closed.least <= 0:
+        return closed
 
-    def found(opened: Booleans, above: float = -np.inf) -> Limit | None:
-        """The limit of a set that was not tried before, if it counts and is above a load factor; maybe it is the best one now."""
-        nonlocal best
-        if opened.tobytes() in tried or len(tried) > _MOST:
+    search = _PatternSearch(limit_of, closed, start_by, enough, moves)
+    with _bar("open nodes", search) as search.bar:
+        search.climb(closed)
+        starts: list[L] = []
+        for open_nodes in _settled(question, wants, _counts(search.best, start_by)):
+            limit = search.limit(open_nodes)
+            if limit is not None:
+                starts.append(limit)
+        if starts:
+            search.climb(max(starts, key=lambda limit: limit.load_factor))
+            # The last start is of the least friction. From there other sets are near.
+            if len(search.tried) * closed.slip.size < SEARCH.work:
+                search.climb(starts[-1])
+    return search.best
+
+
+def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
+    """Whether some load factor is safe, and the safe ones begin no later than `start_by`."""
+    return not (np.isnan(limit.load_factor) or limit.least > start_by)
+
+
+class _PatternSearch(Generic[L]):
+    """The sets that have been tried, and the best limit so far."""
+
+    bar: Bar
+
+    def __init__(
+        self,
+        limit_of: Callable[[Question, float], L],
+        closed: L,
+        start_by: float,
+        enough: float,
+        moves: bool,
+    ) -> None:
+        self.best = closed
+        self.tried = {closed.open.tobytes()}
+        self._question = closed._question
+        self._limit_of = limit_of
+        self._start_by = start_by
+        self._enough = enough
+        self._moves = moves
+
+    def climb(self, start: L) -> None:
+        """Go from a set to one next to it with a higher limit, as long as there is one."""
+        here: L | None = start
+        while here and self._moves and self._goes_on():
+            above = here.load_factor * (1 + SEARCH.gain)
+            neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(here))
+            here = next(filter(None, neighbours), None)
+
+    def _goes_on(self) -> bool:
+        return _counts(self.best, self._start_by) and self.best.load_factor < self._enough
+
+    def limit(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
+        """The limit of a set that is new, if it counts and is above a load factor; else None."""
+        if open_nodes.tobytes() in self.tried or len(self.tried) > SEARCH.programs:
             return None
-        tried.add(opened.tobytes())
-        bar.update()
-        with suppress(
-            FrictoptError
-        ):  # one without an answer that passes the checks is none of those known to rest
-            rest = (
-                None if opened.all() else with_open(task, opened)
-            )  # a contact that is open for ever is none
-            limit = None if rest is None else of_set(rest, above)
-            if limit is None or not counts(limit) or limit.load_factor <= above:
-                return None
-            if not counts(best):
-                best = limit
-            elif limit.load_factor > best.load_factor * (1 + _GAINS):
-                if limit.least > max(best.load_factor, at if at < np.inf else 0.0) * (
-                    1 + _GAINS
-                ):  # between them none is safe
-                    return None
-                best = replace(limit, least=min(best.least, limit.least))
-            return limit
+        self.tried.add(open_nodes.tobytes())
+        self.bar.update()
+        limit = self._solved(open_nodes, above)
+        if limit is None or not _counts(limit, self._start_by) or limit.load_factor <= above:
+            return None
+        return limit if self._compared(limit) else None
+
+    def _solved(self, open_nodes: Booleans, above: float) -> L | None:
+        """The limit of a set; None if its answer fails, or the closed nodes do not hold it."""
+        if open_nodes.all():
+            return None
+        with suppress(FrictoptError):
+            question = with_open(self._question, open_nodes)
+            if question is not None:
+                return self._limit_of(question, above)
         return None
 
-    def climb(here: Limit | None) -> None:
-        """From a set to one next to it with a higher limit, as long as there is one."""
-        while turns and here and counts(best) and best.load_factor < enough:
-            above = here.load_factor * (1 + _GAINS)
-            here = next(filter(None, (found(opened, above) for opened in _next_to(here))), None)
-
-    with _search("open nodes", lambda: best) as bar:
-        climb(closed)
-        wants = len(tried) > 1
-        if wants or not closed.least <= 0:
-            starts = [
-                limit for opened in _settled(task, wants, counts(best)) if (limit := found(opened))
-            ]
-            climb(max(starts, key=lambda limit: limit.load_factor, default=None))
-            if starts and len(tried) * closed.slip.size < _WORK:
-                climb(starts[-1])  # that of least friction, from which other sets are near
-    return best
+    def _compared(self, limit: L) -> bool:
+        """Keep the better limit; False if load factors between the two are not safe."""
+        best = self.best
+        if not _counts(best, self._start_by):
+            self.best = limit
+            return True
+        gain = 1 + SEARCH.gain
+        if limit.load_factor > best.load_factor * gain:
+            reach = max(best.load_factor, self._start_by if self._start_by < np.inf else 0.0)
+            if limit.least > reach * gain:
+                return False
+            self.best = replace(limit, least=min(best.least, limit.least))
+        return True
 
 
-def _search(what: str, best: Callable[[], Limit]) -> AbstractContextManager[Bar]:
-    """The bar of a search, which counts its programs; an interrupt keeps what is best then."""
+def _bar(what: str, search: _PatternSearch[L] | _OrderSearch[L]) -> AbstractContextManager[Bar]:
+    """The bar of a search, which counts its programs. An interrupt keeps the best limit."""
 
-    def told() -> str:
-        reached = best().load_factor
+    def so_far() -> str:
+        reached = search.best.load_factor
         return "none safe so far" if np.isnan(reached) else f"at least {reached:.4g} so far"
 
-    return bar_of(
-        True,
-        what,
-        "program",
-        best=told,
-        keeps=lambda _: ("limit", best(), "the best limit by then is in the attribute `limit`"),
-    )
+    def kept(_: object) -> tuple[str, object, str]:
+        return "limit", search.best, "the best limit by then is in the attribute `limit`"
+
+    return bar_of(True, what, "program", best=so_far, keeps=kept)
 
 
-def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
-    """What the mean load leaves open, with the friction, with more and with parts of it: where it opens none, only if a node `wants` to open."""
-    for share in _SHARES:
+def _settled(question: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
+    """Open nodes under the mean load, for the given friction, for more and for less.
+
+    If the mean load opens none with the given friction, other frictions are tried only if a node
+    `wants` to open. `safe`: whether some set is known to be safe.
+    """
+    for share in SEARCH.frictions:
         try:
-            opened = open_under_mean(replace(task, friction=share * task.friction))
-        except (
-            SolverError
-        ):  # of the way to the mean load: the search has one set less to begin with
-            # If nothing else is known to rest, an unknown way is no proof that nothing rests. A
-            # body that slides off has no way.
-            if share == 1.0 and not safe and not _slides_off(task):
+            opened = open_under_mean(question, share * question.friction)
+        except SolverError:
+            # The way to the mean load is not known, and there is one start less. If nothing else is
+            # known to rest, that is no proof that nothing rests. A body that slides off has no way.
+            if share == 1.0 and not safe and not _slides_off(question):
                 raise
             continue
         yield from opened
@@ -145,96 +205,131 @@ def _settled(task: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
             return
 
 
-def _slides_off(task: Question) -> bool:
+def _slides_off(question: Question) -> bool:
     """Whether the mean load slides a body off at the pressures of the closed contact."""
-    statics = Statics(task.system, task.friction)
+    statics = Statics(question.system, question.friction)
     return any(
-        statics.slides_off("the mean load", forces.ravel()) is not None for forces in task.r0
+        statics.slides_off("the mean load", forces.ravel()) is not None for forces in question.r0
     )
 
 
-def _next_to(best: Limit) -> Iterator[Booleans]:
-    """Sets next to one: the nodes that govern its limit opened or closed, all at once, one by one, or in space in small groups.
+def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
+    """Sets next to one: some of the nodes that govern its limit opened or closed.
 
-    And those of them at its border; and the whole border from outside or inside, as a mechanism may
-    govern on one side only.
+    First all of them, then those at the border between open and closed nodes. In the plane also the
+    whole border from outside or from inside, for a mechanism may govern on one side only. Then one
+    by one, in space in small groups, those at the border first.
     """
-    task = best._task
-    moved = best._motion.parts(task.system).sum(axis=(0, 1))
-    ruling = np.argsort(-moved, kind="stable")[: int((moved > _GOVERNS * moved.max()).sum())]
-    if not best.open.any():
-        pressed = best.reactions[1].min(axis=0) > TOUCHES * task.force
-        ruling = ruling[~pressed[ruling] | (task.r0[:, -1, ruling].max(axis=0) < 0)]
-    near = np.roll(best.open, 1) != best.open
+    question = limit._question
+    open_nodes = question.open_nodes
+    plane = question.system.tangents == 1
+    governing = _governing(limit)
+    near = np.roll(open_nodes, 1) != open_nodes
     border = near | np.roll(near, -1)
-    plane = task.system.tangents == 1
-    size = 1 if plane or len(ruling) <= _FEW else _GROUP
-    edge, inner = ruling[border[ruling]], ruling[~border[ruling]]
-    sides = [np.flatnonzero(border & (best.open == state)) for state in (False, True) if plane]
-    groups = [
-        ruling,
-        edge,
-        *sides,
-        *(part[k : k + size] for part in (edge, inner) for k in range(0, len(part), size)),
-    ]
+    edge = governing[border[governing]]
+    inner = governing[~border[governing]]
+
+    groups = [governing, edge]
+    if plane:
+        groups += [np.flatnonzero(border & (open_nodes == state)) for state in (False, True)]
+    size = 1 if plane or len(governing) <= SEARCH.few else SEARCH.group
+    for part in (edge, inner):
+        groups += [part[start : start + size] for start in range(0, len(part), size)]
     for nodes in groups:
-        opened = best.open.copy()
-        opened[nodes] ^= True
-        yield opened
+        flipped = open_nodes.copy()
+        flipped[nodes] ^= True
+        yield flipped
+
+
+def _governing(limit: ShakedownAnswer) -> Integers:
+    """Nodes that govern a limit, largest motion first; with all closed, those that want to open."""
+    question = limit._question
+    motion = limit._motion.parts(question.system).sum(axis=(0, 1))  # (N,)
+    count = int((motion > SEARCH.governs * motion.max()).sum())
+    governing = np.argsort(-motion, kind="stable")[:count]
+    if question.open_nodes.any():
+        return governing
+    pressed = limit.reactions[1].min(axis=0) > TOUCHES * question.force
+    pulled = question.r0[:, -1].max(axis=0) < 0
+    wants: Booleans = ~pressed | pulled
+    return np.asarray(governing[wants[governing]])
 
 
 def best_order(
-    best: Limit, of_order: Callable[[LiftOff, float], Limit], at: float = np.inf
-) -> Limit:
-    """The best limit that pivots reach from one with nodes that stay as they are; that itself where none is better.
+    limit_of: Callable[[LiftOff, float], L],
+    best: L,
+    enough: float = np.inf,
+) -> L:
+    """The best limit with nodes that open and close in each cycle, from one with nodes that do not.
 
-    `of_order` asks for that of an order, which counts above a load factor; the first not below `at`
-    is enough.
+    It is `best` itself if no order is better. `limit_of(question, above)` computes the limit of an
+    order; it may raise an error once that is not `above` a load factor. The first limit not below
+    `enough` ends the search.
     """
-    task, order, tried = best._task, Order(_nodes(best.open)), set[Order]()
-    most = min(_MOST, _WORK // best.slip.size)
+    search = _OrderSearch(limit_of, best)
+    with _bar("events", search) as search.bar:
+        while search.best.load_factor < enough and any(
+            search.gains(order) for order in _pivots(search.best, search.order)
+        ):
+            pass
+    return search.best
 
-    @cache
-    def of_set(nodes: Nodes) -> Question | None:
-        return with_open(task, among(nodes, task.system.nodes))
 
-    def gains(pivot: Order) -> bool:
-        nonlocal best, order
-        if pivot in tried or len(tried) >= most:
+class _OrderSearch(Generic[L]):
+    """The orders that have been tried, and the best limit so far with its order."""
+
+    bar: Bar
+
+    def __init__(self, limit_of: Callable[[LiftOff, float], L], start: L) -> None:
+        self.best = start
+        self.order = Order(_nodes(start.open))
+        self._question = start._question
+        self._limit_of = limit_of
+        self._tried = set[Order]()
+        self._programs = min(SEARCH.programs, SEARCH.work // start.slip.size)
+        self._with_open = cache(self._of_set)
+
+    def _of_set(self, nodes: Nodes) -> Question | None:
+        return with_open(self._question, among(nodes, self._question.system.nodes))
+
+    def gains(self, order: Order) -> bool:
+        """Whether a new order has a higher limit, which is the best one then."""
+        if order in self._tried or len(self._tried) >= self._programs:
             return False
-        tried.add(pivot)
-        bar.update()
-        with suppress(
-            FrictoptError
-        ):  # one without an answer that passes the checks is none of those known to rest
-            asked = with_order(task, pivot, of_set)
-            limit = None if asked is None else of_order(asked, best.load_factor * (1 + _GAINS))
-            if limit is not None and limit.load_factor > best.load_factor * (1 + _GAINS):
-                best, order = replace(limit, least=best.least), pivot
+        self._tried.add(order)
+        self.bar.update()
+        above = self.best.load_factor * (1 + SEARCH.gain)
+        # An order whose answer fails the checks does not count.
+        with suppress(FrictoptError):
+            question = with_order(self._question, order, self._with_open)
+            if question is None:
+                return False
+            limit = self._limit_of(question, above)
+            if limit.load_factor > above:
+                self.best = replace(limit, least=self.best.least)
+                self.order = order
                 return True
         return False
 
-    with _search("events", lambda: best) as bar:
-        while best.load_factor < at and any(gains(pivot) for pivot in _pivots(best, order)):
-            pass
-    return best
 
+def check_events(events: object, question: Question, restricted: bool) -> None:
+    """Refuse to search nodes that open and close in each cycle if there is no such search.
 
-def check_events(events: object, task: Question, given: bool) -> None:
-    """Refuse to search nodes that open and close in each cycle where there is no such search; `given`: open nodes, or rows of the user's own."""
+    `restricted`: whether the user gives open nodes, constraints or an objective.
+    """
+    if not flag("events", events):
+        return
     reasons = {
-        "the load cycle has not two corners, between which it goes to and fro": len(
-            task.cycle.corners
-        )
-        != 2,
-        "its corners differ at load factor 0 (fixed)": task.fixed,
-        "the slip is bounded": task.most is not None,
-        "the surface has a shear strength": task.system.capped,
-        "open, constraints and objectives are about nodes that stay as they are": given,
+        "the load cycle has not two corners, between which it goes to and fro": (
+            len(question.cycle.corners) != 2
+        ),
+        "its corners differ at load factor 0 (fixed)": question.fixed,
+        "the slip is bounded": question.slip_bound is not None,
+        "the surface has a shear strength": question.system.capped,
+        "open, constraints and objectives are about nodes that stay as they are": restricted,
     }
-    wanted = flag("events", events)
     for reason, holds in reasons.items():
-        if wanted and holds:
+        if holds:
             raise ModelError(f"events: {reason}; ask without events")
 
 
@@ -242,26 +337,41 @@ def _nodes(chosen: Booleans) -> Nodes:
     return frozenset(np.flatnonzero(chosen).tolist())
 
 
-def _pivots(best: Limit, order: Order) -> Iterator[Order]:
-    """Orders next to one, by nodes that want to open or close at a corner, and by its own events."""
-    task, (start, events), sets = best._task, order, order.between
-    (u, r), moved = (
-        task.states(best.load_factor, best.slip),
-        best._motion.parts(task.system).sum(axis=0)[[0, -1]],
-    )
-    bare, shut = r[:, -1] <= TOUCHES * task.force, u[:, -1] <= TOUCHES * task.clearance
-    ruling = moved > _MOVES * moved.max()
-    opening = [_nodes(bare[k] & ruling[k]) - sets[k] for k in (0, -1)]
-    for last in _together_and_alone(opening[1]):
-        for first in dict.fromkeys([opening[0], Nodes()]):
-            yield Order(start | first, (*filter(None, [first]), *events, last))
-    for first in _together_and_alone(opening[0]):
+def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
+    """Orders next to one: nodes that govern at a corner open or close there."""
+    start, events = order
+    open_first = order.between[0]
+    open_last = order.between[-1]
+    opening, closing = _at_ends(limit)
+    opens_first = opening[0] - open_first
+    opens_last = opening[1] - open_last
+    for last in _together_and_alone(opens_last):
+        for first in dict.fromkeys([opens_first, Nodes()]):
+            before = (first,) if first else ()
+            yield Order(start | first, (*before, *events, last))
+    for first in _together_and_alone(opens_first):
         yield Order(start | first, (first, *events))
-    for node in sorted(_nodes(shut[1] & ruling[1]) & sets[-1]):
+    for node in sorted(closing[1] & open_last):
         yield Order(start, (*events, Nodes({node})))
-    for node in sorted(_nodes(shut[0] & ruling[0]) & sets[0]):
+    for node in sorted(closing[0] & open_first):
         yield Order(start - {node}, (Nodes({node}), *events))
 
 
+def _at_ends(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
+    """Governing nodes without pressure, and those without gap, at the first and last corner."""
+    question = limit._question
+    u, r = question.states(limit.load_factor, limit.slip)
+    motion: Array = limit._motion.parts(question.system).sum(axis=0)[[0, -1]]  # (2, N)
+    governs = motion > SEARCH.governs_event * motion.max()
+    bare = r[:, -1] <= TOUCHES * question.force
+    shut = u[:, -1] <= TOUCHES * question.clearance
+    opening = [_nodes(bare[k] & governs[k]) for k in (0, -1)]
+    closing = [_nodes(shut[k] & governs[k]) for k in (0, -1)]
+    return opening, closing
+
+
 def _together_and_alone(nodes: Nodes) -> list[Nodes]:
-    return [*filter(None, [nodes]), *(Nodes({node}) for node in sorted(nodes) if len(nodes) > 1)]
+    """All of the nodes at once, then each alone; none for no nodes."""
+    if len(nodes) < 2:
+        return [nodes] if nodes else []
+    return [nodes, *(Nodes({node}) for node in sorted(nodes))]

@@ -1,7 +1,7 @@
-"""Pictures of onset, limits, designs and safe regions: how far each node is from slip, and which nodes limit the load."""
+"""Pictures of limits, designs and safe regions: distances from slip, and limiting nodes."""
 
 from itertools import pairwise
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -42,22 +42,23 @@ from .shakedown import ShakedownLimit
 
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit
 
-_AREA = 400  # of the circle round a node that is the whole mechanism, points^2
+# Area of the circle round a node that is the whole mechanism, points^2.
+_AREA = 400
 
 
 @picture.register
 def _shakedown_limit(limit: ShakedownLimit, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Shear over friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism.
+    """Shear over friction bound at the corners under the safe slip.
 
-    Open nodes, which carry nothing, are marked at zero. In space, at the first corner, with the
-    slip as arrows. Of nodes that open and close in each cycle also where the load is when they do.
+    The area of a circle is the share of its node in the mechanism. Open nodes, which carry nothing,
+    are marked at zero. In space, at the first corner, with the slip as arrows. If nodes open and
+    close in each cycle, they are marked too.
     """
-    name = (
-        r"shakedown limit $\lambda_2$"
-        if limit.objective is None
-        else r"load factor $\lambda$ that the objective chooses"
-    )
-    axes, share = _at_corners(limit, ax, equals(name, limit.load_factor)), limit.open_share
+    name = r"shakedown limit $\lambda_2$"
+    if limit.objective is not None:
+        name = r"load factor $\lambda$ that the objective chooses"
+    axes = _at_corners(limit, ax, equals(name, limit.load_factor))
+    share = limit.open_share
     partly = (share > 0) & (share < 1)
     if partly.any() and isinstance(axes, Axes) and limit.system.tangents == 1:
         open_marks(
@@ -75,60 +76,55 @@ def _shakedown_limit(limit: ShakedownLimit, ax: Axes | AxesArray | None = None) 
 def _required_friction(
     required: RequiredFriction, ax: Axes | AxesArray | None = None
 ) -> Axes | AxesArray:
-    """Shear over the required friction bound at the corners under the safe slip; the area of a circle is the share of its node in the mechanism."""
-    return _at_corners(
-        required,
-        ax,
-        equals(
-            rf"$\lambda = {required.load_factor:.4g}$: required friction $f$", required.required
-        ),
-    )
+    """Shear over the required friction bound at the corners under the safe slip.
+
+    The area of a circle is the share of its node in the mechanism.
+    """
+    name = rf"$\lambda = {required.load_factor:.4g}$: required friction $f$"
+    return _at_corners(required, ax, equals(name, required.required))
 
 
 @picture.register
 def _guaranteed_limit(
     limit: GuaranteedLimit, ax: Axes | AxesArray | None = None
 ) -> Axes | AxesArray:
-    """Shear over friction bound at the corners under the witness, in space at the first one; the critical node is circled."""
-    title = (
-        equals(r"guaranteed limit $\lambda_1$", limit.load_factor)
-        + ", "
-        + equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
-    )
+    """Shear over friction bound at the corners under the witness; the critical node is circled.
+
+    In space, at the first corner.
+    """
+    lower = equals(r"guaranteed limit $\lambda_1$", limit.load_factor)
+    upper = equals(r"shakedown limit $\lambda_2$", limit.shakedown.load_factor)
+    title = f"{lower}, {upper}"
     if limit.node is not None and limit.corners is not None:
-        names, node = (
-            [limit.cycle.corner_names[corner] for corner in limit.corners],
-            node_at(limit.system, limit.node),
-        )
-        on_both = f"on the bound of forward slip at {names[0]}\nand of backward slip at {names[-1]}"
-        title += f"\n{node}: " + (
-            on_both if limit.system.tangents == 1 else "on its bound at\n" + "; ".join(names)
-        )
+        names = [limit.cycle.corner_names[corner] for corner in limit.corners]
+        bounds = "on its bound at\n" + "; ".join(names)
+        if limit.system.tangents == 1:
+            bounds = f"on the bound of forward slip at {names[0]}\n"
+            bounds += f"and of backward slip at {names[-1]}"
+        title += f"\n{node_at(limit.system, limit.node)}: {bounds}"
     return _at_corners(limit, ax, title)
 
 
 def _at_corners(limit: Limit, ax: Axes | AxesArray | None, title: str) -> Axes | AxesArray:
-    """Shear over friction bound at the corners, with circles at the nodes that limit the load; or why there is nothing to show."""
-    panels, circles, what = panels_of(ax, limit.system), {}, ""
+    """Shear over friction bound at the corners, with circles at the nodes that limit the load.
+
+    If there is nothing to show, the reason.
+    """
+    panels = panels_of(ax, limit.system)
     panels[0].set_title(title)
+    circles: dict[Any, tuple[Any, Any, Any]] = {}
+    what = ""
     if isinstance(limit, ShakedownLimit | RequiredFriction):
-        rows, what = limit.mechanism.groupby("corner"), "limiting node; area: share"
-        circles = {
-            corner: (row["node"], row.get("direction"), _AREA * row["share"])
-            for corner, row in rows
-        }
+        what = "limiting node; area: share"
+        for corner, rows in limit.mechanism.groupby("corner"):
+            circles[corner] = (rows["node"], rows.get("direction"), _AREA * rows["share"])
     elif limit.corners is not None:
-        circles, what = (
-            {
-                corner: (limit.node, sense, ONE_NODE)
-                for corner, sense in zip(limit.corners, (1, -1), strict=False)
-            },
-            "critical node",
-        )
+        what = "critical node"
+        for corner, sense in zip(limit.corners, (1, -1), strict=False):
+            circles[corner] = (limit.node, sense, ONE_NODE)
     names, q, p = limit._instants
-    if not np.isfinite(p).all() or not (
-        limit.friction.any() or circles
-    ):  # without friction, and nothing that limits
+    nothing_limits = not limit.friction.any() and not circles
+    if nothing_limits or not np.isfinite(p).all():
         no_lines(panels, limit.reason)
         return together(panels)
     return shear_ratios(
@@ -149,26 +145,18 @@ def _at_corners(limit: Limit, ax: Axes | AxesArray | None, title: str) -> Axes |
 def _safe_slip(safe: SafeSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
     """Shear over friction bound at the corners under the slip; below, the slip itself."""
     title = "safe slip" if safe.exists else "no slip is safe; the least unsafe one"
-    return _reserve(
-        safe,
-        ax,
-        rf"{title} at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}",
-        safe.slip,
-        "slip $v$ (length)",
-    )
+    title += rf" at $\lambda = {safe.load_factor:.4g}$, margin {safe.margin:.4g}"
+    return _reserve(safe, ax, title, safe.slip, "slip $v$ (length)")
 
 
 @picture.register
 def _design(design: Design, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Shear over friction bound at the corners under the safe slip; below, the profile where the faces were free."""
+    """Shear over friction bound at the corners under the safe slip; below, the free profile."""
     amounts = [f"{name} {amount:+.4g}" for name, amount in design.preload.items()]
-    title = ", ".join(
-        [
-            equals(r"best design, $\lambda$", design.load_factor),
-            *amounts[:4],
-            *["..."] * (len(amounts) > 4),
-        ]
-    )
+    parts = [equals(r"best design, $\lambda$", design.load_factor), *amounts[:4]]
+    if len(amounts) > 4:
+        parts.append("...")
+    title = ", ".join(parts)
     return _reserve(design, ax, title, design.profile, "material taken off (length)")
 
 
@@ -179,23 +167,24 @@ def _reserve(
     profile: Array | None,
     name: str,
 ) -> Axes | AxesArray:
-    """Shear over friction bound at the corners under the slip (of many corners, the one with the least reserve); below, a profile, if there is one.
+    """Shear over friction bound at the corners under the slip; below, a profile, if there is one.
 
-    In space, at the corner with the least reserve, with the slip as arrows.
+    Of many corners, that with the least reserve. In space at this corner, with the slip as arrows.
     """
-    system, (q, p), names = found.system, found.reactions, found.cycle.corner_names
+    system = found.system
+    q, p = found.reactions
     least = int(np.argmin((found.friction * p - lengths(q, p))[:, ~found.open].min(axis=1)))
     alone = profile is None or system.tangents == 2
-    upper, *below = panels = panels_of(ax, system) if alone else new_axes(ax, 2, (6.4, 5.4))
+    panels = panels_of(ax, system) if alone else new_axes(ax, 2, (6.4, 5.4))
+    upper, *below = panels
     upper.set_title(title)
-    where = panels if alone else [upper]
     drawn = shear_ratios(
-        where,
-        found.system,
+        panels if alone else [upper],
+        system,
         found.friction,
         q,
         p,
-        names,
+        found.cycle.corner_names,
         {},
         at=least,
         slip=found.slip,
@@ -212,24 +201,27 @@ def _reserve(
 
 @picture.register
 def _least_slip(least: LeastSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Weights of the slip at the corners (of many corners, lines of those with the largest); in space maps of those between corners."""
-    panels, claim = panels_of(ax, least.system), "no slip is proven"
+    """Weights of the slip at the corners; in space maps of those between corners.
+
+    Of many corners there are lines of those with the largest weights.
+    """
+    panels = panels_of(ax, least.system)
     axes = panels[0]
+    claim = "no slip is proven"
     if least.bound > 0:
-        total = f"slip between corners at least {least.total:.4g} in all while all nodes are closed"
-        claim = f"weighted sum of the slips at least {least.bound:.4g};\n{total if np.isfinite(least.total) else 'no cycle keeps all nodes closed'}"
+        total = "no cycle keeps all nodes closed"
+        if np.isfinite(least.total):
+            total = (
+                f"slip between corners at least {least.total:.4g} in all while all nodes are closed"
+            )
+        claim = f"weighted sum of the slips at least {least.bound:.4g};\n{total}"
     axes.set_title(rf"$\lambda = {least.load_factor:.4g}$: {claim}")
     if least.system.tangents == 2:
         return face_map(
             panels, least.system, least.weight, "weight of the slip between corners (1 / length)"
         )
-    lines_or_band(
-        axes,
-        least.system,
-        least.g,
-        least.cycle.corner_names,
-        np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist(),
-    )
+    largest_first = np.argsort(-np.abs(least.g).sum(axis=1), kind="stable").tolist()
+    lines_or_band(axes, least.system, least.g, least.cycle.corner_names, largest_first)
     axes.set_ylabel("weight $g$ of the slip (1 / length)")
     label_panels([axes], least.system)
     legend(axes)
@@ -238,23 +230,23 @@ def _least_slip(least: LeastSlip, ax: Axes | AxesArray | None = None) -> Axes | 
 
 @picture.register
 def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
-    """The region, with the node that slips or opens most beyond each side (of many sides, one look for all)."""
+    """The region, with the node that slips or opens most beyond each side.
+
+    Many sides look alike.
+    """
     (axes,) = new_axes(ax)
     axes.set_title("amplitudes of two loads that vary independently")
     if not len(region.sides):
         no_lines([axes], region.reason)
         return axes
-    free, inner, outer = np.isinf(region.vertices[0]), region.vertices, region.outer
-    if free.any():  # a strip, which goes on beyond the picture
+    free = np.isinf(region.vertices[0])
+    inner = region.vertices
+    outer = region.outer
+    if free.any():
+        # A strip, which goes on beyond the picture.
         inner = outer = np.where(free, [[0.0], [1.0]], region.vertices.min())
     axes.fill(*np.vstack([[0.0, 0.0], inner, free]).T, **INSIDE)
-    few = len(region.sides) <= len(SERIES)
-    for number, ends in enumerate(pairwise(outer)):
-        look = line(number) if few else {"color": BLACK}
-        all_sides = f"{len(region.sides)} sides, each a mechanism" if number == 0 else None
-        axes.plot(
-            *np.transpose(ends), **look, label=_limiting(region, number) if few else all_sides
-        )
+    _draw_sides(axes, region, outer)
     if not free.any():
         axes.plot(
             *inner.T,
@@ -265,21 +257,35 @@ def _safe_region(region: SafeRegion, ax: Axes | None = None) -> Axes:
             clip_on=False,
             label="vertex, proven safe",
         )
-    for name, load, unlimited, most in zip(
+    for name, load, unlimited, largest in zip(
         "xy", region.loads, free, outer.max(axis=0), strict=True
     ):
-        label = f"amplitude of {load}" + (": no limit" if unlimited else " (times its unit load)")
-        ends = (0.0, 1.0) if unlimited else (0.0, 1.08 * most or 1.0)
-        axes.set(
-            **{f"{name}label": label, f"{name}lim": ends}
-            | ({f"{name}ticks": []} if unlimited else {})
-        )
+        look: dict[str, Any] = {f"{name}lim": (0.0, 1.08 * largest or 1.0)}
+        label = f"amplitude of {load} (times its unit load)"
+        if unlimited:
+            look = {f"{name}lim": (0.0, 1.0), f"{name}ticks": []}
+            label = f"amplitude of {load}: no limit"
+        axes.set(**{f"{name}label": label}, **look)
     legend(axes)
     return axes
+
+
+def _draw_sides(axes: Axes, region: SafeRegion, outer: Array) -> None:
+    """The sides; each has a name and a colour of its own, if they are few."""
+    few = len(region.sides) <= len(SERIES)
+    for number, ends in enumerate(pairwise(outer)):
+        label = None
+        if few:
+            label = _limiting(region, number)
+        elif number == 0:
+            label = f"{len(region.sides)} sides, each a mechanism"
+        look = line(number) if few else {"color": BLACK}
+        axes.plot(*np.transpose(ends), **look, label=label)
 
 
 def _limiting(region: SafeRegion, side: int) -> str:
     """The node with the largest share in the mechanism of a side."""
     first = region.mechanisms[side].iloc[0]
     slips = first["direction"] if "direction" in first else first["slip1"] or first["slip2"]
-    return f"side {side}: node {int(first['node'])}, $x = {first['x']:.4g}$, {'slips' if slips else 'opens'} most"
+    moves = "slips" if slips else "opens"
+    return f"side {side}: node {int(first['node'])}, $x = {first['x']:.4g}$, {moves} most"

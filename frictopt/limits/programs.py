@@ -1,4 +1,9 @@
-"""A listing with all that its solution needs: unknowns, friction, the user's own rows, units, and what its multipliers mean."""
+"""A program and all that is needed to solve it: unknowns, friction, rows, units, user rows.
+
+`listed_rows` lists the rows of a question, `Program.compiled` compiles them with a goal. After a
+solution `Program` reads the load factor, the slip and the mechanism. `own_rows` checks the
+constraints of the user.
+"""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,73 +24,53 @@ from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
 from ..solve.problem import Problem, dual_of, set_no_optimum
 from .answered import Mechanism
-from .models import More, Row, Unknowns, label, named, rest, strong, stuck, unknowns, within
+from .models import More, Row, Unknowns, constant, label, rest, strong, stuck, unknowns, within
 from .question import Question
 
-_INSIDE = ROUNDING  # spread of corners along an axis, over the largest, that counts as none
-_MOST_AXES = 6  # in which hulls are looked for: with more, each corner has rows
-_KINDS = {
-    "nonneg",
-    "nonpos",
-    "pos",
-    "neg",
-    "bounds",
-    "symmetric",
-}  # of variables of the user's own that cvxpy turns into linear rows
-_NAMES = {
-    "slip",
-    "load_factor",
-    "q",
-    "p",
-    "q_r",
-    "p_r",
-    "margin",
-    "preload",
-    "profile",
-}  # of unknowns of models, before the number of the corner
-_CONES = (
-    cp.constraints.Equality,
-    cp.constraints.Zero,
-    cp.constraints.Inequality,
-    cp.constraints.NonPos,
-    cp.constraints.NonNeg,
-    cp.SOC,
-)
+# Hulls of corners are looked for in at most so many directions. With more, each corner has rows.
+_HULL_DIRECTIONS = 6
 
+# The free slips of the open nodes that were asked last, by system.
 _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = WeakKeyDictionary()
 
 
-def free_slips(task: Question) -> tuple[Array, Array]:
-    """Slips (t N, k) that nothing resists, and the compliance (t N, t N) of all others; kept for the last open nodes of a system."""
-    kept, key = _FREE.setdefault(task.system, {}), task.open.tobytes()
-    if key not in kept:
-        along, across = np.split(np.sqrt(task.system.own_stiffness), [-task.system.nodes])
-        kept.clear()
-        kept[key] = unresisted(task.A, task.B, along, across)
-    return kept[key]
+def free_slips(question: Question) -> tuple[Array, Array]:
+    """Slips (t N, k) that nothing resists, and the compliance (t N, t N) of all other slips."""
+    by_open_nodes = _FREE.setdefault(question.system, {})
+    key = question.open_nodes.tobytes()
+    if key not in by_open_nodes:
+        stiffness = np.sqrt(question.system.own_stiffness)
+        along, across = np.split(stiffness, [-question.system.nodes])
+        by_open_nodes.clear()
+        by_open_nodes[key] = unresisted(question.A, question.B, along, across)
+    return by_open_nodes[key]
 
 
-def tractions(task: Question, dense: Sequence[Row] | None = None) -> Change:
-    """Tractions as unknowns of a listing's dense rows: the slips that they make by the compliance, and slides that nothing resists."""
-    free, give = free_slips(task)
-    dense = rest(task, unknowns(task.system.slip_shape, ()), ()) if dense is None else dense
-    sizes = task.force / (task.system.own_stiffness[: len(free)] @ free**2)
-    return by_inverse(
-        dense[0], dense[1:], free, give, np.tile(task.shear_unit, task.system.tangents), sizes
-    )
+def tractions(question: Question, dense: Sequence[Row] | None = None) -> Change:
+    """Change of variables for the dense rows q_r = A v, p_r = B v, w_r = W v.
+
+    The unknowns are the residual shear forces and the rigid slides that nothing resists.
+    """
+    system = question.system
+    free, compliance = free_slips(question)
+    if dense is None:
+        dense = rest(question, unknowns(system.slip_shape, ()), ())
+    slide_units = question.force / (system.own_stiffness[: len(free)] @ free**2)
+    shear_units = np.tile(question.shear_unit, system.tangents)
+    return by_inverse(dense[0], dense[1:], free, compliance, shear_units, slide_units)
 
 
 @dataclass(eq=False)
 class Program:
-    """A question's listing, compiled."""
+    """The program of a question: its rows, and once compiled with a goal the way to its answer."""
 
-    task: Question
+    question: Question
     x: Unknowns
-    f: cp.Parameter  # friction
+    f: cp.Parameter
     corners: list[int]  # those that have rows
-    rows: list[Row]  # but those of the user
-    own: Mapping[str, Row] = field(default_factory=dict)  # those of the user, by their names
-    chain: Chain = field(init=False)  # the way to its answer
+    rows: list[Row]  # without constraints of the user
+    own: Mapping[str, Row] = field(default_factory=dict)  # constraints of the user, by label
+    chain: Chain = field(init=False)
 
     def compiled(
         self,
@@ -94,24 +79,27 @@ class Program:
         units: Mapping[cp.Variable, Any] | None = None,
         others: Sequence["Program"] = (),
     ) -> "Program":
-        """With the problem of a goal over its rows and those of others, the `unit` of its objective, and `units` of variables besides its own."""
+        """The same program with the compiled problem of a goal over its rows and those of others.
+
+        `unit` is that of the objective; `units` are those of variables that the program does not
+        have itself.
+        """
         problem = Problem(problem.objective, [*problem.constraints, *self.own.values()])
         by_slip = dict[cp.Variable, list[Program]]()
-        for each in (self, *others):
-            by_slip.setdefault(each.x.slip, []).append(each)
-        changes = [
-            tractions(same[0].task, [row for each in same for row in each.dense])
-            for same in by_slip.values()
-        ]
-        self.chain = Chain(
-            problem, {**self.units, **(units or {})}, changes, self.task.simplify, unit
-        )
+        for program in (self, *others):
+            by_slip.setdefault(program.x.slip, []).append(program)
+        changes = []
+        for same_slip in by_slip.values():
+            dense = [row for program in same_slip for row in program.dense]
+            changes.append(tractions(same_slip[0].question, dense))
+        all_units = {**self.units, **(units or {})}
+        self.chain = Chain(problem, all_units, changes, self.question.simplify, unit)
         return self
 
     @property
     def dense(self) -> list[Row]:
-        """The rows that say what forces and gaps a slip makes."""
-        return self.rows[: 3 if len(self.task.W) else 2]
+        """The rows that give the forces and gaps of a slip."""
+        return self.rows[: 3 if len(self.question.W) else 2]
 
     @property
     def problem(self) -> cp.Problem:
@@ -121,92 +109,109 @@ class Program:
     @property
     def units(self) -> dict[cp.Variable, Any]:
         """Units of the unknowns."""
-        task, x, n = self.task, self.x, self.task.system.nodes
-        each = task.shear_unit if task.system.tangents == 1 else task.shear_unit[:, None]
-        slip = (
-            np.tile(task.shear_unit, task.system.tangents) / task.system.own_stiffness[:-n]
-        ).reshape(x.slip.shape, order="F")
-        units: dict[cp.Variable, Any] = {x.slip: slip, x.q_r: each, x.p_r: task.node_unit}
-        units |= {x.load_factor: task.load_unit} if isinstance(x.load_factor, cp.Variable) else {}
-        units |= {q: each for q in x.q.values()} | {p: task.node_unit for p in x.p.values()}
-        return units | {gap: task.clearance for gap in x.gap.values()}
+        question = self.question
+        x = self.x
+        system = question.system
+        shear = question.shear_unit
+        if system.tangents > 1:
+            shear = shear[:, None]
+        slip = np.tile(question.shear_unit, system.tangents)
+        slip = slip / system.own_stiffness[: -system.nodes]
+        units: dict[cp.Variable, Any] = {
+            x.slip: slip.reshape(x.slip.shape, order="F"),
+            x.q_r: shear,
+            x.p_r: question.node_unit,
+        }
+        if isinstance(x.load_factor, cp.Variable):
+            units[x.load_factor] = question.load_unit
+        units |= dict.fromkeys(x.q.values(), shear)
+        units |= dict.fromkeys(x.p.values(), question.node_unit)
+        units |= dict.fromkeys(x.gap.values(), question.clearance)
+        return units
 
-    def ask(self, task: Question, unit: float) -> None:
+    def ask(self, question: Question, unit: float) -> None:
         """Set friction, the units that follow from it, and the `unit` of the objective."""
-        if (task.shear_unit != self.task.shear_unit).any():
-            self.chain.changes = [tractions(task, self.dense)]
-        self.task, self.f.value, self.chain.unit = task, task.friction, unit
+        if (question.shear_unit != self.question.shear_unit).any():
+            self.chain.changes = [tractions(question, self.dense)]
+        self.question = question
+        self.f.value = question.friction
+        self.chain.unit = unit
         self.chain.units |= self.units
 
     @property
     def load_factor(self) -> float:
-        """The load factor of the solution, >= 0; what is rounding of its unit is 0."""
+        """The load factor of the solution, >= 0; rounding of its unit counts as 0."""
         factor = float(self.x.load_factor.value)
-        return factor if factor > ZERO_LOAD_FACTOR * self.task.load_unit else 0.0
+        return factor if factor > ZERO_LOAD_FACTOR * self.question.load_unit else 0.0
 
     @property
     def slip(self) -> Array:
-        """(N,) or (N, 2) slip of the solution, within its bound; of open nodes the one under the mean load."""
-        task, slip = self.task, np.array(self.x.slip.value)
-        if task.most is None and not self.own and len(task.W):
-            slip -= self._slide(slip)
-        if task.most is not None:
-            slip[task.most == 0] = 0.0
-            size = lengths(
-                slip, task.most
-            )  # cut to the bound that it exceeds by no more than the tolerance of solvers
-            if task.beyond(slip) <= RESIDUAL:
-                slip = np.where(
-                    size > task.most, slip.T / np.where(size > 0, size, 1.0) * task.most, slip.T
-                ).T
-        return task.rested(slip)
+        """(N,) or (N, 2) slip of the solution within its bound; of open nodes, at the mean load."""
+        question = self.question
+        slip = np.array(self.x.slip.value)
+        if question.slip_bound is not None:
+            slip = _cut_to_bound(question, slip, question.slip_bound)
+        elif not self.own and len(question.W):
+            slip -= self._needless_slide(slip)
+        return question.slip_at_mean_load(slip)
 
-    def _slide(self, slip: Array) -> Array:
-        """What a slip slides without need: the gaps of open nodes alone feel it, and interior points go as far as they grow."""
-        (free, _), task = free_slips(self.task), self.task
-        opens, found = task.W @ free, free.T @ slip.T.ravel()
-        opens = np.where(np.abs(opens) > CONDENSATION, opens, 0.0) / task.clearance
-        lack = (
-            opens @ found
-            - np.min([gap.value for gap in self.x.gap.values()], axis=0) / task.clearance
-        )
-        columns, last = np.vstack([opens.T, lack]), np.eye(len(found) + 1)[-1]
-        *way, share = (
-            columns @ nnls(columns, last)[0] - last
-        )  # the problem of least distance of Lawson & Hanson
-        least = -np.array(way) / share if share else found
-        slide = (
-            free @ (found - least)
-            if (opens @ least >= lack - RESIDUAL).all()
-            else np.zeros(len(free))
-        )
+    def _needless_slide(self, slip: Array) -> Array:
+        """The rigid slide in a slip that only keeps gaps open, beyond what the gaps need.
+
+        Interior-point solvers make it large. The smallest slide that leaves the gaps open is a
+        problem of least distance, which is solved as one of nonnegative least squares (Lawson and
+        Hanson 1974, chapter 23).
+        """
+        question = self.question
+        free, _ = free_slips(question)
+        slides = free.T @ slip.T.ravel()  # (k,)
+        opening = question.W @ free  # (O, k) gaps by slide
+        opening = np.where(np.abs(opening) > CONDENSATION, opening, 0.0) / question.clearance
+        least_gaps = np.min([gap.value for gap in self.x.gap.values()], axis=0)
+        needed = opening @ slides - least_gaps / question.clearance
+
+        columns = np.vstack([opening.T, needed])
+        last = np.eye(len(slides) + 1)[-1]
+        *direction, share = columns @ nnls(columns, last)[0] - last
+        smallest = -np.array(direction) / share if share else slides
+        if (opening @ smallest >= needed - RESIDUAL).all():
+            slide = free @ (slides - smallest)
+        else:
+            slide = np.zeros(len(free))
         return np.asarray(slide.reshape(slip.T.shape).T)
 
     @property
     def motion(self) -> Mechanism:
-        """The mechanism that the multipliers are: those of q and p at each corner are the slips and lifts of the nodes."""
-        task, system, n = self.task, self.task.system, self.task.system.nodes
-        moves = np.zeros((len(self.x.q), *task.r1.shape[1:]))
+        """The slip mechanism, read from the multipliers.
+
+        The multipliers of q and p at each corner are the slips and lifts of the nodes.
+        """
+        question = self.question
+        nodes = question.system.nodes
         rows = {row.label: row for row in self.rows}
+        moves = np.zeros((len(self.x.q), *question.r1.shape[1:]))  # (K, t + 1, N)
         for k in self.corners:
-            moves[k, :-1] = np.reshape(rows[self.x.q[k].name()].dual_value, (n, -1)).T
+            moves[k, :-1] = np.reshape(rows[self.x.q[k].name()].dual_value, (nodes, -1)).T
             moves[k, -1] = rows[self.x.p[k].name()].dual_value
         if len(self.corners) and not np.isfinite(moves).all():
             moves = np.full_like(moves, np.nan)
-        if task.give is None:
-            return Mechanism(moves, task.friction)
-        press = np.zeros((len(moves), moves[0].size))
-        at = np.flatnonzero(task.open) + system.tangents * n
+        if question.compliance is None:
+            return Mechanism(moves, question.friction)
+
+        # Open nodes follow the others, and the forces with which they touch.
+        flat = moves.reshape(len(moves), -1)  # (K, M)
+        press = np.zeros_like(flat)
+        places = np.flatnonzero(question.open_nodes) + question.system.tangents * nodes
         for k, gap in self.x.gap.items():
-            press[k, at] = np.maximum(rows[label("apart", gap)].dual_value, 0.0)
-        moves = moves - ((moves.reshape(len(moves), -1) @ system.S + press) @ task.give).reshape(
-            moves.shape
-        )
-        return Mechanism(moves, task.friction * ~task.open, open=task.open)
+            press[k, places] = np.maximum(rows[label("apart", gap)].dual_value, 0.0)
+        follow = (flat @ question.system.S + press) @ question.compliance
+        moves = moves - follow.reshape(moves.shape)
+        closed_friction = question.friction * ~question.open_nodes
+        return Mechanism(moves, closed_friction, open=question.open_nodes)
 
     @property
     def own_violation(self) -> float:
-        """Largest violation of the rows, the user's among them, dimensionless; 0 where there are none of these."""
+        """Largest violation of the rows, dimensionless; 0 without constraints of the user."""
         return self.chain.violation if self.own else 0.0
 
     def ruling(self, rows: Collection[int]) -> list[str]:
@@ -214,21 +219,33 @@ class Program:
         return [name for name, row in self.own.items() if row.id in rows]
 
     def blame_no_own_row(self) -> None:
-        """Say in the problem that nothing obeys its rows without the user's; the multipliers that prove it stand in the others."""
+        """Say in the problem that its rows contradict each other without those of the user."""
         for row in self.own.values():
             for dual in row.dual_variables:
                 dual.save_value(np.zeros(dual.shape))
         set_no_optimum(self.problem, cp.INFEASIBLE)
 
     def prices(self) -> dict[str, Array]:
-        """Rate of the objective as each of the user's constraints gives way, in the user's units: >= 0; of an equation with its right side."""
-        return {
-            name: 0.0 + np.asarray(dual_of(row)) for name, row in self.own.items()
-        }  # a number where it has no axes
+        """Rate of the objective, >= 0, as each of the user's constraints gives way; user units.
+
+        That of an equation is the rate with its right side.
+        """
+        # 0.0 + makes an array without axes a number.
+        return {name: 0.0 + np.asarray(dual_of(row)) for name, row in self.own.items()}
+
+
+def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
+    """A slip that exceeds its bound by no more than the tolerance of solvers, cut to it."""
+    slip[slip_bound == 0] = 0.0
+    if question.excess_over_slip_bound(slip) > RESIDUAL:
+        return slip
+    size = lengths(slip, slip_bound)
+    shorter = slip.T / np.where(size > 0, size, 1.0) * slip_bound
+    return np.asarray(np.where(size > slip_bound, shorter, slip.T).T)
 
 
 def listed_rows(
-    task: Question,
+    question: Question,
     x: Unknowns,
     f: cp.Parameter,
     *,
@@ -236,109 +253,154 @@ def listed_rows(
     friction: Callable[..., list[Row]] | None = None,
     more: More | None = None,
 ) -> Program:
-    """The rows of a question: at the corners that are no mean of others, unless all are asked for."""
-    corners = (
-        outer_corners(task.cycle) if task.simplify and not every else list(range(len(task.r1)))
-    )
-    x = replace(x)  # each listing has gaps of its own
-    rows = rest(task, x, corners, more)
+    """The rows of a question, without a goal.
+
+    They are those at the vertices of the hull of the corners; `every`: at all corners. `friction`
+    lists other rows in the place of `models.stuck`. `more`: see `models.rest`.
+    """
+    if question.simplify and not every:
+        corners = outer_corners(question.cycle)
+    else:
+        corners = list(range(len(question.r1)))
+    x = replace(x)  # with gaps of its own
+    rows = rest(question, x, corners, more)
     rows += stuck(x, f, corners) if friction is None else friction(x, corners)
-    rows += [
-        row
-        for k in corners
-        for row in strong(x.q[k], task.system.shear_strength, label("strength", x.q[k]))
-    ]
-    rows += within(x, named(task.most, f"slip_bound{x.suffix}")) if task.most is not None else []
-    f.value = task.friction
-    return Program(task, x, f, corners, rows)
+    if question.system.capped:
+        for k in corners:
+            strength = question.system.shear_strength
+            rows += strong(x.q[k], strength, label("strength", x.q[k]))
+    if question.slip_bound is not None:
+        rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
+    f.value = question.friction
+    return Program(question, x, f, corners, rows)
 
 
 def outer_corners(cycle: LoadCycle) -> list[int]:
-    """Corners that are no mean of the others, by the amplitudes of all load cases, also those that are fixed."""
-    columns = [
-        [load.get(case, 0.0) for load in loads]
-        for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed]))
-        for case in sorted({case for load in loads for case in load})
-    ]
+    """Corners that are no mean of the others, by the amplitudes of all load cases."""
     count = len(cycle.corners)
-    points = np.array(columns).reshape(-1, count).T
-    points = (points - points.mean(axis=0)) / np.where(
-        np.ptp(points, axis=0) > 0, np.ptp(points, axis=0), 1.0
-    )
-    size, ways = np.linalg.svd(points, full_matrices=False)[1:]
-    along = points @ ways[size > _INSIDE * max(size.max(initial=0.0), 1.0)].T
-    if along.shape[1] == 0:
+    columns = []
+    for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed])):
+        for case in sorted({case for load in loads for case in load}):
+            columns.append([load.get(case, 0.0) for load in loads])
+    points = np.array(columns).reshape(-1, count).T  # (K, cases)
+
+    # Coordinates in the directions in which the corners differ.
+    spread = np.ptp(points, axis=0)
+    points = (points - points.mean(axis=0)) / np.where(spread > 0, spread, 1.0)
+    _, size, directions = np.linalg.svd(points, full_matrices=False)
+    differ = size > ROUNDING * max(size.max(initial=0.0), 1.0)
+    along = points @ directions[differ].T
+    dimension = along.shape[1]
+    if dimension == 0:
         return [0]
-    if along.shape[1] == 1:
+    if dimension == 1:
         return sorted({int(along.argmin()), int(along.argmax())})
-    if along.shape[1] <= _MOST_AXES and count > along.shape[1] + 1:
+    if dimension <= _HULL_DIRECTIONS and count > dimension + 1:
         return sorted(ConvexHull(along).vertices.tolist())
     return list(range(count))
 
 
+# Attributes of the user's own variables that cvxpy turns into linear rows.
+_LINEAR_ATTRIBUTES = {"nonneg", "nonpos", "pos", "neg", "bounds", "symmetric"}
+
+# Names of unknowns of models, before the number of the corner.
+_NAMES = {"slip", "load_factor", "q", "p", "q_r", "p_r", "margin", "preload", "profile"}
+
+_CONES = (
+    cp.constraints.Equality,
+    cp.constraints.Zero,
+    cp.constraints.Inequality,
+    cp.constraints.NonPos,
+    cp.constraints.NonNeg,
+    cp.SOC,
+)
+
+
 def own_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, Row]:
-    """The user's constraints, checked, each by its label if no other one has it, or by its place."""
-    mine, found = {variable.id for variable in known}, dict[str, Row]()
+    """The user's constraints, checked, named by their labels if unique, else `constraints[i]`."""
+    known_ids = {variable.id for variable in known}
     places = [f"constraints[{index}]" for index in range(len(constraints))]
-    for place, given in zip(places, constraints, strict=True):
-        if not isinstance(given, cp.Constraint):
+    rows = dict[str, Row]()
+    for place, row in zip(places, constraints, strict=True):
+        if not isinstance(row, cp.Constraint):
             raise ModelError(
-                f"{place}: {shown(given)}; give a cvxpy constraint on slip, load_factor, q and p of the model, such as model.slip <= 1e-3"
+                f"{place}: {shown(row)}; give a cvxpy constraint on slip, load_factor, q and p of "
+                "the model, such as model.slip <= 1e-3"
             )
-        check_rows(place, given, mine)
-        found[place if not given.label or given.label in [*places, *found] else given.label] = given
-    return found
+        check_rows(place, row, known_ids)
+        unique = row.label and row.label not in [*places, *rows]
+        rows[row.label if unique else place] = row
+    return rows
 
 
-def check_rows(name: str, row: Row, mine: set[int]) -> None:
-    """Refuse a constraint that is not convex, no linear or second-order cone program, or on unknowns of another model."""
+def check_rows(name: str, row: Row, known_ids: set[int]) -> None:
+    """Refuse a constraint that multipliers of linear rows and second-order cones do not prove.
+
+    Refused are also constraints that are not convex, or on unknowns of another model.
+    """
     if not row.is_dcp(dpp=True):
         raise ModelError(
-            f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in its parameters (DPP); change it so that it is"
+            f"{name}: not convex (an objective: not concave) by the rules of DCP, or not affine in "
+            "its parameters (DPP); change it so that it is"
         )
     for variable in row.variables():
-        if variable.id not in mine and (part := variable.name().split("[")[0]) in _NAMES:
-            raise ModelError(
-                f"{name}: it is on the {part} of another model; use those of the model that solves"
-            )
-        if variable.attributes["boolean"] or variable.attributes["integer"]:
-            raise ModelError(
-                f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: solve `problem` with it by cvxpy"
-            )
-        if more := {kind for kind, on in variable.attributes.items() if on} - _KINDS:
-            raise ModelError(
-                f"{name}: variable {variable.name()} is {', '.join(sorted(more))}; give one without this attribute, and constraints in its place"
-            )
+        _check_variable(name, variable, known_ids)
     check_values(name, row)
-    for cone in Dcp2Cone(quad_obj=False).apply(cp.Problem(cp.Minimize(0), [row]))[0].constraints:
+    _check_cones(name, row)
+
+
+def _check_variable(name: str, variable: cp.Variable, known_ids: set[int]) -> None:
+    """Refuse unknowns of another model, integers, and attributes that are no linear rows."""
+    part = variable.name().split("[")[0]
+    if variable.id not in known_ids and part in _NAMES:
+        raise ModelError(
+            f"{name}: it is on the {part} of another model; use those of the model that solves"
+        )
+    if variable.attributes["boolean"] or variable.attributes["integer"]:
+        raise ModelError(
+            f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: "
+            "solve `problem` with it by cvxpy"
+        )
+    attributes = {kind for kind, value in variable.attributes.items() if value}
+    if not attributes <= _LINEAR_ATTRIBUTES:
+        refused = ", ".join(sorted(attributes - _LINEAR_ATTRIBUTES))
+        raise ModelError(
+            f"{name}: variable {variable.name()} is {refused}; give one without this attribute, "
+            "and constraints in its place"
+        )
+
+
+def _check_cones(name: str, row: Row) -> None:
+    """Refuse cones that are not linear or of second order, and those that cvxpy gets wrong."""
+    problem = cp.Problem(cp.Minimize(0), [row])
+    for cone in Dcp2Cone(quad_obj=False).apply(problem)[0].constraints:
         if not isinstance(cone, _CONES):
             raise ModelError(
-                f"{name}: it needs a {type(cone).__name__} cone; the multipliers of linear rows and second-order cones prove the answer: "
-                "give linear constraints, or such of abs, max, min and norms of vectors, in space for each node: cp.norm(model.slip, 2, axis=1)"
+                f"{name}: it needs a {type(cone).__name__} cone; the multipliers of linear rows "
+                "and second-order cones prove the answer: give linear constraints, or such of abs, "
+                "max, min and norms of vectors, in space for each node: "
+                "cp.norm(model.slip, 2, axis=1)"
             )
-        if (
-            isinstance(cone, cp.SOC) and cone.axis and cone.args[1].ndim > 2
-        ):  # cvxpy fails at axis 2, and mixes up the entries at axis 1
+        # cvxpy fails at axis 2, and mixes up the entries at axis 1.
+        if isinstance(cone, cp.SOC) and cone.axis and cone.args[1].ndim > 2:
             raise ModelError(
-                f"{name}: it has norms along axis {cone.axis} of {cone.args[1].ndim} axes, which cvxpy does not compile rightly; give them for each "
-                "corner k: cp.norm(model.q[k], 2, axis=1) <= c"
+                f"{name}: it has norms along axis {cone.axis} of {cone.args[1].ndim} axes, which "
+                "cvxpy does not compile rightly; give them for each corner k: "
+                "cp.norm(model.q[k], 2, axis=1) <= c"
             )
 
 
 def check_values(name: str, row: Row | cp.Expression) -> None:
     """Refuse parameters without a value, and numbers that are not finite or not real."""
     for leaf in (*row.parameters(), *row.constants()):
-        told = (
-            f"{name}: parameter {leaf.name()}"
-            if isinstance(leaf, cp.Parameter)
-            else f"{name}: a constant"
-        )
+        where = f"{name}: a constant"
+        if isinstance(leaf, cp.Parameter):
+            where = f"{name}: parameter {leaf.name()}"
         if leaf.value is None:
-            raise ModelError(f"{told} has no value; give it one before solving")
-        if (
-            leaf.is_complex()
-            or not np.isfinite(leaf.value.data if issparse(leaf.value) else leaf.value).all()
-        ):
+            raise ModelError(f"{where} has no value; give it one before solving")
+        numbers = leaf.value.data if issparse(leaf.value) else leaf.value
+        if leaf.is_complex() or not np.isfinite(numbers).all():
             raise ModelError(
-                f"{told} is not finite or not real; give finite real numbers, and leave out rows that bound nothing"
+                f"{where} is not finite or not real; give finite real numbers, and leave out rows "
+                "that bound nothing"
             )

@@ -1,14 +1,19 @@
-"""A limit problem as posed: system, load cycle, friction, and which nodes stay open; what its listing needs, and the referee of its answers."""
+"""A limit question as data: system, load cycle, friction, open nodes, and all arrays that follow.
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+`pose` checks the input and computes the arrays of a question with all nodes closed. `with_open` and
+`with_friction` compute those of the same question with some nodes open or other friction.
+`Question.violation` is the referee: it says how far a residual slip is from being safe.
+"""
+
+from dataclasses import dataclass
+from inspect import signature
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, Array, Booleans, flag, kept
+from ..base import CONDENSATION, Array, Booleans, Integers, flag, kept
 from ..base.checks import per_node
 from ..contact import (
     ContactSystem,
@@ -26,110 +31,61 @@ from ..contact.diagnosis import in_contact
 from ..contact.stiffness import following
 from ..errors import ModelError
 
-# a mean shear force above so many mean normal forces leaves fewer digits of them than the proofs
-# need
-_MOST_SHEAR = 1e6
-_OF_TENSION = 0.01  # friction with which a tension counts in a margin, at nodes that have less
-# units of nodes are their pressures unless these are below this share of the mean one: an answer
-# has its error
-_NO_PRESSURE = 1e-6
+# Largest mean shear force, in mean normal forces: rounding of more would hide the pressure.
+_LARGEST_MEAN_SHEAR = 1e6
+
+# Least friction in the unit of a margin of the pressure, which stays finite without friction.
+_LEAST_FRICTION_OF_MARGIN = 0.01
+
+# Least force unit of a node, in mean normal forces: answers have errors of this size.
+_LEAST_NODE_UNIT = 1e-6
 
 
 @kept
 @dataclass(frozen=True, eq=False)
 class Question:
-    """One friction coefficient on one system and load cycle, with the nodes that stay open, see `pose`."""
+    """A system, a load cycle, friction and open nodes, with the arrays that follow from them.
+
+    N nodes have t tangents each, so that vectors have M = (t + 1) N entries, normal ones last. The
+    cycle has K corners. K0 is K if fixed parts of the cycle differ, else 1. O nodes are open.
+    """
 
     system: ContactSystem
     cycle: LoadCycle
     friction: Array  # (N,)
-    most: Array | None  # (N,) largest size of the slip
-    open: Booleans  # (N,) which nodes are open at all corners
-    simplify: bool  # whether to leave out corners and rows that others stand for
-    started: float = field(default_factory=perf_counter)
+    slip_bound: Array | None  # (N,) length; None without a bound
+    open_nodes: Booleans  # (N,) which nodes are open at all corners
+    simplify: bool  # whether to leave out corners and rows that cannot change the answer
+    started: float  # time at which the question was posed, seconds
 
-    @cached_property
-    def bonded(self) -> tuple[Array, Array]:
-        """Closed reactions, all gaps pressed shut: (K, M) at load factor 0, (1, M) where they are the same at all corners, and what 1 adds."""
-        unscaled = self.cycle.unscaled
-        unscaled = (
-            unscaled if any(loads != unscaled[0] for loads in unscaled) else unscaled[:1]
-        )  # equal fixed parts are a mean load
-        shut = self.system.S[:, -self.system.nodes :] @ self.system.gap
-        return reactions(self.system, unscaled) - shut, reactions(self.system, self.cycle.corners)
+    # Reactions of all nodes, all gaps pressed shut: (K0, M) at load factor 0, (K, M) added by 1.
+    bonded: tuple[Array, Array]
+    fixed: bool  # whether the corners differ at load factor 0
+    static: bool  # whether all corners are the same load
 
-    @property
-    def fixed(self) -> bool:
-        """Whether the corners differ at load factor 0."""
-        return len(self.bonded[0]) > 1
+    compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
+    S: Array  # (M, M) stiffness of the closed nodes, which the open ones follow without force
+    W: Array  # (O, t N) gaps of the open nodes by slip of the closed nodes
 
-    @property
-    def static(self) -> bool:
-        """Whether all corners are one load, maybe listed several times."""
-        return not any(np.ptp(part, axis=0).any() for part in self.bonded)
+    # Reactions of the closed nodes at load factor 0, and those that a load factor of 1 adds.
+    r0: Array  # (K0, t + 1, N) force, normal ones last
+    r1: Array  # (K, t + 1, N)
+    q0: Array  # (K0, N) or (K0, N, 2) shear forces
+    p0: Array  # (K0, N) normal forces
+    q1: Array  # (K, N) or (K, N, 2)
+    p1: Array  # (K, N)
+    # Gaps of the open nodes without slip, likewise.
+    w0: Array  # (K0, O) length
+    w1: Array  # (K, O)
 
-    def moved(self, chosen: Booleans, first: int) -> Array:
-        """What some of the slips and gaps, from a `first` one on, are by the slips of the closed nodes."""
-        t = self.system.tangents * self.system.nodes
-        moved = (
-            np.zeros((0, t))
-            if self.give is None
-            else -(self.give[first:][: len(chosen)][chosen] @ self.system.S[:, :t])
-        )
-        moved[:, np.tile(self.open, self.system.tangents)] = 0.0
-        return np.asarray(moved)
-
-    @cached_property
-    def give(self) -> Array | None:
-        """(M, M) compliance of the open nodes alone, zero elsewhere; None where all are closed."""
-        return (
-            following(self.system.S, self.open, [*self.system.bonded.values()])
-            if self.open.any()
-            else None
-        )
-
-    @cached_property
-    def S(self) -> Array:
-        """(M, M) stiffness of the closed nodes, which the open ones follow without force."""
-        S = self.system.S
-        if self.give is None:
-            return S
-        out = np.tile(self.open, self.system.tangents + 1)
-        closed, across = np.flatnonzero(~out), S[np.ix_(out, ~out)]
-        left = S[np.ix_(~out, ~out)] - across.T @ (self.give[np.ix_(out, out)] @ across)
-        every = np.zeros_like(S)
-        every[np.ix_(closed, closed)] = (left + left.T) / 2
-        return every
-
-    @cached_property
-    def r0(self) -> Array:
-        """(K, t + 1, N) or (1, t + 1, N) reactions of the closed nodes at load factor 0, normal ones last, force."""
-        return self.carried(self.bonded[0])
-
-    @cached_property
-    def r1(self) -> Array:
-        """(K, t + 1, N) what a load factor of 1 adds."""
-        return self.carried(self.bonded[1])
-
-    def carried(self, r: Array) -> Array:
-        """(K, t + 1, N) reactions of the closed nodes, of closed reactions (K, M)."""
-        r = (
-            r
-            if self.give is None
-            else (r - (r @ self.give) @ self.system.S)
-            * ~np.tile(self.open, self.system.tangents + 1)
-        )
-        return r.reshape(len(r), -1, self.system.nodes)
-
-    @cached_property
-    def w(self) -> tuple[Array, Array]:
-        """(K, O) or (1, O), and (K, O) gaps of the open nodes where nothing slips: at load factor 0, and what a load factor of 1 adds, length."""
-        if self.give is None:
-            return np.zeros((1, 0)), np.zeros((len(self.bonded[1]), 0))
-        at_zero, cyclic = (
-            -(r @ self.give)[:, -self.system.nodes :][:, self.open] for r in self.bonded
-        )
-        return at_zero, cyclic
+    # Units of the unknowns and of margins.
+    force: float  # mean normal force at load factor 0; a force of the same size if it is 0
+    mean_bound: float  # mean friction bound at load factor 0; `force` if it is 0
+    mean_pressure: Array  # (N,) normal forces whose friction bound is `mean_bound`
+    load_unit: float  # load factor at which the cyclic reactions reach the mean friction bound
+    node_unit: Array  # (N,) force at each node
+    shear_unit: Array  # (N,) shear force at each node
+    clearance: float  # gap, length, at which the mean friction bound would close it
 
     @property
     def A(self) -> Array:
@@ -141,191 +97,108 @@ class Question:
         """(N, t N) normal forces by slip."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
-    @cached_property
-    def W(self) -> Array:
-        """(O, t N) gaps of the open nodes by slip."""
-        return self.moved(self.open, self.system.tangents * self.system.nodes)
-
     def loads(self, k: int) -> dict[str, Array]:
-        """Closed reactions and gaps of a corner by their names: at load factor 0, and what a load factor of 1 adds."""
-        (q0, p0, q1, p1), (w0, w1), of = self.parts, self.w, f"[{k}]" * self.fixed
-        at = k if self.fixed else 0
-        load = {f"q0{of}": q0[at], f"p0{of}": p0[at], f"q1[{k}]": q1[k], f"p1[{k}]": p1[k]}
-        return load | {f"w0{of}": w0[min(at, len(w0) - 1)], f"w1[{k}]": w1[k]}
+        """Reactions q0, p0, q1, p1 and gaps w0, w1 of corner k, by their printed names."""
+        suffix = f"[{k}]" if self.fixed else ""
+        row = k if self.fixed else 0
+        return {
+            f"q0{suffix}": self.q0[row],
+            f"p0{suffix}": self.p0[row],
+            f"q1[{k}]": self.q1[k],
+            f"p1[{k}]": self.p1[k],
+            f"w0{suffix}": self.w0[row],
+            f"w1[{k}]": self.w1[k],
+        }
 
-    @cached_property
-    def parts(self) -> tuple[Array, Array, Array, Array]:
-        """Reactions `q0, p0, q1, p1`: the shear forces (K, N) or (K, N, 2), the normal ones (K, N)."""
-        (q0, p0), (q1, p1) = (
-            parted(r.reshape(len(r), -1), self.system.tangents + 1) for r in (self.r0, self.r1)
-        )
-        return q0, p0, q1, p1
+    def carried(self, r: Array) -> Array:
+        """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
+        return _carried(self.system, self.open_nodes, self.compliance, r)
 
-    @cached_property
-    def force(self) -> float:
-        """Mean normal force at load factor 0, or a force of the same size where there is none."""
-        closed = ~self.open
-        held, sheared = (np.linalg.norm(r[:, :-1, closed], axis=1) for r in (self.r0, self.r1))
-        pressed, swung = np.abs(self.r0[:, -1, closed]), np.abs(self.r1[:, -1, closed])
-        return (
-            float(pressed.mean() or max(held.mean(), sheared.mean(), swung.mean()) or 1.0)
-            if closed.any()
-            else 1.0
-        )
+    def reactions_of_slip(self, slip: Array) -> tuple[Array, Array]:
+        """Reactions `A v, B v` of the closed nodes that a residual slip adds, (N,) or (N, 2)."""
+        tangential = self.S[:, : -self.system.nodes]
+        return parted(tangential @ slip.T.ravel(), self.system.tangents + 1)
 
-    @cached_property
-    def mean_bound(self) -> float:
-        """Mean friction bound at load factor 0, the unit of margins; `force` where there is no friction."""
-        closed, p0 = ~self.open, self.r0[:, -1]
-        bound, size = (
-            float((self.friction * p)[:, closed].mean()) if closed.any() else 0.0
-            for p in (p0, np.abs(p0))
-        )
-        return bound if bound > CONDENSATION * size else self.force  # a shear alone leaves rounding
+    def slip_at_mean_load(self, slip: Array) -> Array:
+        """The slip of the closed nodes, completed by the slip of the open ones at the mean load."""
+        if self.compliance is None:
+            return slip
+        u, _ = Question.states(self, 0.0, slip)  # not those of a LiftOff
+        return np.asarray(u[0, :-1].T.reshape(slip.shape))
 
-    @cached_property
-    def mean_pressure(self) -> Array:
-        """(N,) units of margins as normal forces: those whose friction bound is `mean_bound`, with no less friction than `_OF_TENSION`."""
-        return np.asarray(self.mean_bound / np.maximum(self.friction, _OF_TENSION))
-
-    @cached_property
-    def load_unit(self) -> float:
-        """Load factor at which the cyclic reactions reach the mean friction bound."""
-        closed, f = ~self.open, self.friction
-        if not closed.any():
-            return 1.0
-        sheared, swung = (
-            np.linalg.norm(self.r1[:, :-1, closed], axis=1),
-            np.abs(self.r1[:, -1, closed]),
-        )
-        demand = (
-            float(sheared.mean() + (f[closed] * swung).mean())
-            + float(swung[:, f[closed] == 0].sum()) / closed.sum()
-        )
-        size = float((f * np.abs(self.r0[:, -1]))[:, closed].mean())
-        return (size or self.force) / demand if demand > 0 else 1.0
-
-    @cached_property
-    def node_unit(self) -> Array:
-        """(N,) force unit of each node: its pressure under the mean load, or what else acts on it; of an open one the mean."""
-        (sheared, swung), (held, pressed) = (
-            (np.linalg.norm(r[:, :-1], axis=1), np.abs(r[:, -1])) for r in (self.r1, self.r0)
-        )
-        pressure, acts = (
-            pressed.max(axis=0),
-            np.maximum(held.max(axis=0), np.maximum(sheared, swung).max(axis=0)),
-        )
-        unit = np.where(
-            pressure > _NO_PRESSURE * self.force,
-            pressure,
-            np.maximum(acts, _NO_PRESSURE * self.force),
-        )
-        return np.where(self.open, self.force, unit)
-
-    @property
-    def shear_unit(self) -> Array:
-        """(N,) unit of shear forces: in space the friction bound where it is less than the force unit, for cones end by it; lines end in a vertex."""
-        little = (self.friction > 0) & (self.friction < 1) & (self.system.tangents > 1)
-        return np.asarray(self.node_unit * np.where(little, self.friction, 1.0))
-
-    @property
-    def pattern(self) -> str:
-        """Which states of the nodes an answer is about, as a part of a sentence: it says nothing of others."""
-        return (
-            " with these nodes open and the others closed"
-            if self.open.any()
-            else " with all nodes closed"
-        )
-
-    @property
-    def clearance(self) -> float:
-        """Unit of margins as a gap, length: the mean friction bound over the mean normal stiffness, or over the scale if that is rounding."""
-        normal, scale = float(np.diag(self.system.C).mean()), self.system.stiffness_scale
-        return self.mean_bound / (normal if normal > CONDENSATION * scale else scale)
+    def excess_over_slip_bound(self, slip: Array) -> float:
+        """Largest excess of the slip over its bound, over the largest size; <= 0 if it has none."""
+        if self.slip_bound is None:
+            return 0.0
+        sizes = np.where(self.open_nodes, 0.0, lengths(slip, self.slip_bound))
+        largest = max(float(self.slip_bound.max()), float(sizes.max()), np.finfo(float).tiny)
+        return float(((sizes - self.slip_bound) / largest).max())
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """Slips and gaps `[v, w]` and reactions `[q, p]` at the corners, each (K, t + 1, N), under a residual slip of the closed nodes."""
-        axes, n, S = self.system.tangents + 1, self.system.nodes, self.system.S
-        v = np.concatenate([(slip.T * ~self.open).ravel(), np.zeros(n)])
-        r = self.bonded[0] + load_factor * self.bonded[1] + S @ v
-        u = np.broadcast_to(v, r.shape)
-        if self.give is not None:
-            follow = r @ self.give
-            u, r = u - follow, (r - follow @ S) * ~np.tile(self.open, axes)
-        return u.reshape(-1, axes, n), r.reshape(-1, axes, n)
+        """Motions `[v, w]` and reactions `[q, p]` (K, t + 1, N) at the corners, under a slip."""
+        axes, nodes = self.system.tangents + 1, self.system.nodes
+        S = self.system.S
+        closed_slip = np.concatenate([(slip.T * ~self.open_nodes).ravel(), np.zeros(nodes)])
+        r = self.bonded[0] + load_factor * self.bonded[1] + S @ closed_slip
+        u = np.broadcast_to(closed_slip, r.shape)
+        if self.compliance is not None:
+            follow = r @ self.compliance
+            u = u - follow
+            r = (r - follow @ S) * ~np.tile(self.open_nodes, axes)
+        return u.reshape(-1, axes, nodes), r.reshape(-1, axes, nodes)
+
+    # Instants are the corners; if nodes open and close in each cycle (`LiftOff`) also the events.
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """The same at all instants that have rows: the corners, and between them where nodes open or close in each cycle."""
+        """Motions and reactions at all instants, see `states`."""
         return self.states(load_factor, slip)
 
     def at_instants(self, load_factor: float) -> Array:
-        """Closed reactions there, all gaps pressed shut."""
+        """Bonded reactions at all instants, all gaps pressed shut."""
         return self.bonded[0] + load_factor * self.bonded[1]
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions there by the corners whose loads they are of."""
+        """Motions at the instants, shared out to the corners whose loads act on them."""
         return moves
 
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
-        """(K, N) or (1, N) which nodes stick there, and which are open; others just touch."""
-        return ~self.open[None], self.open[None]
+        """(K, N) or (1, N) which nodes stick at each instant, and which are open; others touch."""
+        return ~self.open_nodes[None], self.open_nodes[None]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What these instants are called."""
+        """Names of the instants: their loads."""
         return self.cycle.corner_names
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
-        """Node, "opens" or "closes", part of the way from the first corner to the last, and loads there, of nodes that do so in each cycle."""
+        """Node, "opens" or "closes", place between the corners (0 to 1), and loads there."""
         return []
 
     @property
     def open_share(self) -> Array:
         """(N,) part of the cycle in which each node is open."""
-        return self.open.astype(float)
+        return self.open_nodes.astype(float)
 
-    def change(self, slip: Array) -> tuple[Array, Array]:
-        """Reactions `A v, B v` that a residual slip, (N,) or (N, 2), adds to those of the closed nodes."""
-        return parted(self.S[:, : -self.system.nodes] @ slip.T.ravel(), self.system.tangents + 1)
-
-    def rested(self, slip: Array) -> Array:
-        """A slip of the closed nodes with that of the open ones under the mean load."""
-        return (
-            slip
-            if self.give is None
-            else np.asarray(Question.states(self, 0.0, slip)[0][0, :-1].T.reshape(slip.shape))
-        )  # nothing else opens
-
-    def beyond(self, slip: Array) -> float:
-        """By how much the slip exceeds its bound, over the largest slip or bound; at most 0 if it does not."""
-        if self.most is None:
-            return 0.0
-        sizes = np.where(self.open, 0.0, lengths(slip, self.most))
-        return float(
-            (
-                (sizes - self.most)
-                / max(float(self.most.max()), float(sizes.max()), np.finfo(float).tiny)
-            ).max()
-        )
+    @property
+    def pattern(self) -> str:
+        """The states of the nodes that an answer is about, as a part of a sentence."""
+        if self.open_nodes.any():
+            return " with these nodes open and the others closed"
+        return " with all nodes closed"
 
     def violation(self, load_factor: float, slip: Array) -> float:
-        """How far a slip is from being safe: its largest violation of the contact law over the corners, or of its bound."""
-        S, gap = (
-            self.system.S,
-            np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0)),
-        )
+        """How far a slip is from being safe, dimensionless; 0 if it is safe.
+
+        It is the largest violation of the contact law at an instant, or of the slip bound.
+        """
+        gap = np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0))
         u, r = (part.reshape(len(part), -1) for part in self.instants(load_factor, slip))
-        off = off_law(
-            self.system,
-            self.friction,
-            self.at_instants(load_factor) + S @ gap,
-            u - gap,
-            r,
-            self.force,
-        )
-        return float(np.nan_to_num(max(off.max(), self.beyond(slip)), nan=np.inf))
+        bonded = self.at_instants(load_factor) + self.system.S @ gap
+        off = off_law(self.system, self.friction, bonded, u - gap, r, self.force)
+        worst = max(off.max(), self.excess_over_slip_bound(slip))
+        return float(np.nan_to_num(worst, nan=np.inf))
 
 
 def pose(
@@ -337,28 +210,241 @@ def pose(
     slip_bound: Any = None,
     strong: bool = False,
 ) -> Question:
-    """Check a limit problem and pose it with all nodes closed; `slip_bound` is one largest slip, or one per node, None for no bound.
+    """Check a limit question and pose it with all nodes closed; ModelError for bad input.
 
-    Refused: wrong types, unknown load cases, bad friction, a bad slip bound, a mean load whose
-    shear hides its pressure; and a shear strength unless the question is `strong`, which knows it.
+    `slip_bound` is one largest slip, one per node, or None. `strong`: whether the question knows a
+    shear strength of the surface. A mean load whose shear hides its pressure is refused.
     """
-    nodes = (checked_system(system) if strong else checked_uncapped(system, "this question")).nodes
+    started = perf_counter()
+    if strong:
+        checked_system(system)
+    else:
+        checked_uncapped(system, "this question")
     checked_cycle(cycle)
-    bounds = "it bounds the size of the slip, give a length >= 0, or None for no bound"
-    most = None if slip_bound is None else per_node("slip_bound", slip_bound, nodes, bounds)
-    f, none = friction_coefficients(friction, nodes), np.zeros(nodes, dtype=bool)
-    task = Question(system, cycle, f, most, none, flag("simplify", simplify))
-    held = np.linalg.norm(task.r0[:, :-1], axis=1)
-    if held.max() > _MOST_SHEAR * task.force:
-        node = int(held.max(axis=0).argmax())
+    bound = None
+    if slip_bound is not None:
+        remedy = "it bounds the size of the slip, give a length >= 0, or None for no bound"
+        bound = per_node("slip_bound", slip_bound, system.nodes, remedy)
+    question = _question(
+        system=system,
+        cycle=cycle,
+        friction=friction_coefficients(friction, system.nodes),
+        slip_bound=bound,
+        open_nodes=np.zeros(system.nodes, dtype=bool),
+        compliance=None,
+        simplify=flag("simplify", simplify),
+        started=started,
+        bonded=_bonded(system, cycle),
+    )
+
+    shear = np.linalg.norm(question.r0[:, :-1], axis=1)
+    force = question.force
+    if shear.max() > _LARGEST_MEAN_SHEAR * force:
+        node = int(shear.max(axis=0).argmax())
         raise ModelError(
-            f"mean: its shear force at node {node}{in_contact(system, node)} is {held.max() / task.force:.1e} times the mean normal force "
-            f"{task.force:.3g}, and rounding of the one hides the other; press the contact, or check the units of the load cases"
+            f"mean: its shear force at node {node}{in_contact(system, node)} is "
+            f"{shear.max() / force:.1e} times the mean normal force {force:.3g}, and rounding of "
+            "the one hides the other; press the contact, or check the units of the load cases"
         )
-    return task
+    return question
 
 
-def with_open(task: Question, opened: Booleans) -> Question | None:
-    """The question with some nodes open at all corners; None if the others, or nothing where all are open, do not hold them."""
-    asked = replace(task, open=opened)
-    return None if opened.any() and asked.give is None else asked
+def with_open(question: Question, open_nodes: Booleans) -> Question | None:
+    """The question with some nodes open at all corners; None if the others do not hold them.
+
+    If all nodes are open, only supports can hold them.
+    """
+    compliance = None
+    if open_nodes.any():
+        system = question.system
+        compliance = following(system.S, open_nodes, [*system.bonded.values()])
+        if compliance is None:
+            return None
+    return _changed(question, open_nodes=open_nodes, compliance=compliance)
+
+
+def with_friction(question: Question, friction: ArrayLike) -> Question:
+    """The question with other friction, posed now; ModelError for bad friction."""
+    coefficients = friction_coefficients(friction, question.system.nodes)
+    return _changed(question, friction=coefficients, started=perf_counter())
+
+
+def _changed(question: Question, **changes: Any) -> Question:
+    """The question with some of its inputs changed, and all arrays that follow."""
+    inputs = signature(_question).parameters
+    return _question(**{name: getattr(question, name) for name in inputs} | changes)
+
+
+def _question(
+    *,
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: Array,
+    slip_bound: Array | None,
+    open_nodes: Booleans,
+    compliance: Array | None,
+    simplify: bool,
+    started: float,
+    bonded: tuple[Array, Array],
+) -> Question:
+    """All arrays of a question, one after the other."""
+    axes = system.tangents + 1
+    static = not any(np.ptp(part, axis=0).any() for part in bonded)
+
+    # The closed nodes, which the open nodes follow without force.
+    S = _stiffness_of_closed(system, open_nodes, compliance)
+    r0 = _carried(system, open_nodes, compliance, bonded[0])
+    r1 = _carried(system, open_nodes, compliance, bonded[1])
+    q0, p0 = parted(r0.reshape(len(r0), -1), axes)
+    q1, p1 = parted(r1.reshape(len(r1), -1), axes)
+
+    # The gaps of the open nodes.
+    rows_of_gaps = np.flatnonzero(open_nodes) + system.tangents * system.nodes
+    W = motion_of_open_nodes(system, open_nodes, compliance, rows_of_gaps)
+    w0 = _gaps_of_open(bonded[0], open_nodes, compliance)
+    w1 = _gaps_of_open(bonded[1], open_nodes, compliance)
+
+    # Units, from the reactions of the closed nodes.
+    closed = ~open_nodes
+    force = _mean_force(r0, r1, closed)
+    mean_bound = _mean_bound(r0, friction, closed, force)
+    mean_pressure = mean_bound / np.maximum(friction, _LEAST_FRICTION_OF_MARGIN)
+    load_unit = _load_unit(r0, r1, friction, closed, force)
+    node_unit = np.where(open_nodes, force, _node_unit(r0, r1, force))
+
+    # In space the cones of friction end at the friction bound, if it is less than the pressure.
+    small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
+    shear_unit = node_unit * np.where(small_cones, friction, 1.0)
+
+    normal_stiffness = float(np.diag(system.C).mean())
+    if not normal_stiffness > CONDENSATION * system.stiffness_scale:
+        normal_stiffness = system.stiffness_scale
+    return Question(
+        system=system,
+        cycle=cycle,
+        friction=friction,
+        slip_bound=slip_bound,
+        open_nodes=open_nodes,
+        simplify=simplify,
+        started=started,
+        bonded=bonded,
+        fixed=len(bonded[0]) > 1,
+        static=static,
+        compliance=compliance,
+        S=S,
+        W=W,
+        r0=r0,
+        r1=r1,
+        q0=q0,
+        p0=p0,
+        q1=q1,
+        p1=p1,
+        w0=w0,
+        w1=w1,
+        force=force,
+        mean_bound=mean_bound,
+        mean_pressure=mean_pressure,
+        load_unit=load_unit,
+        node_unit=node_unit,
+        shear_unit=shear_unit,
+        clearance=mean_bound / normal_stiffness,
+    )
+
+
+def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
+    """Bonded reactions (K0, M) at load factor 0, all gaps pressed shut, and (K, M) of the rest."""
+    unscaled = cycle.unscaled
+    if all(loads == unscaled[0] for loads in unscaled):
+        unscaled = unscaled[:1]  # fixed parts that do not differ are a mean load
+    shut = system.S[:, -system.nodes :] @ system.gap
+    return reactions(system, unscaled) - shut, reactions(system, cycle.corners)
+
+
+def _stiffness_of_closed(
+    system: ContactSystem, open_nodes: Booleans, compliance: Array | None
+) -> Array:
+    """(M, M) stiffness of the closed nodes, zero elsewhere."""
+    if compliance is None:
+        return system.S
+    opened = np.tile(open_nodes, system.tangents + 1)  # (M,)
+    across = system.S[np.ix_(opened, ~opened)]
+    follow = compliance[np.ix_(opened, opened)] @ across
+    reduced = system.S[np.ix_(~opened, ~opened)] - across.T @ follow
+    S = np.zeros_like(system.S)
+    S[np.ix_(~opened, ~opened)] = (reduced + reduced.T) / 2
+    return S
+
+
+def _carried(
+    system: ContactSystem, open_nodes: Booleans, compliance: Array | None, r: Array
+) -> Array:
+    """(K, t + 1, N) reactions of the closed nodes, from bonded reactions (K, M)."""
+    if compliance is not None:
+        r = (r - (r @ compliance) @ system.S) * ~np.tile(open_nodes, system.tangents + 1)
+    return r.reshape(len(r), -1, system.nodes)
+
+
+def motion_of_open_nodes(
+    system: ContactSystem, open_nodes: Booleans, compliance: Array | None, rows: Integers
+) -> Array:
+    """(R, t N) slips or gaps of the open nodes by slips of the closed ones; `rows` (R,) of M."""
+    columns = len(system.S) - system.nodes
+    if compliance is None:
+        return np.zeros((0, columns))
+    motion = -(compliance[rows] @ system.S[:, :columns])
+    motion[:, np.tile(open_nodes, system.tangents)] = 0.0
+    return np.asarray(motion)
+
+
+def _gaps_of_open(r: Array, open_nodes: Booleans, compliance: Array | None) -> Array:
+    """(K, O) gaps of the open nodes under bonded reactions (K, M), if nothing slips."""
+    if compliance is None:
+        return np.zeros((len(r), 0))
+    return np.asarray(-(r @ compliance)[:, -len(open_nodes) :][:, open_nodes])
+
+
+def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
+    """Mean normal force at load factor 0; a force of the same size if there is none."""
+    if not closed.any():
+        return 1.0
+    pressure = float(np.abs(r0[:, -1, closed]).mean())
+    if pressure:
+        return pressure
+    shear = np.linalg.norm(r0[:, :-1, closed], axis=1)
+    cyclic_shear = np.linalg.norm(r1[:, :-1, closed], axis=1)
+    cyclic_pressure = np.abs(r1[:, -1, closed])
+    return float(max(shear.mean(), cyclic_shear.mean(), cyclic_pressure.mean())) or 1.0
+
+
+def _mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
+    """Mean friction bound at load factor 0; `force` if it is rounding, as under a shear alone."""
+    if not closed.any():
+        return force
+    bound = float((friction * r0[:, -1])[:, closed].mean())
+    size = float((friction * np.abs(r0[:, -1]))[:, closed].mean())
+    return bound if bound > CONDENSATION * size else force
+
+
+def _load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: float) -> float:
+    """Load factor at which the cyclic reactions reach the mean friction bound."""
+    if not closed.any():
+        return 1.0
+    f = friction[closed]
+    shear = np.linalg.norm(r1[:, :-1, closed], axis=1)
+    pressure = np.abs(r1[:, -1, closed])
+    without_friction = float(pressure[:, f == 0].sum()) / int(closed.sum())
+    demand = float(shear.mean() + (f * pressure).mean()) + without_friction
+    if not demand > 0:
+        return 1.0
+    bound = float((friction * np.abs(r0[:, -1]))[:, closed].mean())
+    return (bound or force) / demand
+
+
+def _node_unit(r0: Array, r1: Array, force: float) -> Array:
+    """(N,) pressure of each node under the mean load; if it has none, the other forces on it."""
+    least = _LEAST_NODE_UNIT * force
+    pressure = np.abs(r0[:, -1]).max(axis=0)
+    shear = np.linalg.norm(r0[:, :-1], axis=1).max(axis=0)
+    cyclic = np.maximum(np.linalg.norm(r1[:, :-1], axis=1), np.abs(r1[:, -1])).max(axis=0)
+    others = np.maximum(np.maximum(shear, cyclic), least)
+    return np.asarray(np.where(pressure > least, pressure, others))

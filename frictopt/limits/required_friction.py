@@ -28,7 +28,7 @@ from ..errors import SolverError
 from .answered import Answered, Mechanism
 from .models import most_pressed, unknowns
 from .programs import listed_rows
-from .question import pose
+from .question import pose, with_open
 from .safe_slip import SafeSlip, SafeSlipModel
 
 _PROVEN_FRICTION = (
@@ -146,10 +146,15 @@ def required_friction(
 
 def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
     """The answer, with each friction asked for once; `bar` counts them."""
-    started, most, task, load_factor = perf_counter(), 1.0, asked.model._asked, asked.load_factor
-    system, cycle, asked.tell = task.system, task.cycle, bar.update
+    started, most, question, load_factor = (
+        perf_counter(),
+        1.0,
+        asked.model._asked,
+        asked.load_factor,
+    )
+    system, cycle, asked.tell = question.system, question.cycle, bar.update
     within, smaller = ("", "") if slip_bound is None else (" within the slip bound", "smaller ")
-    held, sheared = task.r0[:, :-1], load_factor * task.r1[:, :-1]
+    held, sheared = question.r0[:, :-1], load_factor * question.r1[:, :-1]
     alike = np.ptp(held + sheared, axis=0).max() <= RESIDUAL * max(
         np.abs(held).max(), np.abs(sheared).max()
     )
@@ -167,10 +172,10 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
                 pressed.motion.table(system, cycle.corner_names),
                 replace(record, seconds=perf_counter() - started),
             )
-            nodes, unsafe, task = (
+            nodes, unsafe, question = (
                 mechanism["node"].unique(),
                 np.full(system.slip_shape, np.nan),
-                replace(task, friction=task.friction * np.inf),
+                replace(question, friction=question.friction * np.inf),
             )
             named = (
                 [f"{x:.4g}" for x in system.x[nodes]]
@@ -181,7 +186,7 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
             why = f"whatever slips{within}, the loads open one of {len(nodes)} nodes ({where}) at some corner; press them"
             why = f"no friction is enough to keep all nodes closed: {why}"
             return RequiredFriction(
-                load_factor, frozen(unsafe), record, task, np.inf, np.inf, mechanism, why
+                load_factor, frozen(unsafe), record, question, np.inf, np.inf, mechanism, why
             )
         raise SolverError(
             f"required friction: none up to {_MORE_FRICTION[-1]:g} is enough, although no node need open: the best residual slip leaves a "
@@ -241,7 +246,7 @@ def _required(asked: _Asked, slip_bound: Any, bar: Bar) -> RequiredFriction:
     )
     required = root * (1 + step) if bound > 0 else 0.0
     return RequiredFriction(
-        load_factor, enough.slip, record, enough._task, required, bound, mechanism, why
+        load_factor, enough.slip, record, enough._question, required, bound, mechanism, why
     )
 
 
@@ -258,7 +263,7 @@ class _Asked:
 
     def safe(self, friction: float, opened: Booleans | None = None) -> SafeSlip:
         """The slip that stays furthest inside the friction bounds, with given nodes open or the first ones of a search with which it is safe."""
-        task, load_factor, opened = (
+        question, load_factor, opened = (
             self.model._posed(friction),
             self.load_factor,
             None if self._events else opened,
@@ -268,10 +273,11 @@ class _Asked:
             self.tell()
             if opened is None:
                 self.found[key] = self.model.of_pattern(
-                    task, load_factor, events=self._events, enough=load_factor
+                    question, load_factor, events=self._events, enough=load_factor
                 )
             else:
-                self.found[key] = self.model._safe(replace(task, open=opened), load_factor)
+                question = with_open(question, opened) or question
+                self.found[key] = self.model._safe(question, load_factor)
         return self.found[key]
 
     @property
@@ -352,23 +358,27 @@ def best_pressed(
     system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: Any
 ) -> tuple[Pressing, SolveRecord]:
     """The slip, within its bound, under which the least normal reaction over the nodes and corners is largest."""
-    task, least = pose(system, cycle, 0.0, slip_bound=slip_bound), cp.Variable(name="least")
+    question, least = pose(system, cycle, 0.0, slip_bound=slip_bound), cp.Variable(name="least")
     x = unknowns(
         system.slip_shape,
         range(len(cycle.corners)),
         cp.Parameter(nonneg=True, name="load_factor", value=load_factor),
     )
     program = listed_rows(
-        task, x, cp.Parameter(system.nodes, nonneg=True, name="f"), friction=lambda *_: []
+        question, x, cp.Parameter(system.nodes, nonneg=True, name="f"), friction=lambda *_: []
     )
-    program.compiled(most_pressed(x, least, task.force, program.corners, program.rows), 1.0)
+    program.compiled(most_pressed(x, least, question.force, program.corners, program.rows), 1.0)
 
     def judged() -> Pressing:
         slip, proof = program.slip, program.chain.proof
-        reached = float(min(task.states(load_factor, slip)[1][:, -1].min() / task.force, 1.0))
+        reached = float(
+            min(question.states(load_factor, slip)[1][:, -1].min() / question.force, 1.0)
+        )
         gap = abs(proof.bound - reached) + proof.defect
         return Pressing(
-            reached, program.motion, float(np.nan_to_num(max(gap, task.beyond(slip)), nan=np.inf))
+            reached,
+            program.motion,
+            float(np.nan_to_num(max(gap, question.excess_over_slip_bound(slip)), nan=np.inf)),
         )
 
     return program.chain.solve(judged)

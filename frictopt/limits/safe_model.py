@@ -1,4 +1,4 @@
-"""What the models of safe slips have in common: the unknowns to extend them by, and the programs that they compile."""
+"""The models that users extend: their unknowns, and the programs that they compile."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, shown, warns_of_odd_values
+from ..base import shown, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
-from .models import Row, called, defines, named, unknowns, vec
+from .models import Row, constant, defines, printed_as, unknowns, vec
 from .programs import Program, check_rows, check_values, listed_rows, own_rows
-from .question import Question, pose
+from .question import Question, motion_of_open_nodes, pose, with_friction
 
 A = TypeVar("A", bound=Answered)
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def in_turn(question: F) -> F:
-    """A question of a model that threads ask one after the other, for its program has parameters and variables."""
+    """Decorator: threads ask a question of a model in turn, for they share its variables."""
 
     @wraps(question)
     def asked(self: SafeModel, *args: Any, **kwargs: Any) -> Any:
@@ -37,24 +37,33 @@ def in_turn(question: F) -> F:
 
 
 class SafeModel:
-    """Base of models that take constraints of the user's own: what they decide on, in the user's units.
+    """Base of models that take constraints of the user's own, on unknowns in user units.
 
-    Threads ask in turn. The unknowns hold the last answer, None where that has no slip. A copy is a
+    Threads ask in turn. The unknowns hold the last answer, None if that has no slip. A copy is a
     new model, with unknowns of its own.
     """
 
-    _given = False  # whether the load factor is
-    _strong = False  # whether its questions know the shear strength of a surface
+    # Whether the load factor is given.
+    _given = False
+    # Whether the questions know the shear strength of a surface.
+    _strong = False
+
     _made: Any
     __signature__: Signature
     load_factor: Any
     """The load factor, a cvxpy variable for constraints of your own."""
     slip: cp.Variable
-    """(N,) or (N, 2) residual slip, length, a cvxpy variable for constraints of your own; of open nodes the one under the mean load."""
+    """(N,) or (N, 2) residual slip, length, a cvxpy variable for constraints of your own.
+
+    That of open nodes is the one under the mean load."""
     q: cp.Expression
-    """(K, N) or (K, N, 2) shear forces at the corners of the cycle, force, for constraints of your own; 0 at open nodes."""
+    """(K, N) or (K, N, 2) shear forces at the corners, force, for constraints of your own.
+
+    They are 0 at open nodes."""
     p: cp.Expression
-    """(K, N) normal forces at the corners, compression positive, force, for constraints of your own; 0 at open nodes."""
+    """(K, N) normal forces at the corners, compression positive, for constraints of your own.
+
+    They are 0 at open nodes."""
 
     def __init__(
         self,
@@ -65,34 +74,50 @@ class SafeModel:
         simplify: bool = True,
         solver: str | None = None,
     ) -> None:
-        self._asked = pose(
+        question = pose(
             system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound, strong=self._strong
         )
+        self._begin(question, solver)
+
+    @classmethod
+    def _on(cls, question: Question, solver: str | None) -> Self:
+        """A model that is not the user's, on a question that is posed already."""
+        self = object.__new__(cls)
+        self._begin(question, solver)
+        return self
+
+    def _begin(self, question: Question, solver: str | None) -> None:
+        """Make the unknowns of the model; it has no programs yet."""
+        system = question.system
+        plane = system.tangents == 1
+        solver_order(solver, LP if plane else SOCP)
+        self._asked = question
         self._solver = solver
-        self._posed = partial(
-            pose, system, cycle, simplify=simplify, slip_bound=self._asked.most, strong=self._strong
-        )  # by its friction
         self._turn = RLock()
-        solver_order(solver, LP if system.tangents == 1 else SOCP)
-        given = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
-        self._x = unknowns(system.slip_shape, range(len(cycle.corners)), given)
-        self._f = cp.Parameter(system.nodes, nonneg=True, name="f")
-        self.load_factor, self.slip = self._x.load_factor, self._x.slip
-        q, p = list(self._x.q.values()), list(self._x.p.values())
-        self.q, self.p = (
-            called(cp.vstack(q) if system.tangents == 1 else cp.stack(q, axis=0), "q"),
-            called(cp.vstack(p), "p"),
-        )
         self._programs: dict[object, Any] = {}
 
+        load_factor = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
+        self._x = unknowns(system.slip_shape, range(len(question.r1)), load_factor)
+        self._f = cp.Parameter(system.nodes, nonneg=True, name="f")
+        self.load_factor = self._x.load_factor
+        self.slip = self._x.slip
+        q = list(self._x.q.values())
+        self.q = printed_as(cp.vstack(q) if plane else cp.stack(q, axis=0), "q")
+        self.p = printed_as(cp.vstack(list(self._x.p.values())), "p")
+
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(map(repr, self._posed.args))})"
+        return f"{type(self).__name__}({self._asked.system!r}, {self._asked.cycle!r})"
+
+    def _posed(self, friction: Any) -> Question:
+        """The question of the model with a friction, with all nodes closed."""
+        return with_friction(self._asked, friction)
 
     def __init_subclass__(cls) -> None:
         warns_of_odd_values(cls)
-        cls.__signature__ = (asked := signature(cls.__init__)).replace(
-            parameters=[*asked.parameters.values()][1:]
-        )  # else it is that of __new__
+        # Else the signature is that of __new__.
+        with_self = signature(cls.__init__)
+        _, *parameters = with_self.parameters.values()
+        cls.__signature__ = with_self.replace(parameters=parameters)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
         """Keep what it is made of, for its copies."""
@@ -101,77 +126,86 @@ class SafeModel:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return self._made, ()  # a copy has unknowns of its own
+        # A copy is made anew, with unknowns of its own.
+        return self._made, ()
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
-        """Those that the user's constraints may be on."""
-        return [self.slip, *self._x.q.values(), *self._x.p.values()] + (
-            [] if self._given else [self.load_factor]
-        )
+        """The unknowns that the user's constraints may be on."""
+        on_corners = [*self._x.q.values(), *self._x.p.values()]
+        load_factor = [] if self._given else [self.load_factor]
+        return [self.slip, *on_corners, *load_factor]
 
     def _program(
         self,
-        task: Question,
-        own: Sequence[Any],
+        question: Question,
+        user_rows: Sequence[Any],
         objective: Any,
         goal: Callable[[Program], cp.Problem],
         name: str,
         unit: float,
         **listing: Any,
     ) -> Program:
-        """The program of a goal, maybe with constraints and an objective of the user's own; compiled once for all frictions."""
-        key = name, task.open.tobytes(), objective is None, *map(id, own), id(objective)
+        """The program of a goal, compiled once for all frictions.
+
+        `user_rows` and `objective` are constraints and an objective of the user. `listing`: options
+        of `listed_rows`.
+        """
+        extended = bool(user_rows) or objective is not None
+        open_nodes = question.open_nodes.tobytes()
+        key = name, open_nodes, objective is None, *map(id, user_rows), id(objective)
         if key not in self._programs:
-            more = bool(own) or objective is not None
-            listed = listed_rows(task, self._x, self._f, every=more, **listing)
-            listed.own = own_rows(own, self._unknowns)
-            if more and task.give is not None:
-                listed.rows += self._rested(task)
+            listed = listed_rows(question, self._x, self._f, every=extended, **listing)
+            listed.own = own_rows(user_rows, self._unknowns)
+            if extended and question.compliance is not None:
+                listed.rows += self._rested(question)
             problem = goal(listed)
             if objective is not None:
-                problem = cp.Problem(
-                    cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints
-                )
-            for old in list(self._programs)[
-                :-1
-            ]:  # two at a time, with own rows and without: each has dense matrices
+                chosen = checked_objective(objective, self._unknowns)
+                problem = cp.Problem(cp.Maximize(chosen), problem.constraints)
+            # Two programs are kept, with user rows and without: each has dense matrices.
+            for old in list(self._programs)[:-1]:
                 del self._programs[old]
             self._programs[key] = listed.compiled(problem, unit)
         program: Program = self._programs[key]
-        for place, part in (
-            *program.own.items(),
-            *[("objective", objective)] * (objective is not None),
-        ):
-            check_values(place, part)  # which may be others than when it was compiled
-        program.ask(task, unit)
+
+        # The parameters of the user may have other values than when it was compiled.
+        for place, row in program.own.items():
+            check_values(place, row)
+        if objective is not None:
+            check_values("objective", objective)
+        program.ask(question, unit)
         return program
 
-    def _rested(self, task: Question, more: Any = 0) -> list[Row]:
-        """Rows by which the slip of open nodes is the one under the mean load, for the user's own rows; `more` is what unknown loads add to it."""
-        t = task.system.tangents * task.system.nodes
-        out = np.tile(task.open, task.system.tangents)
-        still = task.rested(np.zeros(task.system.slip_shape)).T.ravel()[out]
-        moved, chosen, slip = (
-            cp.Variable(len(still), name="v_r"),
-            named(np.eye(t)[out], "open"),
-            vec(self.slip),
-        )
-        follows = chosen @ slip == named(still, "v0") + moved + more
-        return [defines(moved, named(task.moved(out, 0), "V") @ slip), follows.set_label("open")]
+    def _rested(self, question: Question, more: Any = 0) -> list[Row]:
+        """Rows by which the slip of open nodes is the one under the mean load, for user rows.
 
-    def _shown(self, answer: A, **more: Array | float) -> A:
-        """An answer, whose values stand in the user's unknowns from now on."""
+        It is `v0` without slip of the closed nodes, and `V slip` follows them. `more`: terms that
+        unknown loads add.
+        """
+        system = question.system
+        opened = np.tile(question.open_nodes, system.tangents)  # (t N,)
+        v0 = question.slip_at_mean_load(np.zeros(system.slip_shape)).T.ravel()[opened]
+        V = motion_of_open_nodes(
+            system, question.open_nodes, question.compliance, np.flatnonzero(opened)
+        )
+        slip = vec(self.slip)
+        v_r = cp.Variable(len(v0), name="v_r")
+        chosen = constant(np.eye(len(opened))[opened], "open")
+        follows = chosen @ slip == constant(v0, "v0") + v_r + more
+        return [defines(v_r, constant(V, "V") @ slip), follows.set_label("open")]
+
+    def _shown(self, answer: A) -> A:
+        """An answer, after its values are put into the unknowns of the user."""
         q, p = answer.reactions
-        values = {
-            self.slip: answer.slip,
-            **{self._x.q[k]: q[k] for k in self._x.q},
-            **{self._x.p[k]: p[k] for k in self._x.p},
-        }
-        for variable, value in {**values, self.load_factor: answer.load_factor}.items():
-            variable.save_value(
-                np.asarray(value) if np.isfinite(value).all() else None
-            )  # cvxpy refuses nan
+        values: dict[cp.Variable, Any] = {self.slip: answer.slip}
+        values[self.load_factor] = answer.load_factor
+        for k in self._x.q:
+            values[self._x.q[k]] = q[k]
+            values[self._x.p[k]] = p[k]
+        for variable, value in values.items():
+            # cvxpy refuses nan.
+            variable.save_value(np.asarray(value) if np.isfinite(value).all() else None)
         return answer
 
 
@@ -179,7 +213,8 @@ def checked_objective(objective: Any, known: Sequence[cp.Variable]) -> cp.Expres
     """An objective of the user's own, to be largest."""
     if not isinstance(objective, cp.Expression) or objective.size != 1:
         raise ModelError(
-            f"objective: {shown(objective)}; give a scalar cvxpy expression to be largest, of slip, load_factor, q and p"
+            f"objective: {shown(objective)}; give a scalar cvxpy expression to be largest, of "
+            "slip, load_factor, q and p"
         )
     check_rows("objective", cp.Variable() <= objective, {variable.id for variable in known})
     return cp.reshape(objective, (), order="C")

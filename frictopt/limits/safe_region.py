@@ -31,7 +31,7 @@ from ..base.checks import check_name
 from ..contact import ContactSystem, LoadCycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
-from .question import Question, pose
+from .question import Question, pose, with_open
 from .shakedown import ShakedownLimit, shakedown_limit
 
 
@@ -238,7 +238,7 @@ def _region(search: _Search) -> SafeRegion:
         why = f"the amplitude of {unlimited[0]!r} has no limit: it shears no node beyond its bound"
         return search.region([held], unlimited, why)
     search.unit = np.array([limit or 1.0 for limit in limits])
-    why = f"{first.limit._opened}beyond each side its mechanism slips for ever{first.limit._task.pattern}"
+    why = f"{first.limit._opened}beyond each side its mechanism slips for ever{first.limit._question.pattern}"
     return search.region([first, *search.between(first, second), second], (), why)
 
 
@@ -307,11 +307,11 @@ class _Search:
         limit = shakedown_limit(self._system, cycle, self._friction, open=self._open)
         self._limits.append(limit)
         reach, bound = limit.load_factor if np.isfinite(limit.load_factor) else 0.0, limit.bound
-        if reach <= ZERO_LOAD_FACTOR * limit._task.load_unit:
+        if reach <= ZERO_LOAD_FACTOR * limit._question.load_unit:
             reach = bound = 0.0
         self.tell()
         self._reached += [(reach * first, reach * second)] * bool(np.isfinite(limit.load_factor))
-        units = [replace(unit, open=limit.open) for unit in self._unit]
+        units = [with_open(unit, limit.open) or unit for unit in self._unit]
         motion = self._ruled(limit._motion, units)
         drives = [motion.drive(unit) for unit in units]
         return _Point(
@@ -349,7 +349,7 @@ class _Search:
             np.arange(len(motion.friction)),
             motion.moves,
         )
-        r, w, out = one.r1 + other.r1, one.w[1] + other.w[1], one.open
+        r, w, out = one.r1 + other.r1, one.w1 + other.w1, one.open_nodes
         moves, press = np.zeros_like(r), np.zeros((len(r), r[0].size))
         for slip, size in zip(moved, motion.size, strict=True):
             along = np.vstack(
@@ -357,7 +357,7 @@ class _Search:
             )  # what it opens besides is at the corner of the least pressure
             moves[(-r * along).sum(axis=1).argmax(axis=0), :, nodes] += along.T
         moves[r[:, -1].argmin(axis=0), -1, nodes] += motion.opening.sum(axis=0)
-        if one.give is None:
+        if one.compliance is None:
             return Mechanism(moves, f)
         moves[:, :, out] = 0.0
         pressed = -(moved.reshape(len(moved), -1) @ one.system.S)[:, -one.system.nodes :][
@@ -366,9 +366,9 @@ class _Search:
         press[w.argmin(axis=0), np.flatnonzero(out) + one.system.tangents * one.system.nodes] = (
             pressed.clip(0.0)
         )
-        moves = moves - ((moves.reshape(len(moves), -1) @ one.system.S + press) @ one.give).reshape(
-            moves.shape
-        )
+        moves = moves - (
+            (moves.reshape(len(moves), -1) @ one.system.S + press) @ one.compliance
+        ).reshape(moves.shape)
         return Mechanism(moves, f, open=out)
 
     def between(self, one: _Point, other: _Point) -> list[_Point]:

@@ -24,7 +24,8 @@ from .patterns import check_events
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
-from .shakedown import ShakedownLimit, ShakedownModel
+from .shakedown import ShakedownLimit
+from .shakedown_model import ShakedownModel
 
 _MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
 _NO_MARGIN = (
@@ -86,7 +87,10 @@ class SafeSlip(Proven):
     @cached_property
     def reason(self) -> str:
         """What the slip does, or why there is none: which nodes stay open, or which way the mean load pulls."""
-        task, bound = self._task, [] if self._task.most is None else ["the slip bound"]
+        question, bound = (
+            self._question,
+            [] if self._question.slip_bound is None else ["the slip bound"],
+        )
         within = (
             f" within {' and '.join([*bound, *self.constraints])}"
             if bound or self.constraints
@@ -101,9 +105,9 @@ class SafeSlip(Proven):
         left = (
             f" with all nodes closed, or with the {opened} open that the search finds; with others open one may be"
             if opened
-            else task.pattern
+            else question.pattern
         )
-        mean = unscaled_diagnosis(task.system, task.cycle, task.friction)
+        mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
         return f"no residual slip{within} is safe at this load factor{left}; shakedown_limit says which have one; without residual slip {mean}"
 
     @cached_property
@@ -179,7 +183,7 @@ class SafeSlipModel(SafeModel):
         return [*super()._unknowns, self.margin]
 
     def _safe(
-        self, task: Question, load_factor: float, own: Sequence[cp.Constraint] = ()
+        self, question: Question, load_factor: float, own: Sequence[cp.Constraint] = ()
     ) -> SafeSlip:
         """The slip with the largest margin, with given nodes open."""
 
@@ -191,12 +195,12 @@ class SafeSlipModel(SafeModel):
             return models.inside(x, self._f, corners, spare, press, self.margin * self._apart)
 
         self._spare.value, self._press.value = (
-            task.mean_bound * ~task.open,
-            task.mean_pressure * ~task.open,
+            question.mean_bound * ~question.open_nodes,
+            question.mean_pressure * ~question.open_nodes,
         )
-        self._apart.value, self.load_factor.value = task.clearance, load_factor
+        self._apart.value, self.load_factor.value = question.clearance, load_factor
         program = self._program(
-            task,
+            question,
             own,
             None,
             lambda each: models.safe_slip(self.margin, each.rows),
@@ -256,50 +260,50 @@ class SafeSlipModel(SafeModel):
 
     def of_pattern(
         self,
-        task: Question,
+        question: Question,
         load_factor: float,
         own: Sequence[Row] = (),
         events: bool = False,
         enough: float = np.inf,
     ) -> SafeSlip:
         """The slip with all nodes closed; where none is safe, with those open of the best limit or the first that is `enough`, or events."""
-        check_events(events, task, bool(own))
+        check_events(events, question, bool(own))
         load_factor = finite_number("load_factor", load_factor, least=0.0)
-        largest = load_factor / task.force * float(np.abs(task.r1).max())
+        largest = load_factor / question.force * float(np.abs(question.r1).max())
         if largest > _MOST_CYCLIC:
             raise ModelError(
-                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {task.force:.3g} of the mean load, "
+                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {question.force:.3g} of the mean load, "
                 "which is lost in their rounding; give less, or check the units of the load cases"
             )
 
         try:
             safe = (
-                None if own else self._safe(task, load_factor)
+                None if own else self._safe(question, load_factor)
             )  # own constraints may contradict each other where all nodes are closed
         # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is
         # safe
         except SolverError:
             safe = None
         if safe is None or not safe.exists:
-            limit = self._limit(task, load_factor, enough)
+            limit = self._limit(question, load_factor, enough)
             if safe is None or limit.open.any():
-                rest = with_open(task, limit.open)
+                rest = with_open(question, limit.open)
                 assert rest is not None  # it has a limit
                 safe = self._safe(rest, load_factor, own)
             if events and not safe.exists:
                 limit = self._shakedown.of_any_order(limit, load_factor)
                 if (
-                    isinstance(limit._task, LiftOff)
+                    isinstance(limit._question, LiftOff)
                     and limit.least <= load_factor <= limit.load_factor
                 ):
-                    safe = self._in_order(limit._task, load_factor)
+                    safe = self._in_order(limit._question, load_factor)
         return safe
 
-    def _limit(self, task: Question, load_factor: float, enough: float) -> ShakedownLimit:
+    def _limit(self, question: Question, load_factor: float, enough: float) -> ShakedownLimit:
         """That of the best set of open nodes that is safe from the load factor on, or from less."""
-        key = task.friction.tobytes(), load_factor, enough
+        key = question.friction.tobytes(), load_factor, enough
         if self._last is None or self._last[0] != key:
-            self._last = key, self._shakedown.of_any_set(task, at=load_factor, enough=enough)
+            self._last = key, self._shakedown.of_any_set(question, at=load_factor, enough=enough)
         return self._last[1]
 
     def _in_order(self, asked: LiftOff, load_factor: float) -> SafeSlip:
@@ -311,12 +315,12 @@ class SafeSlipModel(SafeModel):
         spare, press = dict[int, cp.Expression](), dict[int, cp.Expression]()
         for m, stuck in enumerate(asked.statuses[0]):
             spare[m] = models.times(
-                margin, models.named(asked.mean_bound * stuck, f"mean_bound[{m}]")
+                margin, models.constant(asked.mean_bound * stuck, f"mean_bound[{m}]")
             )
             press[m] = models.times(
-                margin, models.named(asked.mean_pressure * stuck, f"mean_pressure[{m}]")
+                margin, models.constant(asked.mean_pressure * stuck, f"mean_pressure[{m}]")
             )
-        apart = models.times(margin, models.named(asked.clearance, "clearance"))
+        apart = models.times(margin, models.constant(asked.clearance, "clearance"))
 
         def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int]) -> list[Row]:
             return models.inside(x, f, instants, spare, press, apart)
@@ -376,23 +380,30 @@ def safe_slip(
 
 def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
     """The slip that stands in a program of the margin, judged by its reserve, and by the multipliers."""
-    task, value, slip, proof = program.task, float(margin.value), program.slip, program.chain.proof
-    (u, r), (stuck, opened) = task.instants(load_factor, slip), task.statuses
+    question, value, slip, proof = (
+        program.question,
+        float(margin.value),
+        program.slip,
+        program.chain.proof,
+    )
+    (u, r), (stuck, opened) = question.instants(load_factor, slip), question.statuses
     q, p = np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
-    held = np.minimum((task.friction * p - q) / task.mean_bound, p / task.mean_pressure)
+    held = np.minimum((question.friction * p - q) / question.mean_bound, p / question.mean_pressure)
     reserve = min(
         np.min(held, where=stuck, initial=np.inf),
-        np.min(u[:, -1], where=opened, initial=np.inf) / task.clearance,
+        np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance,
     )
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
-    off = task.violation(load_factor, slip) if task.events else 0.0
-    residual = np.max([gap, value - reserve, off, task.beyond(slip), program.own_violation])
+    off = question.violation(load_factor, slip) if question.events else 0.0
+    residual = np.max(
+        [gap, value - reserve, off, question.excess_over_slip_bound(slip), program.own_violation]
+    )
     record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
     return SafeSlip(
         load_factor,
         slip,
         record,
-        task,
+        question,
         program.motion,
         value,
         proof.bound + proof.defect,

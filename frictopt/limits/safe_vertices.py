@@ -17,23 +17,25 @@ from .programs import listed_rows
 from .question import Question, pose
 
 
-def furthest(task: Question, load_factor: float, directions: Iterable[Array]) -> list[Array | None]:
+def furthest(
+    question: Question, load_factor: float, directions: Iterable[Array]
+) -> list[Array | None]:
     """For each direction (t N,) of tractions over their units, the safe slip that goes furthest, length; None without an end, or if none is safe."""
-    unit, found = np.tile(task.node_unit, task.system.tangents), list[Array | None]()
+    unit, found = np.tile(question.node_unit, question.system.tangents), list[Array | None]()
     x = unknowns(
-        task.system.slip_shape,
-        range(len(task.r1)),
+        question.system.slip_shape,
+        range(len(question.r1)),
         cp.Parameter(nonneg=True, name="load_factor", value=load_factor),
     )
     direction = cp.Parameter(len(unit), name="direction", value=np.zeros(len(unit)))
-    program = listed_rows(task, x, cp.Parameter(task.system.nodes, nonneg=True, name="f"))
-    program.compiled(models.furthest(x, direction, program.rows), task.force)
+    program = listed_rows(question, x, cp.Parameter(question.system.nodes, nonneg=True, name="f"))
+    program.compiled(models.furthest(x, direction, program.rows), question.force)
 
     def judged() -> SolveRecord:
-        return SolveRecord(residual=task.violation(load_factor, program.slip))
+        return SolveRecord(residual=question.violation(load_factor, program.slip))
 
     for along in directions:
-        direction.value = along / unit * (task.force / (np.abs(along).max(initial=0.0) or 1.0))
+        direction.value = along / unit * (question.force / (np.abs(along).max(initial=0.0) or 1.0))
         try:
             program.chain.solve(judged)
             found.append(program.slip)
@@ -79,7 +81,7 @@ def safe_vertices(
     >>> fo.starts.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
     (2, 2)
     """
-    factor, task = (
+    factor, question = (
         finite_number("load_factor", load_factor, least=0.0),
         pose(system, cycle, friction, simplify=False),
     )
@@ -87,7 +89,7 @@ def safe_vertices(
     along = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(
         len(given), system.nodes * system.tangents
     )
-    found = furthest(task, factor, along)
+    found = furthest(question, factor, along)
     return frozen(
         np.reshape([slip for slip in found if slip is not None], (-1, *system.slip_shape))
     )

@@ -54,10 +54,10 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
     if load_factor is None:
         load_factor = limit.shakedown.load_factor
     load_factor = finite_number("load_factor", load_factor, least=0.0)
-    question = limit._task
+    question = limit._question
     slip_bound: Any = left_by_overload(limit, load_factor)
-    if question.most is not None:
-        slip_bound = np.minimum(slip_bound, question.most)
+    if question.slip_bound is not None:
+        slip_bound = np.minimum(slip_bound, question.slip_bound)
     model = GuaranteedModel(
         limit.system, limit.cycle, slip_bound=slip_bound, simplify=question.simplify
     )

@@ -212,7 +212,7 @@ class Search:
         orbits = list[Orbit]()
         for distance in spread * SETTINGS.widest * narrowing:
             start = orbit.start + distance * self._rng.uniform(-1, 1, orbit.start.shape)
-            start = shortened(start, self._question.most)
+            start = shortened(start, self._question.slip_bound)
             orbits.append(self.follow(f"around {orbit.name}", start, least))
         return [near for near in orbits if near.work >= least]
 
@@ -258,7 +258,7 @@ class Search:
         repeats = state is not None and state.outcome is Outcome.CYCLIC_SLIP and state.period == 1
         if orbit.path is None or not repeats:
             raise NoContinuation("its slip does not repeat in every cycle")
-        return Ascent(orbit.path, sense, self._question.most)
+        return Ascent(orbit.path, sense, self._question.slip_bound)
 
     def _path(self, start: Array | None) -> ExactPath | SteppedPath:
         question = self._question

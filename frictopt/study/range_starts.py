@@ -35,7 +35,7 @@ class RangeStarts:
         starts = {"no slip": np.zeros(question.system.slip_shape)}
         with suppress(SolverError):
             limit = shakedown_limit(
-                question.system, question.cycle, question.friction, slip_bound=question.most
+                question.system, question.cycle, question.friction, slip_bound=question.slip_bound
             )
             if np.isfinite(limit.load_factor):
                 starts["safe at the shakedown limit"] = limit.slip
@@ -60,7 +60,7 @@ class RangeStarts:
 
         They are more than the closed contact can hold: nodes open on the way to the mean load.
         """
-        slip_bound = self._question.most
+        slip_bound = self._question.slip_bound
         return [
             [(f"{factor:g} x {name}", shortened(factor * slip, slip_bound)) for factor in (3, 10)]
             for name, slip in self.under_mean_load.items()
@@ -71,7 +71,7 @@ class RangeStarts:
         question = self._question
         try:
             limit = guaranteed_limit(
-                question.system, question.cycle, question.friction, slip_bound=question.most
+                question.system, question.cycle, question.friction, slip_bound=question.slip_bound
             )
         except (ModelError, SolverError):
             # In space there is no guaranteed limit of a cycle with a fixed part.
@@ -101,7 +101,7 @@ class RangeStarts:
         slips = list[Array | None]()
         with suppress(ModelError, SolverError):
             question = pose(
-                system, LoadCycle(loads, [{}]), friction, slip_bound=self._question.most
+                system, LoadCycle(loads, [{}]), friction, slip_bound=self._question.slip_bound
             )
             # If no slip is admissible, a solver may fail instead of saying so.
             with suppress(SolverError):
@@ -119,7 +119,7 @@ class RangeStarts:
         unit = np.tile(question.node_unit, question.system.tangents)
         # (t N,) tractions for each direction. A traction counts by the slip that it makes.
         tractions = (
-            unit * (compliance @ (direction.T * ~question.open).ravel())
+            unit * (compliance @ (direction.T * ~question.open_nodes).ravel())
             for direction in self._directions.values()
         )
         return furthest(question, 0.0, tractions)

@@ -307,7 +307,7 @@ def _beginning(limit: GuaranteedLimit, test: _Test) -> dict[str, Any]:
 
     It is a slip; or, if nodes are open and the closed ones can hold the slip, a state.
     """
-    question = limit._task
+    question = limit._question
     system = question.system
     if not limit.open.any():
         return {"initial_slip": test.slip}

@@ -133,7 +133,7 @@ def test_a_design_that_breaks_the_law_in_one_scenario_is_no_answer(monkeypatch):
     monkeypatch.setattr(
         Question,
         "violation",
-        lambda task, *at: 1e-6 if task.friction[0] == 0.6 else violation(task, *at),
+        lambda question, *at: 1e-6 if question.friction[0] == 0.6 else violation(question, *at),
     )
     model = fo.DesignModel(CONTACT, CYCLE, preloads=["mean"], scenarios=[(CYCLE, 0.6)])
     with pytest.raises(fo.SolverError, match="no answer within the tolerance"):

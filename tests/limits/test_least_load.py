@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from frictopt.limits.shakedown import ShakedownLimits
 from frictopt.study.verify import from_its_middle
 from helpers.cases import few
 from helpers.liars import misread
@@ -366,9 +367,9 @@ def test_in_space_it_is_that_of_the_plane(seed):
 
 def test_a_mean_load_that_settles_needs_no_program_of_its_own(monkeypatch, punch):
     """Neither no slip nor that of the limit is safe under it, and what it leaves itself is."""
-    monkeypatch.setattr(fo.ShakedownModel, "_with_least", lambda *asked: pytest.fail("it has one"))
+    monkeypatch.setattr(ShakedownLimits, "_with_least", lambda *asked: pytest.fail("it has one"))
     limit = fo.shakedown_limit(
         punch(8), fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": 0.5}]), 0.1
     )
     assert limit.least == 0 and limit.load_factor > 0
-    assert min(limit._task.violation(0.0, slip) for slip in (0 * limit.slip, limit.slip)) > 1e-3
+    assert min(limit._question.violation(0.0, slip) for slip in (0 * limit.slip, limit.slip)) > 1e-3

@@ -62,7 +62,7 @@ def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
         and limit.events["way"].is_monotonic_increasing
         and not limit.open.any()
     )
-    start, events = limit._task.order
+    start, events = limit._question.order
     assert largest_in_order(contact, PIN, friction, start, events, MOST) == pytest.approx(
         limit.load_factor, rel=1e-7
     )
@@ -284,21 +284,22 @@ def test_the_picture_marks_nodes_that_are_open_in_a_part_of_the_cycle(pin):
 
 def test_the_referee_sees_nodes_that_carry_where_they_open_and_events_in_no_order(pin, monkeypatch):
     limit = fo.shakedown_limit(pin(8), PIN, 0.8, events=True)
-    task, way, state = limit._task, limit._task.way, (limit.load_factor, limit.slip)
+    question, way, state = limit._question, limit._question.way, (limit.load_factor, limit.slip)
     later, back = way.copy(), way.copy()
     later[2] += 0.05
     back[-1] = way[-2] - 10.0
-    assert task.violation(*state) < 1e-9
-    touching = sorted(task.order.events[1])
+    assert question.violation(*state) < 1e-9
+    touching = sorted(question.order.events[1])
     carried = (
-        np.abs(replace(task, way=later).instants(*state)[1][2][:, touching]).max() / task.force
+        np.abs(replace(question, way=later).instants(*state)[1][2][:, touching]).max()
+        / question.force
     )
-    assert carried > 1e-3 and replace(task, way=later).violation(*state) >= carried
-    assert replace(task, way=back).violation(*state) >= 10.0
+    assert carried > 1e-3 and replace(question, way=later).violation(*state) >= carried
+    assert replace(question, way=back).violation(*state) >= 10.0
     monkeypatch.setattr(
         Question, "violation", lambda *_: 0.0
     )  # the law alone sees most events in no order
-    assert task.violation(*state) < 1e-9 and replace(task, way=back).violation(
+    assert question.violation(*state) < 1e-9 and replace(question, way=back).violation(
         *state
     ) == pytest.approx(10.0)
 

@@ -27,7 +27,7 @@ def pin():
 
 def margin_in_order(safe, start, events):
     """By a plain program, in the units of a safe slip."""
-    task = safe._task
+    question = safe._question
     return largest_in_order(
         safe.system,
         safe.cycle,
@@ -35,7 +35,7 @@ def margin_in_order(safe, start, events):
         start,
         events,
         safe.load_factor,
-        (task.mean_bound, task.clearance),
+        (question.mean_bound, question.clearance),
     )
 
 
@@ -60,7 +60,7 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
     assert safe.exists and safe.margin == pytest.approx(safe.bound, abs=1e-9)
     if share > 0.5:  # there all nodes stay closed
         assert not fo.safe_slip(pin, PIN, 0.8, load_factor).exists
-        assert safe.margin == pytest.approx(margin_in_order(safe, *safe._task.order), abs=1e-7)
+        assert safe.margin == pytest.approx(margin_in_order(safe, *safe._question.order), abs=1e-7)
         assert (
             f"{safe.events['node'].nunique()} of them open and close" in safe.reason
             and (safe.open_share > 0).any()
@@ -78,7 +78,9 @@ def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
         assert below.exists and below.margin < 0.05 and not above.exists
         assert "none" not in below.reason and above.certificate is not None
         order = (
-            below._task.order if below._task.events else (np.flatnonzero(below.open).tolist(), [])
+            below._question.order
+            if below._question.events
+            else (np.flatnonzero(below.open).tolist(), [])
         )
         assert below.margin == pytest.approx(margin_in_order(below, *order), abs=1e-7)
         margins = [margin_in_order(above, *order) for order in every_order(contact.nodes)]
@@ -90,9 +92,11 @@ def test_the_margin_falls_by_the_rate_of_friction(pin):
     low, at, high = (
         fo.safe_slip(pin, PIN, 0.8 + by, load_factor, events=True) for by in (-step, 0.0, step)
     )
-    assert at._task.events and low._task.order == at._task.order == high._task.order
-    force = at._task.mean_bound  # the unit follows friction
-    slope = (high.margin * high._task.mean_bound - low.margin * low._task.mean_bound) / (2 * step)
+    assert at._question.events and low._question.order == at._question.order == high._question.order
+    force = at._question.mean_bound  # the unit follows friction
+    slope = (high.margin * high._question.mean_bound - low.margin * low._question.mean_bound) / (
+        2 * step
+    )
     assert at.friction_rate * force == pytest.approx(slope, rel=1e-3)
 
 
@@ -164,8 +168,8 @@ def test_a_plane_contact_has_the_same_safe_slip_in_space():
         plane, space = (
             fo.safe_slip(one, CYCLE, friction, load_factor, events=True) for one in (contact, solid)
         )
-        assert bool(plane._task.events) == bool(
-            space._task.events
+        assert bool(plane._question.events) == bool(
+            space._question.events
         ) and plane.margin == pytest.approx(space.margin, abs=1e-6)
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.limits.critical_state import load_factor_bounds
+from frictopt.limits.critical_bounds import load_factor_bounds
 from frictopt.limits.question import pose
 from frictopt.limits.shakedown import upper_bound
 from frictopt.solve import chain
@@ -159,8 +159,8 @@ def test_a_mechanism_that_does_not_settle_bounds_nothing(seed):
         random_cycle(rng, 2),
     )
     friction = np.full(nodes, rng.uniform(0.3, 3))
-    task = pose(contact, cycle, friction)
-    bounds, least = load_factor_bounds(task), least_by_node(contact, cycle, friction)
+    question = pose(contact, cycle, friction)
+    bounds, least = load_factor_bounds(question), least_by_node(contact, cycle, friction)
     assert (bounds <= least * (1 + 1e-8) + 1e-12).all() and (bounds == 0).any()
 
 

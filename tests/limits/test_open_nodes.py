@@ -303,10 +303,10 @@ def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe
     contact, friction = pulled_system(np.random.default_rng(6), 4), 0.5
     told, margin = fo.safe_slip(contact, CYCLE, friction, 0.1), fo.SafeSlipModel._safe
 
-    def without(model, task, *rest):
-        if not task.open.any():
+    def without(model, question, *rest):
+        if not question.open_nodes.any():
             raise fo.SolverError("rounding")
-        return margin(model, task, *rest)
+        return margin(model, question, *rest)
 
     monkeypatch.setattr(fo.SafeSlipModel, "_safe", without)
     assert told.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == told.margin

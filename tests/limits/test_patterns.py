@@ -253,20 +253,20 @@ def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_l
         for name, r in spatial.vectors(contact).items()
     }
     contact = fo.ContactSystem(contact.S, contact.points, cases)
-    model, task = (
+    model, question = (
         fo.ShakedownModel(contact, spatial.cycle()),
         with_open(pose(contact, spatial.cycle(), 0.6), opened),
     )
-    limit = model.of_set(task)
+    limit = model.of_set(question)
     assert 0 < limit.load_factor < np.inf
     for share in (0.5, 0.999, 1 - 1e-7):
-        found = model.of_set(task, above=share * limit.load_factor)
+        found = model.of_set(question, above=share * limit.load_factor)
         assert (found.load_factor, found.bound) == pytest.approx(
             (limit.load_factor, limit.load_factor), rel=1e-8
         )
     for share in (1.001, 3.0):
         with pytest.raises(fo.SolverError, match="so not above"):
-            model.of_set(task, above=share * limit.load_factor)
+            model.of_set(question, above=share * limit.load_factor)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
@@ -288,11 +288,16 @@ def test_a_set_is_given_up_as_early_in_any_unit_of_the_load(scale, monkeypatch):
         return found
 
     monkeypatch.setattr(interior_point, "_solved", counted)
-    model, task = fo.ShakedownModel(contact, spatial.cycle()), pose(contact, spatial.cycle(), 0.6)
-    limit = model.of_set(task)
-    assert model.of_set(task, above=0.999 * limit.load_factor).record.attempts[0].residual <= 1e-9
+    model, question = (
+        fo.ShakedownModel(contact, spatial.cycle()),
+        pose(contact, spatial.cycle(), 0.6),
+    )
+    limit = model.of_set(question)
+    assert (
+        model.of_set(question, above=0.999 * limit.load_factor).record.attempts[0].residual <= 1e-9
+    )
     with pytest.raises(fo.SolverError, match="so not above"):
-        model.of_set(task, above=3.0 * limit.load_factor)
+        model.of_set(question, above=3.0 * limit.load_factor)
     assert steps[0] == steps[-2] and steps[-1] <= 0.6 * steps[0]
 
 

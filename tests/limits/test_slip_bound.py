@@ -264,10 +264,10 @@ def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does
 
 def test_the_referee_counts_a_slide_that_nothing_resists_but_the_bound():
     contact, bound = freed(random_system(np.random.default_rng(4), 3)), 10.0
-    limit, task = (
+    limit, question = (
         fo.shakedown_limit(contact, CYCLE, 0.5, slip_bound=bound),
         pose(contact, CYCLE, 0.5, slip_bound=bound),
     )
-    assert task.violation(limit.load_factor, limit.slip) < 1e-9
-    assert task.violation(limit.load_factor, limit.slip + 4 * bound) > 0.5
+    assert question.violation(limit.load_factor, limit.slip) < 1e-9
+    assert question.violation(limit.load_factor, limit.slip + 4 * bound) > 0.5
     assert pose(contact, CYCLE, 0.5).violation(limit.load_factor, limit.slip + 4 * bound) < 1e-9

@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 
 import frictopt as fo
 from frictopt.base import SolveRecord
-from frictopt.limits.models import named
+from frictopt.limits.models import constant as named
 from frictopt.solve import chain as chains
 from frictopt.solve import eliminated
 from frictopt.solve import reduced as reductions

@@ -63,7 +63,7 @@ def test_a_node_that_stays_open_leaves_the_worst_start_as_it_is(told, monkeypatc
     honest = range_starts.furthest
 
     def furthest(task, *asked):
-        if not told and not task.open.any() and task.system.nodes == 3:
+        if not told and not task.open_nodes.any() and task.system.nodes == 3:
             raise fo.SolverError("infeasible_inaccurate")
         return honest(task, *asked)
 

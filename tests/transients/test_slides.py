@@ -70,12 +70,12 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
     contact = fo.ContactSystem.from_blocks(
         k, [[0, 0, 0], [-1, 0, 0], [0, 0, 0]], k, [0.0, 1.0, 2.0], bonded
     )
-    task = with_open(
+    question = with_open(
         pose(contact, fo.LoadCycle({"P": 1.0}, [{"Q": 0.0}, {"Q": 1.0}]), 5.0),
         np.array([False, True, False]),
     )
-    assert not fo.shakedown_limit(contact, task.cycle, 0.5).load_factor <= 1.0
-    assert not fo.ShakedownModel(contact, task.cycle).of_set(task).load_factor <= 1.0 + 1e-3
+    assert not fo.shakedown_limit(contact, question.cycle, 0.5).load_factor <= 1.0
+    assert not fo.ShakedownModel(contact, question.cycle).of_set(question).load_factor <= 1.0 + 1e-3
     told = []
 
     def less(program, name, above):
@@ -87,7 +87,7 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
             matrix,
             program.right,
             [program.cost],
-            [-share / task.load_unit],
+            [-share / question.load_unit],
             bounds=[(None, None)] * n,
         ).x
         told.append(x)
@@ -98,12 +98,12 @@ def test_a_mechanism_proves_nothing_where_a_slide_of_the_body_does_work_on_it(mo
         unpolished(patch)
         for share in (0.5, 1.0):  # noqa: B007  it is what is told
             with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
-                fo.ShakedownModel(contact, task.cycle).of_set(task)
+                fo.ShakedownModel(contact, question.cycle).of_set(question)
     assert len(told) == 6
     within = pose(
-        contact, task.cycle, 5.0, slip_bound=2.0
+        contact, question.cycle, 5.0, slip_bound=2.0
     )  # which lets node 0 lift node 1 by 2 more
-    limit = fo.ShakedownModel(contact, task.cycle, slip_bound=2.0).of_set(
+    limit = fo.ShakedownModel(contact, question.cycle, slip_bound=2.0).of_set(
         with_open(within, np.array([False, True, False]))
     )
     assert (

@@ -1,0 +1,67 @@
+"""The guaranteed limit as a model that users extend by constraints of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cvxpy as cp
+
+from ..base import bar_of, listed, warns_of_odd_values
+from .guaranteed import GuaranteedLimit, GuaranteedLimits
+from .safe_model import in_turn
+
+
+class GuaranteedModel(GuaranteedLimits):
+    """The guaranteed limit of one system under one load cycle, for any friction. Theory, eq. (10).
+
+    Parameters
+    ----------
+    system, cycle, slip_bound, solver
+        See `ShakedownModel`.
+    simplify
+        Leave out what cannot change the answer: nodes whose lower bound is above the least load
+        factor found; all of a contact with B = 0, which has lambda_1 = lambda_2 by a theorem.
+
+    Raises
+    ------
+    ModelError
+        As in `ShakedownModel`; a load cycle in space whose fixed parts differ.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> A, B, C = [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]]
+    >>> system = fo.ContactSystem.from_blocks(A, B, C, [0, 1], loads)
+    >>> model = fo.GuaranteedModel(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
+    >>> [round(model.solve(friction).load_factor, 6) for friction in (0.3, 0.5)]
+    [0.283333, 0.45]
+    >>> round(model.solve(0.5, constraints=[model.slip[1] >= 0.1]).load_factor, 6)
+    0.525
+    """
+
+    @warns_of_odd_values
+    @in_turn
+    def solve(
+        self, friction: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
+    ) -> GuaranteedLimit:
+        """The limit for given friction, one or one per node, maybe under constraints of your own.
+
+        Parameters
+        ----------
+        friction, constraints
+            As in `ShakedownModel.solve`. Constraints hold for the witness and for the safe slips of
+            lambda_2, as a slip bound does: the limit is the least load factor at which a slip that
+            obeys them makes a node critical. `residual` covers them.
+        progress
+            See `guaranteed_limit`.
+
+        Raises
+        ------
+        ModelError, SolverError
+            Bad friction or constraints; no solver gave an answer that passes the checks.
+        """
+        with bar_of(progress, "guaranteed limit"):
+            user_rows = listed("constraints", constraints)
+            return self._shown(self.of_any_set(self._posed(friction), user_rows))

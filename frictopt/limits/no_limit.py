@@ -1,0 +1,107 @@
+"""Proofs that a shakedown program has no optimum: nothing is safe, or every load factor is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from cvxpy import Problem
+
+from ..base import GROWN, LimitKind
+from ..contact.diagnosis import growth_diagnosis
+from ..errors import ModelError
+from ..solve.chain import NoAnswer
+from .answered import Mechanism
+from .lift_off import Ordered
+from .programs import Program
+from .question import Question
+from .sentences import CONTRADICTED
+
+
+@dataclass(frozen=True, eq=False)
+class NoLimit:
+    """Why there is no largest safe load factor, with the error of the proof."""
+
+    kind: LimitKind
+    question: Question
+    motion: Mechanism
+    residual: float
+    constraints: tuple[str, ...] = ()
+    why: str = ""
+
+
+def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
+    """The proof that no load factor is safe, or that all are from one on; None if there is none.
+
+    `bare` is the program without constraints and objective of the user. `chosen`: whether an
+    objective chooses the load factor. ModelError if it grows without end.
+    """
+    nothing = _nothing_is_safe(program, bare, chosen)
+    if nothing is not None:
+        return nothing
+    growth = program.chain.growth()
+    if not growth:
+        return None
+    if chosen:
+        raise ModelError(
+            "objective: it grows without end over the safe slips; subtract what it costs, or bound "
+            "it by a constraint"
+        )
+    question = program.question
+    why = "" if program.own else _cause_of_growth(program, growth)
+    no_motion = Mechanism(np.zeros_like(question.r1), question.friction)
+    names = tuple(program.own)
+    return NoLimit(LimitKind.UNBOUNDED, question, no_motion, growth.residual, names, why)
+
+
+def _nothing_is_safe(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
+    """The proof that no slip is safe at any load factor."""
+    question = program.question
+    contradiction = None
+    if program.own or chosen:
+        # If nothing is safe without the constraints of the user, none of them is to blame.
+        without_own = Program(question, program.x, program.f, program.corners, program.rows)
+        compiled = without_own.compiled(bare, question.load_unit)
+        contradiction = compiled.chain.contradiction()
+        if contradiction:
+            program.blame_no_own_row()
+    contradiction = contradiction or program.chain.contradiction()
+    if not contradiction:
+        return None
+    names: tuple[str, ...] = ()
+    why = ""
+    ruling = program.ruling(contradiction.ruling)
+    if ruling:
+        names = constraint_names(program, chosen)
+        why = CONTRADICTED(pattern=question.pattern, rows=", ".join(ruling))
+    kind = LimitKind.NO_SAFE_SLIP
+    return NoLimit(kind, question, program.motion, contradiction.residual, names, why)
+
+
+def _cause_of_growth(program: Program, growth: NoAnswer) -> str:
+    """Why the load may grow without end, by the slip that grows with it."""
+    question = program.question
+    load_factor = program.chain.value_along(growth, program.x.load_factor)
+    slip = program.chain.value_along(growth, program.x.slip) / load_factor
+    return growth_diagnosis(
+        question.friction,
+        (question.q1, question.p1),
+        question.reactions_of_slip(slip),
+        GROWN * question.mean_bound / question.load_unit,
+    )
+
+
+def every_load_is_safe(program: Ordered) -> NoLimit | None:
+    """The proof that all load factors are safe with an order of events; None if there is none."""
+    chain = program.chain
+    growth = chain.growth()
+    if growth is None:
+        return None
+    places = [chain.value_along(growth, place) for place in program.way]
+    question = program.placed(places, chain.value_along(growth, program.x.load_factor))
+    no_motion = np.zeros((len(program.corners), *question.r1.shape[1:]))
+    motion = Mechanism(no_motion, question.friction)
+    return NoLimit(LimitKind.UNBOUNDED, question, motion, growth.residual)
+
+
+def constraint_names(program: Program, chosen: bool) -> tuple[str, ...]:
+    """Names of the constraints of the user, and "objective"."""
+    return (*program.own, "objective") if chosen else tuple(program.own)

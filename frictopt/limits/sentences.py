@@ -1,0 +1,324 @@
+"""The sentences in which limits give their reasons: each stands once, with what it assumes.
+
+The functions below the table choose and complete the sentences of one answer.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base import ROUNDING, LimitKind
+from ..contact.diagnosis import in_contact
+from ..transients.statics import unscaled_diagnosis
+from .critical_search import NodeClaim
+from .shakedown_answer import ShakedownAnswer
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A sentence with places for values, and when it is true."""
+
+    text: str
+    assumes: str
+
+    def __call__(self, **values: object) -> str:
+        """The sentence with its values."""
+        return self.text.format(**values)
+
+
+# Shakedown limits
+
+NOTHING_SAFE = Sentence(
+    "no {slip} is safe at any load factor{above}{pattern}: {cause}",
+    assumes="the limit is 0, or the rows of the program contradict each other",
+)
+NO_FRICTION = Sentence(
+    "node {node}{contact} has no friction, and the cyclic load shears it",
+    assumes="the limit is 0, and this node slips in the mechanism",
+)
+NO_PRESSURE = Sentence(
+    "node {node}{contact} carries no pressure under the mean load, and the cyclic load {moves} it",
+    assumes="the limit is 0, and the mechanism is of this node alone",
+)
+INFINITE = Sentence(
+    "the shakedown limit is infinite: every load factor{start} has a safe {slip}{cause}{below}",
+    assumes="the load factor grows without end along safe slips",
+)
+HIGHEST = Sentence(
+    "no {slip} is safe above it{pattern}{others}{below}", assumes="the limit is finite, above 0"
+)
+OTHERS_OPEN = Sentence("; with others open it may be higher", assumes="some nodes stay open")
+BOUND_COVERS = Sentence(
+    "; the dual bound covers them", assumes="the user has constraints, and they are named before"
+)
+STATIC = Sentence(
+    "; under this static load it may open nodes and rest above it, up to where a body slides off "
+    "(bound_for_all)",
+    assumes="all corners are one load, without constraints of the user",
+)
+UNSAFE_BELOW = Sentence(
+    "; {pattern}none is safe below {least:.6g}", assumes="the least safe load factor is above 0"
+)
+START_UNKNOWN = Sentence(
+    "; rounding hides from where on: take friction further from its critical value, or loads of "
+    "like size",
+    assumes="no solver proved the least safe load factor",
+)
+CHOSEN = Sentence(
+    "no safe residual slip makes the objective larger; the load factor is the one that it "
+    "chooses, no limit",
+    assumes="the user has an objective",
+)
+CONTRADICTED = Sentence(
+    "no residual slip that is safe at any load factor{pattern} obeys {rows}: drop or relax them",
+    assumes="constraints of the user are among the rows that contradict each other",
+)
+ONLY_SLIP_PRESSES = Sentence(
+    "; residual slip alone presses node {node}{contact}, which governs",
+    assumes="all nodes are closed, and the mean load would pull this one open",
+)
+BELONGS_TO_MESH = Sentence(
+    "; node {node}{contact} beside the open ones governs, where pressure falls to zero: the limit "
+    "belongs to the mesh, and falls as elements shrink there",
+    assumes="the node is next to open nodes, and its pressure is below the mean",
+)
+
+# Guaranteed limits
+
+CRITICAL = Sentence(
+    "node {node}{contact} is {bounds}", assumes="a node is critical below the shakedown limit"
+)
+BOTH_BOUNDS = Sentence(
+    "on its bound of forward slip at the corner {first} and of backward slip at {last}",
+    assumes="the contact is in the plane",
+)
+BOUNDS_IN_SPACE = Sentence(
+    "on its bound at the corners {first} and {last}, from where it can slip {how}",
+    assumes="the contact is in space",
+)
+AT_EVERY_LOAD = Sentence(
+    " at every load factor just above {least:.6g}",
+    assumes="the limit is the least safe load factor",
+)
+UNLOADED = Sentence(
+    ": a residual slip of up to {size:.3g} can unload it completely under the mean load; then any "
+    "cyclic load makes it slip. If assembly and overloads leave less slip, ask with a "
+    "`slip_bound`: `after_overload()` has the limit with the largest slip that one overload leaves",
+    assumes="the limit is 0, and the corners do not differ at load factor 0",
+)
+WEDGED = Sentence(
+    "; friction is above the critical value A/|B| of the node, which may wedge itself so that all "
+    "slip stops above the limit, too",
+    assumes="one slip may relieve all bounds of the node",
+)
+ONLY_AT_LEAST = Sentence(
+    "; {count} nodes are critical at the least safe load factor {least:.6g} alone, and this does "
+    "not cause slip",
+    assumes="the load factors at which these nodes are critical are one number",
+)
+SAME_LIMIT = Sentence(
+    "lambda_1 is lambda_2, for {cause}: {reason}", assumes="no node is critical below lambda_2"
+)
+LIFTING = Sentence(
+    "; starts from which nodes open and close in every cycle may slip for ever below it",
+    assumes="the contact is coupled, and some node may open or has no friction",
+)
+
+
+def shakedown_reason(limit: ShakedownAnswer) -> str:
+    """Why a shakedown limit is what it is."""
+    grows = limit.kind is LimitKind.UNBOUNDED
+    if limit._why and not grows:
+        reason = limit._why
+    elif not limit.load_factor > 0:
+        reason = _nothing_safe(limit)
+    elif grows:
+        cause = f"; {limit._why}" if limit._why else ""
+        start, below = _start(limit)
+        reason = INFINITE(start=start, slip=_slip(limit), cause=cause, below=below)
+    else:
+        pattern = limit._question.pattern
+        _, below = _start(limit)
+        reason = HIGHEST(slip=_slip(limit), pattern=pattern, others=_others(limit), below=below)
+    return limit._opened + reason + governing_node(limit)
+
+
+def governing_node(limit: ShakedownAnswer) -> str:
+    """The sentence on the node that governs a finite limit: the mesh, or slip that presses it."""
+    question = limit._question
+    if limit.kind is not LimitKind.FINITE:
+        return ""
+    node = limit._ruling
+    contact = in_contact(question.system, node)
+    if question.compliance is not None:
+        if _is_at_mesh_border(limit, node):
+            return BELONGS_TO_MESH(node=node, contact=contact)
+        return ""
+    if limit._rated and question.r0[:, -1, node].max() < 0:
+        return ONLY_SLIP_PRESSES(node=node, contact=contact)
+    return ""
+
+
+# Nodes within so many distances of the nearest node are neighbours.
+_NEIGHBOURS = 1.5
+
+
+def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
+    """Whether a closed node is beside open ones and carries less than the mean pressure.
+
+    At the border of the closed nodes the pressure falls to 0, or is highest at an edge.
+    """
+    system = limit.system
+    opened = limit._question.open_nodes
+    if opened[node]:
+        return False
+    distance = np.linalg.norm(system.points - system.points[node], axis=1)
+    distance[node] = np.inf
+    if distance[opened].min(initial=np.inf) > _NEIGHBOURS * distance.min():
+        return False
+    width = 1.0 if system.width is None else system.width
+    pressure = limit.reactions[1].min(axis=0) / width
+    return bool(pressure[node] <= pressure[~opened].mean())
+
+
+def _slip(limit: ShakedownAnswer) -> str:
+    """The slips that the limit is about."""
+    slip = "residual slip"
+    if limit._question.slip_bound is not None:
+        slip += " within the slip bound"
+    if limit.constraints:
+        slip += f" that obeys {', '.join(limit.constraints)}"
+    return slip
+
+
+def _mean_load(limit: ShakedownAnswer) -> str:
+    """What is wrong with the mean load."""
+    question = limit._question
+    advice = "" if question.slip_bound is None else "a larger slip_bound may leave one; "
+    return advice + unscaled_diagnosis(question.system, question.cycle, question.friction)
+
+
+def _nothing_safe(limit: ShakedownAnswer) -> str:
+    """Why no load factor is safe, or none above 0."""
+    question = limit._question
+    at_zero = limit.kind is LimitKind.FINITE
+    return NOTHING_SAFE(
+        slip=_slip(limit),
+        above=" above 0" if at_zero else "",
+        pattern=question.pattern,
+        cause=(_weak_node(limit) if at_zero else "") or _mean_load(limit),
+    )
+
+
+def _weak_node(limit: ShakedownAnswer) -> str:
+    """The node that holds no cyclic load, if there is one."""
+    question = limit._question
+    node = limit._ruling
+    contact = in_contact(question.system, node)
+    motion = limit._motion
+    sheared = motion.size[:, node].max() > ROUNDING * np.abs(motion.moves).max()
+    if question.friction[node] == 0 and sheared:
+        return NO_FRICTION(node=node, contact=contact)
+    alone = set(limit.mechanism["node"]) == {node}
+    if alone and np.abs(question.r0[:, -1, node]).max() <= ROUNDING * question.force:
+        return NO_PRESSURE(node=node, contact=contact, moves="shears" if sheared else "lifts")
+    return ""
+
+
+def _start(limit: ShakedownAnswer) -> tuple[str, str]:
+    """From which load factor on slips are safe, and the sentence on those below."""
+    least = limit.least
+    if np.isnan(least):
+        return " from some on", START_UNKNOWN()
+    if not least > 0:
+        return "", ""
+    # The sentence of a finite limit names the pattern itself.
+    grows = limit.kind is LimitKind.UNBOUNDED
+    pattern = f"{limit._question.pattern[1:]} " if grows else ""
+    below = UNSAFE_BELOW(pattern=pattern, least=least)
+    if not limit.constraints:
+        below += f": {_mean_load(limit)}"
+    return f" from {least:.6g} on", below
+
+
+def _others(limit: ShakedownAnswer) -> str:
+    """The states that a finite limit leaves out."""
+    others = ""
+    if limit.open.any():
+        others += OTHERS_OPEN()
+    if limit.constraints:
+        others += BOUND_COVERS()
+    elif limit._question.static:
+        others += STATIC()
+    return others
+
+
+def guaranteed_reason(
+    shakedown: ShakedownAnswer, best: NodeClaim | None, uncoupled: bool, coincide: int
+) -> str:
+    """Why a guaranteed limit is what it is, and what it leaves open.
+
+    `best` is the critical node that has the limit; `coincide` is how many nodes are critical at the
+    least safe load factor alone.
+    """
+    if best is not None:
+        reason = _critical_node(shakedown, best)
+    elif shakedown.kind is not LimitKind.FINITE:
+        reason = shakedown_reason(shakedown)
+    else:
+        cause = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
+        reason = SAME_LIMIT(cause=cause, reason=shakedown_reason(shakedown))
+    if coincide:
+        reason += ONLY_AT_LEAST(count=coincide, least=shakedown.least)
+    load_factor = shakedown.load_factor if best is None else best.load_factor
+    if not uncoupled and _may_lift(shakedown, load_factor):
+        reason += LIFTING()
+    return reason
+
+
+def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
+    """Where the node is on its bound, and what that means."""
+    question = shakedown._question
+    node = best.state.node
+    contact = in_contact(question.system, node)
+    bounds = _bounds(best, question.cycle.corner_names)
+    reason = shakedown._opened + CRITICAL(node=node, contact=contact, bounds=bounds)
+    if best.above is not None:
+        reason += AT_EVERY_LOAD(least=shakedown.least)
+    if shakedown.constraints:
+        reason += f" (slips obey {', '.join(shakedown.constraints)})"
+    if not best.load_factor > 0 and not question.fixed:
+        size = np.linalg.norm(best.slip.reshape(len(best.slip), -1), axis=1).max()
+        reason += UNLOADED(size=float(size))
+    if _may_wedge(shakedown, node):
+        reason += WEDGED()
+    return reason
+
+
+def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
+    """The bounds that a critical node is on, by the loads of the corners."""
+    *first, last = (f"({names[corner]})" for corner in best.state.corners)
+    if best.slip.ndim == 1:
+        return BOTH_BOUNDS(first=first[0], last=last)
+    how = "around" if len(first) > 1 else "to and fro"
+    return BOUNDS_IN_SPACE(first=", ".join(first), last=last, how=how)
+
+
+def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
+    """Whether friction is above the critical value of a node, in space perhaps."""
+    system = shakedown.system
+    *along, normal = (axis * system.nodes + node for axis in range(system.tangents + 1))
+    coupling = np.linalg.norm(system.S[normal, along])
+    softest = np.linalg.eigvalsh(system.S[np.ix_(along, along)])[0]
+    return bool(shakedown.friction[node] * coupling > softest)
+
+
+def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
+    """Whether starts from which nodes open and close in every cycle may slip below the limit."""
+    if not shakedown.least < load_factor < np.inf:
+        return False
+    if shakedown.open.any() or not shakedown.friction.all():
+        return True
+    question = shakedown._question
+    return bool((question.r0 + load_factor * question.r1)[:, -1].min() < 0)

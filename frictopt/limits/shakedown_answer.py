@@ -1,0 +1,157 @@
+"""The data of a shakedown limit, and what it proves about states beside those of its program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from ..base import Array, LimitKind, finite_number, frozen
+from ..contact import lengths
+from ..errors import ModelError
+from .answered import Rated
+from .gross_slip import statics_alone
+from .least_slip import LeastSlip, least_slip
+from .open_nodes import stays_closed
+
+# The bound of all states of rest counts as the limit up to this relative distance.
+_SAME_BOUND = 1e-6
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShakedownAnswer(Rated):
+    """Base of `ShakedownLimit`, which says what its fields are."""
+
+    kind: LimitKind
+    bound: float
+    least: float = np.nan
+    objective: float | None = None
+    # Why there is no largest safe load factor, or a reason that stands for the usual one.
+    _why: str = ""
+
+    @property
+    def _ruling(self) -> int:
+        """The node that moves most in the mechanism."""
+        motion = self._motion
+        opened = self._question.open_nodes if motion.open is None else motion.open
+        moves = np.where(opened, 0.0, motion.size + motion.opening)
+        return int(moves.sum(axis=0).argmax())
+
+    @cached_property
+    def mechanism(self) -> pd.DataFrame:
+        """The nodes that limit the load, largest share of the slip first.
+
+        It is one of several proofs, as of a symmetric contact. Columns node, x, corner, its loads,
+        direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
+        """
+        return self._motion.table(self.system, self._question.names)
+
+    @cached_property
+    def friction_rate(self) -> Array:
+        """(N,) rate of the limit with the friction of each node; their sum is that with all.
+
+        If the mechanism is not unique the limit has a kink, and this is one of its supergradients.
+        NaN without a finite limit.
+        """
+        return frozen(self._by_friction)
+
+    @property
+    def covers(self) -> str:
+        """The states that `bound` is a bound of, in words."""
+        if self._question.events:
+            return (
+                f"states of rest{self._question.pattern}; with others, or in another order, the "
+                "contact may rest above it"
+            )
+        states = "all nodes closed"
+        if self.open.any():
+            states = f"these {int(self.open.sum())} nodes open and the others closed"
+        return (
+            f"states of rest with {states} all through the cycle; with others open, or nodes that "
+            "open and close, the contact may rest above it"
+        )
+
+    @cached_property
+    def bound_for_all(self) -> float:
+        """Load factor above which no state of rest exists, from no start, whatever opens.
+
+        It is `bound` of `gross_slip`; 0 if a body slides off under the mean load. Inf if supports
+        hold the bodies: then nothing bounds the states that `covers` leaves out. SolverError if no
+        solver's answer passes.
+        """
+        largest = statics_alone(self.system, self.cycle, self.friction)
+        return 0.0 if np.isnan(largest) else largest
+
+    @property
+    def proven(self) -> bool:
+        """Whether no state of rest exists above the limit: `bound_for_all` is it up to 1e-6."""
+        return bool(self.bound_for_all <= self.load_factor * (1 + _SAME_BOUND))
+
+    def stays_closed(self, load_factor: float) -> bool:
+        """Whether it is proven that a start with all nodes closed opens none up to a load factor.
+
+        Then no such start comes to rest between the limit with all nodes closed and this load
+        factor. A contact's path is continuous, and no slip that obeys `|q| <= f p` leaves a node
+        without pressure: one convex program for each node (theory, "What is proven for which
+        states"). False if nothing is proven: a node may open, or only rounding speaks against it;
+        also with nodes that stay open, and if fixed parts of the cycle differ. ModelError for a bad
+        load factor.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> system = fo.scenes.PunchOnHalfPlane(elements=12).condense()
+        >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+        >>> limit = fo.shakedown_limit(system, cycle, friction=0.3)
+        >>> limit.stays_closed(2 * limit.load_factor)
+        True
+        """
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        if self.open.any() or self._question.fixed:
+            return False
+        return stays_closed(self._question, load_factor)
+
+    @cached_property
+    def apart(self) -> float:
+        """Largest distance of the slip from the one that the mean load leaves, length.
+
+        The mean load comes from no slip. NaN if the limit is not finite. If the distance is far
+        larger than what assembly can leave, plain starts do not lead to the state of rest: it needs
+        `slip` itself. NoContinuation or SolverError if the mean load comes to no state.
+        """
+        # Imported here, because a closed contact needs none.
+        from ..transients.march import mean_state
+
+        settled = mean_state(self.system, self.cycle, self.friction).slip
+        return float(lengths(np.reshape(settled, self.slip.shape) - self.slip, self.friction).max())
+
+    def least_slip(self, load_factor: float) -> LeastSlip:
+        """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
+
+        It is positive above the limit. With open nodes it holds for cycles in which these carry
+        nothing.
+
+        Raises
+        ------
+        ModelError, SolverError
+            Bad load factor; a limit that is not finite, with events, under a slip bound, or under
+            constraints of your own, which proves nothing of other slips; multipliers that do not
+            balance to the tolerance.
+        """
+        load_factor = finite_number("load_factor", load_factor, least=0.0)
+        question = self._question
+        if question.events:
+            raise ModelError(
+                "least_slip: nodes open and close at the limit, whose multipliers bound no slip; "
+                "ask shakedown_limit without events"
+            )
+        finite = np.isfinite(self.load_factor)
+        if not finite or self.constraints or question.slip_bound is not None:
+            constrained = " under constraints on the slip" if finite else ""
+            raise ModelError(
+                f"least_slip: the limit (load factor {self.load_factor:g}{constrained}) bounds no "
+                "slip from below; ask a finite limit without slip bound and constraints"
+            )
+        return least_slip(question, self._motion, self.bound, load_factor, self.residual)

@@ -1,0 +1,150 @@
+"""The shakedown limit as a model that users extend by constraints and objectives of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ..base import bar_of, listed, warns_of_odd_values
+from .safe_model import in_turn
+from .shakedown import ShakedownLimit, ShakedownLimits
+
+
+class ShakedownModel(ShakedownLimits):
+    """The shakedown limit of one system under one load cycle for any friction, compiled once.
+
+    Theory, eq. (7).
+
+    Parameters
+    ----------
+    system, cycle
+        The contact and its load cycle.
+    slip_bound
+        Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound.
+        A slide of the whole body counts: where nothing resists one, the program chooses it.
+    simplify
+        Leave out what cannot change the answer: corners within the hull of the others, and in the
+        plane rows that others stand for.
+    solver
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL",
+        "INTERIOR_POINT", which for large contacts comes first); by default each in this order until
+        an answer passes.
+
+    Raises
+    ------
+    ModelError
+        Wrong types, unknown load cases or options, a negative slip bound.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
+    >>> A, B, C = [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]]
+    >>> system = fo.ContactSystem.from_blocks(A, B, C, [0, 1], loads)
+    >>> model = fo.ShakedownModel(system, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]))
+    >>> model.sweep([0.3, 0.5])["load_factor"].round(6).tolist()
+    [0.313636, 0.535714]
+    >>> round(model.solve(0.5, constraints=[model.slip[0] >= 0.1]).load_factor, 6)
+    0.502381
+    """
+
+    @warns_of_odd_values
+    @in_turn
+    def solve(
+        self,
+        friction: Any,
+        constraints: Sequence[cp.Constraint] = (),
+        objective: cp.Expression | None = None,
+        *,
+        open: ArrayLike | None = None,
+        events: bool = False,
+        progress: bool = True,
+    ) -> ShakedownLimit:
+        """The limit for given friction, maybe under constraints and with an objective of your own.
+
+        Parameters
+        ----------
+        friction, open, events, progress
+            See `shakedown_limit`.
+        constraints
+            cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
+            and on variables of your own. They are linear, or of abs, max, norms and the like: the
+            multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover
+            them. The nodes that stay open are those of the limit without them: q and p are 0 there,
+            and the slip is that under the mean load.
+        objective
+            What shall be largest over the safe slips, instead of the load factor: a concave cvxpy
+            expression on the same, of the same forms, such as `model.load_factor - 0.1 *
+            cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
+
+        Raises
+        ------
+        ModelError, SolverError
+            Bad friction; open nodes that the others do not hold; constraints that are not convex,
+            need other cones, or are on another model; such an objective, or one without a largest
+            value; no solver gave an answer that passes the checks.
+        """
+        user_rows = listed("constraints", constraints)
+        with bar_of(progress, "shakedown limit"):
+            question = self._posed(friction)
+            return self._shown(self.of_pattern(question, open, events, user_rows, objective))
+
+    @warns_of_odd_values
+    def sweep(
+        self, frictions: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
+    ) -> pd.DataFrame:
+        """The limit for many coefficients of friction (each one number or (N,)), one row each.
+
+        Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense
+        of the mechanism's largest share, solver. Constraints of your own as in `solve`. Raises what
+        `solve` does; ModelError if not a sequence. Ctrl-C stays a KeyboardInterrupt with an
+        attribute `table`, that of the limits by then.
+        """
+        user_rows = listed("constraints", constraints)
+        wanted = listed("frictions", frictions)
+        rows = list[dict[str, Any]]()
+
+        def table_of_interrupt(_: object) -> tuple[str, object, str] | None:
+            if not rows:
+                return None
+            counts = f"{len(rows)} of {len(wanted)} frictions"
+            return (
+                "table",
+                pd.DataFrame(rows),
+                f"the limits of {counts} are in the attribute `table`",
+            )
+
+        total = len(wanted)
+        with bar_of(progress, "sweep", "friction", total=total, keeps=table_of_interrupt) as bar:
+            for friction in wanted:
+                rows.append(_row(friction, self.solve(friction, user_rows)))
+                bar.update()
+        return pd.DataFrame(rows)
+
+
+def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:
+    """The row of a friction in the table of a sweep."""
+    plane = limit.system.tangents == 1
+    if len(limit.mechanism):
+        first = limit.mechanism.iloc[0].to_dict()
+    elif plane:
+        first = {"node": -1, "direction": 0}
+    else:
+        first = {"node": -1, "slip1": 0.0, "slip2": 0.0}
+    row = {
+        "friction": float(np.mean(friction)),
+        "load_factor": limit.load_factor,
+        "least": limit.least,
+        "bound": limit.bound,
+        "residual": limit.residual,
+        "friction_rate": float(limit.friction_rate.sum()),
+        "node": int(first["node"]),
+    }
+    for sense in ("direction",) if plane else ("slip1", "slip2"):
+        row[sense] = first[sense]
+    return row | {"solver": limit.record.solver}
