@@ -33,7 +33,7 @@ from ..transients.statics import nodal_motions, rigid_motions
 from . import models
 from .programs import outer_corners
 from .question import Question, pose
-from .self_stress import _sliding_off, self_stress
+from .self_stress import self_stress, sliding_off
 
 # of the largest motion: what is less is told as none, for answers of cone programs have this error
 _MOVES = 1e-4
@@ -481,7 +481,7 @@ def beyond_statics(
     forces = self_stress(system, friction, N) if driven.any() else None
     if forces is None:
         return found
-    slides_off, why = _sliding_off(system, cycle, friction, found.load_factor)
+    slides_off, why = sliding_off(system, cycle, friction, found.load_factor)
     unknown = f"contact forces balance themselves here, so statics cannot know how far the fit presses: {found.reason}"
     if not why:
         return replace(

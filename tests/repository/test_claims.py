@@ -256,7 +256,8 @@ def pieces(path):
             and isinstance(node.value, str)
             and id(node) not in docstrings
         ):
-            yield node.value.strip(" ;:,")
+            for piece in re.split(r"\{[^{}]*\}", node.value):
+                yield piece.strip(" ;:,")
 
 
 def test_every_sentence_of_a_reason_that_claims_is_on_the_page():
