@@ -16,31 +16,25 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import (
-    Array,
-    Booleans,
-    SolveRecord,
-    bar_of,
-    flag,
-    frozen,
-    listed,
-    warns_of_odd_values,
-)
+from ..base import Array, Booleans, SolveRecord, bar_of, flag, frozen, listed, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from ..solve.problem import Duals, Explained, put_back
 from . import models
 from .answered import Answered, answered
-from .design_program import Scenario, checked_choice, checked_scenario, raise_why_there_is_none
+from .design_program import (
+    Scenario,
+    checked_choice,
+    checked_scenario,
+    press,
+    raise_why_there_is_none,
+)
 from .design_search import DesignSearch, OpenNodes, limits_of
 from .models import unknowns
 from .open_nodes import TOUCHES
 from .programs import Program, listed_rows, own_rows
 from .question import Question, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
-
-# Mean normal force of the preloads where a second search begins, over that of the contact.
-_PRESSED = 10.0
 
 _STOPS = (
     "{opened}larger designs are better{pattern}, but under their mean load others open: "
@@ -74,8 +68,7 @@ class Design(Answered, Explained):
         (N,) material taken off at each node, length; negative: added. None if the faces were not
         free.
     slip, slips
-        (N,) or (N, 2) a residual slip that is safe at the load factor, length; and one for each
-        scenario, of which `slip` is the first.
+        (N,) or (N, 2) a safe residual slip, length; and one for each scenario, `slip` first.
     prices
         Name of each constraint of your own -> the rate, >= 0, at which the load factor (the
         objective) grows as the constraint gives way, in your units and its shape; of an equation
@@ -119,10 +112,7 @@ class Design(Answered, Explained):
 
     @property
     def scenarios(self) -> tuple[tuple[LoadCycle, Array], ...]:
-        """The pairs (load cycle, friction) of all scenarios; the first cycle is `cycle`.
-
-        The design is built in: the preloads are in the mean loads.
-        """
+        """The pairs (load cycle, friction) of all scenarios, preloads in the mean loads."""
         return tuple((question.cycle, question.friction) for question in self._questions)
 
     @property
@@ -132,10 +122,7 @@ class Design(Answered, Explained):
 
     @property
     def touches(self) -> bool:
-        """Whether a closed node may want to open.
-
-        A corner leaves it without pressure, or the mean load alone would pull it open.
-        """
+        """Whether a corner leaves a closed node without pressure, or the mean load pulls it."""
         for question, slip in zip(self._questions, self.slips, strict=True):
             _, r = question.states(self.load_factor, slip)
             without_pressure = r[:, -1].min(axis=0) <= TOUCHES * question.force
@@ -221,8 +208,7 @@ class DesignModel(SafeModel):
 
     Examples
     --------
-    Two bolts, each of which presses one of two nodes that the load shears: how tight, if they have
-    3 in all?
+    Each of two bolts presses one of two nodes that the load shears. They have a force of 3 in all:
 
     >>> import cvxpy as cp
     >>> import frictopt as fo
@@ -281,12 +267,10 @@ class DesignModel(SafeModel):
             As in `ShakedownModel.solve`, constraints also on `preload` and `profile`. With the same
             nodes open more friction never lowers the load factor.
         objective
-            What shall be largest, instead of the load factor: a concave cvxpy expression on the
-            same.
+            What shall be largest, instead of the load factor: a concave cvxpy expression.
         progress
-            Whether to show after two seconds how far it is, see `shakedown_limit`. Ctrl-C stays a
-            KeyboardInterrupt; once there is a design, its attribute `design` is the best one by
-            then.
+            See `shakedown_limit`. Ctrl-C stays a KeyboardInterrupt; once there is a design, its
+            attribute `design` is the best one by then.
 
         Raises
         ------
@@ -381,10 +365,7 @@ class DesignModel(SafeModel):
         return answered(claim, record, first)
 
     def _listed(
-        self,
-        scenarios: Sequence[Scenario],
-        own: Sequence[cp.Constraint],
-        open_nodes: OpenNodes,
+        self, scenarios: Sequence[Scenario], own: Sequence[cp.Constraint], open_nodes: OpenNodes
     ) -> list[Program]:
         """The rows of all scenarios, each with its open nodes; own rows are in the first one."""
         programs: list[Program] = []
@@ -459,28 +440,9 @@ class DesignModel(SafeModel):
             if self.preload is None:
                 self.profile.save_value(np.zeros(self.profile.size))
             else:
-                self._press(scenarios[0], own)
+                rows = own_rows(own, self._unknowns)
+                press(self._choice, scenarios[0], self._x, self._f, rows)
             built = self._choice.built(scenarios)
         except SolverError:
             return None
         return [limit.open for limit in limits_of(built.questions, self._solver)]
-
-    def _press(self, scenario: Scenario, own: Sequence[cp.Constraint]) -> None:
-        """Put preloads that press as much as the constraints admit into the unknowns."""
-        question = scenario.question
-        n = question.system.nodes
-        added = self._choice.added(scenario)
-        program = listed_rows(
-            question,
-            self._x,
-            self._f,
-            every=True,
-            friction=lambda x, corners: [],
-            more=dict.fromkeys(range(len(question.r1)), added.listed),
-        )
-        program.own = own_rows(own, self._unknowns)
-        force = self._choice.reactions[-n:].sum(axis=0) @ self.preload
-        bounded = force <= _PRESSED * n * question.force
-        problem = cp.Problem(cp.Maximize(force), [*program.rows, *added.rows, bounded])
-        program.compiled(problem, n * question.force, self._choice.units(question))
-        program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))

@@ -15,15 +15,16 @@ from typing import Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ..base import CONDENSATION, GROWN, Array, checked_loads, frozen, listed, shown
+from ..base import CONDENSATION, GROWN, Array, SolveRecord, checked_loads, frozen, listed, shown
 from ..contact import ContactSystem, joined
 from ..errors import ModelError
 from .design_search import NoneSafeError
-from .models import Row, constant, defines
-from .programs import Program
+from .models import Row, Unknowns, constant, defines
+from .programs import Program, listed_rows
 from .question import Question, pose, with_open
 
 PROFILE = "profile"  # load case of the overlap that a profile leaves
+_MOST_PRESSED = 10.0  # mean normal force of the preloads, over that of the contact
 _MOST_NAMES = 4  # unbounded components of a design that an error names
 
 _ROUNDING = (
@@ -246,6 +247,29 @@ def _with_profile(
     if gap.min() >= 0:
         return system, {}
     return system.with_interference({PROFILE: np.maximum(-gap, 0.0)}), {PROFILE: 1.0}
+
+
+def press(
+    choice: Choice, scenario: Scenario, x: Unknowns, f: cp.Parameter, own: Mapping[str, Row]
+) -> None:
+    """Put preloads that press as much as the user's own rows admit into the unknowns.
+
+    They press at most `_MOST_PRESSED` times as much as the contact. SolverError if no answer passes
+    the checks.
+    """
+    question = scenario.question
+    n = question.system.nodes
+    added = choice.added(scenario)
+    at_corners = dict.fromkeys(range(len(question.r1)), added.listed)
+    program = listed_rows(
+        question, x, f, every=True, friction=lambda x, corners: [], more=at_corners
+    )
+    program.own = own
+    force = choice.reactions[-n:].sum(axis=0) @ choice.preload
+    bounded = force <= _MOST_PRESSED * n * question.force
+    problem = cp.Problem(cp.Maximize(force), [*program.rows, *added.rows, bounded])
+    program.compiled(problem, n * question.force, choice.units(question))
+    program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
 
 
 def raise_why_there_is_none(program: Program, choice: Choice, goal: str) -> None:

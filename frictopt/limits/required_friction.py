@@ -254,12 +254,8 @@ class SafeSlips:
         """The largest friction proven too little, and the smallest one proven enough."""
         enough = [friction for (friction, _), safe in self._solved.items() if safe.exists]
         more = min(enough, default=np.inf)
-        too_little = [
-            friction
-            for (friction, _), safe in self._solved.items()
-            if not safe.exists and friction < more
-        ]
-        return max(too_little, default=0.0), more
+        too_little = [friction for (friction, _), safe in self._solved.items() if not safe.exists]
+        return max((friction for friction in too_little if friction < more), default=0.0), more
 
     def largest_slip(self, friction: float) -> float:
         """Size of the first safe slip that was found with a friction."""
@@ -366,14 +362,9 @@ def _proven_from_both_sides(
         width *= 4
 
     less, more = safe_slips.bracket()
-    raise SolverError(
-        _UNDECIDED.format(
-            less=less,
-            more=more,
-            slip=safe_slips.largest_slip(more),
-            smaller="" if safe_slips.question.slip_bound is None else "smaller ",
-        )
-    )
+    slip = safe_slips.largest_slip(more)
+    smaller = "" if safe_slips.question.slip_bound is None else "smaller "
+    raise SolverError(_UNDECIDED.format(less=less, more=more, slip=slip, smaller=smaller))
 
 
 def _answer(
