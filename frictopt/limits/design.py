@@ -22,13 +22,7 @@ from ..errors import SolverError
 from ..solve.problem import Duals, Explained, put_back
 from . import models
 from .answered import Answered, answered
-from .design_program import (
-    Scenario,
-    checked_choice,
-    checked_scenario,
-    press,
-    raise_why_there_is_none,
-)
+from .design_program import Scenario, checked_choice, checked_scenario, press, raise_refusal
 from .design_search import DesignSearch, OpenNodes, limits_of
 from .models import unknowns
 from .open_nodes import TOUCHES
@@ -295,11 +289,11 @@ class DesignModel(SafeModel):
         >>> design.preload.round(6).to_dict()
         {'bolt': 8.0}
         """
-        own = listed("constraints", constraints)
+        user_rows = listed("constraints", constraints)
         scenarios = [Scenario(self._posed(friction), {}), *self._others]
         questions = [scenario.question for scenario in scenarios]
         search = DesignSearch(
-            partial(self._best_with, scenarios, own, objective),
+            partial(self._best_with, scenarios, user_rows, objective),
             "load factor" if objective is None else "objective",
             self._solver,
         )
@@ -308,8 +302,8 @@ class DesignModel(SafeModel):
         ) as bar:
             search.count_program = bar.update
             search.alternate([question.open_nodes for question in questions])
-            if not search.found or search.found[0].design.touches:
-                search.alternate(self._open_nodes_if_pressed(scenarios, own))
+            if not search.counted or search.counted[0].design.touches:
+                search.alternate(self._open_nodes_if_pressed(scenarios, user_rows))
             search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
         if search.best is None:
             raise search.refusal
@@ -326,7 +320,7 @@ class DesignModel(SafeModel):
     def _best_with(
         self,
         scenarios: Sequence[Scenario],
-        own: Sequence[cp.Constraint],
+        user_rows: Sequence[cp.Constraint],
         objective: cp.Expression | None,
         open_nodes: OpenNodes,
         share: float = 1.0,
@@ -337,7 +331,7 @@ class DesignModel(SafeModel):
         If `larger` is given, no preload is larger than this share of the largest one of that
         design, and the profile is no deeper.
         """
-        programs = self._listed(scenarios, own, open_nodes)
+        programs = self._listed(scenarios, user_rows, open_nodes)
         first = programs[0]
         rows = [row for program in programs for row in program.rows]
         if larger is not None:
@@ -360,12 +354,15 @@ class DesignModel(SafeModel):
         claim, record = first.chain.solve(
             partial(self._judged, scenarios, programs, objective is not None),
             self._solver,
-            no_optimum=partial(raise_why_there_is_none, first, self._choice, goal),
+            no_optimum=partial(raise_refusal, first, self._choice, goal),
         )
         return answered(claim, record, first)
 
     def _listed(
-        self, scenarios: Sequence[Scenario], own: Sequence[cp.Constraint], open_nodes: OpenNodes
+        self,
+        scenarios: Sequence[Scenario],
+        user_rows: Sequence[cp.Constraint],
+        open_nodes: OpenNodes,
     ) -> list[Program]:
         """The rows of all scenarios, each with its open nodes; own rows are in the first one."""
         programs: list[Program] = []
@@ -383,8 +380,8 @@ class DesignModel(SafeModel):
             program = listed_rows(question, x, f, every=True, more=at_corners)
             program.rows += added.rows
             if number == 0:
-                program.own = own_rows(own, self._unknowns)
-                if own and opened.any():
+                program.own = own_rows(user_rows, self._unknowns)
+                if user_rows and opened.any():
                     program.rows += self._rested(question, added.open_slip)
             programs.append(program)
         return programs
@@ -429,7 +426,7 @@ class DesignModel(SafeModel):
         )
 
     def _open_nodes_if_pressed(
-        self, scenarios: Sequence[Scenario], own: Sequence[cp.Constraint]
+        self, scenarios: Sequence[Scenario], user_rows: Sequence[cp.Constraint]
     ) -> OpenNodes | None:
         """The open nodes under preloads that press as much as the constraints admit.
 
@@ -440,7 +437,7 @@ class DesignModel(SafeModel):
             if self.preload is None:
                 self.profile.save_value(np.zeros(self.profile.size))
             else:
-                rows = own_rows(own, self._unknowns)
+                rows = own_rows(user_rows, self._unknowns)
                 press(self._choice, scenarios[0], self._x, self._f, rows)
             built = self._choice.built(scenarios)
         except SolverError:

@@ -250,7 +250,7 @@ def _with_profile(
 
 
 def press(
-    choice: Choice, scenario: Scenario, x: Unknowns, f: cp.Parameter, own: Mapping[str, Row]
+    choice: Choice, scenario: Scenario, x: Unknowns, f: cp.Parameter, user_rows: Mapping[str, Row]
 ) -> None:
     """Put preloads that press as much as the user's own rows admit into the unknowns.
 
@@ -264,7 +264,7 @@ def press(
     program = listed_rows(
         question, x, f, every=True, friction=lambda x, corners: [], more=at_corners
     )
-    program.own = own
+    program.own = user_rows
     force = choice.reactions[-n:].sum(axis=0) @ choice.preload
     bounded = force <= _MOST_PRESSED * n * question.force
     problem = cp.Problem(cp.Maximize(force), [*program.rows, *added.rows, bounded])
@@ -272,7 +272,7 @@ def press(
     program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
 
 
-def raise_why_there_is_none(program: Program, choice: Choice, goal: str) -> None:
+def raise_refusal(program: Program, choice: Choice, goal: str) -> None:
     """Raise why there is no best design; return if that cannot be proven.
 
     `goal` is the name of what shall be largest.
@@ -294,9 +294,9 @@ def raise_why_there_is_none(program: Program, choice: Choice, goal: str) -> None
 
 def _contradiction_error(program: Program, ruling: Collection[int]) -> ModelError:
     """The error for rows, by their ids, that contradict each other."""
-    own = {row.id for row in program.own.values()}
+    user_rows = {row.id for row in program.own.values()}
     names = ", ".join(program.ruling(ruling))
-    if set(ruling) <= own:
+    if set(ruling) <= user_rows:
         error, why = ModelError, _CONTRADICT
     else:
         error, why = NoneSafeError, _NONE_SAFE

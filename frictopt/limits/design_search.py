@@ -67,7 +67,7 @@ class Candidate(Protocol):
 D = TypeVar("D", bound=Candidate)
 
 
-class Found(NamedTuple, Generic[D]):
+class Counted(NamedTuple, Generic[D]):
     """A design that counts, and the values of the unknowns and multipliers of its problem."""
 
     design: D
@@ -118,15 +118,15 @@ class DesignSearch(Generic[D]):
         self._goal = goal
         self._solver = solver
         self.count_program: Callable[[], object] = lambda: None
-        self.found: list[Found[D]] = []
+        self.counted: list[Counted[D]] = []
         self._refused: list[Exception] = []
         # By open nodes: the best design with these, or None if it counts or does not exist.
         self._uncounted: dict[bytes, D | None] = {}
 
     @property
-    def best(self) -> Found[D] | None:
+    def best(self) -> Counted[D] | None:
         """The best design so far."""
-        return max(self.found, key=lambda found: found.design.value, default=None)
+        return max(self.counted, key=lambda counted: counted.design.value, default=None)
 
     @property
     def refusal(self) -> Exception:
@@ -165,7 +165,7 @@ class DesignSearch(Generic[D]):
             self.alternate(open_nodes)
         # The design grows without end with these nodes open.
         except ModelError:
-            if not self.found:
+            if not self.counted:
                 raise
         largest = self._uncounted.get(_key(open_nodes))
         if largest is not None and not self._reaches(largest.value):
@@ -232,7 +232,7 @@ class DesignSearch(Generic[D]):
         return []
 
     def _keep(self, solved: D, answer: D) -> None:
-        self.found.append(Found(answer, standing(solved.problem)))
+        self.counted.append(Counted(answer, standing(solved.problem)))
 
     def _reaches(self, value: float) -> bool:
         return self.best is not None and self.best.design.value >= value
@@ -260,8 +260,8 @@ def _counts(design: Candidate, open_nodes: OpenNodes, limits: Sequence[Shakedown
     """
     if not np.any(open_nodes):
         return True
-    least = design.load_factor * (1 - SEARCH.gain)
-    return bool(limits) and all(limit.load_factor >= least for limit in limits)
+    promised = design.load_factor * (1 - SEARCH.gain)
+    return bool(limits) and all(limit.load_factor >= promised for limit in limits)
 
 
 def _settled(low: Size, high: Size) -> bool:

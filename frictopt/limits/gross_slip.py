@@ -40,7 +40,7 @@ _UNBALANCED = "{only}forces within {bounds} cannot balance {load}: {motion}"
 _NO_STATE = "no load factor has a state of rest, nor has 0: {unbalanced}"
 _APART = (
     "no load factor has a state of rest: {only}{lower} needs at least {least:.4g}, "
-    "{upper} at most {most:.4g}"
+    "{upper} at most {largest:.4g}"
 )
 _ALL = "{only}forces within {bounds} balance the loads at all load factors{start}"
 _FROM = " from {least:.4g} on"
@@ -264,32 +264,32 @@ def _statics(question: Question, only: str) -> GrossSlip:
         if np.isnan(answer.load_factor):
             reason = _NO_STATE.format(unbalanced=words.unbalanced(answer))
             return _result(question, answer, np.nan, reason, upper)
-    most = min(answer.load_factor for answer in upper)
-    governs = next(answer for answer in upper if answer.load_factor <= most * (1 + RESIDUAL))
+    largest = min(answer.load_factor for answer in upper)
+    governs = next(answer for answer in upper if answer.load_factor <= largest * (1 + RESIDUAL))
 
     lower = _least_load_factors(question, N, corners, r0, r1)
     first = max(lower, key=lambda answer: answer.load_factor, default=None)
     least = 0.0 if first is None else first.load_factor
-    reason = _reason(words, governs, most, first, least)
-    if least > most * (1 + RESIDUAL):
+    reason = _reason(words, governs, largest, first, least)
+    if least > largest * (1 + RESIDUAL):
         governs = replace(governs, load_factor=np.nan, bound=np.nan)
         least = np.nan
     return _result(question, governs, least, reason, [*upper, *lower])
 
 
 def _reason(
-    words: Words, governs: CornerAnswer, most: float, first: CornerAnswer | None, least: float
+    words: Words, governs: CornerAnswer, largest: float, first: CornerAnswer | None, least: float
 ) -> str:
     """Why the load factor is at most that of `governs`, and at least that of `first`."""
-    if first is not None and least > most * (1 + RESIDUAL):
+    if first is not None and least > largest * (1 + RESIDUAL):
         return _APART.format(
             only=words.only,
             lower=words.load(first),
             least=least,
             upper=words.load(governs),
-            most=most,
+            largest=largest,
         )
-    if most == np.inf:
+    if largest == np.inf:
         start = _FROM.format(least=least) if least > 0 else ""
         reason = _ALL.format(only=words.only, bounds=words.bounds, start=start)
     else:

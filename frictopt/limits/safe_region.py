@@ -230,7 +230,7 @@ class Border:
     """
 
     points: list[BorderPoint]
-    unit: Array  # (2,) amplitudes of the two loads, for digits
+    unit: Array  # (2,) units of the amplitudes, in which lines meet without loss of digits
     unlimited: tuple[str, ...]
     reason: str
 
@@ -258,44 +258,44 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
 
 
 def _points_between(
-    rays: Rays, one: BorderPoint, other: BorderPoint, unit: Array, tolerance: float
+    rays: Rays, left: BorderPoint, right: BorderPoint, unit: Array, tolerance: float
 ) -> list[BorderPoint]:
     """Points of the border between two, as many as its sides need.
 
     In space until the lines of neighbours meet near enough to the chord of their points.
     """
-    corner = meeting_point(one, other, unit)
-    if corner is one.amplitudes or corner is other.amplitudes:
+    corner = meeting_point(left, right, unit)
+    if corner is left.amplitudes or corner is right.amplitudes:
         return []
-    if beyond_chord(one.amplitudes, other.amplitudes, corner) < tolerance:
+    if beyond_chord(left.amplitudes, right.amplitudes, corner) < tolerance:
         return []
     first, second = np.maximum(corner, 0.0)
     middle = rays.to(first, second)
     if middle.limit.load_factor >= 1 - _ON_LINE:
         return [middle]
     return [
-        *_points_between(rays, one, middle, unit, tolerance),
+        *_points_between(rays, left, middle, unit, tolerance),
         middle,
-        *_points_between(rays, middle, other, unit, tolerance),
+        *_points_between(rays, middle, right, unit, tolerance),
     ]
 
 
-def meeting_point(one: BorderPoint, other: BorderPoint, unit: Array) -> Array:
+def meeting_point(left: BorderPoint, right: BorderPoint, unit: Array) -> Array:
     """Where the lines of two neighbours meet; the point of one if it is on the line of the other.
 
     Then it is the very array of this point.
     """
-    one_off = one.excess(other.amplitudes)
-    other_off = other.excess(one.amplitudes)
-    if abs(one_off) <= _ON_LINE:
-        return other.amplitudes
-    if abs(other_off) <= _ON_LINE:
-        return one.amplitudes
+    left_off = left.excess(right.amplitudes)
+    right_off = right.excess(left.amplitudes)
+    if abs(left_off) <= _ON_LINE:
+        return right.amplitudes
+    if abs(right_off) <= _ON_LINE:
+        return left.amplitudes
     try:
-        lines = np.array([one.line, other.line]) * unit
-        return np.asarray(unit * np.linalg.solve(lines, [one.bound, other.bound]))
+        lines = np.array([left.line, right.line]) * unit
+        return np.asarray(unit * np.linalg.solve(lines, [left.bound, right.bound]))
     except np.linalg.LinAlgError as parallel:
-        error = max(abs(one_off), abs(other_off))
+        error = max(abs(left_off), abs(right_off))
         raise SolverError(_DIFFER.format(error=error)) from parallel
 
 
@@ -392,7 +392,7 @@ def _ends(points: Sequence[BorderPoint], unit: Array) -> list[Array]:
     """The ends of the sides: the first and the last point, and where lines of neighbours meet."""
     if not points:
         return []
-    meeting = [meeting_point(one, other, unit) for one, other in pairwise(points)]
+    meeting = [meeting_point(left, right, unit) for left, right in pairwise(points)]
     return [points[0].amplitudes, *meeting, points[-1].amplitudes]
 
 
@@ -421,6 +421,6 @@ def _largest_gap(points: Sequence[BorderPoint], ends: Sequence[Array]) -> float:
     for end in ends:
         if any(end is point.amplitudes for point in points):
             continue
-        for one, other in pairwise(points):
-            gap = max(gap, beyond_chord(one.amplitudes, other.amplitudes, end))
+        for left, right in pairwise(points):
+            gap = max(gap, beyond_chord(left.amplitudes, right.amplitudes, end))
     return gap

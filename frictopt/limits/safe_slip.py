@@ -154,8 +154,8 @@ class SafeSlipModel(SafeModel):
     >>> model = fo.SafeSlipModel(rod, cycle)
     >>> round(model.solve(0.5, load_factor=0.8).margin, 6)
     0.2
-    >>> own = [model.slip[0] - model.slip[1] <= 0.25]
-    >>> round(model.solve(0.5, load_factor=0.8, constraints=own).margin, 6)
+    >>> rows = [model.slip[0] - model.slip[1] <= 0.25]
+    >>> round(model.solve(0.5, load_factor=0.8, constraints=rows).margin, 6)
     -0.1
     """
 
@@ -217,9 +217,9 @@ class SafeSlipModel(SafeModel):
             As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load;
             constraints that no slip obeys, safe or not.
         """
-        own = listed("constraints", constraints)
+        user_rows = listed("constraints", constraints)
         with bar_of(progress, "safe slip"):
-            safe = self.of_pattern(self._posed(friction), load_factor, own, events)
+            safe = self.of_pattern(self._posed(friction), load_factor, user_rows, events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
@@ -227,7 +227,7 @@ class SafeSlipModel(SafeModel):
         self,
         question: Question,
         load_factor: float,
-        own: Sequence[Row] = (),
+        user_rows: Sequence[Row] = (),
         events: bool = False,
         enough: float = np.inf,
     ) -> SafeSlip:
@@ -236,9 +236,9 @@ class SafeSlipModel(SafeModel):
         The limit is the best one, or the first one that reaches `enough`. With `events`, nodes may
         then also open and close in each cycle.
         """
-        check_events(events, question, bool(own))
+        check_events(events, question, bool(user_rows))
         load_factor = self._checked_load_factor(question, load_factor)
-        closed = self._if_closed(question, load_factor, own)
+        closed = self._if_closed(question, load_factor, user_rows)
         if closed is not None and closed.exists:
             return closed
 
@@ -247,7 +247,7 @@ class SafeSlipModel(SafeModel):
         if safe is None or limit.open.any():
             opened = with_open(question, limit.open)
             assert opened is not None  # it has a limit
-            safe = self.of_set(opened, load_factor, own)
+            safe = self.of_set(opened, load_factor, user_rows)
         if safe.exists or not events:
             return safe
 
@@ -269,11 +269,11 @@ class SafeSlipModel(SafeModel):
         return load_factor
 
     def _if_closed(
-        self, question: Question, load_factor: float, own: Sequence[Row]
+        self, question: Question, load_factor: float, user_rows: Sequence[Row]
     ) -> SafeSlip | None:
         """The safe slip with all nodes closed, or None if that says nothing."""
         # The user's constraints may contradict each other only with all nodes closed.
-        if own:
+        if user_rows:
             return None
         # A slip that hardly anything resists, as a roll, can hide the margin.
         with suppress(SolverError):
@@ -289,7 +289,7 @@ class SafeSlipModel(SafeModel):
         return self._last[1]
 
     def of_set(
-        self, question: Question, load_factor: float, own: Sequence[cp.Constraint] = ()
+        self, question: Question, load_factor: float, user_rows: Sequence[cp.Constraint] = ()
     ) -> SafeSlip:
         """The slip with the largest margin, with the open nodes of the question."""
         closed = ~question.open_nodes
@@ -299,7 +299,7 @@ class SafeSlipModel(SafeModel):
         self.load_factor.value = load_factor
         program = self._program(
             question,
-            own,
+            user_rows,
             None,
             lambda program: models.safe_slip(self.margin, program.rows),
             "safe slip",

@@ -130,10 +130,10 @@ def sliding_off(
 
     # The first cycle takes little time, also near the load that is sought, and nearly always
     # decides.
-    found = _approached(first_cycle, start, end, tolerance)
-    if found.low > 0 and all_cycles(found.low):
-        found = _approached(all_cycles, SEARCH.start * found.low, found.low, tolerance)
-    return (found.low, found.why) if found.why else (statics, "")
+    bracket = _approached(first_cycle, start, end, tolerance)
+    if bracket.low > 0 and all_cycles(bracket.low):
+        bracket = _approached(all_cycles, SEARCH.start * bracket.low, bracket.low, tolerance)
+    return (bracket.low, bracket.why) if bracket.why else (statics, "")
 
 
 def _end_of(transient: Callable[..., object], *arguments: object, **options: object) -> str:

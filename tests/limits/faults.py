@@ -41,8 +41,8 @@ FAULTS = (
     Fault(
         "limits/self_stress.py",
         "of a fit statics has the word",
-        old="(found.low, found.why) if found.why else (statics, '')",
-        new="(found.low, found.why) if False else (statics, '')",
+        old="(bracket.low, bracket.why) if bracket.why else (statics, '')",
+        new="(bracket.low, bracket.why) if False else (statics, '')",
         tests="gross_slip",
     ),
     Fault(
@@ -444,7 +444,7 @@ FAULTS = (
     Fault(
         "limits/design_search.py",
         "a design counts that carries less once it is built",
-        old="limit.load_factor >= least",
+        old="limit.load_factor >= promised",
         new="limit.load_factor >= 0",
         tests="design_opens",
     ),
@@ -632,8 +632,8 @@ FAULTS = (
     Fault(
         "limits/safe_region.py",
         "polygons nine times as far apart",
-        old="beyond_chord(one.amplitudes, other.amplitudes, corner) < tolerance",
-        new="beyond_chord(one.amplitudes, other.amplitudes, corner) < 9.0 * tolerance",
+        old="beyond_chord(left.amplitudes, right.amplitudes, corner) < tolerance",
+        new="beyond_chord(left.amplitudes, right.amplitudes, corner) < 9.0 * tolerance",
         tests="safe_region",
     ),
     Fault(
