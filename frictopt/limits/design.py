@@ -1,11 +1,12 @@
-"""The best design: preloads and a profile of the faces with the largest shakedown limit, or the cheapest ones for a given load."""
-# One file because the answer, the model that asks for it and the judge that makes it name each
-# other.
+"""The best design: preloads and a profile of the faces with the largest shakedown limit.
+
+With an objective of the user's own it is the cheapest design for a given load. `design_program.py`
+lists what a design adds to the program of a limit, `design_search.py` finds its open nodes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -15,167 +16,26 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import (
-    CONDENSATION,
-    GROWN,
-    Array,
-    Booleans,
-    SolveRecord,
-    bar_of,
-    checked_loads,
-    flag,
-    frozen,
-    listed,
-    shown,
-    warns_of_odd_values,
-)
-from ..contact import ContactSystem, LoadCycle, joined
-from ..errors import ModelError, SolverError
+from ..base import Array, Booleans, SolveRecord, bar_of, flag, frozen, listed, warns_of_odd_values
+from ..contact import ContactSystem, LoadCycle
+from ..errors import SolverError
 from ..solve.problem import Duals, Explained, put_back
 from . import models
 from .answered import Answered, answered
-from .design_search import DesignSearch, NoneSafeError, Sets
-from .models import Row, constant, defines, unknowns
+from .design_program import Scenario, checked_choice, checked_scenario, press, raise_refusal
+from .design_search import DesignSearch, OpenNodes, limits_of
+from .models import unknowns
 from .open_nodes import TOUCHES
 from .programs import Program, listed_rows, own_rows
-from .question import Question, pose, with_open
+from .question import Question, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
-from .shakedown import ShakedownLimit
-from .shakedown_model import ShakedownModel
 
-PROFILE = "profile"  # load case of the overlap that a profile leaves
-_NAMED = 4  # unbounded parts of a design that an error names
-
-
-def preload_reactions(system: ContactSystem, preloads: Sequence[str]) -> Array:
-    """(M, J) reactions of unit amplitudes of the load cases that a design chooses, force; refused where they are rounding."""
-    bolts = np.array([joined(*system.bonded[name]) for name in preloads]).reshape(
-        len(preloads), len(system.S)
-    )
-    largest = max(np.abs(joined(*pair)).mean() for pair in system.bonded.values())
-    for name, size in zip(preloads, np.abs(bolts).mean(axis=1), strict=True):
-        if 0 < size < CONDENSATION * largest:
-            raise ModelError(
-                f"preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others of up to {largest:.1e}; leave it out "
-                "if it does nothing at the contact, else give the load case a larger unit, or others a smaller one"
-            )
-    return bolts.T
-
-
-def built_in(
-    system: ContactSystem,
-    cycles: Sequence[tuple[LoadCycle, Mapping[str, float]]],
-    profile: Array | None,
-) -> tuple[ContactSystem, tuple[LoadCycle, ...]]:
-    """Contact, and load cycles each with its preloads in its mean load, with a profile in the gap, or as an overlap where it adds material."""
-    overlap = dict[str, float]()
-    if profile is not None:
-        gap = system.gap + profile
-        system = system.with_gap(np.maximum(gap, 0.0))
-        if gap.min() < 0:
-            system = system.with_interference({PROFILE: np.maximum(-gap, 0.0)})
-            overlap[PROFILE] = 1.0
-    added = [
-        (cycle, {name: cycle.mean.get(name, 0.0) + amount for name, amount in preload.items()})
-        for cycle, preload in cycles
-    ]
-    return system, tuple(
-        replace(cycle, mean={**cycle.mean, **preload, **overlap}) for cycle, preload in added
-    )
-
-
-def added(
-    asked: Question,
-    acting: Array,
-    preload: cp.Variable | None,
-    profile: cp.Variable | None,
-    suffix: str = "",
-) -> tuple[list[cp.Expression], list[Row]]:
-    """What preloads of these reactions and a profile add to q, p, and to gaps and slips of open nodes; and rows that define it.
-
-    `suffix`: appended to all names.
-    """
-    system, n, moved = asked.system, asked.system.nodes, asked.open_nodes.any()
-    parts, rows = list[list[cp.Expression]](), list[Row]()
-    for chosen, r, names in (
-        (preload, acting, ("q_j", "p_j", "w_j", "v_j")),
-        (profile, -system.S[:, -n:], ("-B.T", "-C", "-w", "-v")),
-    ):
-        if chosen is not None:
-            left = asked.carried(r.T).reshape(r.shape[::-1]).T
-            follow = -(asked.compliance @ r) if asked.compliance is not None else np.zeros_like(r)
-            open_slip = follow[:-n][np.tile(asked.open_nodes, system.tangents)]
-            matrices = (
-                left[:-n],
-                left[-n:],
-                *((follow[-n:][asked.open_nodes], open_slip) if moved else ()),
-            )
-            terms = [
-                constant(matrix, name + suffix) @ chosen
-                for matrix, name in zip(matrices, names, strict=False)
-            ]
-            if chosen is profile:  # dense: equations of their own do not go through cvxpy
-                unknown = [
-                    cp.Variable(len(part), name=f"{name}_g{suffix}")
-                    for part, name in zip(matrices, "qpwv", strict=False)
-                ]
-                rows += [
-                    defines(part, product) for part, product in zip(unknown, terms, strict=True)
-                ]
-                terms = list(unknown)
-            parts.append(terms)
-    q, *others = (sum(each[1:], each[0]) for each in zip(*parts, strict=True))
-    return [
-        q if system.tangents == 1 else cp.reshape(q, system.slip_shape, order="F"),
-        *others,
-    ], rows
-
-
-def refused(
-    program: Program,
-    entries: Mapping[cp.Variable | None, Iterable[object]],
-    units: Mapping[cp.Variable, Any],
-    chosen: bool,
-) -> None:
-    """Raise why there is no best design; None where that cannot be proven. `entries` are the names of those of each unknown of the design."""
-    if none := program.chain.contradiction():
-        ruling, own = program.ruling(none.ruling), {row.id for row in program.own.values()}
-        safe = (
-            "no design is safe at any load factor with all nodes closed"
-            if none.ruling - own
-            else "they contradict each other"
-        )
-        error = NoneSafeError if none.ruling - own else ModelError
-        if not ruling:
-            raise error(
-                f"preloads: {safe}; press nodes that are open, or ask `shakedown_limit` of designs of your own"
-            )
-        raise error(f"{', '.join(ruling)}: {safe} under these constraints; drop or relax one")
-    growth = program.chain.growth()
-    if growth is None:
-        return
-    found = dict[str, float]()
-    for variable, names in entries.items():
-        if variable is not None:
-            along = np.ravel(program.chain.value_along(growth, variable) / units[variable])
-            found |= {
-                f"{variable.name()}[{name!r}]": value
-                for name, value in zip(names, along.tolist(), strict=True)
-            }
-    largest, goal = max(map(abs, found.values())), "objective" if chosen else "load_factor"
-    if not largest > GROWN:
-        raise ModelError(
-            f"{goal}: it grows without end whatever the design; bound it by a constraint, or give another objective"
-        )
-    grows = {name: value for name, value in found.items() if abs(value) > GROWN * largest}
-    named_parts = [
-        f"{name} has no {'upper' if value > 0 else 'lower'} bound"
-        for name, value in [*grows.items()][:_NAMED]
-    ]
-    more = f" and {len(grows) - _NAMED} more" if len(grows) > _NAMED else ""
-    raise ModelError(
-        f"{goal}: it grows without end with the design: {', '.join(named_parts)}{more}; bound them by constraints, or say what they cost"
-    )
+_STOPS = (
+    "{opened}larger designs are better{pattern}, but under their mean load others open: "
+    "the search stops before them"
+)
+_BEST = "{opened}no design that the constraints admit is better{pattern}"
+_OTHERS_OPEN = "; with others open one may be"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -190,24 +50,23 @@ class Design(Answered, Explained):
     ----------
     load_factor, objective
         The largest load factor that is safe with the design in all scenarios, their least shakedown
-        limit, and None; or the load factor that an objective of your own chooses, which is no
+        limit, and None. With an objective of your own: the load factor that it chooses, which is no
         limit, and the largest value of the objective.
     bound
         Upper bound of the load factor (or objective) of all designs that the constraints admit with
         the same nodes open, not of others, from the multipliers alone. It equals the value up to
-        `residual`, but where larger designs open other nodes and do not count (`reason`).
+        `residual`, unless larger designs open other nodes and do not count (`reason`).
     preload
         Series: amplitude that the design adds to the mean load, for each load case that was free.
     profile
-        (N,) material taken off at each node, length; negative: added. None where the faces were not
+        (N,) material taken off at each node, length; negative: added. None if the faces were not
         free.
     slip, slips
-        (N,) or (N, 2) a residual slip that is safe at the load factor, length; and one for each
-        scenario, of which `slip` is the first.
+        (N,) or (N, 2) a safe residual slip, length; and one for each scenario, `slip` first.
     prices
         Name of each constraint of your own -> the rate, >= 0, at which the load factor (the
         objective) grows as the constraint gives way, in your units and its shape; of an equation
-        the rate with its right side. Where the best design is not unique it is one of several.
+        the rate with its right side. If the best design is not unique, it is one of several.
     record
         How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the
         contact law by the slips at all corners with the design built in, the excess over your
@@ -218,11 +77,15 @@ class Design(Answered, Explained):
     Examples
     --------
     >>> import frictopt as fo
-    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], {"bolt": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
-    >>> model = fo.DesignModel(node, fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["bolt"])
+    >>> loads = {"bolt": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> model = fo.DesignModel(node, cycle, preloads=["bolt"])
     >>> design = model.solve(0.5, [(model.preload <= 4.0).set_label("strength")])
-    >>> round(design.load_factor, 6), round(float(design.prices["strength"][0]), 6), dict(design.cycle.mean)
-    (2.0, 0.5, {'bolt': 4.0})
+    >>> round(design.load_factor, 6), dict(design.cycle.mean)
+    (2.0, {'bolt': 4.0})
+    >>> round(float(design.prices["strength"][0]), 6)
+    0.5
     """
 
     objective: float | None
@@ -234,7 +97,7 @@ class Design(Answered, Explained):
     _questions: tuple[Question, ...]
     problem: cp.Problem | None = None
     _duals: Duals = ()
-    _stops: bool = False  # before designs with more, under whose mean load other nodes open
+    _stops: bool = False  # before larger designs, under whose mean load other nodes open
 
     @property
     def value(self) -> float:
@@ -243,7 +106,7 @@ class Design(Answered, Explained):
 
     @property
     def scenarios(self) -> tuple[tuple[LoadCycle, Array], ...]:
-        """The pairs (load cycle, friction) of all scenarios, with the design built in (preloads in the mean load); the first one is `cycle`."""
+        """The pairs (load cycle, friction) of all scenarios, preloads in the mean loads."""
         return tuple((question.cycle, question.friction) for question in self._questions)
 
     @property
@@ -253,24 +116,25 @@ class Design(Answered, Explained):
 
     @property
     def touches(self) -> bool:
-        """Whether a closed node may want to open: a corner leaves it without pressure, or the mean load alone would pull it open."""
-        states = [
-            (question, question.states(self.load_factor, slip)[1][:, -1])
-            for question, slip in zip(self._questions, self.slips, strict=True)
-        ]
-        bare = (p.min(axis=0) <= TOUCHES * question.force for question, p in states)
-        return any(
-            ((no_pressure | (question.r0[:, -1].max(axis=0) < 0)) & ~question.open_nodes).any()
-            for no_pressure, (question, _) in zip(bare, states, strict=True)
-        )
+        """Whether a corner leaves a closed node without pressure, or the mean load pulls it."""
+        for question, slip in zip(self._questions, self.slips, strict=True):
+            _, r = question.states(self.load_factor, slip)
+            without_pressure = r[:, -1].min(axis=0) <= TOUCHES * question.force
+            pulled = question.r0[:, -1].max(axis=0) < 0
+            if ((without_pressure | pulled) & ~question.open_nodes).any():
+                return True
+        return False
 
     @property
     def reason(self) -> str:
         """Why no design is better, in words, and for which open nodes."""
-        some = any(opened.any() for opened in self.opens)
-        if self._stops:
-            return f"{self._opened}larger designs are better{self._question.pattern}, but under their mean load others open: the search stops before them"
-        return f"{self._opened}no design that the constraints admit is better{self._question.pattern}{'; with others open one may be' * some}"
+        text = _STOPS if self._stops else _BEST
+        if not self._stops and any(open_nodes.any() for open_nodes in self.opens):
+            text += _OTHERS_OPEN
+        return text.format(opened=self._opened, pattern=self._question.pattern)
+
+    def _before(self, larger: Design) -> Design:
+        return replace(self, bound=larger.bound, _stops=True)
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each node: node, its place, its slip, and the profile where there is one."""
@@ -278,53 +142,30 @@ class Design(Answered, Explained):
         return table if self.profile is None else table.assign(profile=self.profile)
 
     def _answer(self) -> Mapping[str, object]:
-        chosen = () if self.objective is None else ("objective",)
-        shown = {
-            name: getattr(self, name)
-            for name in ("load_factor", *chosen, "bound", "largest_slip", "residual")
-        }
-        shaped = (
-            {}
-            if self.profile is None
-            else {"profile": f"{self.profile.min():.4g} .. {self.profile.max():.4g}"}
-        )
-        return {
-            **shown,
-            **{f"preload {name}": amount for name, amount in self.preload.items()},
-            **shaped,
-            "reason": self.reason,
-        }
+        answer: dict[str, object] = {"load_factor": self.load_factor}
+        if self.objective is not None:
+            answer["objective"] = self.objective
+        for name in ("bound", "largest_slip", "residual"):
+            answer[name] = getattr(self, name)
+        for name, amount in self.preload.items():
+            answer[f"preload {name}"] = amount
+        if self.profile is not None:
+            answer["profile"] = f"{self.profile.min():.4g} .. {self.profile.max():.4g}"
+        return answer | {"reason": self.reason}
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "best design", self.value, None, self.reason
 
 
-def no_larger(
-    preload: cp.Variable | None, profile: cp.Variable | None, share: float, of: Design
-) -> list[Row]:
-    """Rows by which no preload is larger than a share of the largest one of a design, and the profile no deeper."""
-    rows = list[Row]()
-    for part, size in ((preload, of.preload.to_numpy()), (profile, of.profile)):
-        if part is not None and size is not None:
-            rows.append(
-                (cp.abs(part) <= share * float(np.abs(size).max())).set_label(f"size_{part.name()}")
-            )
-    return rows
-
-
-_PRESSED = (
-    10.0  # mean normal force of the preloads where the search begins, over that of the contact
-)
-
-
 class DesignModel(SafeModel):
-    """Preloads, fit and profile of a contact as unknowns beside its residual slip, for constraints and objectives of your own.
+    """Preloads and a profile of a contact as unknowns beside its residual slip.
 
-    Reactions are linear in them, so the best design is the same convex program as the shakedown
-    limit, with the same proof, for given open nodes. All are closed at first. If the best design
-    leaves a node bare, or none is safe, design and pattern are sought in turn until the open nodes
-    are those that `shakedown_limit` leaves open under the chosen loads; one that carries less there
-    does not count. Theory, eq. (32).
+    Constraints and objectives of your own may be on all of them. Reactions are linear in them, so
+    the best design is the same convex program as the shakedown limit, with the same proof, for
+    given open nodes. All are closed at first. If the best design leaves a node without pressure, or
+    none is safe, design and pattern are sought in turn until the open nodes are those that
+    `shakedown_limit` leaves open under the chosen loads. A design that carries less there does not
+    count. Theory, eq. (32).
 
     Parameters
     ----------
@@ -339,8 +180,8 @@ class DesignModel(SafeModel):
         More pairs (load cycle, friction) under which the design has to hold, each with a residual
         slip of its own; all share the load factor. Or (load cycle, friction, shares): load case
         name -> share of its preload that acts, for bolts that scatter or loosen. While the same
-        nodes are open, safe in all combinations of the least and the largest shares is safe in all
-        between.
+        nodes are open, a design that is safe in all combinations of the least and the largest
+        shares is safe for all shares between.
 
     Attributes
     ----------
@@ -361,14 +202,15 @@ class DesignModel(SafeModel):
 
     Examples
     --------
-    Two bolts, each of which presses one of two nodes that the load shears: how tight, if they have
-    3 in all?
+    Each of two bolts presses one of two nodes that the load shears. They have a force of 3 in all:
 
     >>> import cvxpy as cp
     >>> import frictopt as fo
     >>> loads = {"one": ([0, 0], [1, 0]), "two": ([0, 0], [0, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, 0], [0, 2]], [[0, 0], [0, 0]], [[2, 0], [0, 2]], [0, 1], loads)
-    >>> model = fo.DesignModel(system, fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["one", "two"])
+    >>> stiff, uncoupled = [[2, 0], [0, 2]], [[0, 0], [0, 0]]
+    >>> system = fo.ContactSystem.from_blocks(stiff, uncoupled, stiff, [0, 1], loads)
+    >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> model = fo.DesignModel(system, cycle, preloads=["one", "two"])
     >>> design = model.solve(0.5, [cp.sum(model.preload) <= 3.0, model.preload >= 0])
     >>> round(design.load_factor, 6), design.preload.round(6).to_dict()
     (1.0, {'one': 2.0, 'two': 1.0})
@@ -389,77 +231,17 @@ class DesignModel(SafeModel):
         solver: str | None = None,
     ) -> None:
         super().__init__(system, cycle, slip_bound=slip_bound, solver=solver)
-        names, self._shaped = listed("preloads", preloads), flag("profile", profile)
-        if unknown := [
-            name for name in names if not (isinstance(name, str) and name in system.bonded)
-        ]:
-            raise ModelError(
-                f"preloads: {shown(unknown[0])} is no load case; this system has {shown(list(system.bonded))}"
-            )
-        if len(set(names)) < len(names):
-            raise ModelError(f"preloads: {shown(names)}; name each load case once")
-        if self._shaped and PROFILE in system.bonded:
-            raise ModelError(
-                f"profile: the system has a load case {PROFILE!r}, which is the name of an overlap that a design adds; rename it"
-            )
-        self._preloads = tuple(names)
+        self._choice = checked_choice(system, preloads, flag("profile", profile))
+        self.preload = self._choice.preload
+        self.profile = self._choice.profile
         self._others = [
-            self._scenario(s, given) for s, given in enumerate(listed("scenarios", scenarios))
+            checked_scenario(f"scenarios[{number}]", scenario, self._choice, self._asked.slip_bound)
+            for number, scenario in enumerate(listed("scenarios", scenarios))
         ]
-        if not (names or self._shaped):
-            raise ModelError(
-                "preloads, profile: none, so nothing is to be chosen; name load cases, or give profile=True"
-            )
-        self._reactions = preload_reactions(system, names)
-        self.preload = cp.Variable(len(names), name="preload") if names else None
-        self.profile = cp.Variable(system.nodes, name="profile") if self._shaped else None
-
-    def _scenario(self, s: int, given: Any) -> tuple[Question, Mapping[str, float]]:
-        if not isinstance(given, tuple) or len(given) not in (2, 3):
-            raise ModelError(
-                f"scenarios[{s}]: {shown(given)}; give (load cycle, friction), or these and the shares of the preloads"
-            )
-        cycle, friction, shares = given if len(given) == 3 else (*given, {})
-        shares = checked_loads(f"scenarios[{s}]", shares)
-        if unknown := sorted(set(shares) - set(self._preloads)):
-            raise ModelError(
-                f"scenarios[{s}]: shares of {shown(unknown)}; the preloads are {shown(list(self._preloads))}"
-            )
-        return pose(self._asked.system, cycle, friction, slip_bound=self._asked.slip_bound), shares
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
-        return [
-            *super()._unknowns,
-            *(part for part in (self.preload, self.profile) if part is not None),
-        ]
-
-    def _listed(
-        self, question: Question, own: Sequence[cp.Constraint], opened: Sequence[Booleans]
-    ) -> list[Program]:
-        """The rows of the first scenario and of all others, each with its open nodes."""
-        listed_all = list[Program]()
-        for (posed, shares), out in zip(((question, {}), *self._others), opened, strict=True):
-            asked = with_open(posed, out)
-            assert asked is not None  # it has a limit
-            first, suffix, x, f = not listed_all, "", self._x, self._f
-            if not first:
-                suffix = f"_{len(listed_all)}"
-                x = unknowns(
-                    asked.system.slip_shape, range(len(asked.r1)), self._x.load_factor, suffix
-                )
-                f = cp.Parameter(asked.system.nodes, nonneg=True, name=f"f{suffix}")
-            acting = self._reactions * [shares.get(name, 1.0) for name in self._preloads]
-            more, rows = added(asked, acting, self.preload, self.profile, suffix)
-            program = listed_rows(
-                asked, x, f, every=True, more=dict.fromkeys(range(len(asked.r1)), more[:3])
-            )
-            program.rows += rows
-            if first:
-                program.own = own_rows(own, self._unknowns)
-                program.rows += self._rested(asked, more[3]) if own and out.any() else []
-            listed_all.append(program)
-        return listed_all
+        return [*super()._unknowns, *self._choice.components]
 
     @warns_of_odd_values
     @in_turn
@@ -471,7 +253,7 @@ class DesignModel(SafeModel):
         *,
         progress: bool = True,
     ) -> Design:
-        """The design with the largest load factor, or the largest objective, under constraints of your own.
+        """The design with the largest load factor or objective, under constraints of your own.
 
         Parameters
         ----------
@@ -479,12 +261,10 @@ class DesignModel(SafeModel):
             As in `ShakedownModel.solve`, constraints also on `preload` and `profile`. With the same
             nodes open more friction never lowers the load factor.
         objective
-            What shall be largest, instead of the load factor: a concave cvxpy expression on the
-            same.
+            What shall be largest, instead of the load factor: a concave cvxpy expression.
         progress
-            Whether to show after two seconds how far it is, see `shakedown_limit`. Ctrl-C stays a
-            KeyboardInterrupt; once there is a design, its attribute `design` is the best one by
-            then.
+            See `shakedown_limit`. Ctrl-C stays a KeyboardInterrupt; once there is a design, its
+            attribute `design` is the best one by then.
 
         Raises
         ------
@@ -498,201 +278,168 @@ class DesignModel(SafeModel):
 
         Examples
         --------
+        The least bolt force for a load factor of 2:
+
         >>> import frictopt as fo
         >>> loads = {"bolt": ([0.0], [0.5]), "Q": ([1.0], [0.0])}
         >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
-        >>> model = fo.DesignModel(node, fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}]), preloads=["bolt"])
-        >>> model.solve(0.5, [model.load_factor >= 2.0], objective=-model.preload[0]).preload.round(6).to_dict()  # the least bolt force
+        >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
+        >>> model = fo.DesignModel(node, cycle, preloads=["bolt"])
+        >>> design = model.solve(0.5, [model.load_factor >= 2.0], objective=-model.preload[0])
+        >>> design.preload.round(6).to_dict()
         {'bolt': 8.0}
         """
-        question, own = self._posed(friction), listed("constraints", constraints)
-        posed = [question, *(other for other, _ in self._others)]
+        user_rows = listed("constraints", constraints)
+        scenarios = [Scenario(self._posed(friction), {}), *self._others]
+        questions = [scenario.question for scenario in scenarios]
+        search = DesignSearch(
+            partial(self._best_with, scenarios, user_rows, objective),
+            "load factor" if objective is None else "objective",
+            self._solver,
+        )
+        with bar_of(
+            progress, "design", "program", best=search.progress, keeps=search.interrupted
+        ) as bar:
+            search.count_program = bar.update
+            search.alternate([question.open_nodes for question in questions])
+            if not search.counted or search.counted[0].design.touches:
+                search.alternate(self._open_nodes_if_pressed(scenarios, user_rows))
+            search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
+        if search.best is None:
+            raise search.refusal
 
-        def told() -> str:
-            what = "load factor" if objective is None else "objective"
-            return f"{what} {search.best.design.value:.4g} so far" if search.best else ""
-
-        def kept(_: object) -> tuple[str, object, str] | None:
-            if search.best is None:
-                return None
-            return "design", search.best.design, "the best by then is in the attribute `design`"
-
-        search = DesignSearch(partial(self._of_sets, question, own, objective), self._limits)
-        with bar_of(progress, "design", "program", best=told, keeps=kept) as bar:
-            search.tell = bar.update
-            search.alternate([each.open_nodes for each in posed])
-            if not search.found or search.found[0].design.touches:
-                search.alternate(self._where_pressed(question, own))
-            search.from_no_design([limit.open for limit in self._limits(posed)])
-            best = search.best or search.refuse()
-        design: Design = best.design
-        put_back(best.values)  # others were solved after it
-        for part, value in ((self.preload, design.preload), (self.profile, design.profile)):
-            if part is not None:
-                part.save_value(np.asarray(value))
+        # Other designs were solved after the best one.
+        design = search.best.design
+        put_back(search.best.values)
+        if self.preload is not None:
+            self.preload.save_value(design.preload.to_numpy())
+        if self.profile is not None:
+            self.profile.save_value(design.profile)
         return self._shown(design)
 
-    def _of_sets(
+    def _best_with(
         self,
-        question: Question,
-        own: Sequence[cp.Constraint],
+        scenarios: Sequence[Scenario],
+        user_rows: Sequence[cp.Constraint],
         objective: cp.Expression | None,
-        opened: Sets,
+        open_nodes: OpenNodes,
         share: float = 1.0,
-        of: Design | None = None,
+        larger: Design | None = None,
     ) -> Design:
         """The best design with given nodes open in each scenario.
 
-        `of`: no preload is larger than a share of the largest one of this design, and so is the
-        profile.
+        If `larger` is given, no preload is larger than this share of the largest one of that
+        design, and the profile is no deeper.
         """
-        (program, *_), chosen = (
-            (every := self._listed(question, own, opened)),
-            objective is not None,
-        )
-        problem = models.shakedown(self._x, [row for each in every for row in each.rows])
+        programs = self._listed(scenarios, user_rows, open_nodes)
+        first = programs[0]
+        rows = [row for program in programs for row in program.rows]
+        if larger is not None:
+            rows += self._choice.no_larger(share, larger.preload.to_numpy(), larger.profile)
+        problem = models.shakedown(self._x, rows)
+        unit = scenarios[0].question.load_unit
+        goal = "load_factor"
         if objective is not None:
-            problem = cp.Problem(
-                cp.Maximize(checked_objective(objective, self._unknowns)), problem.constraints
-            )
-        if of is not None:
-            problem = cp.Problem(
-                problem.objective,
-                [*problem.constraints, *no_larger(self.preload, self.profile, share, of)],
-            )
-        program.compiled(
-            problem, 1.0 if chosen else question.load_unit, self._units(every), every[1:]
-        )
-        entries = {self.preload: self._preloads, self.profile: range(question.system.nodes)}
-        none = partial(refused, program, entries, self._units([program]), chosen)
-        claim, record = program.chain.solve(
-            lambda: self._judged(every, chosen), self._solver, no_optimum=none
-        )
-        return answered(claim, record, program)
+            checked = checked_objective(objective, self._unknowns)
+            problem = cp.Problem(cp.Maximize(checked), problem.constraints)
+            unit = 1.0
+            goal = "objective"
 
-    def _limits(self, questions: Sequence[Question]) -> list[ShakedownLimit]:
-        """The limit of each scenario with a design built in, of the best pattern of open nodes; none where one has no answer."""
-        closed = [
-            with_open(question, np.zeros_like(question.open_nodes)) or question
-            for question in questions
-        ]
-        with suppress(SolverError):
-            return [
-                ShakedownModel(
-                    one.system, one.cycle, slip_bound=one.slip_bound, solver=self._solver
-                ).of_any_set(one)
-                for one in closed
+        units = self._choice.units(first.question)
+        for program in programs[1:]:
+            units |= program.units
+        # Its unit is that of the first scenario.
+        units.pop(self.load_factor, None)
+        first.compiled(problem, unit, units, programs[1:])
+        claim, record = first.chain.solve(
+            partial(self._judged, scenarios, programs, objective is not None),
+            self._solver,
+            no_optimum=partial(raise_refusal, first, self._choice, goal),
+        )
+        return answered(claim, record, first)
+
+    def _listed(
+        self,
+        scenarios: Sequence[Scenario],
+        user_rows: Sequence[cp.Constraint],
+        open_nodes: OpenNodes,
+    ) -> list[Program]:
+        """The rows of all scenarios, each with its open nodes; own rows are in the first one."""
+        programs: list[Program] = []
+        for number, (scenario, opened) in enumerate(zip(scenarios, open_nodes, strict=True)):
+            question = with_open(scenario.question, opened)
+            assert question is not None  # it has a limit
+            suffix, x, f = "", self._x, self._f
+            if number > 0:
+                suffix = f"_{number}"
+                corners = range(len(question.r1))
+                x = unknowns(question.system.slip_shape, corners, self._x.load_factor, suffix)
+                f = cp.Parameter(question.system.nodes, nonneg=True, name=f"f{suffix}")
+            added = self._choice.added(Scenario(question, scenario.shares), suffix)
+            at_corners = dict.fromkeys(range(len(question.r1)), added.listed)
+            program = listed_rows(question, x, f, every=True, more=at_corners)
+            program.rows += added.rows
+            if number == 0:
+                program.own = own_rows(user_rows, self._unknowns)
+                if user_rows and opened.any():
+                    program.rows += self._rested(question, added.open_slip)
+            programs.append(program)
+        return programs
+
+    def _judged(
+        self, scenarios: Sequence[Scenario], programs: Sequence[Program], has_objective: bool
+    ) -> Design:
+        """Judge the design that stands in a program.
+
+        The contact law in every scenario judges the slips with the design built in. The multipliers
+        of all rows judge the bound.
+        """
+        first = programs[0]
+        load_factor = first.load_factor
+        proof = first.chain.proof
+        built = self._choice.built(
+            [
+                Scenario(program.question, scenario.shares)
+                for program, scenario in zip(programs, scenarios, strict=True)
             ]
-        return []
-
-    def _where_pressed(self, question: Question, own: Sequence[cp.Constraint]) -> Sets | None:
-        """The patterns under preloads that press as much as the constraints admit, within many times the forces of the contact: another start."""
-        more, rows = added(question, self._reactions, self.preload, self.profile)
-        program = listed_rows(
-            question,
-            self._x,
-            self._f,
-            every=True,
-            friction=lambda x, corners: [],
-            more=dict.fromkeys(range(len(question.r1)), more[:3]),
         )
-        program.own, n = own_rows(own, self._unknowns), question.system.nodes
-        if self.preload is None:
-            self.profile.save_value(np.zeros(n))
-        else:
-            pressing = self._reactions[-n:].sum(axis=0) @ self.preload
-            problem = cp.Problem(
-                cp.Maximize(pressing),
-                [*program.rows, *rows, pressing <= _PRESSED * n * question.force],
-            )
-            program.compiled(problem, n * question.force, self._units([program]))
-        with suppress(SolverError):
-            if self.preload is not None:
-                program.chain.solve(lambda: SolveRecord(residual=program.chain.violation))
-            return [
-                limit.open
-                for limit in self._limits(
-                    self._built([question, *(posed for posed, _ in self._others)])[2]
-                )
-            ]
-        return None
-
-    def _built(self, asked: Sequence[Question]) -> tuple[Array, Array | None, tuple[Question, ...]]:
-        """Preloads and profile that stand in the unknowns, and each scenario with them built in."""
-        preload = np.zeros(0) if self.preload is None else frozen(self.preload.value + 0.0)  # no -0
-        profile = None if self.profile is None else frozen(self.profile.value + 0.0)
-        amounts = dict(zip(self._preloads, preload.tolist(), strict=True))
-        acting = [
-            amounts,
-            *(
-                {name: a * shares.get(name, 1.0) for name, a in amounts.items()}
-                for _, shares in self._others
-            ),
-        ]
-        system, cycles = built_in(
-            self._asked.system,
-            [(one.cycle, loads) for one, loads in zip(asked, acting, strict=True)],
-            profile,
-        )
-        posed = [
-            pose(system, cycle, one.friction, slip_bound=self._asked.slip_bound)
-            for cycle, one in zip(cycles, asked, strict=True)
-        ]
-        return (
-            preload,
-            profile,
-            tuple(
-                with_open(question, one.open_nodes) or question
-                for question, one in zip(posed, asked, strict=True)
-            ),
-        )
-
-    def _units(self, every: Sequence[Program]) -> dict[cp.Variable, Any]:
-        """Units of the design, which make reactions of about the force of the contact at a node, and of the other scenarios."""
-        question, units = every[0].question, dict[cp.Variable, Any]()
-        if self.preload is not None:
-            sizes = np.abs(self._reactions).mean(axis=0)
-            units[self.preload] = question.force / np.where(sizes > 0, sizes, question.force)
-        if self.profile is not None:
-            units[self.profile] = (
-                question.force / question.system.own_stiffness[-question.system.nodes :]
-            )
-        for program in every[1:]:
-            units |= {
-                variable: unit
-                for variable, unit in program.units.items()
-                if variable is not self.load_factor
-            }
-        return units
-
-    def _judged(self, every: Sequence[Program], chosen: bool) -> Design:
-        """Judge the design that stands in a program: built in, by the contact law in every scenario, and by the multipliers of all rows."""
-        program = every[0]
-        preload, profile, questions = self._built([one.question for one in every])
-        slips = [
-            frozen(question.slip_at_mean_load(one.slip))
-            for question, one in zip(questions, every, strict=True)
-        ]
-        load_factor, proof = program.load_factor, program.chain.proof
-        unsafe = max(
-            question.violation(load_factor, slip)
-            for question, slip in zip(questions, slips, strict=True)
-        )
-        residual = float(
-            np.nan_to_num(np.max([unsafe, proof.gap, program.own_violation]), nan=np.inf)
-        )
+        slips: list[Array] = []
+        unsafe: list[float] = []
+        for question, program in zip(built.questions, programs, strict=True):
+            slip = frozen(question.slip_at_mean_load(program.slip))
+            slips.append(slip)
+            unsafe.append(question.violation(load_factor, slip))
+        residual = np.max([*unsafe, proof.gap, first.own_violation])
+        names = pd.Index(self._choice.names, name="load", dtype=object)
         return Design(
             load_factor=load_factor,
-            objective=proof.value if chosen else None,
+            objective=proof.value if has_objective else None,
             bound=proof.bound + proof.defect,
-            preload=pd.Series(
-                preload, index=pd.Index(self._preloads, name="load", dtype=object), name="preload"
-            ),
-            profile=profile,
+            preload=pd.Series(built.preload, index=names, name="preload"),
+            profile=built.profile,
             slip=slips[0],
             slips=tuple(slips),
-            _question=questions[0],
-            prices=program.prices(),
-            record=SolveRecord(residual=residual),
-            _questions=questions,
+            _question=built.questions[0],
+            prices=first.prices(),
+            record=SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf))),
+            _questions=built.questions,
         )
+
+    def _open_nodes_if_pressed(
+        self, scenarios: Sequence[Scenario], user_rows: Sequence[cp.Constraint]
+    ) -> OpenNodes | None:
+        """The open nodes under preloads that press as much as the constraints admit.
+
+        The preloads are at most many times the forces of the contact; without preloads the profile
+        is zero. It is another start of the search. None if no answer passes the checks.
+        """
+        try:
+            if self.preload is None:
+                self.profile.save_value(np.zeros(self.profile.size))
+            else:
+                rows = own_rows(user_rows, self._unknowns)
+                press(self._choice, scenarios[0], self._x, self._f, rows)
+            built = self._choice.built(scenarios)
+        except SolverError:
+            return None
+        return [limit.open for limit in limits_of(built.questions, self._solver)]

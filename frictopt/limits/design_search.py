@@ -1,8 +1,15 @@
-"""The search for the open nodes of a best design: design and open nodes in turn, from several starts. Theory, "The best design"."""
+"""The search for the open nodes of a best design. Theory, "The best design".
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NoReturn, TypeAlias
+The best design with given open nodes is one program. But with the design built in, other nodes may
+open under the mean load, and then it carries less than its program says. So design and open nodes
+are sought in turn, from several starts, and a design counts only if `shakedown_limit` confirms it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, Protocol, Self, TypeAlias, TypeVar
 
 import cvxpy as cp
 import numpy as np
@@ -10,141 +17,260 @@ import numpy as np
 from ..base import Booleans
 from ..errors import ModelError, SolverError
 from ..solve.problem import standing
-from .question import Question
-from .shakedown import ShakedownLimit
+from .question import Question, with_open
+from .shakedown_answer import ShakedownLimit
+from .shakedown_model import ShakedownModel
+
+# The open nodes (N,) of each scenario.
+OpenNodes: TypeAlias = Sequence[Booleans]
+
+_CARRIES_LESS = (
+    "design: {opened}the best one would carry {load_factor:.6g}, but under its mean load other "
+    "nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
+)
 
 
 class NoneSafeError(ModelError):
-    """No design is safe with given nodes open; with others one may be."""
+    """No design is safe with the given nodes open; with other nodes open one may be."""
 
 
-_MOST = 8  # sets of open nodes
-_GAINS = 1e-7  # relative difference that counts
-_SHARE, _SHARES = (
-    0.25,
-    8,
-)  # of the size of a design that opens other nodes, by which it is made smaller, and how often
-_HALVES = 24  # of the interval between a size that counts and one that does not
-_BUT = "but under its mean load other nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
+class Candidate(Protocol):
+    """A design as the search sees it."""
 
-Design: TypeAlias = Any  # its file searches with this one
+    @property
+    def load_factor(self) -> float:
+        """The load factor that its program promises."""
 
-Sets: TypeAlias = list[Booleans]  # of each scenario
+    @property
+    def value(self) -> float:
+        """What the search makes large: the load factor, or the objective if there is one."""
+
+    @property
+    def touches(self) -> bool:
+        """Whether a closed node may want to open."""
+
+    @property
+    def problem(self) -> cp.Problem | None:
+        """Its solved program."""
+
+    @property
+    def _questions(self) -> Sequence[Question]:
+        """The question of each scenario, with the design built in."""
+
+    @property
+    def _opened(self) -> str:
+        """How many nodes are open, as the beginning of a reason."""
+
+    def _before(self, larger: Self) -> Self:
+        """The same design, with a reason why the search stops before a larger one."""
+
+
+D = TypeVar("D", bound=Candidate)
+
+
+class Counted(NamedTuple, Generic[D]):
+    """A design that counts, and the values of the unknowns and multipliers of its problem."""
+
+    design: D
+    values: dict[cp.Variable, Any]
+
+
+class Size(NamedTuple):
+    """A size, as a share of that of the largest design, and the value of the best design there."""
+
+    share: float
+    value: float
 
 
 @dataclass(frozen=True)
-class Found:
-    """A design that counts, and what then stands in the unknowns and multipliers of its problem."""
+class SearchSettings:
+    """Numbers of the search for the open nodes of a design."""
 
-    design: Design
-    values: Mapping[cp.Variable, Any]
+    # Number of sets of open nodes that are tried.
+    most_sets: int = 8
+    # Difference of two values, or of two load factors, over one of them, that counts.
+    gain: float = 1e-7
+    # Ratio by which the size shrinks until a design counts, and the most times that it does.
+    shrink: float = 0.25
+    most_shrinks: int = 8
+    # Number of times that the interval between a size that counts and one that does not is halved.
+    halves: int = 24
 
 
-class DesignSearch:
-    """Designs that count: with each built in, `shakedown_limit` finds no less than it promises.
+SEARCH = SearchSettings()
 
-    `of_sets` gives the best design with given open nodes, maybe of a share of the size of another
-    one. `limits_of` gives the limits with a design built in, none where one has no answer. `tell`
-    counts the programs.
+
+class DesignSearch(Generic[D]):
+    """The designs that count, and the reasons why the other ones do not.
+
+    Parameters
+    ----------
+    best_with
+        The best design with given open nodes; with a share and a larger design also one of no more
+        than this share of its size.
+    goal
+        Name of the value of a design, for a bar.
+    solver
+        Name of the solver of limits, or None.
     """
 
-    def __init__(
-        self,
-        of_sets: Callable[..., Design],
-        limits_of: Callable[[Sequence[Question]], list[ShakedownLimit]],
-    ) -> None:
-        self._of_sets, self._limits_of = of_sets, limits_of
-        self.tell: Callable[[], object] = lambda: None
-        self.found, self._refused = list[Found](), list[Exception]()
-        self._tried = dict[bytes, Design | None]()  # by open nodes: what does not count
+    def __init__(self, best_with: Callable[..., D], goal: str, solver: str | None) -> None:
+        self._best_with = best_with
+        self._goal = goal
+        self._solver = solver
+        self.count_program: Callable[[], object] = lambda: None
+        self.counted: list[Counted[D]] = []
+        self._refused: list[Exception] = []
+        # By open nodes: the best design with these, or None if it counts or does not exist.
+        self._uncounted: dict[bytes, D | None] = {}
 
     @property
-    def best(self) -> Found | None:
+    def best(self) -> Counted[D] | None:
         """The best design so far."""
-        return max(self.found, key=lambda each: each.design.value, default=None)
+        return max(self.counted, key=lambda counted: counted.design.value, default=None)
 
-    def alternate(self, opened: Sets | None) -> None:
-        """Design and open nodes in turn, until these stay."""
+    @property
+    def refusal(self) -> Exception:
+        """Why no design counts."""
+        first = self._refused[0]
+        return ModelError(*first.args) if isinstance(first, NoneSafeError) else first
+
+    def progress(self) -> str:
+        """The best value so far, in words."""
+        return f"{self._goal} {self.best.design.value:.4g} so far" if self.best else ""
+
+    def interrupted(self, _: object) -> tuple[str, object, str] | None:
+        """Attribute of an interrupt: the best design so far."""
+        if self.best is None:
+            return None
+        return "design", self.best.design, "the best by then is in the attribute `design`"
+
+    def alternate(self, open_nodes: OpenNodes | None) -> None:
+        """Find the best design and its open nodes in turn, until these have been tried before."""
         while (
-            opened
-            and len(self._tried) < _MOST
-            and (key := np.array(opened).tobytes()) not in self._tried
+            open_nodes
+            and len(self._uncounted) < SEARCH.most_sets
+            and _key(open_nodes) not in self._uncounted
         ):
-            self._tried[key] = None
-            self.tell()
-            try:
-                design = self._of_sets(opened)
-            except (NoneSafeError, SolverError) as why:
-                self._refused.append(why)
-                return
-            counts, limits = self._counts(design, opened)
-            if counts:
-                self.found.append(Found(design, standing(design.problem)))
-            else:
-                self._tried[key] = design
-                said = f"design: {design._opened}the best one would carry {design.load_factor:.6g}, {_BUT}"
-                self._refused.insert(0, SolverError(said))
-            opened = [limit.open for limit in limits]
+            open_nodes = self._nodes_that_open(open_nodes)
 
-    def from_no_design(self, opened: Sets) -> None:
-        """The same from the nodes that are open without a design; if the best one with these opens others, a smaller one that does not."""
-        if not np.any(opened):
-            return
-        try:
-            self.alternate(opened)
-        except ModelError:  # it grows without end with these nodes open
-            if not self.found:
-                raise
-        most = self._tried.get(np.array(opened).tobytes())
-        if most is None or (self.best and self.best.design.value >= most.value):
-            return
-        self._smaller(opened, most)
+    def from_no_design(self, open_nodes: OpenNodes) -> None:
+        """Begin with the nodes that are open without a design, and with smaller designs if need be.
 
-    def _smaller(self, opened: Sets, most: Design) -> None:
-        """The largest size up to that of a design at which the best one counts, by bisection.
-
-        Near no design the nodes are open that are so without it. A size at which nothing obeys the
-        constraints is too small.
+        Close to no design the same nodes are open as without one. So if the best design with these
+        opens other nodes, a smaller design counts.
         """
-        low, high = (0.0, -np.inf), (1.0, most.value)  # share of the size, and value
-        share = _SHARE
-        for _ in range(_SHARES + _HALVES):
-            self.tell()
-            design = self._of_share(opened, most, share)
-            if design is None:
-                low = share, -np.inf
-            elif self._counts(design, opened)[0]:
-                low = share, design.value
-                design = replace(design, bound=most.bound, _stops=True)
-                self.found.append(Found(design, standing(design.problem)))
-            else:
-                high = share, design.value
-            settled = np.isfinite(low[1]) and high[1] - low[1] <= _GAINS * abs(low[1])
-            if (
-                settled
-                or high[0] < _SHARE**_SHARES
-                or (self.best and self.best.design.value >= high[1])
-            ):
-                return
-            share = (low[0] + high[0]) / 2 if low[0] else high[0] * _SHARE
-
-    def _of_share(self, opened: Sets, most: Design, share: float) -> Design | None:
-        """The best design of a share of the size of another one; None where there is none."""
+        if not np.any(open_nodes):
+            return
         try:
-            return self._of_sets(opened, share, most)
+            self.alternate(open_nodes)
+        # The design grows without end with these nodes open.
+        except ModelError:
+            if not self.counted:
+                raise
+        largest = self._uncounted.get(_key(open_nodes))
+        if largest is not None and not self._reaches(largest.value):
+            self._largest_that_counts(open_nodes, largest)
+
+    def _nodes_that_open(self, open_nodes: OpenNodes) -> OpenNodes | None:
+        """Find the best design with these nodes open, and the nodes that are open once it is built.
+
+        None if there is no such design.
+        """
+        key = _key(open_nodes)
+        self._uncounted[key] = None
+        self.count_program()
+        try:
+            design = self._best_with(open_nodes)
+        except (NoneSafeError, SolverError) as error:
+            self._refused.append(error)
+            return None
+        limits = self._limits(design, open_nodes)
+        if _counts(design, open_nodes, limits):
+            self._keep(design, design)
+        else:
+            self._uncounted[key] = design
+            why = _CARRIES_LESS.format(opened=design._opened, load_factor=design.load_factor)
+            self._refused.insert(0, SolverError(why))
+        return [limit.open for limit in limits]
+
+    def _largest_that_counts(self, open_nodes: OpenNodes, largest: D) -> None:
+        """Find the largest size at which the best design counts, by bisection.
+
+        A size at which no design obeys the constraints is too small.
+        """
+        low = Size(0.0, -np.inf)
+        high = Size(1.0, largest.value)
+        share = SEARCH.shrink
+        for _ in range(SEARCH.most_shrinks + SEARCH.halves):
+            self.count_program()
+            design = self._smaller(open_nodes, largest, share)
+            if design is None:
+                low = Size(share, -np.inf)
+            elif _counts(design, open_nodes, self._limits(design, open_nodes)):
+                low = Size(share, design.value)
+                self._keep(design, design._before(largest))
+            else:
+                high = Size(share, design.value)
+            if _settled(low, high) or self._reaches(high.value):
+                return
+            if low.share > 0:
+                share = (low.share + high.share) / 2
+            else:
+                share = high.share * SEARCH.shrink
+
+    def _smaller(self, open_nodes: OpenNodes, largest: D, share: float) -> D | None:
+        """The best design that is no larger than a share of another one; None if there is none."""
+        try:
+            return self._best_with(open_nodes, share, largest)
         except (ModelError, SolverError):
             return None
 
-    def refuse(self) -> NoReturn:
-        """Say why no design counts."""
-        first = self._refused[0]
-        raise ModelError(*first.args) if isinstance(first, NoneSafeError) else first
+    def _limits(self, design: D, open_nodes: OpenNodes) -> list[ShakedownLimit]:
+        """The limits with a design built in; empty if all nodes are closed and stay so."""
+        if np.any(open_nodes) or design.touches:
+            return limits_of(design._questions, self._solver)
+        return []
 
-    def _counts(self, design: Design, opened: Sets) -> tuple[bool, list[ShakedownLimit]]:
-        """Whether a design counts, and the limits with it built in."""
-        limits = self._limits_of(design._questions) if np.any(opened) or design.touches else []
-        least = design.load_factor * (1 - _GAINS)
-        counts = not np.any(opened)  # with all closed it never carries less
-        if limits and all(limit.load_factor >= least for limit in limits):
-            counts = True
-        return counts, limits
+    def _keep(self, solved: D, answer: D) -> None:
+        self.counted.append(Counted(answer, standing(solved.problem)))
+
+    def _reaches(self, value: float) -> bool:
+        return self.best is not None and self.best.design.value >= value
+
+
+def limits_of(questions: Sequence[Question], solver: str | None) -> list[ShakedownLimit]:
+    """The limit of each question, of the best pattern of open nodes; empty if one has no answer."""
+    limits: list[ShakedownLimit] = []
+    try:
+        for question in questions:
+            closed = with_open(question, np.zeros_like(question.open_nodes)) or question
+            model = ShakedownModel(
+                closed.system, closed.cycle, slip_bound=closed.slip_bound, solver=solver
+            )
+            limits.append(model.of_any_set(closed))
+    except SolverError:
+        return []
+    return limits
+
+
+def _counts(design: Candidate, open_nodes: OpenNodes, limits: Sequence[ShakedownLimit]) -> bool:
+    """Whether a design, once it is built in, carries what its program says.
+
+    With all nodes closed, the built design carries at least as much.
+    """
+    if not np.any(open_nodes):
+        return True
+    promised = design.load_factor * (1 - SEARCH.gain)
+    return bool(limits) and all(limit.load_factor >= promised for limit in limits)
+
+
+def _settled(low: Size, high: Size) -> bool:
+    """Whether the values are close to each other, or the size is next to zero."""
+    if high.share < SEARCH.shrink**SEARCH.most_shrinks:
+        return True
+    return bool(np.isfinite(low.value)) and high.value - low.value <= SEARCH.gain * abs(low.value)
+
+
+def _key(open_nodes: OpenNodes) -> bytes:
+    return np.array(open_nodes).tobytes()

@@ -1,4 +1,9 @@
-"""The sliding-off load: above it no contact forces within friction balance the loads in the rigid motions of the bodies; one program each corner."""
+"""The sliding-off load: above it no contact forces within friction balance the loads.
+
+They have to balance in the rigid motions of the bodies that no support guides, at every corner of
+the cycle: one program each (`corner_statics.py`). If contact forces can balance themselves, statics
+does not know how far they press, and transients answer (`self_stress.py`).
+"""
 
 from __future__ import annotations
 
@@ -11,60 +16,71 @@ import numpy as np
 import pandas as pd
 
 from ..base import (
-    CONDENSATION,
-    COUNTS,
     RESIDUAL,
-    ZERO_LOAD_FACTOR,
     Array,
     Booleans,
     SolveRecord,
     bar_of,
-    frame,
-    frozen,
     listed,
     shown,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle, most_shear, reactions
 from ..errors import ModelError
-from ..solve.chain import Chain
-from ..solve.problem import Explained, Problem
+from ..solve.problem import Explained
 from ..transients.statics import nodal_motions, rigid_motions
-from . import models
+from .body_motions import motion_table, motions_in_words
+from .corner_statics import CornerAnswer, CornerProgram, drives
 from .programs import outer_corners
 from .question import Question, pose
-from .self_stress import _sliding_off, self_stress
+from .self_stress import self_stress, sliding_off
 
-# of the largest motion: what is less is told as none, for answers of cone programs have this error
-_MOVES = 1e-4
-_FIT = COUNTS  # of the largest motion, up to which nodes move as one body
-_TOLD = 3  # motions that a reason names
+_HELD = "supports hold the bodies: no motion of theirs is left to the contact alone"
+_UNBALANCED = "{only}forces within {bounds} cannot balance {load}: {motion}"
+_NO_STATE = "no load factor has a state of rest, nor has 0: {unbalanced}"
+_APART = (
+    "no load factor has a state of rest: {only}{lower} needs at least {least:.4g}, "
+    "{upper} at most {largest:.4g}"
+)
+_ALL = "{only}forces within {bounds} balance the loads at all load factors{start}"
+_FROM = " from {least:.4g} on"
+_ABOVE = "above it no state of rest exists, whatever slips and opens: {unbalanced}"
+_BELOW = "; below {least:.4g} nothing balances {load}: {motion}"
+_UNKNOWN = (
+    "contact forces balance themselves here, so statics cannot know how far the fit presses: "
+    "{statics}"
+)
+_GOES_ON = "{unknown}; transients from no slip go on up to there"
+_NOWHERE = "from no slip the transient finds no way on at any load factor ({why}); {unknown}"
+_NOT_ABOVE = "from no slip the transient finds no way on above {load_factor:.4g} ({why}); {unknown}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GrossSlip(Explained):
-    """The load factor above which bodies slide off, turn over or lift off as a whole, with the motion that proves it.
+    """The load factor above which bodies slide off, turn over or lift off as a whole.
+
+    A rigid motion proves it.
 
     Attributes
     ----------
     load_factor
-        Above it no state of rest exists, from no start, whatever slips and opens. Inf where the
-        loads drive no motion that the contact alone holds; NaN where no load factor has a state of
-        rest. With a `self_stress`: above it the transient from no slip slides off, if that is less.
+        Above it no state of rest exists, from no start, whatever slips and opens. Inf if the loads
+        drive no motion that the contact alone holds; NaN if no load factor has a state of rest.
+        With a `self_stress`: above it the transient from no slip slides off, if that is less.
     bound
-        That of statics from above, also with a `self_stress`: `phi` times the reactions at load
-        factor 0, over minus those of the cyclic load.
+        Upper bound of the load factor of statics, also with a `self_stress`: `phi` times the
+        reactions at load factor 0, over minus those of the cyclic load.
     least
-        Below it no state of rest exists either; above 0 where the loads that the load factor leaves
-        as they are slide a body off.
+        Below it no state of rest exists either. It is above 0 if the loads that the load factor
+        does not scale slide a body off.
     corner, loads
-        The corner that governs, and its loads in words; -1 and "" where none does.
+        The corner that governs, and its loads in words; -1 and "" if none does.
     phi
         (t + 1, N) the motion that proves it, of body 1 relative to body 2: slips along the
         tangents, then lifts; the largest node has the size 1. It strains nothing, lifts each node
-        by at least f times its slip, and the loads do work in it. 0 where there is none.
+        by at least f times its slip, and the loads do work in it. 0 if there is none.
     motion
-        The same, one row for each contact that moves: columns contact, nodes (that move), x and y
+        The motion, one row for each contact that moves: columns contact, nodes (that move), x and y
         (and z), the direction of the slide or in space the axis of the turn, slide (along it), lift
         (off a flat face), turn (angle, in the plane from x to y), at_x, at_y (and at_z), a point
         that does not turn, else NaN. NaN where the nodes of a contact do not move as one body.
@@ -81,8 +97,10 @@ class GrossSlip(Explained):
     Examples
     --------
     >>> import frictopt as fo
-    >>> block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])})
-    >>> slide = fo.gross_slip(block, fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -0.5}]), friction=0.5)
+    >>> loads = {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])}
+    >>> block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], loads)
+    >>> cycle = fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -0.5}])
+    >>> slide = fo.gross_slip(block, cycle, friction=0.5)
     >>> slide.phi.round(3).tolist(), slide.loads  # it rises by the angle of friction
     ([[0.894], [0.447]], 'Q = +1')
     """
@@ -101,95 +119,13 @@ class GrossSlip(Explained):
     self_stress: Array | None = None
 
     def to_frame(self) -> pd.DataFrame:
-        """The motion, see there."""
+        """The table `motion`."""
         return self.motion.copy()
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         title = f"sliding-off load: load factor {self.load_factor:.12g}, bound {self.bound:.12g}"
-        return title, self.load_factor if np.isfinite(self.load_factor) else None, None, self.reason
-
-
-def motion_table(system: ContactSystem, phi: Array) -> pd.DataFrame:
-    """See `GrossSlip.motion`; phi (t + 1, N) has the size 1."""
-    names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
-    back = phi / np.vstack([system.stretch.reshape(system.nodes, -1).T, np.ones(system.nodes)])
-    moves = np.einsum("an,nak->nk", back, system.frames)
-    rows, moving = list[dict[str, Any]](), np.abs(phi).max(axis=0) > _MOVES
-    for name in dict.fromkeys(names[moving].tolist()):
-        own = moving & (names == name)
-        contact = "the contact" if system.contact is None else name
-        rows.append(
-            {
-                "contact": contact,
-                "nodes": int(own.sum()),
-                **_as_one(system.points[own], system.normals[own], moves[own]),
-            }
-        )
-    axes = "xyz"[: system.tangents + 1]
-    columns = ["contact", "nodes", *axes, "slide", "lift", "turn", *(f"at_{axis}" for axis in axes)]
-    return frame({name: [row[name] for row in rows] for name in columns}, units=system.units)
-
-
-def _as_one(points: Array, normals: Array, moves: Array) -> dict[str, float]:
-    """The rigid motion (n, axes) of points, as columns of the table; NaN where it is none."""
-    (n, axes), centre = points.shape, points.mean(axis=0)
-    arms = points - centre
-    turns = np.stack(
-        [arms[:, ::-1] * [-1, 1]] if axes == 2 else [np.cross(axis, arms) for axis in np.eye(3)],
-        axis=-1,
-    )
-    basis = np.concatenate([np.tile(np.eye(axes), (n, 1, 1)), turns], axis=-1).reshape(n * axes, -1)
-    found = np.linalg.lstsq(basis, moves.ravel())[0]
-    shift, spin, along, at = found[:axes], found[axes:], np.zeros(axes), np.full(axes, np.nan)
-    turn, slide, lift = float(np.linalg.norm(spin)), 0.0, 0.0
-    if np.abs(basis @ found - moves.ravel()).max() > _FIT:
-        along, turn, slide, lift = at, np.nan, np.nan, np.nan
-    elif turn * np.linalg.norm(arms, axis=1).max() > _MOVES and axes == 2:
-        turn, at = float(spin[0]), centre + np.array([-shift[1], shift[0]]) / spin[0]
-    elif turn * np.linalg.norm(arms, axis=1).max() > _MOVES:
-        along, at = spin / turn, centre + np.cross(spin, shift) / turn**2
-        slide = float(along @ shift)
-    else:
-        flat = bool((np.abs(normals - normals[0]) <= _FIT).all())
-        turn, lift = 0.0, float(shift @ normals[0]) if flat else 0.0
-        shift = shift - lift * normals[0]
-        slide = float(np.linalg.norm(shift))
-        along = shift / slide if slide > _MOVES else along
-    names = "xyz"[:axes]
-    columns = {
-        **dict(zip(names, along.tolist(), strict=True)),
-        "slide": slide,
-        "lift": lift,
-        "turn": turn,
-    }
-    return columns | {f"at_{name}": value for name, value in zip(names, at.tolist(), strict=True)}
-
-
-def moves_told(motion: pd.DataFrame) -> str:
-    """The motions of a table in words, contacts that move alike together."""
-    told, axes = dict[str, list[str]](), [name for name in "xyz" if name in motion]
-    for row in motion.to_dict("records"):
-        along, at = (_point([row[of + name] for name in axes]) for of in ("", "at_"))
-        if np.isnan(row["slide"]):
-            text = "not as one body"
-        elif row["turn"]:
-            text = (
-                f"by a turn about {at}"
-                if len(axes) == 2
-                else f"by a turn about the axis {along} through {at}"
-            )
-        else:
-            text = f"along {along}" if row["slide"] > _MOVES else "off"
-        told.setdefault(text, []).append(str(row["contact"]))
-    said = [
-        f"{', '.join(names[:_TOLD])}{', ...' * (len(names) > _TOLD)} {text}"
-        for text, names in told.items()
-    ]
-    return f"body 1 moves at {'; '.join(said[:_TOLD])}{'; ...' * (len(said) > _TOLD)}"
-
-
-def _point(values: list[float]) -> str:
-    return "(" + ", ".join(f"{value:.4g}" for value in np.round(values, 4) + 0.0) + ")"
+        answer = self.load_factor if np.isfinite(self.load_factor) else None
+        return title, answer, None, self.reason
 
 
 @warns_of_odd_values
@@ -201,19 +137,20 @@ def gross_slip(
     *,
     progress: bool = True,
 ) -> GrossSlip:
-    """The load factor above which no state of rest exists, from no start, whatever slips and opens: bodies slide off, turn over or lift off.
+    """The load factor above which bodies slide off, turn over or lift off as a whole.
 
-    By statics: on all that the contact alone holds, forces within friction, `|q| <= f p`, and
+    Above it no state of rest exists, from no start, whatever slips and opens. It follows from
+    statics: on all bodies that the contact alone holds, forces within friction, `|q| <= f p`, and
     within the shear strength of the surface have to balance the loads at each corner. Stiffness,
-    gaps and residual slips do not matter, so the answer settles with the mesh. It is inf where
+    gaps and residual slips do not matter, so the answer settles with the mesh. It is inf if
     supports hold the bodies. A contact may slip for ever far below it, and wedged bodies may slide
     off below it too: Coulomb's law does not choose forces as statics does. Theory, eq. (33).
 
-    If contact forces can balance themselves or press against supports, as in a press fit, a clip, a
-    joint with a locked bolt or under a body that supports guide along its face, statics cannot know
-    how far the fit presses. Then transients from no slip are followed, and the answer is the load
-    factor at which they slide off, if that is less; `reason` says so. It is found to 2e-4 of it, in
-    space to 2e-3 with two increments from corner to corner, which may take minutes.
+    If contact forces can balance themselves or press against supports, statics cannot know how far
+    the fit presses. Examples are a press fit, a clip, a joint with a locked bolt, or a body that
+    supports guide along its face. Then transients from no slip are followed, and the answer is the
+    load factor at which they slide off, if that is less; `reason` says so. Its relative error is
+    2e-4, in space 2e-3 with two increments from corner to corner, which may take minutes.
 
     Parameters
     ----------
@@ -237,8 +174,10 @@ def gross_slip(
     A block of weight P = 4 on a plane is pushed by Q:
 
     >>> import frictopt as fo
-    >>> block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])})
-    >>> slide = fo.gross_slip(block, fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -0.5}]), friction=0.5)
+    >>> loads = {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0])}
+    >>> block = fo.ContactSystem.from_blocks([[0.0]], [[0.0]], [[0.0]], [0.0], loads)
+    >>> cycle = fo.LoadCycle({"P": 4.0}, [{"Q": 1.0}, {"Q": -0.5}])
+    >>> slide = fo.gross_slip(block, cycle, friction=0.5)
     >>> round(slide.load_factor, 9)
     2.0
     >>> print(slide.problem)
@@ -249,248 +188,207 @@ def gross_slip(
                load_factor: 0.0 <= load_factor
     """
     with bar_of(progress, "gross slip"):
-        question, only = _asked(system, cycle, friction, contacts)
-        return beyond_statics(_of_corners(question, only), system, cycle, question.friction)
+        question = pose(system, cycle, friction, strong=True)
+        only = ""
+        if contacts is not None:
+            names, chosen = _checked_contacts(system, contacts)
+            question = pose(system, cycle, question.friction * chosen, strong=True)
+            only = f"with friction at {', '.join(names)} alone, "
+        return _with_transients(_statics(question, only), question)
 
 
 def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> float:
-    """The load factor above which statics has no state of rest, whatever the fit presses: `bound` of `gross_slip`, without transients."""
-    return _of_corners(*_asked(system, cycle, friction, None)).load_factor
+    """`GrossSlip.bound`: the load factor of statics, without transients."""
+    return _statics(pose(system, cycle, friction, strong=True), "").load_factor
 
 
-def _asked(
-    system: ContactSystem, cycle: LoadCycle, friction: Any, contacts: Iterable[str] | None
-) -> tuple[Question, str]:
-    """The question, with friction in some contacts alone, and that in words."""
-    question = pose(system, cycle, friction, strong=True)
-    if contacts is None:
-        return question, ""
-    names, among = _checked(system, contacts)
-    return replace(
-        question, friction=frozen(question.friction * among)
-    ), f"with friction at {', '.join(names)} alone, "
-
-
-def _of_corners(question: Question, only: str) -> GrossSlip:
-    """The answer of statics, of what each corner allows."""
-    system, cycle = question.system, question.cycle
-    N, bounds = (
-        nodal_motions(rigid_motions(system.S, system.own_stiffness)),
-        "friction" + " and the strength of the surface" * system.capped,
-    )
-    r1 = reactions(system, cycle.corners)  # without gaps, which do no work in rigid motions
-    r0 = np.broadcast_to(reactions(system, cycle.unscaled), r1.shape)
-    corners = outer_corners(cycle) if N.size else []
-    held = _Answer(-1, np.inf, np.inf, np.zeros(len(N)), SolveRecord("statics", residual=0.0), None)
-    answers = [_statics(question, N, k, r0[k], r1[k], cp.Maximize) for k in corners] or [held]
-    load = [f"the load at the corner ({name})" for name in cycle.corner_names]
-    if none := next((answer for answer in answers if np.isnan(answer.value)), None):
-        unbalanced = f"{only}forces within {bounds} cannot balance {load[none.corner]}: {_moves(question, none)}"
-        return _result(
-            question,
-            none,
-            np.nan,
-            f"no load factor has a state of rest, nor has 0: {unbalanced}",
-            answers,
-        )
-    most = min(answer.value for answer in answers)
-    governs = next(answer for answer in answers if answer.value <= most * (1 + RESIDUAL))
-    lower = list[_Answer]()
-    for k in corners:  # without fixed parts none is at 0 if the first one is
-        *q, p = r0[k].reshape(-1, system.nodes)
-        rests = (
-            np.linalg.norm(q, axis=0) <= most_shear(system, question.friction, p)
-        ).all()  # the closed contact, at load factor 0
-        if not rests and (question.fixed or not lower or lower[0].value > 0):
-            lower.append(_statics(question, N, k, r0[k], r1[k], cp.Minimize))
-    first = max(lower, key=lambda answer: answer.value, default=held)
-    least = first.value if lower else 0.0
-    if least > most * (1 + RESIDUAL):
-        why = f"no load factor has a state of rest: {only}{load[first.corner]} needs at least {least:.4g}, {load[governs.corner]} at most {most:.4g}"
-        return _result(
-            question, replace(governs, value=np.nan, bound=np.nan), np.nan, why, [*answers, *lower]
-        )
-    if governs is held:
-        why = "supports hold the bodies: no motion of theirs is left to the contact alone"
-    elif most == np.inf:
-        why = f"{only}forces within {bounds} balance the loads at all load factors{f' from {least:.4g} on' * (least > 0)}"
-    else:
-        unbalanced = f"{only}forces within {bounds} cannot balance {load[governs.corner]}: {_moves(question, governs)}"
-        why = f"above it no state of rest exists, whatever slips and opens: {unbalanced}"
-    if least > 0:
-        why += (
-            f"; below {least:.4g} nothing balances {load[first.corner]}: {_moves(question, first)}"
-        )
-    return _result(question, governs, least, why, [*answers, *lower])
-
-
-@dataclass(frozen=True, eq=False)
-class _Answer:
-    """What a corner allows: a load factor, its bound, and the motion phi (M,) of size 1 that proves it."""
-
-    corner: int
-    value: float
-    bound: float
-    phi: Array
-    record: SolveRecord
-    problem: cp.Problem | None
-
-    @property
-    def residual(self) -> float:
-        """The largest error of both proofs."""
-        return self.record.residual
-
-
-def _statics(question: Question, N: Array, k: int, r0: Array, r1: Array, sense: Any) -> _Answer:
-    """The largest or least load factor at which forces balance corner k, r0 + load_factor r1, (M,), in the rigid motions N (M, m); nan where none."""
-    held, drives = (
-        float(size) if (size := np.linalg.norm(N.T @ r)) > CONDENSATION * np.linalg.norm(r) else 0.0
-        for r in (r0, r1)
-    )
-    load = {f"r0{f'[{k}]' * question.fixed}": r0, f"r1[{k}]": r1 if drives else np.zeros_like(r1)}
-    unit, n = _load_unit(question, N, r0, r1) if held and drives else 1.0, question.system.nodes
-    f, strength = (
-        cp.Parameter(n, nonneg=True, name="f", value=question.friction),
-        question.system.shear_strength,
-    )
-    rows = models.gross_slip(N, load, f, strength, question.system.slip_shape, sense)
-    problem = Problem(rows.objective, rows.constraints)
-    load_factor, q, p = (
-        next(each for each in problem.variables() if each.name() == name)
-        for name in ("load_factor", "q", "p")
-    )
-    sheared = question.node_unit * np.where(
-        (question.friction > 0) & (question.friction < 1), question.friction, 1.0
-    )
-    chain = Chain(
-        problem,
-        {load_factor: unit, q: sheared.reshape(n, *[1] * (q.ndim - 1)), p: question.node_unit},
-        unit=unit,
-        defines=False,
-    )
-
-    def still(value: float, bound: float, residual: float) -> _Answer:
-        return _Answer(k, value, bound, np.zeros(len(N)), SolveRecord(residual=residual), problem)
-
-    def moving(value: float, bound: float, residual: float) -> _Answer:
-        """With the motion that the multipliers of balance are: how far it strains the bodies, or lifts less than friction needs, counts too."""
-        S, phi = question.system.S, N @ problem.constraints[0].dual_value
-        phi = phi / (float(np.linalg.norm(phi.reshape(-1, n), axis=0).max()) or np.nan)
-        *v, w = phi.reshape(-1, n)
-        lack = float(
-            np.where(strength < np.inf, -w, question.friction * np.linalg.norm(v, axis=0) - w).max()
-        )  # what is strained off need not rise
-        strain = float(np.abs(S @ phi).max()) / (float(np.diag(S).max()) or 1.0)
-        worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))
-        return _Answer(k, value, bound, phi, SolveRecord(residual=worst), problem)
-
-    def answered() -> _Answer:
-        value = float(load_factor.value)
-        found = (
-            value if value > ZERO_LOAD_FACTOR * unit else 0.0,
-            chain.proof.bound,
-            max(chain.proof.gap, chain.violation),
-        )
-        return (
-            still(*found) if sense is cp.Minimize and not found[0] else moving(*found)
-        )  # no motion proves that it is at least 0
-
-    def none() -> _Answer | None:
-        if no := chain.contradiction():
-            return moving(np.nan, np.nan, no.residual)
-        more = chain.growth()
-        return still(np.inf, np.inf, more.residual) if more else None
-
-    answer, record = chain.solve(answered, no_optimum=none)
-    return replace(answer, record=record)
-
-
-def _load_unit(question: Question, N: Array, r0: Array, r1: Array) -> float:
-    """Load factor at which the cyclic load reaches the friction of the mean load, or in the normal motions the mean load itself."""
-    friction, shear = (
-        min(float(question.friction.max()), 1.0) or 1.0,
-        len(r1) - question.system.nodes,
-    )
-    sheared, swung = (
-        float(np.linalg.norm(part)) for part in (N[:shear].T @ r1[:shear], N[shear:].T @ r1[shear:])
-    )
-    return friction * float(np.linalg.norm(N.T @ r0)) / (sheared + friction * swung)
-
-
-def _checked(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str], Booleans]:
+def _checked_contacts(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str], Booleans]:
     """Names of contacts of the system, at least one, and which nodes (N,) belong to them."""
     names = listed("contacts", contacts)
     if system.contact is None:
         raise ModelError(
-            f"contacts: {shown(names)}, but the system has no names of contacts; give them as its `contact`, or leave contacts out"
+            f"contacts: {shown(names)}, but the system has no names of contacts; give them as its "
+            "`contact`, or leave contacts out"
         )
     known = list(dict.fromkeys(system.contact.tolist()))
-    if not names or (unknown := [name for name in names if name not in known]):
-        raise ModelError(
-            f"contacts: {shown(unknown[0] if names else names)}; give some of {known}, or None for all"
-        )
+    unknown = [name for name in names if name not in known]
+    if unknown or not names:
+        wrong = unknown[0] if unknown else names
+        raise ModelError(f"contacts: {shown(wrong)}; give some of {known}, or None for all")
     return names, np.isin(system.contact, names)
 
 
-def _moves(question: Question, answer: _Answer) -> str:
-    return moves_told(motion_table(question.system, answer.phi.reshape(-1, question.system.nodes)))
+@dataclass(frozen=True, eq=False)
+class Words:
+    """The words of a reason. `only` says in which contacts friction counts, as its beginning."""
+
+    question: Question
+    only: str
+
+    @property
+    def bounds(self) -> str:
+        """The bounds of contact forces."""
+        capped = self.question.system.capped
+        return "friction and the strength of the surface" if capped else "friction"
+
+    def load(self, answer: CornerAnswer) -> str:
+        """The corner of an answer."""
+        return f"the load at the corner ({self.question.cycle.corner_names[answer.corner]})"
+
+    def motion(self, answer: CornerAnswer) -> str:
+        """The motion of an answer."""
+        system = self.question.system
+        return motions_in_words(motion_table(system, answer.phi.reshape(-1, system.nodes)))
+
+    def unbalanced(self, answer: CornerAnswer) -> str:
+        """The load that nothing balances, and the motion that proves it."""
+        return _UNBALANCED.format(
+            only=self.only, bounds=self.bounds, load=self.load(answer), motion=self.motion(answer)
+        )
+
+
+def _statics(question: Question, only: str) -> GrossSlip:
+    """The answer of statics: the load factors at which forces balance all corners."""
+    system = question.system
+    N = nodal_motions(rigid_motions(system.S, system.own_stiffness))
+    if not N.size:
+        return _held_by_supports(question)
+    corners = outer_corners(question.cycle)
+    # Gaps do no work in rigid motions.
+    r1 = reactions(system, question.cycle.corners)
+    r0 = np.broadcast_to(reactions(system, question.cycle.unscaled), r1.shape)
+    words = Words(question, only)
+
+    upper = [CornerProgram(question, N, k, r0[k], r1[k], cp.Maximize).solve() for k in corners]
+    for answer in upper:
+        if np.isnan(answer.load_factor):
+            reason = _NO_STATE.format(unbalanced=words.unbalanced(answer))
+            return _result(question, answer, np.nan, reason, upper)
+    largest = min(answer.load_factor for answer in upper)
+    governs = next(answer for answer in upper if answer.load_factor <= largest * (1 + RESIDUAL))
+
+    lower = _least_load_factors(question, N, corners, r0, r1)
+    first = max(lower, key=lambda answer: answer.load_factor, default=None)
+    least = 0.0 if first is None else first.load_factor
+    reason = _reason(words, governs, largest, first, least)
+    if least > largest * (1 + RESIDUAL):
+        governs = replace(governs, load_factor=np.nan, bound=np.nan)
+        least = np.nan
+    return _result(question, governs, least, reason, [*upper, *lower])
+
+
+def _reason(
+    words: Words, governs: CornerAnswer, largest: float, first: CornerAnswer | None, least: float
+) -> str:
+    """Why the load factor is at most that of `governs`, and at least that of `first`."""
+    if first is not None and least > largest * (1 + RESIDUAL):
+        return _APART.format(
+            only=words.only,
+            lower=words.load(first),
+            least=least,
+            upper=words.load(governs),
+            largest=largest,
+        )
+    if largest == np.inf:
+        start = _FROM.format(least=least) if least > 0 else ""
+        reason = _ALL.format(only=words.only, bounds=words.bounds, start=start)
+    else:
+        reason = _ABOVE.format(unbalanced=words.unbalanced(governs))
+    if first is not None and least > 0:
+        reason += _BELOW.format(least=least, load=words.load(first), motion=words.motion(first))
+    return reason
+
+
+def _least_load_factors(
+    question: Question, N: Array, corners: Sequence[int], r0: Array, r1: Array
+) -> list[CornerAnswer]:
+    """The least load factors of the corners at which the closed contact slips at load factor 0."""
+    system = question.system
+    lower: list[CornerAnswer] = []
+    for k in corners:
+        # At load factor 0 all corners are alike if no parts are fixed.
+        if lower and lower[0].load_factor == 0 and not question.fixed:
+            break
+        *q, p = r0[k].reshape(-1, system.nodes)
+        if (np.linalg.norm(q, axis=0) > most_shear(system, question.friction, p)).any():
+            lower.append(CornerProgram(question, N, k, r0[k], r1[k], cp.Minimize).solve())
+    return lower
+
+
+def _held_by_supports(question: Question) -> GrossSlip:
+    phi = np.zeros((question.system.tangents + 1, question.system.nodes))
+    return GrossSlip(
+        load_factor=np.inf,
+        bound=np.inf,
+        least=0.0,
+        corner=-1,
+        loads="",
+        phi=phi,
+        motion=motion_table(question.system, phi),
+        reason=_HELD,
+        record=SolveRecord("statics", residual=0.0),
+        problem=None,
+    )
 
 
 def _result(
-    question: Question, governs: _Answer, least: float, reason: str, answers: Sequence[_Answer]
+    question: Question,
+    governs: CornerAnswer,
+    least: float,
+    reason: str,
+    answers: Sequence[CornerAnswer],
 ) -> GrossSlip:
-    records, phi = (
-        [answer.record for answer in answers],
-        governs.phi.reshape(-1, question.system.nodes),
-    )
-    attempts = tuple(attempt for record in records for attempt in record.attempts)
-    worst, seconds = (
-        max(record.residual for record in records),
-        sum(record.seconds for record in records),
-    )
-    idle = len(question.cycle.corners) - len({answer.corner for answer in answers})
-    left_out = (
-        (f"corners: {idle} of {len(question.cycle.corners)} are within the hull of the others",)
-        if idle and governs.problem
-        else ()
-    )
+    """The answer of the corner that governs, with the records of all programs."""
+    phi = governs.phi.reshape(-1, question.system.nodes)
+    corners = question.cycle.corner_names
+    idle = len(corners) - len({answer.corner for answer in answers})
+    left_out: tuple[str, ...] = ()
+    if idle:
+        left_out = (f"corners: {idle} of {len(corners)} are within the hull of the others",)
+    records = [answer.record for answer in answers]
     return GrossSlip(
-        load_factor=governs.value,
+        load_factor=governs.load_factor,
         bound=governs.bound,
         least=least,
-        corner=governs.corner if np.isfinite(governs.phi).all() and governs.phi.any() else -1,
-        loads=question.cycle.corner_names[governs.corner] if governs.phi.any() else "",
+        corner=governs.corner if np.isfinite(phi).all() and phi.any() else -1,
+        loads=corners[governs.corner] if phi.any() else "",
         phi=phi,
         motion=motion_table(question.system, phi),
         reason=reason,
         record=replace(
-            governs.record, attempts=attempts, residual=worst, left_out=left_out, seconds=seconds
+            governs.record,
+            attempts=tuple(attempt for record in records for attempt in record.attempts),
+            residual=max(record.residual for record in records),
+            left_out=left_out,
+            seconds=sum(record.seconds for record in records),
         ),
         problem=governs.problem,
     )
 
 
-def beyond_statics(
-    found: GrossSlip, system: ContactSystem, cycle: LoadCycle, friction: Array
-) -> GrossSlip:
-    """An answer of statics, corrected by transients if contact forces can balance themselves, and the cyclic loads drive the bodies."""
-    if found.problem is None or np.isnan(found.load_factor) or not friction.any():
-        return found
-    N, loads = rigid_motions(system.S, system.own_stiffness), reactions(system, cycle.corners)
-    driven = np.linalg.norm(loads @ N, axis=1) > CONDENSATION * np.linalg.norm(loads, axis=1)
-    forces = self_stress(system, friction, N) if driven.any() else None
+def _with_transients(statics: GrossSlip, question: Question) -> GrossSlip:
+    """The answer of statics, corrected by transients if contact forces can balance themselves.
+
+    Without friction, or if the cyclic loads drive no body, statics has the answer.
+    """
+    system = question.system
+    friction = question.friction
+    if statics.problem is None or np.isnan(statics.load_factor) or not friction.any():
+        return statics
+    N = rigid_motions(system.S, system.own_stiffness)
+    if not any(drives(N, r) for r in reactions(system, question.cycle.corners)):
+        return statics
+    forces = self_stress(system, friction, N)
     if forces is None:
-        return found
-    slides_off, why = _sliding_off(system, cycle, friction, found.load_factor)
-    unknown = f"contact forces balance themselves here, so statics cannot know how far the fit presses: {found.reason}"
+        return statics
+
+    load_factor, why = sliding_off(system, question.cycle, friction, statics.load_factor)
+    unknown = _UNKNOWN.format(statics=statics.reason)
     if not why:
-        return replace(
-            found,
-            self_stress=forces,
-            reason=f"{unknown}; transients from no slip go on up to there",
-        )
-    if slides_off == 0:
-        reason = f"from no slip the transient finds no way on at any load factor ({why}); {unknown}"
-        return replace(found, self_stress=forces, load_factor=np.nan, reason=reason)
-    reason = f"from no slip the transient finds no way on above {slides_off:.4g} ({why}); {unknown}"
-    return replace(found, self_stress=forces, load_factor=slides_off, reason=reason)
+        reason = _GOES_ON.format(unknown=unknown)
+    elif load_factor == 0:
+        reason = _NOWHERE.format(why=why, unknown=unknown)
+        load_factor = np.nan
+    else:
+        reason = _NOT_ABOVE.format(load_factor=load_factor, why=why, unknown=unknown)
+    return replace(statics, self_stress=forces, load_factor=load_factor, reason=reason)

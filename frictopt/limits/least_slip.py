@@ -1,8 +1,8 @@
-"""The least slip of a cycle above a shakedown limit, from the multipliers of the limit; theory, "Above the limit".
+"""The least slip of a cycle above a shakedown limit, from the multipliers of the limit.
 
 At corner k of any cycle the state obeys the rows of the limit at that corner, whatever it slips in
-between; g_k and h_k are their sums, weighted by the multipliers. In space slips no further than D
-from each other lie in a circle of radius D / sqrt(3) (Jung 1901).
+between. Their sums, weighted by the multipliers, are g_k and h_k. In space, slips no further than D
+from each other lie in a circle of radius D / sqrt(3) (Jung 1901). Theory, "Above the limit".
 """
 
 from __future__ import annotations
@@ -29,18 +29,14 @@ from ..errors import SolverError
 from .answered import Mechanism
 from .question import Question
 
-_WEIGHT = (
-    ROUNDING  # weights of slip below this share of the stresses that they are sums of are zero
-)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LeastSlip(Kept, Plotted):
-    """Proven lower bound of slip and gaps in every cycle at a load factor, from every start; where nodes are open, while these carry nothing.
+    """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
 
     The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w`
     are slips and gaps at the corners of one cycle, also of one that is not yet periodic. A bound
-    that is not positive says nothing.
+    that is not positive says nothing. If nodes are open, it holds while these carry nothing.
 
     Attributes
     ----------
@@ -50,15 +46,15 @@ class LeastSlip(Kept, Plotted):
         `lam - lambda_2`, with the upper bound of lambda_2 that the multipliers prove.
     g, h
         (K, N) or (K, N, 2) weights of the slip and (K, N) of the gap at the corners, 1 over length.
-        Those of the slip sum to zero over the corners: only slip from corner to corner counts.
-        Those of the gap are idle while all nodes are closed.
+        Weights of the slip sum to zero over the corners: only slip from corner to corner counts.
+        Weights of the gap count only if nodes open.
     weight
         (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the
-        sum over the corners of `abs(g)`; in space that sum over sqrt(3), where more than two
-        corners weigh.
+        sum over the corners of `abs(g)`; in space, if more than two corners have weight, that sum
+        over sqrt(3).
     residual
-        Largest entry of the sum of g over the corners, over the largest stress that the mechanism's
-        motions make one by one; or the residual of the limit if that is larger.
+        Largest entry of the sum of g over the corners, over the largest stress that single motions
+        of the mechanism make; or the residual of the limit if that is larger.
 
     Examples
     --------
@@ -82,14 +78,19 @@ class LeastSlip(Kept, Plotted):
 
     @property
     def total(self) -> float:
-        """Proven least sum over the nodes of the slip between corners while all are closed, length; inf if no cycle keeps all closed."""
+        """Proven least sum over the nodes of the slip between corners, length.
+
+        It holds while all nodes are closed. Inf if no cycle keeps all nodes closed.
+        """
         largest = float(self.weight.max())
         if largest == 0:
             return np.inf if self.bound > 0 else 0.0
         return max(self.bound, 0.0) / largest
 
     def of(self, slip: Any, gap: Any = None) -> float:
-        """The sum that the bound is about, for slips (K, N), in space (K, N, 2), and gaps (K, N) at the corners, length; None: all nodes are closed.
+        """The sum that `bound` bounds, for the slips and gaps of a cycle at its corners.
+
+        Slips (K, N), in space (K, N, 2), and gaps (K, N) are lengths. None: all nodes are closed.
 
         Raises
         ------
@@ -97,54 +98,60 @@ class LeastSlip(Kept, Plotted):
             Other shapes, or numbers that are not finite.
         """
         slip = finite_array("slip", slip, self.g.shape)
-        opened = (
-            0.0 if gap is None else float(np.sum(self.h * finite_array("gap", gap, self.h.shape)))
-        )
-        return float(np.sum(self.g * slip)) + opened
+        by_slip = float(np.sum(self.g * slip))
+        if gap is None:
+            return by_slip
+        gap = finite_array("gap", gap, self.h.shape)
+        return by_slip + float(np.sum(self.h * gap))
 
     def to_frame(self) -> Any:
-        """The nodes that must slip, largest weight first: no closed cycle exists in which all of them stick.
+        """The nodes that must slip, largest weight first.
 
-        Columns: node; its place; weight; alone, the slip between corners that the node would need
-        if no other one slipped, length; its weight `g` at each corner, named by the loads of the
-        corner, in space `g1` and `g2`.
+        In no cycle of closed nodes do all of them stick. Columns: node; its place; weight; alone,
+        the slip between corners that the node would need if no other one slipped, length; its
+        weight `g` at each corner, named by the loads of the corner, in space `g1` and `g2`.
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
-        alone = max(self.bound, 0.0) / self.weight[nodes]
-        corners = zip(self.cycle.corner_names, self.g, strict=True)
-        weights = {
-            f"{name} at {loads}": column
-            for loads, g in corners
-            for name, column in components("g", g[nodes]).items()
-        }
-        where = {name: values[nodes] for name, values in places(self.system).items()}
-        return frame(
-            {"node": nodes, **where, "weight": self.weight[nodes], "alone": alone, **weights}
-        )
+        weight = self.weight[nodes]
+        table: dict[str, Any] = {"node": nodes}
+        for name, values in places(self.system).items():
+            table[name] = values[nodes]
+        table["weight"] = weight
+        table["alone"] = max(self.bound, 0.0) / weight
+        for loads, g in zip(self.cycle.corner_names, self.g, strict=True):
+            for name, column in components("g", g[nodes]).items():
+                table[f"{name} at {loads}"] = column
+        return frame(table)
 
 
 def least_slip(
     question: Question, motion: Mechanism, limit: float, load_factor: float, residual: float
 ) -> LeastSlip:
-    """The bound that a mechanism of unit drive and the limit that it proves give at a load factor."""
-    system, axes = question.system, question.system.tangents + 1
-    g, h = parted(motion.moves.reshape(len(motion.moves), -1) @ system.S, axes)
+    """The bound at a load factor, from a mechanism of unit drive and the limit that it proves."""
+    system = question.system
+    axes = system.tangents + 1
+    # Forces that the motions make at each corner, (K, M), and the size of their largest term.
+    forces = motion.moves.reshape(len(motion.moves), -1) @ system.S
     moved = motion.size + motion.opening
-    terms = float((np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)).max())
-    unbalanced = float(np.abs(g.sum(axis=0)).max()) / terms if terms > 0 else 0.0
-    g = np.where(np.abs(g) > _WEIGHT * terms, g, 0.0)
-    sizes = lengths(g, h)
-    round_corners = (sizes > 0).sum(axis=0) > 2 if system.tangents > 1 else False
-    weight, residual = (
-        sizes.sum(axis=0) / np.where(round_corners, np.sqrt(3.0), 2.0),
-        max(unbalanced, residual),
-    )
+    terms = np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)
+    largest = float(terms.max())
+
+    g, h = parted(forces, axes)
+    unbalanced = float(np.abs(g.sum(axis=0)).max()) / largest if largest > 0 else 0.0
+    residual = max(unbalanced, residual)
     if not residual <= RESIDUAL:
         raise SolverError(
-            f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
-            "very different sizes"
+            f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance "
+            f"{RESIDUAL:g}); check for reactions and stiffnesses of very different sizes"
         )
+
+    # Weights that are rounding of their largest term are zero.
+    g = np.where(np.abs(g) > ROUNDING * largest, g, 0.0)
+    sizes = lengths(g, h)
+    many_corners = (sizes > 0).sum(axis=0) > 2
+    in_circle = many_corners & (system.tangents > 1)
+    weight = sizes.sum(axis=0) / np.where(in_circle, np.sqrt(3.0), 2.0)
     return LeastSlip(
         load_factor,
         load_factor - limit,

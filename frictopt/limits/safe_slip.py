@@ -1,8 +1,9 @@
-"""Existence of a safe residual slip at a given load factor: the slip with its margin, or the proof that there is none."""
+"""A safe residual slip at a given load factor, with its margin; or the proof that there is none."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,9 +28,21 @@ from .safe_model import SafeModel, in_turn
 from .shakedown import ShakedownLimit
 from .shakedown_model import ShakedownModel
 
-_MOST_CYCLIC = 1e15  # cyclic loads above so many mean normal forces have none of their digits
-_NO_MARGIN = (
-    ROUNDING  # a margin this little below zero is zero: that of the slip at the shakedown limit
+# If the cyclic loads are this many mean normal forces, rounding loses all digits of the latter.
+_MOST_CYCLIC = 1e15
+
+_EVENTS = (
+    "this slip{within} keeps all nodes stuck while they are closed; {count} of them open and close "
+    "in each cycle (events)"
+)
+_SAFE = "this slip{within} keeps {closed} closed and stuck at every corner{opened}"
+_NONE_SAFE = (
+    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit says which "
+    "have one; without residual slip {mean}"
+)
+_OTHERS_OPEN = (
+    " with all nodes closed, or with the {opened} open that the search finds; with others open one "
+    "may be"
 )
 
 
@@ -40,24 +53,24 @@ class SafeSlip(Proven):
     Attributes
     ----------
     load_factor
-        The load factor that was asked for.
+        The given load factor.
     slip
-        (N,) or (N, 2) the slip that stays furthest inside the friction bounds, length (the least
-        unsafe one if none is safe). See `largest_slip`.
+        (N,) or (N, 2) the slip with the largest margin, length; if none is safe, the least unsafe
+        one. See `largest_slip`.
     margin
-        Its smallest reserve `f p - |q|` over nodes and corners, in mean friction bounds at load
-        factor 0 (gaps shut), at most 1; negative: none is safe. At nodes with friction below 0.01 a
-        tension counts as well, as if it were 0.01; with open nodes their gap, in what the mean
-        friction bound does to the mean normal stiffness. Nodes that just touch where they open or
-        close (`events`) have none.
+        Smallest reserve `f p - |q|` of the slip over nodes and corners, over the mean friction
+        bound at load factor 0 (gaps shut), at most 1. Negative: none is safe. At nodes with
+        friction below 0.01 a tension counts as well, as if friction were 0.01. Of open nodes the
+        gap counts, over the gap that the mean friction bound closes against the mean normal
+        stiffness. Nodes that just touch where they open or close (`events`) have no reserve.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
         How it was found. Its `residual`, at most 1e-9, is the largest of: the shortfall of the
         slip's reserve, recomputed, and the distance of `bound`.
     constraints
-        Names of the constraints of your own: slip, margin and margin bound are those of the program
-        with them.
+        Names of the constraints of your own: slip, margin and `bound` are those of the program with
+        them.
     problem
         The solved cvxpy problem. A later solve of the same `SafeSlipModel` overwrites its values.
 
@@ -65,7 +78,8 @@ class SafeSlip(Proven):
     --------
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> safe = fo.safe_slip(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}]), friction=0.5, load_factor=0.8)
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
+    >>> safe = fo.safe_slip(rod, cycle, friction=0.5, load_factor=0.8)
     >>> safe.exists, safe.certificate is None, round(safe.margin, 6)
     (True, True, 0.2)
     """
@@ -76,76 +90,73 @@ class SafeSlip(Proven):
 
     @cached_property
     def friction_rate(self) -> float:
-        """Rate of the margin with friction, added alike at all nodes, in mean friction bounds as they are."""
+        """Rate of the margin with friction, added alike at all nodes; its unit stays as it is."""
         return float(self._by_friction.sum())
 
     @property
     def exists(self) -> bool:
-        """Whether a safe slip exists at the load factor: the margin is not negative by more than 1e-12 or its own residual."""
-        return bool(self.margin >= -max(_NO_MARGIN, self.residual))
+        """Whether a safe slip exists at the load factor.
+
+        The slip at the shakedown limit has no margin. So the margin may be negative by 1e-12 or by
+        its residual.
+        """
+        return bool(self.margin >= -max(ROUNDING, self.residual))
 
     @cached_property
     def reason(self) -> str:
-        """What the slip does, or why there is none: which nodes stay open, or which way the mean load pulls."""
-        question, bound = (
-            self._question,
-            [] if self._question.slip_bound is None else ["the slip bound"],
-        )
-        within = (
-            f" within {' and '.join([*bound, *self.constraints])}"
-            if bound or self.constraints
-            else ""
-        )
+        """What the slip does; or why no slip is safe, and how the mean load presses."""
+        question = self._question
+        bounds = list(self.constraints)
+        if question.slip_bound is not None:
+            bounds.insert(0, "the slip bound")
+        within = f" within {' and '.join(bounds)}" if bounds else ""
         opened = int(self.open.sum())
-        if self.exists:
-            if moving := self.events["node"].nunique():
-                return f"this slip{within} keeps all nodes stuck while they are closed; {moving} of them open and close in each cycle (events)"
-            others = f"the {self.system.nodes - opened} closed nodes" if opened else "every node"
-            return f"this slip{within} keeps {others} closed and stuck at every corner{', and the others open' * bool(opened)}"
-        left = (
-            f" with all nodes closed, or with the {opened} open that the search finds; with others open one may be"
-            if opened
-            else question.pattern
-        )
-        mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
-        return f"no residual slip{within} is safe at this load factor{left}; shakedown_limit says which have one; without residual slip {mean}"
+
+        if not self.exists:
+            pattern = _OTHERS_OPEN.format(opened=opened) if opened else question.pattern
+            mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
+            return _NONE_SAFE.format(within=within, pattern=pattern, mean=mean)
+        moving = self.events["node"].nunique()
+        if moving:
+            return _EVENTS.format(within=within, count=moving)
+        if opened:
+            closed = f"the {self.system.nodes - opened} closed nodes"
+            return _SAFE.format(within=within, closed=closed, opened=", and the others open")
+        return _SAFE.format(within=within, closed="every node", opened="")
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:
         """Why no slip is safe (Farkas's lemma); None if one is, and under constraints of your own.
 
         A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the
-        loads, while no residual slip does work on them, or with a slip bound too little. Under
+        loads. No residual slip does work on them, or with a slip bound too little. Under
         constraints of your own such slips alone prove nothing: `bound` covers all.
         """
-        return (
-            None
-            if self.exists or self.constraints
-            else self._motion.table(self.system, self.cycle.corner_names)
-        )
+        if self.exists or self.constraints:
+            return None
+        return self._motion.table(self.system, self.cycle.corner_names)
 
     def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
-        return (
-            "safe residual slip",
-            self.margin,
-            self._motion.table(self.system, self.cycle.corner_names),
-            self.reason,
-        )
+        mechanism = self._motion.table(self.system, self.cycle.corner_names)
+        return "safe residual slip", self.margin, mechanism, self.reason
 
 
 class SafeSlipModel(SafeModel):
-    """The safe residual slips of one system under one load cycle, for any friction, load factor and constraints of your own. Theory, eq. (9).
+    """The safe residual slips of one system under one load cycle, for any friction.
 
-    Parameters and what they raise are those of `ShakedownModel`.
+    Load factor and constraints of your own vary, too. Parameters and errors are those of
+    `ShakedownModel`. Theory, eq. (9).
 
     Examples
     --------
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> model = fo.SafeSlipModel(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}]))
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 0.0}, {"force": 1.0}])
+    >>> model = fo.SafeSlipModel(rod, cycle)
     >>> round(model.solve(0.5, load_factor=0.8).margin, 6)
     0.2
-    >>> round(model.solve(0.5, load_factor=0.8, constraints=[model.slip[0] - model.slip[1] <= 0.25]).margin, 6)
+    >>> rows = [model.slip[0] - model.slip[1] <= 0.25]
+    >>> round(model.solve(0.5, load_factor=0.8, constraints=rows).margin, 6)
     -0.1
     """
 
@@ -168,61 +179,17 @@ class SafeSlipModel(SafeModel):
         self._shakedown = ShakedownModel(
             system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
         )
-        self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = (
-            None  # what was asked last, and the limit then
-        )
+        # The last friction, load factor and sufficient limit that were searched, and the limit.
+        self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = None
         self.margin = cp.Variable(name="margin")
-        self._spare, self._press = (
-            cp.Parameter(system.nodes, nonneg=True, name=name)
-            for name in ("mean_bound", "mean_pressure")
-        )
-        self._apart = cp.Parameter(nonneg=True, name="clearance")
+        # Units of the margin: of friction bounds, of normal forces, and of gaps.
+        self._mean_bound = cp.Parameter(system.nodes, nonneg=True, name="mean_bound")
+        self._mean_pressure = cp.Parameter(system.nodes, nonneg=True, name="mean_pressure")
+        self._clearance = cp.Parameter(nonneg=True, name="clearance")
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
         return [*super()._unknowns, self.margin]
-
-    def _safe(
-        self, question: Question, load_factor: float, own: Sequence[cp.Constraint] = ()
-    ) -> SafeSlip:
-        """The slip with the largest margin, with given nodes open."""
-
-        def friction(x: models.Unknowns, corners: list[int]) -> list[Row]:
-            spare, press = (
-                dict.fromkeys(corners, models.times(self.margin, unit))
-                for unit in (self._spare, self._press)
-            )
-            return models.inside(x, self._f, corners, spare, press, self.margin * self._apart)
-
-        self._spare.value, self._press.value = (
-            question.mean_bound * ~question.open_nodes,
-            question.mean_pressure * ~question.open_nodes,
-        )
-        self._apart.value, self.load_factor.value = question.clearance, load_factor
-        program = self._program(
-            question,
-            own,
-            None,
-            lambda each: models.safe_slip(self.margin, each.rows),
-            "safe slip",
-            1.0,
-            friction=friction,
-        )
-        try:
-            claim, record = program.chain.solve(
-                lambda: judged(program, self.margin, load_factor), self._solver
-            )
-        except NoOptimum:
-            ruling = (
-                ()
-                if not own or not (none := program.chain.contradiction())
-                else program.ruling(none.ruling)
-            )
-            if ruling:
-                asked = f"no residual slip, safe or not, obeys this at load factor {load_factor:g}; drop or relax it"
-                raise ModelError(f"{', '.join(ruling)}: {asked}") from None
-            raise
-        return answered(claim, record, program)
 
     @warns_of_odd_values
     @in_turn
@@ -235,7 +202,7 @@ class SafeSlipModel(SafeModel):
         events: bool = False,
         progress: bool = True,
     ) -> SafeSlip:
-        """The residual slip with the largest reserve at every node and corner of the cycle, under constraints of your own.
+        """The residual slip with the largest margin, under constraints of your own.
 
         Parameters
         ----------
@@ -251,10 +218,9 @@ class SafeSlipModel(SafeModel):
             As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load;
             constraints that no slip obeys, safe or not.
         """
+        user_rows = listed("constraints", constraints)
         with bar_of(progress, "safe slip"):
-            safe = self.of_pattern(
-                self._posed(friction), load_factor, listed("constraints", constraints), events
-            )
+            safe = self.of_pattern(self._posed(friction), load_factor, user_rows, events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
@@ -262,76 +228,142 @@ class SafeSlipModel(SafeModel):
         self,
         question: Question,
         load_factor: float,
-        own: Sequence[Row] = (),
+        user_rows: Sequence[Row] = (),
         events: bool = False,
         enough: float = np.inf,
     ) -> SafeSlip:
-        """The slip with all nodes closed; where none is safe, with those open of the best limit or the first that is `enough`, or events."""
-        check_events(events, question, bool(own))
+        """The safe slip with all nodes closed; else with the open nodes of a shakedown limit.
+
+        The limit is the best one, or the first one that reaches `enough`. With `events`, nodes may
+        then also open and close in each cycle.
+        """
+        check_events(events, question, bool(user_rows))
+        load_factor = self._checked_load_factor(question, load_factor)
+        closed = self._if_closed(question, load_factor, user_rows)
+        if closed is not None and closed.exists:
+            return closed
+
+        limit = self._limit(question, load_factor, enough)
+        safe = closed
+        if safe is None or limit.open.any():
+            opened = with_open(question, limit.open)
+            assert opened is not None  # it has a limit
+            safe = self.of_set(opened, load_factor, user_rows)
+        if safe.exists or not events:
+            return safe
+
+        limit = self._shakedown.of_any_order(limit, load_factor)
+        ordered = limit._question
+        if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
+            return self._of_order(ordered, load_factor)
+        return safe
+
+    def _checked_load_factor(self, question: Question, load_factor: float) -> float:
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         largest = load_factor / question.force * float(np.abs(question.r1).max())
         if largest > _MOST_CYCLIC:
             raise ModelError(
-                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean normal force {question.force:.3g} of the mean load, "
-                "which is lost in their rounding; give less, or check the units of the load cases"
+                f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean "
+                f"normal force {question.force:.3g} of the mean load, which is lost in their "
+                "rounding; give less, or check the units of the load cases"
             )
+        return load_factor
 
-        try:
-            safe = (
-                None if own else self._safe(question, load_factor)
-            )  # own constraints may contradict each other where all nodes are closed
-        # a slip that hardly anything resists, as a roll, can hide the margin, and not that none is
-        # safe
-        except SolverError:
-            safe = None
-        if safe is None or not safe.exists:
-            limit = self._limit(question, load_factor, enough)
-            if safe is None or limit.open.any():
-                rest = with_open(question, limit.open)
-                assert rest is not None  # it has a limit
-                safe = self._safe(rest, load_factor, own)
-            if events and not safe.exists:
-                limit = self._shakedown.of_any_order(limit, load_factor)
-                if (
-                    isinstance(limit._question, LiftOff)
-                    and limit.least <= load_factor <= limit.load_factor
-                ):
-                    safe = self._in_order(limit._question, load_factor)
-        return safe
+    def _if_closed(
+        self, question: Question, load_factor: float, user_rows: Sequence[Row]
+    ) -> SafeSlip | None:
+        """The safe slip with all nodes closed, or None if that says nothing."""
+        # The user's constraints may contradict each other only with all nodes closed.
+        if user_rows:
+            return None
+        # A slip that hardly anything resists, as a roll, can hide the margin.
+        with suppress(SolverError):
+            return self.of_set(question, load_factor)
+        return None
 
     def _limit(self, question: Question, load_factor: float, enough: float) -> ShakedownLimit:
-        """That of the best set of open nodes that is safe from the load factor on, or from less."""
+        """The limit of the best set of open nodes that is safe from the load factor on or below."""
         key = question.friction.tobytes(), load_factor, enough
         if self._last is None or self._last[0] != key:
-            self._last = key, self._shakedown.of_any_set(question, at=load_factor, enough=enough)
+            limit = self._shakedown.of_any_set(question, at=load_factor, enough=enough)
+            self._last = key, limit
         return self._last[1]
 
-    def _in_order(self, asked: LiftOff, load_factor: float) -> SafeSlip:
-        """The slip with the largest margin, with nodes that open and close in a given order. What just touches has nothing to spare."""
-        margin, given = (
-            cp.Variable(name="margin"),
-            cp.Parameter(nonneg=True, name="load_factor", value=load_factor),
+    def of_set(
+        self, question: Question, load_factor: float, user_rows: Sequence[cp.Constraint] = ()
+    ) -> SafeSlip:
+        """The slip with the largest margin, with the open nodes of the question."""
+        closed = ~question.open_nodes
+        self._mean_bound.value = question.mean_bound * closed
+        self._mean_pressure.value = question.mean_pressure * closed
+        self._clearance.value = question.clearance
+        self.load_factor.value = load_factor
+        program = self._program(
+            question,
+            user_rows,
+            None,
+            lambda program: models.safe_slip(self.margin, program.rows),
+            "safe slip",
+            1.0,
+            friction=self._friction_with_margin,
         )
-        spare, press = dict[int, cp.Expression](), dict[int, cp.Expression]()
-        for m, stuck in enumerate(asked.statuses[0]):
-            spare[m] = models.times(
-                margin, models.constant(asked.mean_bound * stuck, f"mean_bound[{m}]")
+        try:
+            claim, record = program.chain.solve(
+                lambda: judged(program, self.margin, load_factor), self._solver
             )
-            press[m] = models.times(
-                margin, models.constant(asked.mean_pressure * stuck, f"mean_pressure[{m}]")
-            )
-        apart = models.times(margin, models.constant(asked.clearance, "clearance"))
+        except NoOptimum:
+            self._raise_contradiction(program, load_factor)
+            raise
+        return answered(claim, record, program)
+
+    def _friction_with_margin(self, x: models.Unknowns, corners: list[int]) -> list[Row]:
+        spare = dict.fromkeys(corners, models.times(self.margin, self._mean_bound))
+        press = dict.fromkeys(corners, models.times(self.margin, self._mean_pressure))
+        apart = self.margin * self._clearance
+        return models.inside(x, self._f, corners, spare, press, apart)
+
+    def _raise_contradiction(self, program: Program, load_factor: float) -> None:
+        """Raise if the user's constraints leave no slip at all, safe or not."""
+        if not program.own:
+            return
+        contradiction = program.chain.contradiction()
+        names = program.ruling(contradiction.ruling) if contradiction else []
+        if names:
+            raise ModelError(
+                f"{', '.join(names)}: no residual slip, safe or not, obeys this at load factor "
+                f"{load_factor:g}; drop or relax it"
+            ) from None
+
+    def _of_order(self, question: LiftOff, load_factor: float) -> SafeSlip:
+        """The slip with the largest margin, with nodes that open and close in a given order.
+
+        A node that just touches has no reserve.
+        """
+        margin = cp.Variable(name="margin")
+        factor = cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
+        spare: dict[int, cp.Expression] = {}
+        press: dict[int, cp.Expression] = {}
+        for m, sticks in enumerate(question.statuses[0]):
+            bound = models.constant(question.mean_bound * sticks, f"mean_bound[{m}]")
+            pressure = models.constant(question.mean_pressure * sticks, f"mean_pressure[{m}]")
+            spare[m] = models.times(margin, bound)
+            press[m] = models.times(margin, pressure)
+        apart = models.times(margin, models.constant(question.clearance, "clearance"))
 
         def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int]) -> list[Row]:
             return models.inside(x, f, instants, spare, press, apart)
 
         program = Ordered(
-            asked, lambda each: models.safe_slip(margin, each.rows), 1.0, friction, given
+            question,
+            lambda program: models.safe_slip(margin, program.rows),
+            1.0,
+            friction,
+            factor,
         )
-        return answered(
-            *program.chain.solve(lambda: judged(program, margin, load_factor), self._solver),
-            program,
+        claim, record = program.chain.solve(
+            lambda: judged(program, margin, load_factor), self._solver
         )
+        return answered(claim, record, program)
 
 
 @warns_of_odd_values
@@ -347,7 +379,7 @@ def safe_slip(
     solver: str | None = None,
     progress: bool = True,
 ) -> SafeSlip:
-    """Find the residual slip with the largest reserve at every node and corner of the cycle. Theory, eq. (9).
+    """Find the residual slip with the largest margin at the corners of a cycle. Theory, eq. (9).
 
     Parameters
     ----------
@@ -356,7 +388,7 @@ def safe_slip(
     load_factor
         Load factor, >= 0.
     events
-        Whether nodes may also open and close in each cycle, see `shakedown_limit`, where no slip is
+        Whether nodes may also open and close in each cycle, see `shakedown_limit`, if no slip is
         safe with nodes that stay as they are.
 
     Raises
@@ -368,7 +400,8 @@ def safe_slip(
     --------
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> fo.safe_slip(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5, load_factor=0.6).exists
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> fo.safe_slip(rod, cycle, friction=0.5, load_factor=0.6).exists
     False
     """
     with bar_of(progress, "safe slip"):
@@ -379,33 +412,32 @@ def safe_slip(
 
 
 def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
-    """The slip that stands in a program of the margin, judged by its reserve, and by the multipliers."""
-    question, value, slip, proof = (
-        program.question,
-        float(margin.value),
-        program.slip,
-        program.chain.proof,
-    )
-    (u, r), (stuck, opened) = question.instants(load_factor, slip), question.statuses
-    q, p = np.linalg.norm(r[:, :-1], axis=1), r[:, -1]
+    """The slip in a solved program of the margin, judged by its reserve and by the multipliers."""
+    question = program.question
+    slip = program.slip
+    value = float(margin.value)
+    u, r = question.instants(load_factor, slip)
+    sticks, opened = question.statuses
+    q = np.linalg.norm(r[:, :-1], axis=1)
+    p = r[:, -1]
     held = np.minimum((question.friction * p - q) / question.mean_bound, p / question.mean_pressure)
     reserve = min(
-        np.min(held, where=stuck, initial=np.inf),
+        np.min(held, where=sticks, initial=np.inf),
         np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance,
     )
+
+    proof = program.chain.proof
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
     off = question.violation(load_factor, slip) if question.events else 0.0
-    residual = np.max(
-        [gap, value - reserve, off, question.excess_over_slip_bound(slip), program.own_violation]
-    )
-    record = SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf)))
+    excess = question.excess_over_slip_bound(slip)
+    residual = np.max([gap, value - reserve, off, excess, program.own_violation])
     return SafeSlip(
-        load_factor,
-        slip,
-        record,
-        question,
-        program.motion,
-        value,
-        proof.bound + proof.defect,
+        load_factor=load_factor,
+        slip=slip,
+        record=SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf))),
+        _question=question,
+        _motion=program.motion,
+        margin=value,
+        bound=proof.bound + proof.defect,
         constraints=tuple(program.own),
     )

@@ -1,4 +1,7 @@
-"""Slips that the contact can hold at a load factor, the furthest in given directions (`models.furthest`); free slides of the body take no part."""
+"""Safe slips that go furthest in given directions (`models.furthest`).
+
+Slips of the body as a whole that nothing resists take no part.
+"""
 
 from __future__ import annotations
 
@@ -17,38 +20,13 @@ from .programs import listed_rows
 from .question import Question, pose
 
 
-def furthest(
-    question: Question, load_factor: float, directions: Iterable[Array]
-) -> list[Array | None]:
-    """For each direction (t N,) of tractions over their units, the safe slip that goes furthest, length; None without an end, or if none is safe."""
-    unit, found = np.tile(question.node_unit, question.system.tangents), list[Array | None]()
-    x = unknowns(
-        question.system.slip_shape,
-        range(len(question.r1)),
-        cp.Parameter(nonneg=True, name="load_factor", value=load_factor),
-    )
-    direction = cp.Parameter(len(unit), name="direction", value=np.zeros(len(unit)))
-    program = listed_rows(question, x, cp.Parameter(question.system.nodes, nonneg=True, name="f"))
-    program.compiled(models.furthest(x, direction, program.rows), question.force)
-
-    def judged() -> SolveRecord:
-        return SolveRecord(residual=question.violation(load_factor, program.slip))
-
-    for along in directions:
-        direction.value = along / unit * (question.force / (np.abs(along).max(initial=0.0) or 1.0))
-        try:
-            program.chain.solve(judged)
-            found.append(program.slip)
-        except NoOptimum:
-            found.append(None)
-    return found
-
-
 @warns_of_odd_values
 def safe_vertices(
     system: ContactSystem, cycle: LoadCycle, friction: Any, load_factor: float, directions: Any
 ) -> Array:
-    """Vertices of the safe slips at a load factor: for each direction, the safe slip whose tractions go furthest along it, with all nodes closed.
+    """Vertices of the safe slips at a load factor, with all nodes closed.
+
+    For each direction it is the safe slip whose tractions go furthest along it.
 
     Parameters
     ----------
@@ -58,13 +36,13 @@ def safe_vertices(
         Load factor, >= 0.
     directions
         (D, N), in space (D, N, 2), directions in the space of the nodal tractions over the mean
-        pressures. Where the body may slide as a whole, as many components as there are such slides
-        carry no traction of their own, and do not count.
+        pressures. If the body may slide as a whole in m ways, m components carry no traction of
+        their own, and do not count.
 
     Returns
     -------
     Array
-        (d, N) or (d, N, 2) slips, length; d = 0 where no slip is safe. Directions in which the safe
+        (d, N) or (d, N, 2) slips, length; d = 0 if no slip is safe. Directions in which the safe
         slips have no end give none.
 
     Raises
@@ -76,20 +54,50 @@ def safe_vertices(
     --------
     >>> import frictopt as fo
     >>> loads = {"P": ([0, 0], [1, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> system = fo.ContactSystem.from_blocks([[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]], [0, 1], loads)
+    >>> A, B, C = [[2, -1], [-1, 2]], [[0, 0.5], [-0.5, 0]], [[2, 0], [0, 2]]
+    >>> system = fo.ContactSystem.from_blocks(A, B, C, [0, 1], loads)
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> fo.starts.safe_vertices(system, cycle, friction=0.5, load_factor=0.3, directions=[[1.0, 0.0], [0.0, 1.0]]).shape
+    >>> fo.starts.safe_vertices(system, cycle, 0.5, 0.3, [[1.0, 0.0], [0.0, 1.0]]).shape
     (2, 2)
     """
-    factor, question = (
-        finite_number("load_factor", load_factor, least=0.0),
-        pose(system, cycle, friction, simplify=False),
-    )
-    given = finite_array("directions", directions, (None, *system.slip_shape))
-    along = np.moveaxis(given.reshape(len(given), system.nodes, system.tangents), 2, 1).reshape(
-        len(given), system.nodes * system.tangents
-    )
-    found = furthest(question, factor, along)
-    return frozen(
-        np.reshape([slip for slip in found if slip is not None], (-1, *system.slip_shape))
-    )
+    load_factor = finite_number("load_factor", load_factor, least=0.0)
+    question = pose(system, cycle, friction, simplify=False)
+    directions = finite_array("directions", directions, (None, *system.slip_shape))
+    count = len(directions)
+    by_node = directions.reshape(count, system.nodes, system.tangents)
+    size = system.tangents * system.nodes
+    by_component = np.moveaxis(by_node, 2, 1).reshape(count, size)
+    slips = [slip for slip in furthest(question, load_factor, by_component) if slip is not None]
+    return frozen(np.reshape(slips, (-1, *system.slip_shape)))
+
+
+def furthest(
+    question: Question, load_factor: float, directions: Iterable[Array]
+) -> list[Array | None]:
+    """The safe slip, length, that goes furthest in each direction.
+
+    Directions (t N,) are those of tractions over their units. None stands for a direction without
+    an end, and for all directions if no slip is safe.
+    """
+    system = question.system
+    size = system.tangents * system.nodes
+    factor = cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
+    x = unknowns(system.slip_shape, range(len(question.r1)), factor)
+    direction = cp.Parameter(size, name="direction", value=np.zeros(size))
+    program = listed_rows(question, x, cp.Parameter(system.nodes, nonneg=True, name="f"))
+    program.compiled(models.furthest(x, direction, program.rows), question.force)
+
+    def judged() -> SolveRecord:
+        return SolveRecord(residual=question.violation(load_factor, program.slip))
+
+    unit = np.tile(question.node_unit, system.tangents)
+    slips: list[Array | None] = []
+    for along in directions:
+        largest = np.abs(along).max(initial=0.0) or 1.0
+        direction.value = along / unit * (question.force / largest)
+        try:
+            program.chain.solve(judged)
+            slips.append(program.slip)
+        except NoOptimum:
+            slips.append(None)
+    return slips

@@ -1,19 +1,21 @@
-"""Contact forces that balance themselves, and the load at which a transient slides off where statics cannot know how far a fit presses.
+"""Contact forces that balance themselves, and the load at which transients slide off.
 
 Statics takes every force within friction for possible that balances the loads. Without loads these
 forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
-pressed somewhere. If that cone is zero, as of a block on a plane, the loads bound all contact
+and press somewhere. If that cone is zero, as of a block on a plane, the loads bound all contact
 forces, and statics needs no more. If it is not, as of a shaft in a shrunk hub, of a plate in a clip
 or of a locked bolt, statics may add as much of these forces as friction needs, whatever the fit
 gives. Friction belongs to the cone: a wedge steeper than its angle of friction holds itself by it.
 Faces whose normals lean from one direction by less than 90 degrees less the angle of friction have
 no such forces.
 
-How far a fit presses is known to elasticity alone. So the load is found by transients from no slip,
-up to their steady states.
+Elasticity alone knows how far a fit presses. So transients from no slip, up to their steady states,
+find the load.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 
 import cvxpy as cp
 import numpy as np
@@ -22,140 +24,181 @@ from ..base import Array
 from ..contact import ContactSystem, LoadCycle, reactions
 from ..errors import NoContinuation, SolverError
 
-# sum of the forces in the rigid motions, over the sum of their pressures, below which they balance
-# themselves
+# Forces balance themselves if their sums in the rigid motions are below this share of the sum of
+# their pressures.
 _BALANCED = 1e-6
-_BELOW = (
-    0.99  # share of the load factor of statics at which a transient shows that statics is right
+
+_UNDECIDED = "self-stress: the solver does not say whether contact forces balance themselves ({})"
+_OUTSIDE = (
+    "self-stress: contact forces that balance themselves are outside friction by more than rounding"
 )
-_START, _FAR = (
-    1e-2,
-    1e6,
-    # where transients begin, and beyond which none is asked, over a load factor of the size of all
-    # loads
-)
-_FACTOR, _MOST, _PARTS = (
-    4.0,
-    10,
-    8,
-    # growth of the load factor, most times that it shrinks, and parts of a range that is searched from
-    # below
-)
-_TOLERANCE = (
-    2e-4,
-    2e-3,
-)  # relative, of the load factor at which the transient slides off, in the plane and in space
-_STEPS = 2  # increments from corner to corner in space
+
+
+@dataclass(frozen=True)
+class SlidingOffSearch:
+    """Numbers of the search for the load factor at which transients slide off."""
+
+    # Load factor of the first transient, over that of statics or over the unit of the loads.
+    start: float = 1e-2
+    # Share of the load factor of statics. A transient that goes on there confirms statics.
+    end: float = 0.99
+    # Largest load factor, over the unit of the loads, if that of statics is infinite.
+    end_without_statics: float = 1e6
+    # Ratio of two load factors while the search looks for one below and one above.
+    growth: float = 4.0
+    # Number of times that the load factor shrinks before the answer is 0.
+    most_shrinks: int = 10
+    # Parts of a bracket, which are tried from below.
+    parts: int = 8
+    # Width of the last bracket, over its upper end, in the plane and in space.
+    tolerance: tuple[float, float] = (2e-4, 2e-3)
+    # Increments from corner to corner in space.
+    steps_in_space: int = 2
+
+
+SEARCH = SlidingOffSearch()
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """The transient goes on at load factor `low` and ends at `high`; `why` is its error.
+
+    `low` is 0 if it goes on nowhere. `why` is "" if it ends nowhere.
+    """
+
+    low: float
+    high: float
+    why: str
 
 
 def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | None:
-    """(t + 1, N) contact forces within friction that balance themselves in the rigid motions N, their pressures adding up to 1; else None."""
-    shape = system.tangents + 1, system.nodes
-    holds = np.where(
-        np.isfinite(system.shear_strength), 0.0, friction
-    )  # the strength of a surface bounds its shear, whatever the pressure
-    forces = cp.Variable(shape)
-    within = cp.norm(forces[:-1], axis=0) <= cp.multiply(holds, forces[-1])
+    """Contact forces (t + 1, N) within friction that balance themselves; None if there are none.
+
+    They do no work in the rigid motions N, and their pressures add up to 1.
+    """
+    # The strength of a surface bounds its shear whatever the pressure: such nodes do not wedge.
+    has_strength = np.isfinite(system.shear_strength)
+    wedging_friction = np.where(has_strength, 0.0, friction)
+
+    forces = cp.Variable((system.tangents + 1, system.nodes))
+    pressure = forces[-1]
+    within = cp.norm(forces[:-1], axis=0) <= cp.multiply(wedging_friction, pressure)
     sums = N.T @ cp.vec(forces, order="C")
     problem = cp.Problem(
-        cp.Minimize(cp.norm1(sums)), [within, forces[-1] >= 0, cp.sum(forces[-1]) == 1]
+        cp.Minimize(cp.norm1(sums)), [within, pressure >= 0, cp.sum(pressure) == 1]
     )
     try:
         problem.solve(solver=cp.CLARABEL)
     except cp.SolverError as error:
-        raise SolverError(
-            f"self-stress: the solver does not say whether contact forces balance themselves ({error})"
-        ) from error
+        raise SolverError(_UNDECIDED.format(error)) from error
     if problem.status != cp.OPTIMAL:
-        raise SolverError(
-            f"self-stress: the solver does not say whether contact forces balance themselves (status {problem.status})"
-        )
+        raise SolverError(_UNDECIDED.format(f"status {problem.status}"))
     if problem.value > _BALANCED:
         return None
-    *q, p = found = np.asarray(forces.value)
-    if (np.linalg.norm(q, axis=0) > holds * p.clip(0.0) + _BALANCED).any() or p.min() < -_BALANCED:
-        raise SolverError(
-            "self-stress: contact forces that balance themselves are outside friction by more than rounding"
-        )
-    return found
+
+    stress = np.asarray(forces.value)
+    q = np.linalg.norm(stress[:-1], axis=0)
+    p = stress[-1]
+    if (q > wedging_friction * p.clip(0.0) + _BALANCED).any() or p.min() < -_BALANCED:
+        raise SolverError(_OUTSIDE)
+    return stress
 
 
-def _sliding_off(
-    system: ContactSystem, cycle: LoadCycle, friction: Array, most: float
+def sliding_off(
+    system: ContactSystem, cycle: LoadCycle, friction: Array, statics: float
 ) -> tuple[float, str]:
-    """The load factor above which the transient from no slip finds no way on, and why; `most` and "" if it goes on up to there."""
-    from ..transients import (
-        march,
-        steady_state,
-    )  # here, for limits of other contacts need no transients and their compiler
+    """Load factor above which the transient from no slip finds no way on, and its error.
 
-    steps = _STEPS if system.tangents == 2 else None
-    asked = system, cycle, friction
+    `statics` is the load factor of statics, the answer with the error "" if the transient goes on
+    up to there.
+    """
+    # Imported here, because limits of other contacts need neither transients nor their compiler.
+    from ..transients import march, steady_state
 
-    def first_cycle(load_factor: float) -> str:
-        return _end_of(lambda: march(*asked, load_factor, cycles=1, steps=steps, progress=False))
+    steps = SEARCH.steps_in_space if system.tangents == 2 else None
+    tolerance = SEARCH.tolerance[system.tangents - 1]
+    first_cycle = partial(_end_of, march, system, cycle, friction, cycles=1, steps=steps)
+    all_cycles = partial(_end_of, steady_state, system, cycle, friction, steps=steps)
 
-    def all_cycles(load_factor: float) -> str:
-        return _end_of(lambda: steady_state(*asked, load_factor, steps=steps, progress=False))
-
-    if np.isfinite(most):
-        far, start = _BELOW * most, _START * most
+    if np.isfinite(statics):
+        start = SEARCH.start * statics
+        end = SEARCH.end * statics
     else:
-        sizes = [
-            np.abs(reactions(system, loads)).max() for loads in (cycle.unscaled, cycle.corners)
-        ]
-        unit = float(sizes[0] / sizes[1]) if min(sizes) > 0 else 1.0
-        far, start = _FAR * unit, _START * unit
-    tolerance = _TOLERANCE[system.tangents - 1]
+        unit = _load_unit(system, cycle)
+        start = SEARCH.start * unit
+        end = SEARCH.end_without_statics * unit
+
     # The first cycle takes little time, also near the load that is sought, and nearly always
     # decides.
-    low, why = _approached(first_cycle, start, far, tolerance)
-    if low > 0 and (later := all_cycles(low)):
-        low, why = _approached(all_cycles, _START * low, low, tolerance)
-        why = why or later
-    return (low, why) if why else (most, "")
+    bracket = _approached(first_cycle, start, end, tolerance)
+    if bracket.low > 0 and all_cycles(bracket.low):
+        bracket = _approached(all_cycles, SEARCH.start * bracket.low, bracket.low, tolerance)
+    return (bracket.low, bracket.why) if bracket.why else (statics, "")
 
 
-def _end_of(transient: Callable[[], object]) -> str:
+def _end_of(transient: Callable[..., object], *arguments: object, **options: object) -> str:
     """Why a transient finds no way on; "" if it goes on."""
     try:
-        transient()
-    except (
-        NoContinuation,
-        SolverError,
-    ) as error:  # increments in space find no state of a body that slides off, and prove nothing
+        transient(*arguments, **options, progress=False)
+    # Increments in space find no state of a body that slides off, and prove nothing.
+    except (NoContinuation, SolverError) as error:
         return str(error).split("; ")[0]
     return ""
 
 
+def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
+    """Load factor at which the reactions of the corners are as large as those without them."""
+    constant = float(np.abs(reactions(system, cycle.unscaled)).max())
+    cyclic = float(np.abs(reactions(system, cycle.corners)).max())
+    return constant / cyclic if constant > 0 and cyclic > 0 else 1.0
+
+
 def _approached(
-    end_at: Callable[[float], str], start: float, far: float, tolerance: float
-) -> tuple[float, str]:
-    """The largest load factor at which a transient goes on, and why not above it; `far` and "" if it goes on up to there, 0 if it never does.
+    end_at: Callable[[float], str], start: float, end: float, tolerance: float
+) -> Bracket:
+    """The narrow bracket in which transients begin to end; `end_at` says why one ends, or "".
 
     A transient that goes on takes far less time than one that finds no way on. So the load factor
     is approached from below.
     """
-    low, high, why = 0.0, start, end_at(start)
+    why = end_at(start)
     if why:
-        for _ in range(_MOST):
-            trial = high / _FACTOR
-            if not (error := end_at(trial)):
-                low = trial
-                break
-            high, why = trial, error
-        else:
-            return 0.0, why
-    while not why:
-        if high >= far:
-            return far, ""
-        low, high = high, min(_FACTOR * high, far)
+        bracket = _bracket_below(end_at, start, why)
+    else:
+        bracket = _bracket_above(end_at, start, end)
+    if bracket.low == 0 or not bracket.why:
+        return bracket
+    while bracket.high - bracket.low > tolerance * bracket.high:
+        bracket = _first_part_with_an_end(end_at, bracket)
+    return bracket
+
+
+def _bracket_below(end_at: Callable[[float], str], high: float, why: str) -> Bracket:
+    for _ in range(SEARCH.most_shrinks):
+        low = high / SEARCH.growth
+        why_below = end_at(low)
+        if not why_below:
+            return Bracket(low, high, why)
+        high, why = low, why_below
+    return Bracket(0.0, high, why)
+
+
+def _bracket_above(end_at: Callable[[float], str], low: float, end: float) -> Bracket:
+    while low < end:
+        high = min(SEARCH.growth * low, end)
         why = end_at(high)
-    while high - low > tolerance * high:
-        part = (high - low) / _PARTS
-        for trial in low + part * np.arange(1, _PARTS):
-            if error := end_at(float(trial)):
-                high, why = float(trial), error
-                break
-            low = float(trial)
-    return low, why
+        if why:
+            return Bracket(low, high, why)
+        low = high
+    return Bracket(end, end, "")
+
+
+def _first_part_with_an_end(end_at: Callable[[float], str], bracket: Bracket) -> Bracket:
+    low = bracket.low
+    width = (bracket.high - bracket.low) / SEARCH.parts
+    for trial in (bracket.low + width * np.arange(1, SEARCH.parts)).tolist():
+        why = end_at(trial)
+        if why:
+            return Bracket(low, trial, why)
+        low = trial
+    return Bracket(low, bracket.high, bracket.why)

@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 from skfem import MeshQuad
 
 import frictopt as fo
-from frictopt.limits.required_friction import best_pressed
+from frictopt.limits.best_pressed import best_pressed
 from helpers.cases import few
 from helpers.liars import misread
 from helpers.separation import open_contact, rests

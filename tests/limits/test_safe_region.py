@@ -274,7 +274,7 @@ def test_a_side_that_misses_its_vertices_is_no_answer(monkeypatch, other):
         [0.0],
         {"P": ([0], [1]), "Q": ([1], [0]), "idle": ([0], [0]), "twin": ([1], [0])},
     )
-    monkeypatch.setattr(import_module("frictopt.limits.safe_region"), "shakedown_limit", loose)
+    monkeypatch.setattr(import_module("frictopt.limits.region_rays"), "shakedown_limit", loose)
     with pytest.raises(fo.SolverError, match=r"its sides and vertices differ by 1\.0e-06"):
         fo.safe_region(contact, {"P": 1.0}, [other, "Q"], 0.5)
 

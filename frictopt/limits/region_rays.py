@@ -1,0 +1,205 @@
+"""Rays of a safe region: the shakedown limit of two loads in one proportion of their amplitudes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+import pandas as pd
+
+from ..base import ZERO_LOAD_FACTOR, Array, Booleans, checked_loads, listed
+from ..base.checks import check_name
+from ..contact import ContactSystem, LoadCycle
+from ..errors import ModelError, SolverError
+from .answered import Mechanism
+from .question import Question, pose, with_open
+from .shakedown import ShakedownLimit, shakedown_limit
+
+_MOST_SIDES = 1000
+
+_MANY_SIDES = (
+    "safe region: more than {most} sides; {advice}, or ask for the limit of each proportion by "
+    "itself"
+)
+
+# The corners of each of two loads, at amplitude 1.
+Corners: TypeAlias = tuple[Sequence[Mapping[str, float]], Sequence[Mapping[str, float]]]
+
+
+@dataclass(frozen=True, eq=False)
+class BorderPoint:
+    """The end of a ray, which is safe, and a line through it that no safe amplitudes are beyond.
+
+    On this side of the line `line @ amplitudes <= bound`.
+    """
+
+    amplitudes: Array  # (2,)
+    limit: ShakedownLimit
+    line: Array  # (2,)
+    bound: float
+    motion: Mechanism
+
+    def excess(self, amplitudes: Array) -> float:
+        """Distance of amplitudes beyond the line, over that of the line from zero; < 0 inside."""
+        return float((self.line @ amplitudes - self.bound) / (self.bound or 1.0))
+
+
+@dataclass(eq=False)
+class Rays:
+    """The rays of one region, and what they have reached.
+
+    Attributes
+    ----------
+    system, mean, friction
+        The contact, its static load, and friction (N,).
+    names, parts
+        Names and corners of the two loads.
+    open_nodes
+        The nodes (N,) that are open in all limits; None: a search for each limit.
+    limits, reached
+        The limits of all rays, and the pairs of safe amplitudes at their ends.
+    """
+
+    system: ContactSystem
+    mean: Mapping[str, float]
+    friction: Array
+    names: tuple[str, str]
+    parts: Corners
+    open_nodes: Booleans | None = None
+    limits: list[ShakedownLimit] = field(default_factory=list)
+    reached: list[tuple[float, float]] = field(default_factory=list)
+    count_ray: Callable[[], object] = lambda: None
+
+    @cached_property
+    def _of_unit_loads(self) -> list[Question]:
+        """The questions of each load alone at amplitude 1, with all nodes closed."""
+        cycles = [domain(self.mean, self.parts, unit) for unit in ((1.0, 0.0), (0.0, 1.0))]
+        return [pose(self.system, cycle, self.friction) for cycle in cycles]
+
+    def to(self, first: float, second: float) -> BorderPoint:
+        """The largest safe amplitudes in the proportion of those given."""
+        if len(self.limits) > 2 * _MOST_SIDES:
+            plane = self.system.tangents == 1
+            advice = "coarsen the contact" if plane else "give a larger tolerance"
+            raise SolverError(_MANY_SIDES.format(most=_MOST_SIDES, advice=advice))
+        cycle = domain(self.mean, self.parts, (first, second))
+        limit = shakedown_limit(self.system, cycle, self.friction, open=self.open_nodes)
+        self.limits.append(limit)
+        self.count_ray()
+
+        reach = 0.0
+        bound = limit.bound
+        if np.isfinite(limit.load_factor):
+            reach = limit.load_factor
+        if reach <= ZERO_LOAD_FACTOR * limit._question.load_unit:
+            reach = 0.0
+            bound = 0.0
+        if np.isfinite(limit.load_factor):
+            self.reached.append((reach * first, reach * second))
+
+        units = [with_open(unit, limit.open) or unit for unit in self._of_unit_loads]
+        motion = _at_governing_corners(limit._motion, units)
+        line = np.array([motion.drive(unit) for unit in units])
+        return BorderPoint(reach * np.array([first, second]), limit, line, float(bound), motion)
+
+    def along_axes(self) -> tuple[BorderPoint, BorderPoint]:
+        """The ends of the rays of each load alone."""
+        return self.to(1.0, 0.0), self.to(0.0, 1.0)
+
+    def with_one_set(self, first: BorderPoint, second: BorderPoint) -> Rays:
+        """New rays, with the open nodes of the limit under both loads.
+
+        The region is convex only for one set of open nodes. `first` and `second` are the ends of
+        the rays of each load alone.
+        """
+        amplitudes = [1.0, 1.0]
+        for number, point in enumerate((first, second)):
+            if 0 < point.limit.load_factor < np.inf:
+                amplitudes[number] = point.limit.load_factor
+        both = self.to(*amplitudes)
+        return replace(self, open_nodes=both.limit.open, limits=[])
+
+    def interrupted(self, _: object) -> tuple[str, object, str] | None:
+        """Attribute of an interrupt: the safe amplitudes at the ends of the rays."""
+        if not self.reached:
+            return None
+        table = pd.DataFrame(sorted(self.reached), columns=list(self.names))
+        why = (
+            f"{len(table)} pairs of safe amplitudes, the ends of rays, are in the attribute `table`"
+        )
+        return "table", table, why
+
+
+def checked_parts(loads: Sequence[Any]) -> tuple[tuple[str, str], Corners]:
+    """Names and corners of the two loads of a region."""
+    pair = listed("loads", loads)
+    if len(pair) != 2:
+        raise ModelError(
+            f"loads: {len(pair)}; give two, each a load case name or a list of corners"
+        )
+    first, second = (_checked_part(f"loads[{number}]", load) for number, load in enumerate(pair))
+    return (first[0], second[0]), (first[1], second[1])
+
+
+def _checked_part(argument: str, load: Any) -> tuple[str, list[Mapping[str, float]]]:
+    """Name of one load, and its corners at amplitude 1; zero is in their hull."""
+    if isinstance(load, str):
+        check_name(argument, load)
+        return load, [{load: -1.0}, {load: 1.0}]
+    corners = [
+        dict(checked_loads(f"{argument}[{number}]", corner))
+        for number, corner in enumerate(listed(argument, load))
+    ]
+    if not any(corners):
+        raise ModelError(
+            f"{argument}: no corners with a load; give the name of a load case, or a list of "
+            "corners"
+        )
+    cases = set[str]().union(*corners)
+    return " ".join(sorted(cases)), [{}, *corners]
+
+
+def domain(mean: Mapping[str, float], parts: Corners, amplitudes: tuple[float, float]) -> LoadCycle:
+    """The vertices of the loads that vary around the mean, each within the hull of its corners."""
+    scaled = [
+        [{case: factor * amplitude for case, amplitude in corner.items()} for corner in part]
+        for factor, part in zip(amplitudes, parts, strict=True)
+    ]
+    return LoadCycle.vertices(mean, *scaled)
+
+
+def _at_governing_corners(motion: Mechanism, units: Sequence[Question]) -> Mechanism:
+    """The motions of a mechanism, each at the corner that drives it most if both loads act.
+
+    A ray of one load alone does not say at which corners of the other load the nodes move.
+    """
+    first, second = units
+    n = first.system.nodes
+    nodes = np.arange(n)
+    r1 = first.r1 + second.r1  # (K, t + 1, N)
+    moves = np.zeros_like(r1)
+    for slip, size in zip(motion.moves, motion.size, strict=True):
+        along = np.vstack([slip[:-1], motion.friction * size])  # with the lift that friction needs
+        corner = (-r1 * along).sum(axis=1).argmax(axis=0)
+        moves[corner, :, nodes] += along.T
+    # Nodes that open without slip do so at the corner of the least pressure.
+    least_pressed = r1[:, -1].argmin(axis=0)
+    moves[least_pressed, -1, nodes] += motion.opening.sum(axis=0)
+    if first.compliance is None:
+        return Mechanism(moves, motion.friction)
+
+    # Open nodes follow without force, except for forces that keep them from touching.
+    open_nodes = first.open_nodes
+    S = first.system.S
+    moves[:, :, open_nodes] = 0.0
+    forces = motion.moves.reshape(len(motion.moves), -1) @ S
+    touching = -forces[:, -n:][:, open_nodes].sum(axis=0)
+    press = np.zeros((len(moves), len(S)))
+    narrowest = (first.w1 + second.w1).argmin(axis=0)
+    rows = np.flatnonzero(open_nodes) + len(S) - n
+    press[narrowest, rows] = touching.clip(0.0)
+    follow = (moves.reshape(len(moves), -1) @ S + press) @ first.compliance
+    return Mechanism(moves - follow.reshape(moves.shape), motion.friction, open=open_nodes)
