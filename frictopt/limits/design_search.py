@@ -18,8 +18,7 @@ from ..base import Booleans
 from ..errors import ModelError, SolverError
 from ..solve.problem import standing
 from .question import Question, with_open
-from .shakedown_answer import ShakedownLimit
-from .shakedown_model import ShakedownModel
+from .shakedown import ShakedownLimit, ShakedownLimits
 
 # The open nodes (N,) of each scenario.
 OpenNodes: TypeAlias = Sequence[Booleans]
@@ -245,7 +244,7 @@ def limits_of(questions: Sequence[Question], solver: str | None) -> list[Shakedo
     try:
         for question in questions:
             closed = with_open(question, np.zeros_like(question.open_nodes)) or question
-            model = ShakedownModel(
+            model = ShakedownLimits(
                 closed.system, closed.cycle, slip_bound=closed.slip_bound, solver=solver
             )
             limits.append(model.of_any_set(closed))
