@@ -199,7 +199,7 @@ class Onset(Kept, Plotted):
         if self.touches:
             kinds.append(self.touches)
         events = [event for corner in zip(*kinds, strict=True) for event in corner]
-        columns = {
+        columns: dict[str, object] = {
             name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__
         }
         return frame(columns).astype({"node": "Int64"})
