@@ -263,7 +263,7 @@ def pieces(path):
             and isinstance(node.value, str)
             and id(node) not in docstrings
         ):
-            for piece in re.split(r"{[^{}]*}", node.value):
+            for piece in re.split(r"\{[^{}]*\}", node.value):
                 yield piece.strip(" ;:,")
 
 
