@@ -107,7 +107,7 @@ class Dovetail(Scene):
 
     @property
     def _flank_heights(self) -> Array:
-        return self.contact_nodes * -self._direction[1]
+        return np.asarray(self.contact_nodes * -self._direction[1])
 
     @property
     def _blade_grid(self) -> tuple[Array, Array]:
@@ -221,4 +221,5 @@ class Dovetail(Scene):
         }
 
     def _is_on_flank(self, x: Array, side: float) -> Booleans:
-        return (np.abs(x[0] - side) < SAME_POINT) & (np.abs(x[1]) < self._half_height)
+        is_at_side = np.abs(x[0] - side) < SAME_POINT
+        return np.asarray(is_at_side & (np.abs(x[1]) < self._half_height))
