@@ -143,7 +143,15 @@ class _Reader:
 
 
 def _restored(kind: type[Any], state: dict[str, Any]) -> object:
-    """A thing with these fields. A field that a later version has added takes its default."""
+    """A thing with these fields.
+
+    A field that a later version has added takes its default. A class may tell the former names of
+    its fields, and make its things of the fields that files hold, see `kept`.
+    """
+    former = getattr(kind, "FORMER_NAMES", {})
+    state = {former.get(name, name): value for name, value in state.items()}
+    if hasattr(kind, "from_kept"):
+        return kind.from_kept(state)
     names = _field_names(kind)
     written = f"another version of frictopt wrote it: {kind.__name__}"
     for name in state:
@@ -164,7 +172,9 @@ def _restored(kind: type[Any], state: dict[str, Any]) -> object:
 
 
 def _field_names(kind: type[Any]) -> list[str]:
-    """Names of the fields of a dataclass or a named tuple."""
+    """Names of the fields of a dataclass or a named tuple that files hold."""
+    if hasattr(kind, "KEPT_FIELDS"):
+        return list(kind.KEPT_FIELDS)
     return [field.name for field in fields(kind)] if is_dataclass(kind) else list(kind._fields)
 
 

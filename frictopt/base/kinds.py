@@ -9,6 +9,11 @@ KINDS: dict[str, Any] = {}
 
 
 def kept(kind: type[T]) -> type[T]:
-    """Register a class whose values are kept in files of results, by the names of its fields."""
+    """Register a class whose values are kept in files of results, by the names of its fields.
+
+    A class may have three attributes for its files. `FORMER_NAMES` maps names of fields that
+    earlier versions wrote to the names of today. `KEPT_FIELDS` are the fields that a file holds, if
+    the others follow from them; then `from_kept` makes a value of a mapping of these fields.
+    """
     KINDS[kind.__name__] = kind
     return kind

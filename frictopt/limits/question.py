@@ -5,10 +5,11 @@
 `Question.violation` is the referee: it says how far a residual slip is from being safe.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from inspect import signature
 from time import perf_counter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,6 +87,29 @@ class Question:
     node_unit: Array  # (N,) force at each node
     shear_unit: Array  # (N,) shear force at each node
     clearance: float  # gap, length, at which the mean friction bound would close it
+
+    # Files hold the input alone, and the arrays are computed anew.
+    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (
+        "system",
+        "cycle",
+        "friction",
+        "slip_bound",
+        "open_nodes",
+        "simplify",
+        "started",
+    )
+    FORMER_NAMES: ClassVar[dict[str, str]] = {"most": "slip_bound", "open": "open_nodes"}
+
+    @classmethod
+    def from_kept(cls, fields: Mapping[str, Any]) -> "Question":
+        """The question of the fields in a file."""
+        system = fields["system"]
+        open_nodes = fields["open_nodes"]
+        compliance = None
+        if open_nodes.any():
+            compliance = following(system.S, open_nodes, [*system.bonded.values()])
+        bonded = _bonded(system, fields["cycle"])
+        return _question(**fields, compliance=compliance, bonded=bonded)
 
     @property
     def A(self) -> Array:

@@ -221,5 +221,5 @@ class Dovetail(Scene):
         }
 
     def _is_on_flank(self, x: Array, side: float) -> Booleans:
-        on_side = np.abs(x[0] - side) < SAME_POINT
-        return np.asarray(on_side & (np.abs(x[1]) < self._half_height))
+        is_at_side = np.abs(x[0] - side) < SAME_POINT
+        return np.asarray(is_at_side & (np.abs(x[1]) < self._half_height))

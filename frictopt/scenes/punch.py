@@ -63,7 +63,7 @@ class PunchOnBlock(Scene):
 
     def model(self) -> ContactModel:
         """The two meshes with supports and load cases."""
-        *across, up = tuple(self._directions)
+        *across, up = list(self._directions)
         shears = {
             "Q" if len(across) == 1 else f"Q{axis}": [Traction("punch", "top", **{axis: 1.0})]
             for axis in across
@@ -93,8 +93,7 @@ class PunchOnBlock(Scene):
         """Body 2, with the boundaries "contact", "bottom", "left" and "right"."""
 
         def on_contact(x: Array) -> Booleans:
-            inside = (np.abs(x[:-1]) < self.half_width).all(axis=0)
-            return np.asarray((x[-1] == 0) & inside)
+            return np.asarray((x[-1] == 0) & (np.abs(x[:-1]) < self.half_width).all(axis=0))
 
         mesh = self._mesh(1).with_boundaries(
             {
