@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from time import perf_counter
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import cvxpy as cp
 import numpy as np
@@ -136,6 +136,8 @@ class Answered(Recorded, Plotted):
     slip: Array
     record: SolveRecord
     _question: Question
+
+    FORMER_NAMES: ClassVar[dict[str, str]] = {"_task": "_question", "_tasks": "_questions"}
 
     @property
     def system(self) -> ContactSystem:

@@ -6,12 +6,12 @@ and close in each cycle"). Each instant (corner or event) has A, B and loads of 
 closed before or after it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import accumulate, pairwise
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import cvxpy as cp
 import numpy as np
@@ -67,6 +67,15 @@ class LiftOff(Question):
     order: Order
     way: Array
     sets: tuple[Question, ...]
+
+    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (*Question.KEPT_FIELDS, "order", "way", "sets")
+
+    @classmethod
+    def from_kept(cls, fields_in_file: Mapping[str, Any]) -> "LiftOff":
+        """See `Question.from_kept`."""
+        of_question = {name: fields_in_file[name] for name in Question.KEPT_FIELDS}
+        own_fields = {name: fields_in_file[name] for name in ("order", "way", "sets")}
+        return cls(**_fields_of(Question.from_kept(of_question)), **own_fields)
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""
@@ -160,6 +169,11 @@ class LiftOff(Question):
         return float(np.nan_to_num(off, nan=np.inf))
 
 
+def _fields_of(question: Question) -> dict[str, Any]:
+    """Name -> value of the fields of a question."""
+    return {part.name: getattr(question, part.name) for part in fields(question)}
+
+
 def with_order(
     question: Question, order: Order, of_set: Callable[[Nodes], Question | None]
 ) -> LiftOff | None:
@@ -177,8 +191,7 @@ def with_order(
     always = of_set(frozenset.intersection(*order.through))
     if always is None:
         return None
-    same = {part.name: getattr(always, part.name) for part in fields(always)}
-    return LiftOff(**same, order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets))
+    return LiftOff(**_fields_of(always), order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets))
 
 
 class Ordered(Program):
