@@ -26,30 +26,39 @@ class FrictoptError(Exception):
 
 
 class ModelError(FrictoptError, ValueError):
-    """The input is not a contact problem: repeating the call cannot help, changing the named argument can."""
+    """The input is not a contact problem.
+
+    Repeating the call cannot help, changing the named argument can.
+    """
 
 
 class ModelWarning(UserWarning):
-    """The input is a contact problem, but perhaps not the one that was meant: the message names the value that is odd, and the answer is to it."""
+    """The input is a contact problem, but perhaps not the one that was meant.
+
+    The message names the value that is odd. The answer is that of the problem as it was given.
+    """
 
 
 class SolverError(FrictoptError, RuntimeError):
-    """No solver gave an answer that passes the checks: the input may be fine; the message says what was tried and what may help."""
+    """No solver gave an answer that passes the checks.
+
+    The input may be fine. The message says what was tried and what may help.
+    """
 
 
 class NoContinuation(FrictoptError, RuntimeError):
-    """The quasi-static path ends: at this load no rates obey the law, or more than one set of rates does; the message names load and nodes.
+    """The quasi-static path ends, or no steady state is found in as many cycles as were allowed.
 
-    Or no steady state is found in as many cycles as were allowed. The error then says how far they
-    came.
+    At the end of a path no rates obey the law at this load, or more than one set of rates does. The
+    message names load and nodes. Without a steady state it says how far the cycles came.
 
     Attributes
     ----------
     slip, gap
-        Slip, (N,) in the plane and (N, 2) in space, and (N,) gap after the last cycle, length; None
-        where no cycles were counted.
+        Slip, (N,) in the plane and (N, 2) in space, and (N,) gap after the last cycle, length. None
+        if no cycles were counted.
     work
-        (cycles,) work of friction in each cycle of the transient, force times length; None there.
+        (cycles,) work of friction in each cycle of the transient, force times length; None as well.
     """
 
     slip: "NDArray[np.float64] | None" = None
@@ -58,7 +67,9 @@ class NoContinuation(FrictoptError, RuntimeError):
 
 
 class StoreError(FrictoptError, OSError):
-    """A store cannot be read or written: the file is not a store, it is damaged, or the disk is full. Rows written before are kept.
+    """A store cannot be read or written.
+
+    The file is not a store, it is damaged, or the disk is full. Rows written before are kept.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The classes of all results, for `isinstance` and for type hints; and `load`, which reads a saved result."""
+"""The classes of all results, for `isinstance` and type hints; `load` reads a saved result."""
 
 from pathlib import Path
 from typing import Any
@@ -63,7 +63,9 @@ def __dir__() -> list[str]:
 
 
 def load(path: str | Path) -> Any:
-    """The result in a file that its `save` wrote: of the same class, equal in all numbers, words and tables; without its cvxpy `problem`.
+    """Read a result that its `save` wrote.
+
+    It is of the same class, and equal in all numbers, words and tables. Its `problem` is None.
 
     Raises
     ------

@@ -1,10 +1,17 @@
-"""What every room needs and no contact knows.
+"""Tools for all rooms. This room knows no contact.
 
-`checks.py` checks input and words its errors, `tolerances.py` has the numbers that several files
-share, `progress.py` shows how far long work is and what an interrupt keeps, `results.py` has the
-bases of results: how they are printed, plotted and pickled. `files.py` reads and writes npz
-archives, `archive.py` keeps results in them, and `kinds.py` is the list in which classes register
-themselves to be kept.
+`checks.py`
+    Checks of input, and the words of their errors.
+`tolerances.py`
+    The numbers that several files share.
+`progress.py`
+    How far long work is, and what an interrupt keeps of it.
+`results.py`
+    Bases of results: how they are printed, plotted and pickled.
+`files.py`, `archive.py`, `kinds.py`
+    npz archives; results in them; the list of the classes that they can hold.
+`libraries.py`
+    Libraries that read files of other codes.
 """
 
 from .checks import (

@@ -1,13 +1,16 @@
-"""Results in files: an npz archive of their arrays, and one text of JSON that says where each belongs. No pickle: a file makes no code run."""
+"""Results in files: an npz archive of their arrays, and one text of JSON for all else.
+
+The text says where each array belongs. Nothing is pickled: a file makes no code run.
+"""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import MISSING, fields, is_dataclass
 from datetime import date, datetime
 from enum import Enum
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,31 +19,27 @@ from ..errors import ModelError
 from .files import packed, unpacked
 from .kinds import KINDS
 
-_FORM = "frictopt result 1"
-_MADE: dict[
-    str, Callable[[Any], object]
-] = {  # what a file may hold beside results and their parts, from its content
-    "tuple": tuple,
-    "list": list,
-    "frozenset": frozenset,
-    "dict": dict,
-    "mappingproxy": lambda pairs: MappingProxyType(dict(pairs)),
-    "range": lambda ends: range(*ends),
-    "number": lambda array: array[()],
-    "series": lambda row: _series(*row),
-    "table": lambda parts: _table(*parts),
-    "date": date.fromisoformat,
-    "datetime": datetime.fromisoformat,
-    "Timestamp": pd.Timestamp,
-}
+_FORMAT = "frictopt result 1"
+
+
+class _Form(NamedTuple):
+    """How a type of values stands in a file: as `{name: content}`, from which it is `made` again.
+
+    A content is another value, or a list of values.
+    """
+
+    name: str
+    kind: type[Any]
+    content: Callable[[Any], object]
+    made: Callable[[Any], object]
 
 
 def save(result: object, path: str | Path) -> None:
     """Write a result, see `Kept.save`."""
-    written = _Written()
-    text = json.dumps([written.text(result, type(result).__name__), written.things])
-    arrays = {f"array {number}": array for number, array in enumerate(written.arrays)}
-    packed(path, _FORM, text=np.frombuffer(text.encode(), dtype=np.uint8), **arrays)
+    writer = _Writer()
+    text = json.dumps([writer.text(result, type(result).__name__), writer.things])
+    arrays = {f"array {number}": array for number, array in enumerate(writer.arrays)}
+    packed(path, _FORMAT, text=np.frombuffer(text.encode(), dtype=np.uint8), **arrays)
 
 
 def load(path: str | Path) -> Any:
@@ -48,156 +47,136 @@ def load(path: str | Path) -> Any:
 
     def made(arrays: dict[str, Any]) -> object:
         text, things = json.loads(arrays.pop("text").tobytes())
-        return _Read([arrays[f"array {number}"] for number in range(len(arrays))], things).value(
-            text
-        )
+        numbered = [arrays[f"array {number}"] for number in range(len(arrays))]
+        return _Reader(numbered, things).value(text)
 
-    return unpacked(
-        path,
-        _FORM,
-        made,
-        "a result",
-        "give one that `save` of a result wrote; of a contact ContactSystem.load reads it",
-    )
+    remedy = "give one that `save` of a result wrote; of a contact ContactSystem.load reads it"
+    return unpacked(path, _FORMAT, made, "a result", remedy)
 
 
-def _names(kind: type[Any]) -> list[str]:
-    return [one.name for one in fields(kind)] if is_dataclass(kind) else list(kind._fields)
+class _Writer:
+    """A result as JSON with the numbers of its arrays and things.
 
-
-class _Written:
-    """A result as JSON with the numbers of its arrays and parts. What stands in several places, as its contact, is written once."""
+    Things are results and their parts. What stands in several places, as the contact of a result,
+    is written once.
+    """
 
     def __init__(self) -> None:
-        self.arrays, self.things, self._numbers, self._kinds = (
-            list[Any](),
-            list[Any](),
-            dict[int, int](),
-            KINDS,
-        )
+        self.arrays = list[Any]()
+        self.things = list[Any]()
+        self._numbers = dict[int, int]()
 
-    def text(self, value: Any, at: str) -> object:
-        """A value that stands `at` a place: as it is if JSON knows it, else {its kind: its content}."""
-        kind = type(value).__name__
-        if value is None or type(value) in (bool, int, float, str):
+    def text(self, value: Any, place: str) -> object:
+        """A value that stands at a place: as it is if JSON knows it, else `{name: content}`."""
+        kind = type(value)
+        if value is None or kind in (bool, int, float, str):
             return value
         if getattr(value, "stays_in_memory", False):
             return None
-        if isinstance(value, Enum) and KINDS.get(kind) is type(value):
-            return {kind: value.name}
         if isinstance(value, np.ndarray) and value.dtype.kind in "biufUM":
-            return {"array": self._once(value, self.arrays, lambda: value)}
-        if self._kinds.get(kind) is type(value):
-            return {
-                "thing": self._once(value, self.things, lambda: {kind: self._fields(value, at)})
-            }
-        if isinstance(value, np.generic):
-            return {"number": self.text(np.asarray(value), at)}
-        if isinstance(value, pd.Series):
-            return {"series": self.text((_row(value), _row(value.index)), at)}
-        if isinstance(value, pd.DataFrame):
-            return {
-                "table": self.text(
-                    (
-                        [_row(column) for _, column in value.items()],
-                        _row(value.index),
-                        dict(value.attrs),
-                    ),
-                    at,
-                )
-            }
-        if isinstance(value, range):
-            return {kind: [value.start, value.stop, value.step]}
-        if isinstance(value, tuple | list | frozenset | Mapping) and kind in _MADE:
-            return {
-                kind: [
-                    self.text(part, f"{at}[{number}]")
-                    for number, part in enumerate(
-                        value.items() if isinstance(value, Mapping) else value
-                    )
-                ]
-            }
-        if isinstance(value, date) and kind in _MADE:
-            return {kind: value.isoformat()}
-        raise ModelError(f"{at}: a {kind} cannot be kept in a file; pickle the result instead")
+            return {"array": self._array(value)}
+        if KINDS.get(kind.__name__) is kind:
+            if isinstance(value, Enum):
+                return {kind.__name__: value.name}
+            return {"thing": self._thing(value, place)}
+        form = _FORM_OF.get(np.generic if isinstance(value, np.generic) else kind)
+        if form is None:
+            raise ModelError(
+                f"{place}: a {kind.__name__} cannot be kept in a file; pickle the result instead"
+            )
+        content = form.content(value)
+        if isinstance(content, list):
+            parts = enumerate(content)
+            return {form.name: [self.text(part, f"{place}[{number}]") for number, part in parts]}
+        return {form.name: self.text(content, place)}
 
-    def _fields(self, value: Any, at: str) -> list[list[object]]:
-        return [
-            [name, self.text(getattr(value, name), f"{at}.{name}")] for name in _names(type(value))
-        ]
+    def _array(self, array: Any) -> int:
+        """The number of an array."""
+        if self._is_new(array):
+            self._numbers[id(array)] = len(self.arrays)
+            self.arrays.append(array)
+        return self._numbers[id(array)]
 
-    def _once(self, value: object, written: list[Any], content: Callable[[], object]) -> int:
-        if id(value) not in self._numbers:
-            made = content()  # after the parts in it, which have smaller numbers then
-            self._numbers[id(value)] = len(written)
-            written.append(made)
-        return self._numbers[id(value)]
+    def _thing(self, thing: Any, place: str) -> int:
+        """The number of a thing; the things in it have smaller numbers."""
+        if self._is_new(thing):
+            kind = type(thing)
+            content = [
+                [name, self.text(getattr(thing, name), f"{place}.{name}")]
+                for name in _field_names(kind)
+            ]
+            self._numbers[id(thing)] = len(self.things)
+            self.things.append({kind.__name__: content})
+        return self._numbers[id(thing)]
+
+    def _is_new(self, value: object) -> bool:
+        return id(value) not in self._numbers
 
 
-class _Read:
-    """The way back, with arrays and parts by their numbers."""
+class _Reader:
+    """The values of a text, with its arrays and things by their numbers."""
 
     def __init__(self, arrays: list[Any], things: list[Any]) -> None:
-        self._parts, self._kinds = {"array": arrays, "thing": list[Any]()}, KINDS
+        self._arrays = arrays
+        self._things = list[Any]()
         for array in arrays:
             array.flags.writeable = False
         for thing in things:
             ((kind, content),) = thing.items()
-            self._parts["thing"].append(
-                self._thing(self._kinds[kind], {name: self.value(text) for name, text in content})
-            )
+            state = {name: self.value(text) for name, text in content}
+            self._things.append(_restored(KINDS[kind], state))
 
     def value(self, text: Any) -> Any:
-        """What a text of JSON stands for."""
+        """The value that a text of JSON stands for."""
         if isinstance(text, list):
             return [self.value(part) for part in text]
         if not isinstance(text, dict):
             return text
-        ((kind, content),) = text.items()
-        if kind in self._parts:
-            return self._parts[kind][content]
-        if kind in KINDS:  # the name of a member of an Enum
-            return KINDS[kind][content]
-        return _MADE[kind](self.value(content))
+        ((name, content),) = text.items()
+        if name == "array":
+            return self._arrays[content]
+        if name == "thing":
+            return self._things[content]
+        if name in KINDS:  # an Enum, and the name of its member
+            return KINDS[name][content]
+        return _FORM_NAMED[name].made(self.value(content))
 
-    @staticmethod
-    def _thing(kind: type[Any], state: dict[str, Any]) -> object:
-        """A thing with its state. A field that a later version of its class has added takes its default."""
-        names = _names(kind)
-        if unknown := [name for name in state if name not in names]:
-            raise ValueError(
-                f"another version of frictopt wrote it: {kind.__name__} has no field {unknown[0]!r}"
-            )
-        missing = [name for name in names if name not in state and name not in _optional(kind)]
-        if missing:
-            raise ValueError(
-                f"another version of frictopt wrote it: {kind.__name__} lacks its field {missing[0]!r}"
-            )
-        if not is_dataclass(kind):
-            return kind(**state)
-        if len(state) < len(names):  # `__init__` also makes what follows from a default
-            return kind(
-                **{
-                    one.name: state[one.name]
-                    for one in fields(kind)
-                    if one.init and one.name in state
-                }
-            )
-        made = object.__new__(kind)
-        getattr(made, "__setstate__", vars(made).update)(state)
-        return made
+
+def _restored(kind: type[Any], state: dict[str, Any]) -> object:
+    """A thing with these fields. A field that a later version has added takes its default."""
+    names = _field_names(kind)
+    written = f"another version of frictopt wrote it: {kind.__name__}"
+    for name in state:
+        if name not in names:
+            raise ValueError(f"{written} has no field {name!r}")
+    missing = [name for name in names if name not in state and name not in _optional(kind)]
+    if missing:
+        raise ValueError(f"{written} lacks its field {missing[0]!r}")
+    if not is_dataclass(kind):
+        return kind(**state)
+    if len(state) < len(names):
+        # `__init__` also makes the fields that follow from a default.
+        arguments = {field.name for field in fields(kind) if field.init}
+        return kind(**{name: value for name, value in state.items() if name in arguments})
+    thing = object.__new__(kind)
+    getattr(thing, "__setstate__", vars(thing).update)(state)
+    return thing
+
+
+def _field_names(kind: type[Any]) -> list[str]:
+    """Names of the fields of a dataclass or a named tuple."""
+    return [field.name for field in fields(kind)] if is_dataclass(kind) else list(kind._fields)
 
 
 def _optional(kind: type[Any]) -> set[str]:
     """Names of the fields that have a default, or that follow from others."""
     if not is_dataclass(kind):
         return set(kind._field_defaults)
-    has_default = {
-        one.name
-        for one in fields(kind)
-        if one.default is not MISSING or one.default_factory is not MISSING
+    return {
+        field.name
+        for field in fields(kind)
+        if field.default is not MISSING or field.default_factory is not MISSING or not field.init
     }
-    return has_default | {one.name for one in fields(kind) if not one.init}
 
 
 def _row(row: Any) -> tuple[object, str, object]:
@@ -208,11 +187,9 @@ def _row(row: Any) -> tuple[object, str, object]:
 
 
 def _index(name: object, kind: str, cells: Any) -> "pd.Index[Any]":
-    return (
-        pd.RangeIndex(cells, name=name)
-        if isinstance(cells, range)
-        else pd.Index(cells, dtype=kind, name=name)
-    )
+    if isinstance(cells, range):
+        return pd.RangeIndex(cells, name=name)
+    return pd.Index(cells, dtype=kind, name=name)
 
 
 def _series(row: tuple[Any, str, Any], index: tuple[Any, str, Any]) -> "pd.Series[Any]":
@@ -224,6 +201,33 @@ def _table(
     rows: list[tuple[Any, str, Any]], index: tuple[Any, str, Any], attrs: dict[str, object]
 ) -> pd.DataFrame:
     columns = [_series(row, index) for row in rows]
-    made = pd.DataFrame({column.name: column for column in columns}, index=_index(*index))
-    made.attrs.update(attrs)
-    return made
+    table = pd.DataFrame({column.name: column for column in columns}, index=_index(*index))
+    table.attrs.update(attrs)
+    return table
+
+
+def _table_parts(table: pd.DataFrame) -> tuple[object, ...]:
+    columns = [_row(column) for _, column in table.items()]
+    return columns, _row(table.index), dict(table.attrs)
+
+
+def _items(mapping: Any) -> list[tuple[object, object]]:
+    return list(mapping.items())
+
+
+_FORMS = (
+    _Form("tuple", tuple, list, tuple),
+    _Form("list", list, list, list),
+    _Form("frozenset", frozenset, list, frozenset),
+    _Form("dict", dict, _items, dict),
+    _Form("mappingproxy", MappingProxyType, _items, lambda pairs: MappingProxyType(dict(pairs))),
+    _Form("range", range, lambda r: [r.start, r.stop, r.step], lambda ends: range(*ends)),
+    _Form("number", np.generic, np.asarray, lambda array: array[()]),
+    _Form("series", pd.Series, lambda s: (_row(s), _row(s.index)), lambda parts: _series(*parts)),
+    _Form("table", pd.DataFrame, _table_parts, lambda parts: _table(*parts)),
+    _Form("date", date, date.isoformat, date.fromisoformat),
+    _Form("datetime", datetime, datetime.isoformat, datetime.fromisoformat),
+    _Form("Timestamp", pd.Timestamp, pd.Timestamp.isoformat, pd.Timestamp),
+)
+_FORM_OF = {form.kind: form for form in _FORMS}
+_FORM_NAMED = {form.name: form for form in _FORMS}

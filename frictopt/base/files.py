@@ -1,4 +1,4 @@
-"""Files: those to be written, checked before anything is computed; and npz archives of plain arrays."""
+"""Names of files to be written, checked before anything is computed; npz archives of arrays."""
 
 import os
 import signal
@@ -21,7 +21,10 @@ WRITERS = {".csv": "to_csv", ".xlsx": "to_excel", ".parquet": "to_parquet"}
 
 
 def output(name: str | Path, *endings: str) -> Path:
-    """A file to be written, in a folder that exists, with one of these endings (of none: any); else a ModelError."""
+    """Check a file to be written: a ModelError unless its folder exists and its ending is listed.
+
+    Without `endings` any ending will do.
+    """
     file = Path(name)
     if endings and file.suffix not in endings:
         raise ModelError(f"{str(name)!r}; give a file that ends in {', '.join(endings)}")
@@ -32,11 +35,13 @@ def output(name: str | Path, *endings: str) -> Path:
 
 @contextmanager
 def to_its_end() -> Iterator[None]:
-    """Write what a command prints as it ends (status 141 where nobody reads it, `| head`); SIGTERM interrupts it, or workers would outlive it."""
-    may = (
-        threading.current_thread() is threading.main_thread()
-    )  # no other one may say what signals do
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler) if may else None
+    """Flush the output of a command at its end, and treat SIGTERM as an interrupt.
+
+    So workers stop, too. If the reader has closed the pipe (`| head`), exit with status 141.
+    """
+    # Only the main thread may set signal handlers.
+    is_main = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler) if is_main else None
     try:
         try:
             yield
@@ -45,22 +50,22 @@ def to_its_end() -> Iterator[None]:
                 signal.signal(signal.SIGTERM, before)
             sys.stdout.flush()
     except BrokenPipeError:
-        os.dup2(
-            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
-        )  # for Python flushes once more when it ends
+        # Python flushes once more when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(141) from None
 
 
-_OTHERS = {
+# Endings of other formats, under which no archive is written.
+_OTHER_FORMATS = {
     *WRITERS,
     *".xls .txt .json .mat .h5 .hdf5 .npy .pkl .zip .gz".split(),
-}  # no archive stands under the name of another format
+}
 
 
 def packed(path: str | Path, form: str, **arrays: Any) -> None:
-    """Write an npz archive of plain arrays under exactly this name, with the name of what it holds."""
+    """Write an npz archive of plain arrays under exactly this name, with the name of its form."""
     try:
-        if Path(path).suffix.lower() in _OTHERS:
+        if Path(path).suffix.lower() in _OTHER_FORMATS:
             raise ValueError("it is an npz archive")
         if Path(path).exists() and not Path(path).is_file():
             raise OSError("it is a folder or a device")
@@ -68,22 +73,25 @@ def packed(path: str | Path, form: str, **arrays: Any) -> None:
             np.savez(file, allow_pickle=False, format=form, **arrays)
     except (OSError, TypeError, ValueError) as error:
         raise ModelError(
-            f"path: {str(path)!r} cannot be written ({error}); give a file that ends in .npz, in a folder that exists"
+            f"path: {str(path)!r} cannot be written ({error}); "
+            "give a file that ends in .npz, in a folder that exists"
         ) from error
 
 
 def unpacked(
     source: str | Path, form: str, made: Callable[[dict[str, Any]], T], what: str, remedy: str
 ) -> T:
-    """What is made of the arrays of an archive of that form; ModelError for any other file, and for a damaged one."""
+    """Return what is `made` of the arrays of an archive of this form.
+
+    Any other file, and a damaged one, is a ModelError.
+    """
     try:
         if not Path(source).is_file():
             raise FileNotFoundError("there is no such file")
         with zipfile.ZipFile(source) as archive:
-            if (
-                damaged := archive.testzip()
-                # every byte against its checksum: numpy reads no more of a member than its header says
-            ):
+            # Every byte against its checksum: numpy reads no more of a member than its header says.
+            damaged = archive.testzip()
+            if damaged:
                 raise ValueError(f"{damaged} is damaged")
         with np.load(source, allow_pickle=False) as archive:
             arrays = dict(archive)

@@ -1,11 +1,11 @@
-"""The kinds of results, and of their parts, that files keep: each class registers itself."""
+"""The classes of results, and of their parts, that files keep: each class registers itself."""
 
 from typing import Any, TypeVar
 
 T = TypeVar("T")
 
 KINDS: dict[str, Any] = {}
-"""Name -> class of everything that a file of a result may hold beside plain numbers, texts and tables."""
+"""Name -> class of all that a file of a result may hold beside numbers, texts and tables."""
 
 
 def kept(kind: type[T]) -> type[T]:

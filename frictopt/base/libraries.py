@@ -10,7 +10,7 @@ from .checks import shown
 
 
 def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -> Any:
-    """A module of a library, which is installed by its name or by an extra of ours."""
+    """Import a module of a library; the error without it names the extra that has it."""
     try:
         return import_module(module)
     except ImportError as error:
@@ -33,12 +33,11 @@ def by_library(
         return read(str(file))
     except ImportError as error:  # a format may need one more library
         raise ModelError(
-            f"{what}: {name} needs {error.name} for {str(file)!r}; python -m pip install {error.name}"
+            f"{what}: {name} needs {error.name} for {str(file)!r}; "
+            f"python -m pip install {error.name}"
         ) from error
-    except (
-        Exception,
-        SystemExit,
-    ) as error:  # libraries let through whatever a damaged file makes; meshio leaves the process
+    # Libraries let through whatever a damaged file makes; meshio leaves the process.
+    except (Exception, SystemExit) as error:
         problem = str(error).strip() or type(error).__name__
         raise ModelError(
             f"{what}: {name} cannot read {str(file)!r} ({problem}); {remedy}"

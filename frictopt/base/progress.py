@@ -1,4 +1,7 @@
-"""Progress of long computations: a bar on a terminal and in a notebook, else a line every few seconds. And what an interrupt keeps."""
+"""Progress of long computations, and what an interrupt keeps of them.
+
+A terminal and a notebook show a bar; elsewhere a line comes every few seconds.
+"""
 
 import io
 import os
@@ -6,7 +9,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,11 +17,20 @@ from weakref import WeakSet
 
 from .checks import flag
 
-_FIRST, _EVERY, _DRAWN = (
-    2.0,
-    5.0,
-    1.0,
-)  # seconds before anything is shown, between two lines, and between two looks of a bar
+
+@dataclass(frozen=True)
+class Pace:
+    """Times in seconds."""
+
+    # Before anything is shown.
+    first: float = 2.0
+    # Between two lines.
+    line: float = 5.0
+    # Between two looks of a bar.
+    look: float = 1.0
+
+
+PACE = Pace()
 
 
 class _Here(threading.local):
@@ -30,74 +42,101 @@ class _Here(threading.local):
 
 @dataclass(eq=False)
 class Bar:
-    """How far a computation is, and the best that it has so far. tqdm is asked for when it is shown: quick answers pay nothing for it."""
+    """Progress of one computation: its count, its best result, and what an interrupt keeps.
+
+    tqdm is imported only if a bar is shown.
+    """
 
     what: str
     unit: str
     total: int | None
     done: int
-    count: int
-    best: Callable[[], str]
+    best: str | Callable[[], str]
     keeps: Callable[[Any], tuple[str, object, str] | None] | None
     shown: bool
     screen: bool
     within: bool
+    count: int = field(init=False)
+    partial: tuple[str, object, str] | None = None
     started: float = field(default_factory=time.time)
     drawn: Any = None
 
+    def __post_init__(self) -> None:
+        self.count = self.done
+
     def update(self, count: int = 1) -> None:
-        """So many more are done."""
-        self.count += int(count)  # of numpy, too, whose comparisons repeat no text
+        """Count further units."""
+        self.count += int(count)  # a number of numpy, too, with which no text can be repeated
+
+    def keep(self, attribute: str, value: object, note: str, best: str | None = None) -> None:
+        """Set what an interrupt keeps if it comes from now on, and the `best` so far in words.
+
+        The interrupt gets the value as this attribute, and the note. If the value is a function, it
+        is called then, and not before.
+        """
+        self.partial = attribute, value, note
+        if best is not None:
+            self.best = best
+
+    def kept(self, error: BaseException) -> tuple[str, object, str] | None:
+        """Attribute, value and note of an interrupt; None if nothing is kept."""
+        if self.keeps is not None:
+            return self.keeps(error)
+        if self.partial is None:
+            return None
+        attribute, value, note = self.partial
+        return attribute, value() if callable(value) else value, note
 
     def look(self) -> Any:
         """The bar of tqdm, as it is now."""
         if self.drawn is None:
-            self.drawn = self._made()
+            self.drawn = self._new_drawn()
         if not self.drawn.disable:  # by the variable TQDM_DISABLE
-            self.drawn.n, self.drawn.bar_format = self.count, self._format
-            self.drawn.set_postfix_str(self.best(), refresh=self.screen)
+            self.drawn.n = self.count
+            self.drawn.bar_format = self._format
+            best = self.best() if callable(self.best) else self.best
+            self.drawn.set_postfix_str(best, refresh=self.screen)
         return self.drawn
 
     @property
     def _format(self) -> str | None:
-        """That of tqdm; None: its own, where the screen shows a share of a known total."""
+        """The format for tqdm; None for its own, where a screen shows a share of a known total."""
         if self.total is not None and self.screen:
             return None
-        of, units = (
-            "" if self.total is None else " of {total_fmt}",
-            f" {self.unit}{'s' * (self.count != 1)}" * bool(self.unit),
-        )
-        return "{desc}: " + f"{{n_fmt}}{of}{units}, " * bool(of or units) + "{elapsed}{postfix}"
+        counted = "" if self.total is None else " of {total_fmt}"
+        if self.unit:
+            plural = "" if self.count == 1 else "s"
+            counted += f" {self.unit}{plural}"
+        if counted:
+            counted = f"{{n_fmt}}{counted}, "
+        return "{desc}: " + counted + "{elapsed}{postfix}"
 
-    def _made(self) -> Any:
+    def _new_drawn(self) -> Any:
         from tqdm import TqdmWarning
 
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore", TqdmWarning
-            )  # that ipywidgets is missing: then it is one of text
+            # tqdm warns if ipywidgets is missing. Then the bar is one of text.
+            warnings.simplefilter("ignore", TqdmWarning)
             from tqdm.auto import tqdm
+        options: dict[str, Any] = {"leave": not self.within, "dynamic_ncols": True}
         if not self.screen:
             from tqdm.std import tqdm
-        where: dict[str, Any] = (
-            {"leave": not self.within, "dynamic_ncols": True}
-            if self.screen
-            else {"file": io.StringIO()}
-        )
-        made = tqdm(
+
+            options = {"file": io.StringIO()}
+        drawn = tqdm(
             desc=self.what,
             unit=self.unit or "it",
             total=self.total,
             initial=self.done,
             bar_format=self._format,
-            **where,
+            **options,
         )
-        made.start_t = self.started
-        return made
+        drawn.start_t = self.started
+        return drawn
 
 
 _here = _Here()
-_under_way: WeakSet[Bar] = WeakSet()  # those that are shown, of all threads
+_under_way: WeakSet[Bar] = WeakSet()  # the shown bars of all threads
 _lock = threading.Lock()
 _teller: threading.Thread | None = None
 
@@ -111,33 +150,27 @@ def bar_of(
     total: int | None = None,
     done: int = 0,
     at_once: bool = False,
-    best: Callable[[], str] = str,
+    best: str | Callable[[], str] = "",
     keeps: Callable[[Any], tuple[str, object, str] | None] | None = None,
     on: tuple[type[BaseException], ...] = (KeyboardInterrupt,),
 ) -> Iterator[Bar]:
-    """The bar of a computation, which counts `unit`s and shows the `best` so far in words. One within another that is not shown is not shown either.
+    """The bar of a computation, which counts `unit`s and shows the `best` so far in words.
 
-    An interrupt (Ctrl-C), or each error of `on`, gets what `keeps` makes of them: the name of an
-    attribute, its value, and a sentence about it. Of bars within each other the outermost one that
-    keeps anything does.
+    A bar inside a hidden bar is hidden. An interrupt (Ctrl-C), or each error of `on`, gets what
+    `Bar.keep` has set last. Of bars within each other the outermost one that keeps anything does.
+    `keeps` makes the same of the error: the name of an attribute, its value, and a note.
     """
     outer = _here.bars[:]
     shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
     screen = shown and ("ipykernel.zmqshell" in sys.modules or sys.stderr.isatty())
-    bar = Bar(what, unit, total, done, done, best, keeps, shown, screen, bool(outer))
+    bar = Bar(what, unit, total, done, best, keeps, shown, screen, within=bool(outer))
     _here.bars.append(bar)
     try:
         if shown:
             _tell_of(bar, at_once)
         yield bar
     except on as error:  # no class of its own: the exit status stays Python's
-        if (
-            keeps
-            and not any(one.keeps and one.keeps(error) for one in outer)
-            and (kept := keeps(error))
-        ):
-            setattr(error, kept[0], kept[1])
-            error.add_note(f"{what}: {kept[2]}")
+        _attach(bar, outer, error)
         raise
     finally:
         _here.bars[:] = outer
@@ -147,7 +180,19 @@ def bar_of(
                 bar.look().close()
 
 
+def _attach(bar: Bar, outer: Sequence[Bar], error: BaseException) -> None:
+    """Give an interrupt what a bar keeps, unless an outer bar keeps anything."""
+    if any(other.kept(error) for other in outer):
+        return
+    kept = bar.kept(error)
+    if kept:
+        attribute, value, note = kept
+        setattr(error, attribute, value)
+        error.add_note(f"{bar.what}: {note}")
+
+
 def _tell_of(bar: Bar, at_once: bool) -> None:
+    """Show a bar from now on."""
     global _teller
     with _lock:
         if at_once and bar.screen:
@@ -159,36 +204,45 @@ def _tell_of(bar: Bar, at_once: bool) -> None:
 
 
 def _tell() -> None:
-    """Show what is under way, as long as anything is; from a thread, so that it is shown also within a step that takes long."""
+    """Show what is under way, as long as anything is.
+
+    It runs in a thread, so that progress is shown also within a step that takes long.
+    """
     global _teller
-    wait, line = _FIRST, 0.0
+    wait = PACE.first
+    next_line = 0.0
     while True:
         time.sleep(wait)
-        wait, now = _DRAWN, time.time()
+        wait = PACE.look
         with _lock:
             if not _under_way:
                 _teller = None
                 return
-            long = sorted(
-                (bar for bar in _under_way if now - bar.started >= _FIRST),
-                key=lambda bar: bar.started,
-            )
             with suppress(OSError, ValueError):  # nobody reads them any more
-                for bar in long:
-                    if bar.screen:
-                        bar.look()
-                lines = [
-                    str(look) for bar in long if not (bar.screen or (look := bar.look()).disable)
-                ]
-                if lines and now >= line:
-                    line = now + _EVERY
+                lines = _lines()
+                now = time.time()
+                if lines and now >= next_line:
+                    next_line = now + PACE.line
                     print(*lines, sep="; ", file=sys.stderr, flush=True)
 
 
+def _lines() -> list[str]:
+    """Draw the bars that are on a screen; the lines of the others."""
+    now = time.time()
+    lines = list[str]()
+    for bar in sorted(_under_way, key=lambda bar: bar.started):
+        if now - bar.started >= PACE.first:
+            drawn = bar.look()
+            if not bar.screen and not drawn.disable:
+                lines.append(str(drawn))
+    return lines
+
+
 def _forget() -> None:
-    """In a process that was forked: the bars are those of the one that it comes from."""
+    """In a process that was forked, forget the bars of the one that it comes from."""
     global _lock, _teller
-    _lock, _teller = threading.Lock(), None
+    _lock = threading.Lock()
+    _teller = None
     _under_way.clear()
     _here.bars.clear()
 

@@ -1,4 +1,7 @@
-"""Results: what kinds there are, how they travel (pickled, copied and saved, with read-only arrays) and are displayed, and how they were found."""
+"""Bases of results: how they travel and how they are displayed; their kinds and records.
+
+Results are pickled, copied and saved with read-only arrays.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ WIDE = 79  # characters of a line of a terminal
 
 
 class Portable:
-    """Base of dataclasses with read-only arrays that can be pickled and copied, their copies too; each copy has a cvxpy `problem` of its own."""
+    """Base of dataclasses with read-only arrays that can be pickled and copied.
+
+    The arrays of a copy are read-only, too, and it has a cvxpy `problem` of its own.
+    """
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
@@ -29,8 +35,10 @@ class Portable:
                 value.flags.writeable = False
 
     def __getstate__(self) -> dict[str, object]:
-        state = {one.name: getattr(self, one.name) for one in fields(self)}  # type: ignore[arg-type]
-        return state | ({"problem": copy.deepcopy(state["problem"])} if "problem" in state else {})
+        state = {part.name: getattr(self, part.name) for part in fields(self)}  # type: ignore[arg-type]
+        if "problem" in state:
+            state["problem"] = copy.deepcopy(state["problem"])
+        return state
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
@@ -55,30 +63,32 @@ Table: TypeAlias = "pd.DataFrame"
 
 
 class Shown(Portable):
-    """Base of what is shown: in one line (`repr`), in short lines (`print`) and as a table in notebooks, all made of `_answer`."""
+    """Base of what is shown: in one line (`repr`), in short lines (`print`), in notebooks a table.
+
+    All are made of `_answer`.
+    """
 
     _said: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that `_answer` says, where it says no others."""
+    """Names of the attributes that `_answer` says, unless a class overrides it."""
 
     def _answer(self) -> Mapping[str, object]:
         """The most important numbers of the result, name -> value."""
         return {name: getattr(self, name) for name in self._said}
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={_text(value)}' for name, value in self._answer().items())})"
+        parts = [f"{name}={_text(value)}" for name, value in self._answer().items()]
+        return f"{type(self).__name__}({', '.join(parts)})"
 
     def __str__(self) -> str:
         answer = dict(self._answer())
-        first, wide = next(iter(answer), ""), max(map(len, answer), default=0)
-        names = sorted(
-            answer, key=lambda name: (name != first, name != "reason")
-        )  # the reason second
-        return "\n".join(
-            [
-                type(self).__name__,
-                *(line for name in names for line in _lines(name, answer[name], wide)),
-            ]
-        )
+        first = next(iter(answer), "")
+        width = max(map(len, answer), default=0)
+        # The reason is second.
+        names = sorted(answer, key=lambda name: (name != first, name != "reason"))
+        lines = [type(self).__name__]
+        for name in names:
+            lines += _lines(name, answer[name], width)
+        return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         rows = "".join(
@@ -96,11 +106,11 @@ class Kept(Shown):
         kept(cls)
 
     def save(self, path: str | Path) -> None:
-        """Write the result to a file, `limit.npz`, under exactly this name; `frictopt.results.load` gives it back.
+        """Write the result to a file, such as `limit.npz`; `frictopt.results.load` reads it.
 
         The file is an npz archive of plain arrays and one text, no pickle: reading it runs no code
         of its own. All numbers, words and tables are kept, also of the results and the contact in
-        it. The cvxpy `problem` is not; it is None afterwards.
+        it. The cvxpy `problem` is None afterwards.
 
         Raises
         ------
@@ -112,14 +122,17 @@ class Kept(Shown):
         --------
         >>> import tempfile
         >>> import frictopt as fo
-        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-        >>> limit = fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5)
+        >>> blocks = fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0)
+        >>> rod = fo.ContactSystem.from_blocks(**blocks)
+        >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+        >>> limit = fo.shakedown_limit(rod, cycle, friction=0.5)
         >>> file = tempfile.mkdtemp() + "/limit.npz"
         >>> limit.save(file)
         >>> fo.results.load(file).load_factor == limit.load_factor
         True
         """
-        from .archive import save  # imported here, for pandas is slow to import
+        # Imported here, because pandas is slow to import.
+        from .archive import save
 
         save(self, path)
 
@@ -136,9 +149,18 @@ class LimitKind(Enum):
     they should
     """
 
-    FINITE = "the limit is finite: stay below it, and not below the least safe load factor where that is above 0"
-    UNBOUNDED = "there is no largest safe load factor: check that the corners of the cycle load the contact as they should"
-    NO_SAFE_SLIP = "no load factor has a safe residual slip: change the mean load, the friction or the slip bound, see the reason"
+    FINITE = (
+        "the limit is finite: stay below it, and not below the least safe load factor where that "
+        "is above 0"
+    )
+    UNBOUNDED = (
+        "there is no largest safe load factor: check that the corners of the cycle load the "
+        "contact as they should"
+    )
+    NO_SAFE_SLIP = (
+        "no load factor has a safe residual slip: change the mean load, the friction or the slip "
+        "bound, see the reason"
+    )
 
     def __repr__(self) -> str:
         return str(self)
@@ -165,7 +187,7 @@ class Outcome(Enum):
 @kept
 @dataclass(frozen=True)
 class Attempt:
-    """One run of one solver: its name, what it reports, and the residual of its answer, inf without one.
+    """One run of one solver: name, outcome, and residual of its answer, inf without one.
 
     Examples
     --------
@@ -201,7 +223,8 @@ class SolveRecord:
     --------
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> record = fo.shakedown_limit(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), friction=0.5).record
+    >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    >>> record = fo.shakedown_limit(rod, cycle, friction=0.5).record
     >>> record.solver, record.left_out, record.residual < 1e-9
     ('HIGHS', ('rows: 16 that others stand for',), True)
     """
@@ -228,20 +251,20 @@ class Plotted:
     """Base of what has a picture."""
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw a picture with matplotlib (extra `figures`), in `ax`, as many axes as it has panels, or None for a new figure; returns the axes.
+        """Draw a picture with matplotlib (extra `figures`) and return its axes.
 
-        ImportError without matplotlib; ModelError for another number of axes, or a contact in space
-        that one map cannot show.
+        `ax` are as many axes as the picture has panels, or None for a new figure. ImportError
+        without matplotlib; ModelError for another number of axes, or a contact in space that one
+        map cannot show.
         """
         return self._pictures().draw(self, ax)
 
     def _pictures(self, file: str = "pictures") -> Any:
-        """The pictures of the room of this class; of a class of the user's own those of the class that it is derived from."""
+        """The pictures of the room of this class, or of the class that it is derived from."""
         package = __name__.split(".")[0]
         modules = [base.__module__ for base in type(self).__mro__]
-        return pictures_of(
-            next(module for module in modules if module.split(".")[0] == package), file
-        )
+        ours = next(module for module in modules if module.split(".")[0] == package)
+        return pictures_of(ours, file)
 
 
 def pictures_of(module: str, file: str = "pictures") -> Any:
@@ -275,65 +298,55 @@ def frame(columns: Mapping[str, object], units: str | None = None) -> Table:
 
 
 def components(name: str, values: Array) -> dict[str, Array]:
-    """Columns of a table from values with one tangent, (N,), under their name, or with two, (N, 2), under the name and a number."""
-    return (
-        {name: values}
-        if values.ndim == 1
-        else {f"{name}{axis + 1}": values[:, axis] for axis in range(values.shape[1])}
-    )
+    """Columns of a table from values with one tangent, (N,), or with two, (N, 2).
+
+    Two columns have a number behind their name.
+    """
+    if values.ndim == 1:
+        return {name: values}
+    return {f"{name}{axis + 1}": values[:, axis] for axis in range(values.shape[1])}
 
 
 def places(system: Any) -> dict[str, Array]:
-    """Columns of a table with the places of the nodes: x along the interface in the plane; x, y, z in space."""
-    return (
-        {"x": system.x} if system.tangents == 1 else dict(zip("xyz", system.points.T, strict=True))
-    )
+    """Columns of a table with the places of the nodes: x along the interface, in space x, y, z."""
+    if system.tangents == 1:
+        return {"x": system.x}
+    return dict(zip("xyz", system.points.T, strict=True))
 
 
 def named_places(system: Any) -> dict[str, Array]:
-    """The same after the contact of each node, where the system names its contacts."""
-    return (
-        places(system) if system.contact is None else {"contact": system.contact, **places(system)}
-    )
+    """The columns of `places`, after the contact of each node if the system names its contacts."""
+    if system.contact is None:
+        return places(system)
+    return {"contact": system.contact, **places(system)}
 
 
 def _html(value: object) -> str:
     """A value as HTML: a line for each entry of a mapping."""
-    lines = (
-        [f"{name}: {_text(part)}" for name, part in value.items()]
-        if isinstance(value, Mapping)
-        else [_text(value)]
-    )
-    return "<br>".join(html.escape(line) for line in lines)
+    return "<br>".join(html.escape(text) for text in _texts(value))
 
 
-def _lines(name: str, value: object, wide: int) -> list[str]:
-    """A name with its value in lines of a terminal, one or more for each entry of a mapping; names have a column of their own."""
-    texts = (
-        [f"{key}: {_text(part)}" for key, part in value.items()]
-        if isinstance(value, Mapping)
-        else [_text(value)]
-    )
-    head = " " * (wide + 4)
-    lines = [
-        line
-        for text in texts
-        for line in wrap(text, WIDE - len(head), break_long_words=False) or [""]
-    ]
-    return (
-        [f"  {name:<{wide}}  {lines[0]}".rstrip(), *(head + line for line in lines[1:])]
-        if lines
-        else [f"  {name}"]
-    )
+def _lines(name: str, value: object, width: int) -> list[str]:
+    """A name, in a column of its own, with its value in lines of a terminal."""
+    head = " " * (width + 4)
+    lines = list[str]()
+    for text in _texts(value):
+        lines += wrap(text, WIDE - len(head), break_long_words=False) or [""]
+    if not lines:
+        return [f"  {name}"]
+    return [f"  {name:<{width}}  {lines[0]}".rstrip(), *(head + line for line in lines[1:])]
+
+
+def _texts(value: object) -> list[str]:
+    """The texts of a value: one for each entry of a mapping."""
+    if isinstance(value, Mapping):
+        return [f"{name}: {_text(part)}" for name, part in value.items()]
+    return [_text(value)]
 
 
 def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
-    return (
-        value.name
-        if isinstance(value, Enum)
-        else repr(value)
-        if isinstance(value, Shown)
-        else str(value)
-    )
+    if isinstance(value, Enum):
+        return value.name
+    return repr(value) if isinstance(value, Shown) else str(value)

@@ -1,4 +1,4 @@
-"""Draws a result: its picture in the look of a screen, with the units of the result."""
+"""Draw a result: its picture in the look of a screen, with the units of the result."""
 
 from collections.abc import Callable
 from contextlib import nullcontext
@@ -18,9 +18,9 @@ def draw(
     drawn_by: Callable[..., Axes | AxesArray] = picture,
     **options: object,
 ) -> Axes | AxesArray:
-    """Draw a result in the given axes, which keep their style, or in those of a new figure, and return the axes.
+    """Draw a result in the given axes, which keep their style, or in a new figure.
 
-    `drawn_by` draws it: by default the picture that is registered for its class.
+    Returns the axes. `drawn_by` draws it: by default the picture that is registered for its class.
 
     Raises
     ------
@@ -36,18 +36,20 @@ def draw(
 def png(result: Any) -> bytes:
     """The picture of a result as a PNG file; its figure is closed."""
     axes = np.ravel(np.asarray(result.plot(), dtype=object))
-    figure, file = axes[0].figure, BytesIO()
+    figure = axes[0].figure
+    file = BytesIO()
     figure.savefig(file, format="png", dpi=120)
     plt.close(figure)
     return file.getvalue()
 
 
 def _units(result: object) -> str | None:
-    """The units of a result, those of its system or of what it holds; None if they are not known."""
+    """The units of a result, of its system or of a state in it; None if they are not known."""
     if hasattr(result, "attrs"):  # a table
-        known: str | None = result.attrs.get("units")
-        return known
+        units: str | None = result.attrs.get("units")
+        return units
     for name in ("units", "system", "least_state"):
-        if (part := getattr(result, name, None)) is not None:
+        part = getattr(result, name, None)
+        if part is not None:
             return part if isinstance(part, str) else _units(part)
     return None

@@ -43,8 +43,10 @@ RC: Look = dict(
 )
 """The look on a journal page; in pictures of your own `plt.style.use("frictopt.plots.page")`."""
 
-_ONE_LINE = 60  # characters of names side by side
-_SCALE = 1.3  # letters and lines of a picture on a screen, over those on a journal page
+# Characters of names that fit side by side.
+_ONE_LINE = 60
+# Size of letters and lines on a screen, over that on a journal page.
+_SCALE = 1.3
 _STRESS = {
     ("N", "mm"): "MPa",
     ("kN", "mm"): "GPa",
@@ -57,14 +59,17 @@ _MEANING = re.compile(r"\(((?:1 / )?(?:force|length)(?: (?:times|per) (?:length|
 
 @singledispatch
 def picture(result: object, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Draw one kind of result in the given axes, or in those of a new figure, and return the axes; each kind registers its own."""
+    """Draw a result in the given axes, or in those of a new figure, and return the axes.
+
+    Each class of results registers its own picture.
+    """
     raise NotImplementedError(f"a {type(result).__name__} has no picture")
 
 
 def screen() -> AbstractContextManager[None]:
     """Context in which a picture of its own is drawn, larger than on a journal page."""
-    # begins the backend: that of notebooks switches interactive mode on, which the end of the
-    # context would undo
+    # This begins the backend: that of notebooks switches interactive mode on, which the end of the
+    # context would undo.
     plt.draw_if_interactive()
     sizes = {
         name: value * _SCALE
@@ -95,9 +100,9 @@ def new_axes(
     columns: int = 1,
     blocks: int = 1,
 ) -> list[Axes]:
-    """Axes to draw in, one for each panel: the given ones, or those of a new figure, row by row, the labels of a column in a line.
+    """Axes to draw in, one for each panel: the given ones, or those of a new figure, row by row.
 
-    Each of several blocks begins a new row.
+    The labels of a column stand in a line. Each of several blocks begins a new row.
 
     Raises
     ------
@@ -105,34 +110,40 @@ def new_axes(
         Not that many axes.
     """
     if ax is None:
-        figure, each, look = (
-            plt.figure(figsize=size, layout="constrained"),
-            panels // blocks,
-            {"projection": "3d"} if in_space else None,
-        )
-        rows = blocks * -(-each // columns)
-        grid = figure.subplots(
-            rows, columns, sharex=common_x, squeeze=False, subplot_kw=look
-        ).reshape(blocks, -1)
-        for spare in grid[:, each:].flat:
-            spare.remove()
-        # Only now: matplotlib would keep spare axes in the group of aligned labels, without a
-        # figure to draw them in.
-        figure.align_ylabels()
-        return list(grid[:, :each].flat)
+        return _axes_of_new_figure(panels, size, common_x, in_space, columns, blocks)
     axes = np.ravel(np.asarray(ax, dtype=object))
-    if len(axes) != panels or not all(
-        isinstance(one, Axes3D if in_space else Axes) for one in axes
-    ):
-        kind = " with projection='3d'" if in_space else ""
-        raise ModelError(
-            f"ax: {shown(ax)}; give {'one' if panels == 1 else panels} matplotlib axes{kind}, or None"
-        )
+    kind = Axes3D if in_space else Axes
+    if len(axes) != panels or not all(isinstance(panel, kind) for panel in axes):
+        number = "one" if panels == 1 else panels
+        projection = " with projection='3d'" if in_space else ""
+        raise ModelError(f"ax: {shown(ax)}; give {number} matplotlib axes{projection}, or None")
     return list(axes)
 
 
+def _axes_of_new_figure(
+    panels: int,
+    size: tuple[float, float],
+    common_x: bool,
+    in_space: bool,
+    columns: int,
+    blocks: int,
+) -> list[Axes]:
+    figure = plt.figure(figsize=size, layout="constrained")
+    in_block = panels // blocks
+    rows = blocks * -(-in_block // columns)
+    look = {"projection": "3d"} if in_space else None
+    grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look)
+    grid = grid.reshape(blocks, -1)
+    for spare in grid[:, in_block:].flat:
+        spare.remove()
+    # Only now: matplotlib would keep spare axes in the group of aligned labels, without a figure to
+    # draw them in.
+    figure.align_ylabels()
+    return list(grid[:, :in_block].flat)
+
+
 def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **look: Any) -> None:
-    """Draw arrows (n, 2) or (n, 3), none where they are NaN, and make room for them in the plane."""
+    """Draw arrows (n, 2) or (n, 3), none if they are NaN, and make room for them in the plane."""
     if begin.shape[1] == 3:
         axes.quiver(*begin.T, *step.T, **look)
         return
@@ -142,7 +153,10 @@ def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **lo
 
 
 def spread(points: Array, most: int) -> list[int]:
-    """Numbers of at most so many points, each as far as possible from those before it: on a straight side evenly spaced."""
+    """Numbers of at most so many points, each as far as possible from those before it.
+
+    On a straight side they are evenly spaced.
+    """
     chosen = [int(points.sum(axis=0).argmin())]
     distance = np.linalg.norm(points - points[:, chosen], axis=0)
     while len(chosen) < most and distance.max() > 0:
@@ -152,12 +166,13 @@ def spread(points: Array, most: int) -> list[int]:
 
 
 def slanted(names: Collection[str], ha: str, va: str) -> Look:
-    """Look of names beside each other: slanted, with that corner at their place, where one line is too short for them."""
-    return (
-        {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va}
-        if len("".join(names)) > _ONE_LINE
-        else {}
-    )
+    """Look of names beside each other: slanted if one line is too short for them.
+
+    This corner of each name is at its place then.
+    """
+    if len("".join(names)) <= _ONE_LINE:
+        return {}
+    return {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va}
 
 
 def legend(axes: Axes, title: str | None = None, **more: Any) -> None:
@@ -181,27 +196,29 @@ def equals(name: str, value: float) -> str:
 
 def no_lines(panels: Sequence[Axes], why: str) -> None:
     """Say in the first panel why there is nothing to draw."""
-    panels[0].text(
-        0.5, 0.5, fill(why, width=60), transform=panels[0].transAxes, ha="center", va="center"
-    )
+    first = panels[0]
+    first.text(0.5, 0.5, fill(why, width=60), transform=first.transAxes, ha="center", va="center")
     for axes in panels:
         axes.set(xticks=[], yticks=[])
 
 
 def name_units(axes: Axes, units: str | None) -> None:
     """Name the units in all texts of a picture."""
-    for text in [] if units is None else axes.figure.findobj(Text):
-        text.set_text(in_units(text.get_text(), units))
+    if units is not None:
+        for text in axes.figure.findobj(Text):
+            text.set_text(in_units(text.get_text(), units))
 
 
 def in_units(text: str, units: str | None) -> str:
-    """A text with its meanings in parentheses, such as "(force per area)", in units, such as "(MPa)"; None: as it is.
+    """A text in which meanings, such as "(force per area)", are units, such as "(MPa)".
+
+    Without units the text stays as it is.
 
     Examples
     --------
     >>> from frictopt.plots.style import in_units
-    >>> in_units("slip $v$ (length), traction (force per area), work (force times length per depth)", "N, mm")
-    'slip $v$ (mm), traction (MPa), work (N mm / mm)'
+    >>> in_units("slip (length), traction (force per area), work (force times length)", "N, mm")
+    'slip (mm), traction (MPa), work (N mm)'
     """
     if units is None:
         return text
@@ -218,14 +235,16 @@ def in_units(text: str, units: str | None) -> str:
     def named(match: re.Match[str]) -> str:
         if match[1] == "force per area" and (force, length) in _STRESS:
             return f"({_STRESS[force, length]})"
-        return f"({' '.join(filter(None, (words.get(word, word) for word in match[1].split())))})"
+        names = [words.get(word, word) for word in match[1].split()]
+        return f"({' '.join(filter(None, names))})"
 
     return _MEANING.sub(named, text)
 
 
-# of bodies in space: matplotlib leaves more room around them than the names of the axes need
+# Zoom of bodies in space: matplotlib leaves more room around them than the names of axes need.
 _ZOOM = 1.1
-BESIDE = {"shrink": 0.6, "pad": 0.12}  # of a colour bar in space, beside the labels of the axis z
+# Place of a colour bar in space, beside the labels of the axis z.
+BESIDE = {"shrink": 0.6, "pad": 0.12}
 
 
 def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
@@ -243,9 +262,7 @@ def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
         zlabel="$z$ (length)",
     )
     axes.grid(False)
-    for axis, share in zip(
-        (axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True
-    ):
-        axis.set_major_locator(
-            MaxNLocator(max(1, round(5 * share)))
-        )  # as many numbers as the axis has room for
+    shares = (high - low) / (high - low).max()
+    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), shares, strict=True):
+        # As many numbers as the axis has room for.
+        axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))

@@ -3,7 +3,7 @@
 In comes a cvxpy problem with the units of its unknowns: a linear program, or one with second-order
 cones. Compiled it reads `min c'z` over the z with `s = b - A z` in cones K. Out come values z and
 multipliers y in the dual cones. By weak duality they prove `c'z >= -b'y` for every z, up to what
-what `A'y + c`, which should vanish, adds for z of the size of its units.
+`A'y + c`, which should vanish, adds for z of the size of its units.
 
 `chain.py`
     The way of a problem to its answer, and proofs that there is none.

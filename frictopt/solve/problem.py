@@ -180,33 +180,36 @@ def _problem_lines(problem: cp.Problem, value: float | None) -> list[str]:
             "or has been solved for something else since"
         )
     lines.append("variables")
-    for variable in problem.variables():
-        size = _size(variable.shape)
-        lines.append(f"    {variable.name():<24} {size}{_domain(variable)}")
+    lines += map(_variable_line, problem.variables())
     if problem.parameters():
         lines.append("parameters")
-    for parameter in problem.parameters():
-        values = f", {_range(parameter.value)}" if solved else ""
-        lines.append(f"    {parameter.name():<24} {_size(parameter.shape)}{values}")
+        lines += [_parameter_line(parameter, solved) for parameter in problem.parameters()]
     lines.append("constraints")
-    for row in problem.constraints:
-        if isinstance(row, cp.SOC):
-            kind, shape = "second-order cone", row.args[0].shape
-        else:
-            kind, shape = row.expr.curvature.lower(), row.shape
-        binding = _binding(row) if solved else ""
-        lines.append(f"    {label_of(row):<24} {_size(shape)}, {kind}{binding}")
-    return lines
+    return lines + [_row_line(row, solved) for row in problem.constraints]
+
+
+def _variable_line(variable: cp.Variable) -> str:
+    domain = ", >= 0" if variable.is_nonneg() else ""
+    if variable.attributes["boolean"]:
+        domain = ", boolean"
+    return f"    {variable.name():<24} {_size(variable.shape)}{domain}"
+
+
+def _parameter_line(parameter: cp.Parameter, solved: bool) -> str:
+    values = f", {_range(parameter.value)}" if solved else ""
+    return f"    {parameter.name():<24} {_size(parameter.shape)}{values}"
+
+
+def _row_line(row: cp.Constraint, solved: bool) -> str:
+    kind, shape = "second-order cone", row.args[0].shape
+    if not isinstance(row, cp.SOC):
+        kind, shape = row.expr.curvature.lower(), row.shape
+    binding = _binding(row) if solved else ""
+    return f"    {label_of(row):<24} {_size(shape)}, {kind}{binding}"
 
 
 def _yes_or_no(known: bool) -> str:
     return "yes" if known else "no"
-
-
-def _domain(variable: cp.Variable) -> str:
-    if variable.attributes["boolean"]:
-        return ", boolean"
-    return ", >= 0" if variable.is_nonneg() else ""
 
 
 def _binding(row: cp.Constraint) -> str:

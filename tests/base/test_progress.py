@@ -37,8 +37,7 @@ class Terminal(io.StringIO):
 @pytest.fixture
 def log(monkeypatch):
     """A file for standard error; lines come soon."""
-    for name in ("_FIRST", "_EVERY", "_DRAWN"):
-        monkeypatch.setattr(progress, name, 0.01)
+    monkeypatch.setattr(progress, "PACE", progress.Pace(first=0.01, line=0.01, look=0.01))
     return io.StringIO()
 
 
@@ -82,7 +81,7 @@ def test_who_wants_no_progress_gets_none(log):
     code = """
 import time
 from frictopt.base import bar_of, progress
-progress._FIRST = 0.01
+progress.PACE = progress.Pace(first=0.01)
 with bar_of(True, "waiting", "step"):
     time.sleep(0.1)
 """
@@ -119,6 +118,18 @@ def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_be
     assert (
         "search: 1 program, 00:00, at least 0.2 so far" in screen.getvalue().rpartition("nodes")[2]
     )
+
+
+def test_an_interrupt_gets_what_was_kept_last():
+    """A function makes the value only when it is needed."""
+    made = []
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        with bar_of(False, "search", "program") as bar:
+            bar.keep("table", lambda: made.append(1), "the first")
+            bar.keep("table", lambda: [2, 3], "two numbers are in the attribute `table`")
+            raise KeyboardInterrupt
+    assert stopped.value.table == [2, 3] and not made
+    assert stopped.value.__notes__ == ["search: two numbers are in the attribute `table`"]
 
 
 def test_quick_answers_pay_nothing_for_progress():

@@ -6,12 +6,8 @@ FAULTS = (
     Fault(
         "plots/style.py",
         "spare panels stay among those whose labels are in a line",
-        old=(
-            "grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look).reshape(blocks, -1)"
-        ),
-        new=(
-            "grid = figure.subplots(rows, columns, sharex=common_x, squeeze=False, subplot_kw=look).reshape(blocks, -1)\nfigure.align_ylabels()"
-        ),
+        old="grid = grid.reshape(blocks, -1)",
+        new="grid = grid.reshape(blocks, -1)\nfigure.align_ylabels()",
         tests="plots_of_states",
     ),
     Fault(
