@@ -26,7 +26,12 @@ _KINDS = {"shakedown": "shakedown_limit", "guaranteed": "guaranteed_limit", "ons
 # Rows of a table that are printed.
 _ROWS = 8
 # Arguments that name a file to be written -> the endings that it may have; of none: any.
-_OUTPUTS = {"table": tuple(WRITERS), "picture": (), "system": (".npz",), "page": (".html",)}
+_OUTPUTS: dict[str, tuple[str, ...]] = {
+    "table": tuple(WRITERS),
+    "picture": (),
+    "system": (".npz",),
+    "page": (".html",),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,8 +66,8 @@ def _check_files(options: argparse.Namespace) -> None:
     """Check the files to be read and to be written before anything is computed."""
     for name in ("file", "job", "history"):
         file = getattr(options, name, None)
-        endings = ("", ".inp", ".sti")  # a job may go without ending
-        if file and not any(Path(file + ending).exists() for ending in endings):
+        # A job may go without ending.
+        if file and not any(Path(file + ending).exists() for ending in ("", ".inp", ".sti")):
             raise FileNotFoundError(f"there is no file {file!r}; give its path")
     for name, endings in _OUTPUTS.items():
         file = getattr(options, name, None)
