@@ -78,7 +78,7 @@ class Bar:
         if best is not None:
             self.best = best
 
-    def kept(self, error: BaseException) -> tuple[str, object, str] | None:
+    def partial_answer(self, error: BaseException) -> tuple[str, object, str] | None:
         """Attribute, value and note of an interrupt; None if nothing is kept."""
         if self.keeps is not None:
             return self.keeps(error)
@@ -182,11 +182,11 @@ def bar_of(
 
 def _attach(bar: Bar, outer: Sequence[Bar], error: BaseException) -> None:
     """Give an interrupt what a bar keeps, unless an outer bar keeps anything."""
-    if any(other.kept(error) for other in outer):
+    if any(other.partial_answer(error) for other in outer):
         return
-    kept = bar.kept(error)
-    if kept:
-        attribute, value, note = kept
+    answer = bar.partial_answer(error)
+    if answer:
+        attribute, value, note = answer
         setattr(error, attribute, value)
         error.add_note(f"{bar.what}: {note}")
 

@@ -26,28 +26,34 @@ class Condensed:
             program.sparse[:zero, :width].toarray() + program.sparse[:zero, width:] @ program.block
         )
         self._pivots = qr(equations, mode="r", pivoting=True)[1][:zero] if zero else np.arange(0)
-        self._kept = np.setdiff1d(np.arange(width), self._pivots)
+        self._remaining = np.setdiff1d(np.arange(width), self._pivots)
         # The eliminated unknowns are start + rest @ y.
         self._square = equations[:, self._pivots]
         self._start = np.linalg.solve(self._square, program.right[:zero])
-        self._rest = np.linalg.solve(self._square, -equations[:, self._kept])
+        self._rest = np.linalg.solve(self._square, -equations[:, self._remaining])
 
         rows = program.sparse[zero:]
         dense = program.block[:, self._pivots]
-        own = csr_array(rows[:, self._kept])
-        others = (rows[:, width:], rows[:, self._pivots])
+        remaining = csr_array(rows[:, self._remaining])
+        eliminated = (rows[:, width:], rows[:, self._pivots])
         # Long rows, as of nodes that balance free bodies, would fill the sparse products.
-        long = np.diff(own.indptr) > _LONG * len(self._kept)
+        long = np.diff(remaining.indptr) > _LONG * len(self._remaining)
         count = int(long.sum())
         chosen = csr_array(
             (np.ones(count), (np.flatnonzero(long), np.arange(count))), shape=(len(long), count)
         )
         self.block = np.vstack(
-            [program.block[:, self._kept] + dense @ self._rest, self._rest, own[long].toarray()]
+            [
+                program.block[:, self._remaining] + dense @ self._rest,
+                self._rest,
+                remaining[long].toarray(),
+            ]
         )
-        self.sparse = csr_array(hstack([own.multiply(~long[:, None]), *others, chosen]))
-        self.right = program.right[zero:] - hstack(others) @ np.r_[dense @ self._start, self._start]
-        self.objective = program.cost[self._kept] + self._rest.T @ program.cost[self._pivots]
+        self.sparse = csr_array(hstack([remaining.multiply(~long[:, None]), *eliminated, chosen]))
+        self.right = (
+            program.right[zero:] - hstack(eliminated) @ np.r_[dense @ self._start, self._start]
+        )
+        self.objective = program.cost[self._remaining] + self._rest.T @ program.cost[self._pivots]
         self.constant = float(program.cost[self._pivots] @ self._start)
 
     def rows(self, y: Array) -> Array:
@@ -57,13 +63,13 @@ class Condensed:
     def columns(self, z: Array) -> Array:
         """`A' z`."""
         work = self.sparse.T @ z
-        return np.asarray(work[: len(self._kept)] + work[len(self._kept) :] @ self.block)
+        return np.asarray(work[: len(self._remaining)] + work[len(self._remaining) :] @ self.block)
 
     def whole(self, y: Array, z: Array) -> tuple[Array, Array]:
         """The x and multipliers of the program."""
         program = self._program
         x = np.empty(len(program.cost))
-        x[self._kept] = y
+        x[self._remaining] = y
         x[self._pivots] = self._start + self._rest @ y
         work = program.sparse[program.zero :].T @ z
         off = program.cost + work[: len(x)] + work[len(x) :] @ program.block

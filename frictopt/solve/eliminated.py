@@ -45,10 +45,10 @@ class Eliminated(Step[Program]):
             self._rounds += _rounds_of_equations(program)
         defining = np.concatenate([definitions.rows for definitions in self._rounds])
         self.rows = np.setdiff1d(np.arange(len(program.right)), defining)
-        self._kept = np.ones(len(program.cost), dtype=bool)
+        self._remaining = np.ones(len(program.cost), dtype=bool)
         for definitions in self._rounds:
-            self._kept[definitions.unknowns] = False
-        self._follows, self._start = _substitution(program, self._rounds, self._kept)
+            self._remaining[definitions.unknowns] = False
+        self._follows, self._start = _substitution(program, self._rounds, self._remaining)
 
     def apply(self) -> Program:
         """The program of the remaining rows."""
@@ -78,7 +78,7 @@ class Eliminated(Step[Program]):
     def units(self, unit: Array) -> Array:
         """Units of all unknowns, from those of the remaining ones."""
         derived = np.abs(self._follows) @ unit + np.abs(self._start)
-        return np.where(self._kept | (self.before.unit > 0), unit, derived)
+        return np.where(self._remaining | (self.before.unit > 0), unit, derived)
 
     def multipliers(self, y: Array, cost_factor: float) -> Array:
         """Those of the defining rows balance the unknowns that they define."""
@@ -92,7 +92,7 @@ class Eliminated(Step[Program]):
 
 
 def _substitution(
-    program: Program, rounds: list[Definitions], kept: Booleans
+    program: Program, rounds: list[Definitions], remaining: Booleans
 ) -> tuple[csr_array, Array]:
     """The matrix `follows` (n, n) and the vector `start` (n,) with `z = follows @ z + start`.
 
@@ -100,7 +100,7 @@ def _substitution(
     So the last round is put in first.
     """
     n = len(program.cost)
-    places = np.flatnonzero(kept)
+    places = np.flatnonzero(remaining)
     follows = csr_array((np.ones(len(places)), (places, places)), shape=(n, n))
     start = np.zeros(n)
     for unknowns, names, pivots in reversed(rounds):

@@ -51,7 +51,7 @@ class Flipped:
 
     program: Arrays
     arrays: Arrays
-    kept: Integers
+    multiplier_rows: Integers
     """Rows whose multipliers are the unknowns."""
     following: Integers
     """Rows whose multipliers follow; those of one entry come first."""
@@ -73,7 +73,7 @@ class Flipped:
         program, count = self.program, len(self.free)
         multipliers = np.empty(len(program.right))
         multipliers[program.zero :] = self.arrays.slack(y)[count:] / self.share
-        multipliers[self.kept] = y
+        multipliers[self.multiplier_rows] = y
         x = np.zeros(len(program.cost))
         x[self.free] = -slacks[:count]
         primal_slacks = (slacks[count:] * self.share)[self.following - program.zero]
@@ -92,9 +92,9 @@ def flipped(program: Arrays) -> Flipped | None:
     if len(program.block) or program.sizes.max(initial=1) == 1:
         return None
     following, owned = _owners(program)
-    kept = np.setdiff1d(np.arange(zero + inside), following)
+    multiplier_rows = np.setdiff1d(np.arange(zero + inside), following)
     free = np.setdiff1d(np.arange(width), owned)
-    if len(kept) > _SMALLER * width:
+    if len(multiplier_rows) > _SMALLER * width:
         return None
     pivots, alone = _pivots(program, following, owned)
     columns = csr_array(program.matrix.T)
@@ -105,28 +105,30 @@ def flipped(program: Arrays) -> Flipped | None:
     later = _diagonal((~alone).astype(float))
     across = over_pivots @ (csr_array(columns[owned][:, following]) - _diagonal(pivots)) @ later
     constant = over_pivots @ program.cost[owned]
-    slopes = over_pivots @ csr_array(columns[owned][:, kept])
+    slopes = over_pivots @ csr_array(columns[owned][:, multiplier_rows])
     constant = constant + across @ constant
     slopes = csr_array(slopes + across @ slopes)
 
     # The multipliers of all rows in cones are right + rows @ y.
     right = np.zeros(inside)
     right[following - zero] = constant
-    in_cones = kept >= zero
+    in_cones = multiplier_rows >= zero
     places = _places(following - zero, np.arange(len(following)), (inside, len(following)))
     rows = places @ slopes
-    rows = rows + _places(kept[in_cones] - zero, np.flatnonzero(in_cones), (inside, len(kept)))
+    rows = rows + _places(
+        multiplier_rows[in_cones] - zero, np.flatnonzero(in_cones), (inside, len(multiplier_rows))
+    )
     of_cones = np.repeat(program.sizes, program.sizes) > 1
     share = np.where(of_cones, np.count_nonzero(program.sizes > 1), 1.0)  # cones share one load
     arrays = Arrays(
-        sparse=csr_array(vstack([columns[free][:, kept], -(_diagonal(share) @ rows)])),
-        block=np.zeros((0, len(kept))),
+        sparse=csr_array(vstack([columns[free][:, multiplier_rows], -(_diagonal(share) @ rows)])),
+        block=np.zeros((0, len(multiplier_rows))),
         right=np.r_[-program.cost[free], share * right],
-        cost=program.right[kept] + slopes.T @ program.right[following],
+        cost=program.right[multiplier_rows] + slopes.T @ program.right[following],
         zero=len(free),
         sizes=program.sizes,
     )
-    return Flipped(program, arrays, kept, following, owned, free, share)
+    return Flipped(program, arrays, multiplier_rows, following, owned, free, share)
 
 
 def _owners(program: Arrays) -> tuple[Integers, Integers]:

@@ -318,7 +318,7 @@ def _solved(
     """Status in Clarabel's words, y, z, and the number of steps."""
     at = _Point(np.zeros(len(program.objective)), cones.unit, cones.unit, 1.0, 1.0)
     best = _Best(at)
-    none = _NoOptimum("", at, np.inf)
+    no_optimum = _NoOptimum("", at, np.inf)
     newton: _Newton | None = None
     step = 0
     for step in range(settings.steps):
@@ -326,10 +326,10 @@ def _solved(
         if newton is not None:
             at, off = newton.corrected(at, off, above)
         ending = at.tau <= settings.no_optimum * at.kappa
-        if off.lack < none.lack:
-            none = _NoOptimum(off.without_optimum, at, off.lack)
-        if none.lack <= (settings.nearly if ending else settings.enough):
-            return none.status, none.point.y, none.point.z, step
+        if off.lack < no_optimum.lack:
+            no_optimum = _NoOptimum(off.without_optimum, at, off.lack)
+        if no_optimum.lack <= (settings.nearly if ending else settings.enough):
+            return no_optimum.status, no_optimum.point.y, no_optimum.point.z, step
         if off.proven <= above:
             return "AlmostSolved", at.y / at.tau, at.z / at.tau, step
         best = best.after(at, off.error)

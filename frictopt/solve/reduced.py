@@ -63,14 +63,13 @@ class Reduced:
 
     def _without_redundant_rows(self, program: Program, simplify: bool) -> Program:
         """The program without the rows that others imply; if not `simplify`, without empty rows."""
-        redundant = empty(program)
-        if simplify:
-            whole = self._eliminated
-            by_norms = np.isin(whole.rows, implied_by_norms(whole.before, whole.bounds))
-            program = self._after(RowsLeftOut(program, np.flatnonzero(by_norms)))
-            by_rows = np.union1d(implied_by_cones(program), dominated(program))
-            redundant = np.union1d(empty(program), by_rows)
-        return self._after(RowsLeftOut(program, redundant))
+        if not simplify:
+            return self._after(RowsLeftOut(program, empty(program)))
+        whole = self._eliminated
+        by_norms = np.isin(whole.rows, implied_by_norms(whole.before, whole.bounds))
+        program = self._after(RowsLeftOut(program, np.flatnonzero(by_norms)))
+        by_rows = np.union1d(implied_by_cones(program), dominated(program))
+        return self._after(RowsLeftOut(program, np.union1d(by_rows, empty(program))))
 
     def _scaled(self, program: Program) -> Arrays:
         """The program in its last unknowns and units, as solvers take it."""

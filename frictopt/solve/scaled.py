@@ -112,6 +112,8 @@ class ShutCones(Step[Arrays]):
     def apply(self) -> Arrays:
         """The program with these equations after the others."""
         program = self._before
+        if not len(self._heads):
+            return program
         return replace(
             program,
             sparse=csr_array(program.sparse[self._order]),

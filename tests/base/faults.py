@@ -77,7 +77,7 @@ FAULTS = (
     Fault(
         "base/progress.py",
         "each bar keeps what it has",
-        old="any((other.kept(error) for other in outer))",
+        old="any((other.partial_answer(error) for other in outer))",
         new="False",
         tests="progress",
     ),

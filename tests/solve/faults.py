@@ -571,8 +571,8 @@ FAULTS = (
     Fault(
         "solve/condensed.py",
         "variables of equations cost nothing",
-        old="program.cost[self._kept] + self._rest.T @ program.cost[self._pivots]",
-        new="program.cost[self._kept]",
+        old="program.cost[self._remaining] + self._rest.T @ program.cost[self._pivots]",
+        new="program.cost[self._remaining]",
         tests="interior_point",
     ),
     Fault(
