@@ -45,8 +45,6 @@ RC: Look = dict(
 
 # Characters of names that fit side by side.
 _ONE_LINE = 60
-# Size of letters and lines on a screen, over that on a journal page.
-_SCALE = 1.3
 _STRESS = {
     ("N", "mm"): "MPa",
     ("kN", "mm"): "GPa",
@@ -72,7 +70,7 @@ def screen() -> AbstractContextManager[None]:
     # context would undo.
     plt.draw_if_interactive()
     sizes = {
-        name: value * _SCALE
+        name: value * 1.3
         for name, value in RC.items()
         if isinstance(value, float) and not name.startswith("savefig")
     }
@@ -241,8 +239,6 @@ def in_units(text: str, units: str | None) -> str:
     return _MEANING.sub(named, text)
 
 
-# Zoom of bodies in space: matplotlib leaves more room around them than the names of axes need.
-_ZOOM = 1.1
 # Place of a colour bar in space, beside the labels of the axis z.
 BESIDE = {"shrink": 0.6, "pad": 0.12}
 
@@ -254,7 +250,8 @@ def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
         axes.set_aspect("equal")
         return
     low, high = ends[0] - room, ends[1] + room
-    axes.set_box_aspect(high - low, zoom=_ZOOM)
+    # matplotlib leaves more room around bodies in space than the names of the axes need.
+    axes.set_box_aspect(high - low, zoom=1.1)
     axes.set(
         xlim=(low[0], high[0]),
         ylim=(low[1], high[1]),

@@ -17,10 +17,6 @@ from scipy.sparse import csr_array, hstack
 
 from ..base import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
 
-# Vectors of an inverse iteration at first; twice as many if all of them are soft.
-_FIRST = 8
-# Steps of an inverse iteration.
-_ITERATIONS = 4
 # Rounding of a sum, over the size of its terms.
 _EXACT = ROUNDING / 100
 # Solver whose order of rows and columns the arrays have; it takes linear rows and cones.
@@ -340,8 +336,8 @@ def unresisted(square: Array, others: Array, along: Array, across: Array) -> tup
 def _soft_vectors(matrix: Array) -> tuple[Array, Array]:
     """Eigenvalues up to `RIGID` and their orthonormal eigenvectors (t, k) of a matrix (t, t).
 
-    They are found by inverse iteration of more vectors than there are soft ones, which many small
-    eigenvalues cannot slow.
+    They are found by four steps of inverse iteration of more vectors than there are soft ones,
+    which many small eigenvalues cannot slow: of eight at first, and twice as many if all are soft.
     """
     t = len(matrix)
     factor = lu_factor(matrix + RIGID * np.eye(t))
@@ -349,9 +345,9 @@ def _soft_vectors(matrix: Array) -> tuple[Array, Array]:
     count = 0
     stiffest = 0.0
     while stiffest <= RIGID and count < t:
-        count = min(2 * count or _FIRST, t)
+        count = min(2 * count or 8, t)
         vectors = rng.normal(size=(t, count))
-        for _ in range(_ITERATIONS):
+        for _ in range(4):
             vectors = np.linalg.qr(lu_solve(factor, vectors))[0]
         values, turn = np.linalg.eigh(vectors.T @ matrix @ vectors)
         stiffest = values[-1]

@@ -7,9 +7,6 @@ from scipy.sparse import csr_array, hstack
 from ..base import Array
 from .arrays import Arrays
 
-# Share of the unknowns above which a row counts as dense.
-_LONG = 0.2
-
 
 class Condensed:
     """The rows `right - A y` in cones, and `objective @ y + constant`.
@@ -36,8 +33,9 @@ class Condensed:
         dense = program.block[:, self._pivots]
         remaining = csr_array(rows[:, self._remaining])
         eliminated = (rows[:, width:], rows[:, self._pivots])
-        # Long rows, as of nodes that balance free bodies, would fill the sparse products.
-        long = np.diff(remaining.indptr) > _LONG * len(self._remaining)
+        # Rows with more than a fifth of the unknowns, as of nodes that balance free bodies, would
+        # fill the sparse products. They count as dense.
+        long = np.diff(remaining.indptr) > 0.2 * len(self._remaining)
         count = int(long.sum())
         chosen = csr_array(
             (np.ones(count), (np.flatnonzero(long), np.arange(count))), shape=(len(long), count)

@@ -21,9 +21,6 @@ from ..base import Array, Booleans, Integers
 from .arrays import Arrays
 from .solvers import INFEASIBLE, UNBOUNDED
 
-# The dual is worth it up to this number of unknowns, over that of the program.
-_SMALLER = 0.5
-
 
 @dataclass(frozen=True, eq=False)
 class Plain:
@@ -86,7 +83,7 @@ class Flipped:
 
 
 def flipped(program: Arrays) -> Flipped | None:
-    """The dual of a program of sparse rows in cones if it has much fewer unknowns; else None."""
+    """The dual of a program of sparse rows in cones if it halves the unknowns; else None."""
     width, zero = len(program.cost), program.zero
     inside = len(program.right) - zero
     if len(program.block) or program.sizes.max(initial=1) == 1:
@@ -94,7 +91,7 @@ def flipped(program: Arrays) -> Flipped | None:
     following, owned = _owners(program)
     multiplier_rows = np.setdiff1d(np.arange(zero + inside), following)
     free = np.setdiff1d(np.arange(width), owned)
-    if len(multiplier_rows) > _SMALLER * width:
+    if len(multiplier_rows) > width / 2:
         return None
     pivots, alone = _pivots(program, following, owned)
     columns = csr_array(program.matrix.T)

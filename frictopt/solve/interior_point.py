@@ -49,6 +49,15 @@ class Settings:
     stay: float = 0.98
     # A bound must bear its own error so many times: it holds for unknowns so many times as large.
     surely: float = 1e6
+    # Shifts of the diagonal of a step's matrix, over itself: the first is taken with which the
+    # matrix has a factor.
+    shifts: tuple[float, ...] = (1e-14, 1e-13, 1e-12, 1e-11)
+    # Error of the equations of a step, over their right side, below which it is not corrected.
+    correct: float = 1e-13
+    # A correction helps if it leaves less than this share of the error; else all is rounding.
+    helps: float = 0.1
+    # Rows in a part of the matrix product, of which only the lower triangle is computed.
+    rows: int = 250
 
     def accepted(self, stalled: int) -> float:
         """The error accepted after so many steps that do not halve the least error."""
@@ -58,15 +67,6 @@ class Settings:
 
 
 SETTINGS = Settings()
-
-# Rows in a part of the matrix product, of which only the lower triangle is computed.
-_ROWS = 250
-# Shifts of the diagonal, over itself: the first is taken with which the matrix has a factor.
-_SHIFTS = (1e-14, 1e-13, 1e-12, 1e-11)
-# Error of the equations, over their right side, below which it is not corrected.
-_CORRECT = 1e-13
-# A correction helps if it leaves less than this share of the error; else all is rounding.
-_HELPS = 0.1
 
 
 def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
@@ -199,8 +199,8 @@ class Equations:
         across = weights[n:, :n]
         half = across + weights[n:, n:] @ block
         matrix = weights[:n, :n] + across.T @ block
-        for start in range(0, n, _ROWS):
-            rows = slice(start, start + _ROWS)
+        for start in range(0, n, SETTINGS.rows):
+            rows = slice(start, start + SETTINGS.rows)
             matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
         self._factor = _factor(matrix.T)
 
@@ -211,7 +211,7 @@ class Equations:
         left, right = u, v
         size = _largest(u, v)
         error, before = size, np.inf
-        while _CORRECT * size < error < _HELPS * before:
+        while SETTINGS.correct * size < error < SETTINGS.helps * before:
             step = dpotrs(self._factor, left + program.columns(over(over(right))))[0]
             y = y + step
             z = z + over(over(program.rows(step) - right))
@@ -229,7 +229,7 @@ def _largest(u: Array, v: Array) -> float:
 def _factor(matrix: Array) -> Array:
     """The Cholesky factor, upper, of the upper triangle of a matrix in the order of columns."""
     diagonal = matrix.diagonal().copy()
-    for shift in _SHIFTS:
+    for shift in SETTINGS.shifts:
         np.fill_diagonal(matrix, diagonal * (1 + shift))
         factor, failed = dpotrf(matrix)
         if not failed:

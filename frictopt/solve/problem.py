@@ -12,11 +12,6 @@ from cvxpy.reductions.solution import Solution
 
 from ..base import RESIDUAL, Array, Recorded
 
-# Slack, over the largest value of its row, up to which a row is printed as binding: solvers leave
-# more than the residual.
-_BINDING = 100 * RESIDUAL
-_SHOWN = 8  # rows of the mechanism that are printed
-
 Duals: TypeAlias = tuple[tuple[str, Array], ...]
 
 
@@ -120,7 +115,7 @@ class Explained(Recorded):
         lines.append("left out")
         lines += [f"    {text}" for text in self.record.left_out or ("nothing",)]
         if mechanism is not None and len(mechanism):
-            shown = mechanism.head(_SHOWN)
+            shown = mechanism.head(8)
             lines.append(f"binding mechanism, {len(shown)} of {len(mechanism)} slips")
             table = shown.to_string(index=False, float_format="{:.4g}".format)
             lines += [f"    {row}" for row in table.split("\n")]
@@ -222,7 +217,8 @@ def _binding(row: cp.Constraint) -> str:
         low, high = np.linalg.norm(high, axis=row.axis), low
     slack = np.atleast_1d(high - low)
     size = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
-    return f", {int((slack <= _BINDING * size).sum())} of {slack.size} rows bind"
+    binds = slack <= 100 * RESIDUAL * size  # solvers leave more slack than the residual
+    return f", {int(binds.sum())} of {slack.size} rows bind"
 
 
 def _size(shape: tuple[int, ...]) -> str:

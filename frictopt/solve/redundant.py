@@ -12,8 +12,6 @@ from .arrays import Arrays
 from .eliminated import Definitions
 from .program import Program, Step
 
-# Digits to which rows are compared that differ in their scale.
-_DIGITS = 12
 # If f is less, `abs(q) <= f p` keeps `p >= 0` to fewer digits, and the row `p >= 0` stays.
 _CLEAR = 0.01
 
@@ -111,13 +109,13 @@ def _keys(rows: csr_array, right: Array) -> tuple[Array, Array, Array]:
     """Keys of rows, their scaled right sides, and their scales, which are their largest entries.
 
     A key is the product of the scaled row with a random complex vector: rows that differ in scale
-    alone have equal keys.
+    alone have equal keys, up to 12 digits.
     """
     sizes = largest_entries(rows)
     scale = np.where(sizes > 0, sizes, 1.0)
     vectors = np.random.default_rng(0).normal(size=(2, rows.shape[1]))
     marks = rows @ (vectors[0] + 1j * vectors[1]) / scale
-    return np.round(marks, _DIGITS), right / scale, sizes
+    return np.round(marks, 12), right / scale, sizes
 
 
 def largest_entries(rows: csr_array) -> Array:
