@@ -36,18 +36,12 @@ class PolishSettings:
 POLISH = PolishSettings()
 
 
-@dataclass(frozen=True, eq=False)
-class Arrays:
-    """A program: min `cost @ x` over the x whose slacks are in cones.
+class RowsInCones:
+    """Base of programs whose first `zero` slacks are zero, and whose other slacks are in cones.
 
-    The slacks are `right - sparse @ [x, block @ x]`. The first `zero` of them are zero. The others
-    are in cones `|s[1:]| <= s[0]` of these `sizes`, the linear ones, of size 1, first.
+    The cones are `|s[1:]| <= s[0]` of these `sizes`, the linear ones, of size 1, first.
     """
 
-    sparse: csr_array
-    block: Array
-    right: Array
-    cost: Array
     zero: int
     sizes: Integers
 
@@ -60,6 +54,18 @@ class Arrays:
     def heads(self) -> Integers:
         """The first row of each cone, linear rows included."""
         return self.zero + np.cumsum(self.sizes) - self.sizes
+
+
+@dataclass(frozen=True, eq=False)
+class Arrays(RowsInCones):
+    """A program: min `cost @ x` over the x with the slacks `right - sparse @ [x, block @ x]`."""
+
+    sparse: csr_array
+    block: Array
+    right: Array
+    cost: Array
+    zero: int
+    sizes: Integers
 
     @cached_property
     def matrix(self) -> csr_array:

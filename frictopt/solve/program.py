@@ -7,18 +7,18 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..base import Array, Booleans, Integers
+from .arrays import RowsInCones
 from .compiled import Block
 
 After = TypeVar("After")
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class Program(RowsInCones):
     """A program `min cost @ z` over the z that obey dense equations and whose slacks are in cones.
 
-    The slacks are `right - sparse @ z`. The first `zero` of them are zero. The others are in cones
-    `|s[1:]| <= s[0]` of these `sizes`, the linear ones, of size 1, first. The dense equations are
-    `z[block.defined] = block.matrix @ z[block.of]`. `unit` holds the units of z, 0 where unknown.
+    The slacks are `right - sparse @ z`. `unit` holds the units of z, 0 where unknown. The dense
+    equations are `z[block.defined] = block.matrix @ z[block.of]`.
     """
 
     sparse: csr_array
@@ -28,16 +28,6 @@ class Program:
     sizes: Integers
     unit: Array
     blocks: tuple[Block, ...]
-
-    @property
-    def linear(self) -> int:
-        """The number of equations and linear rows, which come first."""
-        return self.zero + int((self.sizes == 1).sum())
-
-    @property
-    def heads(self) -> Integers:
-        """The first row of each cone, linear rows included."""
-        return self.zero + np.cumsum(self.sizes) - self.sizes
 
     @property
     def in_blocks(self) -> Booleans:
