@@ -22,7 +22,7 @@ FAULTS = (
         "base/archive.py",
         "the units of a saved table are lost",
         old="table.attrs.update(attrs)",
-        new="pass",
+        new="None",
         tests="copies",
     ),
     Fault(
