@@ -17,7 +17,7 @@ from ..limits.programs import free_slips
 from ..limits.question import Question, pose, with_open
 from ..limits.safe_vertices import furthest
 from ..transients import SteadyState, steady_state
-from ..transients.begin import Transient
+from ..transients.transient import Transient
 from ..transients.classify import Settled, distance_left
 from ..transients.cycles import Run
 from ..transients.march import path_of

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
 from ..contact import most_shear
-from .begin import Cycle, Transient
+from .transient import Cycle, Transient
 
 LEAST = 4
 """Cycles with the same events before the first extrapolation, and cycles in turn that show a return after two."""

@@ -10,7 +10,6 @@ import numpy as np
 from ..base import PERIODIC, REPEATED, RESIDUAL, Array, Outcome
 from ..contact import parted
 from ..errors import NoContinuation, SolverError
-from .begin import Cycle, Transient
 from .classify import (
     LEAST,
     Settled,
@@ -23,6 +22,7 @@ from .classify import (
     work_error,
     work_to_come,
 )
+from .transient import Cycle, Transient
 
 # largest deviation from an affine map, over the change, that is accepted: a new event changes it by
 # more

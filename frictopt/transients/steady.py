@@ -26,9 +26,10 @@ from ..contact import ContactState, ContactSystem, LoadCycle, off_law, parted
 from ..errors import NoContinuation, SolverError
 from .classify import Settled, distance_left, returns_after
 from .cycles import Run
+from .increment_doubts import doubts
 from .march import path_of
 from .outcome import SteadyState
-from .stepped import SteppedPath, doubts
+from .stepped import SteppedPath
 
 MOST_CYCLES = 2000
 """Number of cycles after which the search for a steady state gives up, unless another one is asked for."""

@@ -14,7 +14,7 @@ from scipy.linalg.lapack import dpocon
 from ...base import RESIDUAL, ROUNDING, STALLED, Array, Booleans, SolveRecord, warns_of_odd_values
 from ...contact import ContactSystem, joined, parted
 from ...errors import SolverError
-from ..begin import OPEN
+from ..transient import OPEN
 from .increment import FrictionIncrement, Increment, Posed, force_scale, sizes_of
 from .newton import Law, State, newton
 from .programs import FrozenBoundIncrement
@@ -82,7 +82,7 @@ class _Nodes:
         """What sweeps make of motions u and reactions r, which they change; the reactions of the state are on the law, those beside it are exact."""
         forces, status = np.empty_like(r), np.empty(len(law.friction), dtype=np.int8)
         error = increment(
-            law.S, law.friction, law.strength, law.own, self.sizes, u, r, forces, status
+            law.S, law.friction, law.strength, law.augmentation, self.sizes, u, r, forces, status
         )
         return State(u, forces, status, 0, error), r
 
@@ -183,12 +183,13 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
     def _otherwise(self, posed: Posed, least: float) -> Increment:
         tangent = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
         laws, still = (
-            (posed.law, replace(posed.law, own=np.vstack([tangent, self.own[-1]]))),
+            (posed.law, replace(posed.law, augmentation=np.vstack([tangent, self.own[-1]]))),
             np.zeros_like(posed.trial),
         )
         for law, scale in product(laws, _SCALES):
             found = posed.result(
-                newton(replace(law, own=scale * law.own), posed.trial, still), _NEWTON
+                newton(replace(law, augmentation=scale * law.augmentation), posed.trial, still),
+                _NEWTON,
             )
             if found.record.residual <= RESIDUAL:
                 return found
@@ -208,7 +209,7 @@ class _Rest(_Nodes):
     def __init__(self, law: Law, gap: Array, unit: float, opened: Booleans) -> None:
         left, self.opened = ~opened, opened
         self._out, self._in = (
-            np.flatnonzero(np.tile(nodes, len(law.own))) for nodes in (opened, left)
+            np.flatnonzero(np.tile(nodes, len(law.augmentation))) for nodes in (opened, left)
         )
         own, between = law.S[np.ix_(self._out, self._out)], law.S[np.ix_(self._out, self._in)]
         self._factor = cho_factor(own)
@@ -218,8 +219,13 @@ class _Rest(_Nodes):
             cho_solve(self._factor, between).T
         )  # a row for each motion of the others
         S = law.S[np.ix_(self._in, self._in)] - self._carried @ between
-        own, least = np.diag(S).reshape(len(law.own), -1), ROUNDING * law.own[:, left]
-        own = np.where(own > least, own, law.own[:, left])  # what is rounding holds nothing
+        own, least = (
+            np.diag(S).reshape(len(law.augmentation), -1),
+            ROUNDING * law.augmentation[:, left],
+        )
+        own = np.where(
+            own > least, own, law.augmentation[:, left]
+        )  # what is rounding holds nothing
         rest = Law(
             S, law.friction[left], np.tile(own.max(axis=0), (len(own), 1)), law.strength[left]
         )
