@@ -55,8 +55,8 @@ FAULTS = (
     Fault(
         "transients/increments/by_newton.py",
         "what is left of a contact has no strength",
-        old="law.strength[left]",
-        new="np.full(left.sum(), np.inf)",
+        old="law.strength[remaining]",
+        new="np.full(remaining.sum(), np.inf)",
         tests="shear_strength",
     ),
     Fault(
