@@ -1,4 +1,4 @@
-"""Transients, by the exact path or in increments: states over load cycles, or under the mean load."""
+"""Transients by the exact path or in increments: over load cycles, or under the mean load."""
 
 from __future__ import annotations
 
@@ -175,17 +175,17 @@ def _exactly(path: ExactPath, cycles: int) -> _States:
 
 
 class _Runs(NamedTuple):
-    """How many cycles each run in increments follows, and what counts them."""
+    """How many cycles each run in increments follows, and what reports each."""
 
     cycles: int
-    count: Callable[[], object]
+    report: Callable[[], object]
 
     def follow(self, path: SteppedPath) -> list[Point]:
         """The states of a transient that has not begun; errors of increments."""
         points = [path.state, *path.follow(path.begun)]
         for _ in range(self.cycles):
             points += path.follow(path.legs)
-            self.count()
+            self.report()
         return points
 
 

@@ -56,7 +56,7 @@ class Point(NamedTuple):
 
 
 class SteppedPath(Transient):
-    """States of a transient by an engine of `ENGINES`, in `steps` increments per segment (None: 20).
+    """States of a transient by an engine of `ENGINES`, in `steps` increments a segment (None: 20).
 
     A segment goes from corner to corner. The other parameters are those of `Transient`.
 

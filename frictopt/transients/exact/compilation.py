@@ -19,7 +19,7 @@ _OPTIONS = {
 
 
 def entry_point(function: Callable[..., Any]) -> Any:
-    """Compile a function that Python calls; its machine code is kept on disk if that is possible."""
+    """Compile a function that Python calls; its machine code is kept on disk if possible."""
     try:
         return njit(cache=True, **_OPTIONS)(function)
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""The compiled kernel of the exact path: it follows one segment of the load path from event to event.
+"""The compiled kernel of the exact path: it follows one segment of the load from event to event.
 
 On a segment the bonded reactions change linearly. If the status of every node is known (stick,
 slip, open), the rates of slip, gap and reactions solve one small linear system, and the state

@@ -64,7 +64,7 @@ class ExactPath(Transient):
     >>> from frictopt.transients.exact import ExactPath
     >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
     >>> work = path.cycle_on(1).work
-    >>> path.visited, round(float(path.state.u[0]), 6)  # slip of the first node at the second corner
+    >>> path.visited, round(float(path.state.u[0]), 6)  # slip of node 0 at the second corner
     (2, -0.5)
     """
 
@@ -212,8 +212,8 @@ class ExactPath(Transient):
         self.unproven = int(self.state.trace[UNPROVEN])
         if len(self._record):
             state = self.state
-            corner = [[self.visited], state.u, state.r, state.status, state.work]
-            self.history.append(np.concatenate(corner)[None])
+            corner = np.r_[self.visited, state.u, state.r, state.status, state.work]
+            self.history.append(corner[None])
 
     def _keep_record(self) -> None:
         """Move the states of the record to the history."""

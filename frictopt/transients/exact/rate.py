@@ -176,7 +176,7 @@ def _all_solutions(M: Array, c: Array) -> list[Array]:
 
 
 def _pivoted(M: Array, c: Array, settings: RateSettings) -> Iterator[Array]:
-    """Solutions by Lemke's method from several covering vectors, which may end at different ones."""
+    """Solutions by Lemke's method, which may differ from one covering vector to the next."""
     shape = settings.covers - 1, len(c)
     random = np.random.default_rng(0).uniform(0.2, 1.0, size=shape)
     for cover in (np.ones(len(c)), *random):
