@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 
 from ..base import CONDENSATION, ROUNDING, Array
 from ..contact import parted
-from ..transients.begin import OPEN, STICK, Transient
+from ..transients.transient import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath
 

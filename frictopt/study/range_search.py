@@ -12,7 +12,7 @@ from ..base import LEVEL, PERIODIC, RESIDUAL, Array, Outcome, kept
 from ..errors import NoContinuation, SolverError
 from ..limits.question import Question
 from ..transients import SteadyState, steady_state
-from ..transients.begin import Transient
+from ..transients.transient import Transient
 from ..transients.classify import Settled, distance_left
 from ..transients.cycles import Run
 from ..transients.exact import ExactPath

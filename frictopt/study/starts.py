@@ -28,7 +28,7 @@ from ..base.results import Portable
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_system, joined, parted
 from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
-from ..transients.begin import Transient
+from ..transients.transient import Transient
 from ..transients.march import path_of
 
 __all__ = [

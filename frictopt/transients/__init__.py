@@ -9,7 +9,8 @@ with `|q| = f p` against q, or is open. Out come:
 - `onset`: the loads at which the bonded contact first slips or opens, an `Onset` (`onset.py`).
 
 A transient is followed exactly, from event to event, in the plane (`exact/`), and in increments in
-space (`stepped.py`, `increments/`); `begin.py` is the base of both. `cycles.py` follows the cycles
+space (`stepped.py`, `increments/`); `transient.py` is the base of both, and
+`increment_doubts.py` says what increments leave in doubt. `cycles.py` follows the cycles
 until a steady state is proven: `classify.py` judges the last cycles, `extrapolation.py` jumps to
 their limit, and `steady_cycle.py` checks the states of one period. `fretting.py` and
 `critical_plane.py` make the tables of a steady cycle, `pictures.py` draws. `statics.py` says what

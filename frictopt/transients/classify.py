@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
 from ..contact import most_shear
-from .begin import Cycle, Transient
+from .transient import Cycle, Transient
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ import numpy as np
 from ..base import PERIODIC, REPEATED, RESIDUAL, Outcome
 from ..contact import parted
 from ..errors import NoContinuation, SolverError
-from .begin import Cycle, Transient
+from .transient import Cycle, Transient
 from .classify import Settled, bend, classify, distance_left, without_work, work_error
 from .extrapolation import AffineLimit, CurvedLimit, LimitSearch
 

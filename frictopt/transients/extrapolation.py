@@ -21,7 +21,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ..base import PERIODIC, REPEATED, RESIDUAL, ROUNDING, Array
-from .begin import Cycle, Transient
+from .transient import Cycle, Transient
 from .classify import work_to_come
 
 Follow: TypeAlias = Callable[[Transient | None], Cycle]

@@ -1,10 +1,10 @@
-"""Transients, by the exact path or in increments: the states over a number of load cycles, and that under the mean load alone."""
+"""Transients by the exact path or in increments: over load cycles, or under the mean load."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,10 +30,11 @@ from ..contact import (
     parted,
 )
 from ..errors import ModelError, NoContinuation, SolverError
-from .begin import OPEN
 from .exact import ExactPath
-from .stepped import ENGINES, SteppedPath, doubts
+from .increment_doubts import doubts
+from .stepped import ENGINES, Point, SteppedPath
 from .trajectory import Trajectory
+from .transient import OPEN
 
 
 @warns_of_odd_values
@@ -50,7 +51,7 @@ def march(
     steps: int | None = None,
     progress: bool = True,
 ) -> Trajectory:
-    """Follow a transient from an initial slip, or from an earlier state, through a number of load cycles.
+    """Follow a transient from an initial slip, or from an earlier state, through load cycles.
 
     The load path starts at an artificial load that carries the initial slip with q = 0 and, at
     every node, p equal to the mean of `abs(p^w)` under the mean load. It goes in a straight line to
@@ -107,88 +108,127 @@ def march(
     """
     whole_number("cycles", cycles, least=0)
     flag("progress", progress)
-    asked = system, cycle, friction, load_factor, initial_slip, initial_state
-    path = path_of(*asked, steps=steps, engine=engine)
-    begun = path.visited
+    parameters = system, cycle, friction, load_factor, initial_slip, initial_state
+    path = path_of(*parameters, steps=steps, engine=engine)
     if isinstance(path, ExactPath):
-        path, error, legs = path.recorded(), 0.0, path.begun + path.legs * cycles
-        loads = np.array([path.bonded, *(load for load, _ in legs)])
-        path.follow(legs)
-        time, u, r, status, work = path.states()
-        bonded = np.array(
-            [np.interp(time, begun + np.arange(len(loads)), values) for values in loads.T]
-        ).T
+        path = path.recorded()
+        states, step_error = _exactly(path, cycles), 0.0
     else:
-        with bar_of(progress, "march", "cycle", total=(1 + len(path.coarser)) * cycles) as bar:
-            coarse = [
-                SteppedPath("newton", count, *asked) for count in path.coarser
-            ]  # the quickest way
-            (bonded, u, r, status, work), error = _in_increments(path, coarse, cycles, bar.update)
-        time, work = begun + np.arange(len(u)) / path.steps, np.cumsum(work, axis=0)
-    (bonded_q, bonded_p), (slip, gap), (q, p) = (
-        parted(values, system.tangents + 1) for values in (bonded, u, r)
-    )
-    amplitudes, kinds = (
-        amplitudes_at(system, cycle, path.load_factor, time, {}),
-        status.astype(np.int8, copy=False),
-    )
-    state = (
+        # Runs with fewer steps are solved the quickest way.
+        coarser = [SteppedPath("newton", count, *parameters) for count in path.coarser]
+        total = (1 + len(coarser)) * cycles
+        with bar_of(progress, "march", "cycle", total=total) as bar:
+            runs = _Runs(cycles, bar.update)
+            states, step_error = _in_increments(path, coarser, runs)
+    axes = system.tangents + 1
+    bonded_q, bonded_p = parted(states.bonded, axes)
+    slip, opening = parted(states.u, axes)
+    q, p = parted(states.r, axes)
+    trajectory = Trajectory(
+        system,
+        frozen(path.friction),
+        cycle,
+        states.time,
+        amplitudes_at(system, cycle, path.load_factor, states.time, {}),
+        bonded_q,
+        bonded_p,
         slip,
-        gap + system.gap,
+        opening + system.gap,
         q,
         p,
-        kinds,
-        work,
+        states.status.astype(np.int8, copy=False),
+        states.work,
         path.engine,
-        error,
+        step_error,
         perf_counter() - path.started,
-    )
-    trajectory = Trajectory(
-        system, frozen(path.friction), cycle, time, amplitudes, bonded_q, bonded_p, *state
     )
     if not trajectory.residual <= RESIDUAL:
         raise SolverError(
-            f"march: the states violate the contact law or the balance of energy by {trajectory.residual:.1e} (tolerance {RESIDUAL:g}; "
-            f"{trajectory.verdict}); {path.cause_of_rounding}"
+            "march: the states violate the contact law or the balance of energy by "
+            f"{trajectory.residual:.1e} (tolerance {RESIDUAL:g}; {trajectory.verdict}); "
+            f"{path.cause_of_rounding}"
         )
     return trajectory
 
 
-def _in_increments(
-    path: SteppedPath, coarser: Sequence[SteppedPath], cycles: int, tell: Callable[[], object]
-) -> tuple[list[Array], float]:
-    """Loads, `u`, reactions, status and work of the states of a transient that has not begun, and their `step_error`; errors of increments."""
+class _States(NamedTuple):
+    """T states: times (T,), loads, `u` and reactions (T, M), status and work so far (T, N)."""
 
-    def followed(path: SteppedPath) -> list[Array]:
+    time: Array
+    bonded: Array
+    u: Array
+    r: Array
+    status: Array
+    work: Array
+
+
+def _exactly(path: ExactPath, cycles: int) -> _States:
+    """The states at the events of a recorded path that has not begun."""
+    first_time = path.visited
+    legs = path.begun + path.legs * cycles
+    stops = np.array([path.bonded, *(load for load, _ in legs)])
+    path.follow(legs)
+    time, u, r, status, work = path.states()
+    times_of_stops = first_time + np.arange(len(stops))
+    bonded = np.array([np.interp(time, times_of_stops, values) for values in stops.T]).T
+    return _States(time, bonded, u, r, status, work)
+
+
+class _Runs(NamedTuple):
+    """How many cycles each run in increments follows, and what reports each."""
+
+    cycles: int
+    report: Callable[[], object]
+
+    def follow(self, path: SteppedPath) -> list[Point]:
+        """The states of a transient that has not begun; errors of increments."""
         points = [path.state, *path.follow(path.begun)]
-        for _ in range(cycles):
+        for _ in range(self.cycles):
             points += path.follow(path.legs)
-            tell()
-        return [np.array(values) for values in zip(*points, strict=True)]
+            self.report()
+        return points
 
-    def at_stops(path: SteppedPath, u: Array) -> Array:
-        return u[:: path.steps, : -path.nodes]
 
-    *states, _ = followed(path)
-    _, u, r, *_ = states
-    error = 0.0 if coarser else np.inf
+def _in_increments(
+    path: SteppedPath, coarser: Sequence[SteppedPath], runs: _Runs
+) -> tuple[_States, float]:
+    """The states of a transient that has not begun, and their `step_error`."""
+    first_time = path.visited
+    bonded, u, r, status, work, _ = (
+        np.array(values) for values in zip(*runs.follow(path), strict=True)
+    )
+    time = first_time + np.arange(len(u)) / path.steps
+    states = _States(time, bonded, u, r, status, np.cumsum(work, axis=0))
+    error = max(_change_by_steps(path, u, coarser, runs), _slip_in_doubt(path, u, r))
+    return states, error / path.length
+
+
+def _change_by_steps(
+    path: SteppedPath, u: Array, coarser: Sequence[SteppedPath], runs: _Runs
+) -> float:
+    """Largest difference of the slip at the corners from runs with fewer steps; inf without any."""
+    if not coarser:
+        return np.inf
+    n, error = path.nodes, 0.0
+    at_corners = u[:: path.steps, :-n]
     for other in coarser:
         try:
-            error = max(
-                error, float(np.abs(at_stops(path, u) - at_stops(other, followed(other)[1])).max())
-            )
+            points = runs.follow(other)
         except (NoContinuation, SolverError):
             error = np.inf
+        else:
+            coarse = np.array([point.u for point in points])[:: other.steps, :-n]
+            error = max(error, float(np.abs(at_corners - coarse).max()))
+    return error
+
+
+def _slip_in_doubt(path: SteppedPath, u: Array, r: Array) -> float:
+    """Slip within the increments that their ends do not show, from the `doubts` in its work."""
     doubt = doubts(path.system, path.friction, u, r)
-    ways = [
-        float((one / np.where(doubt.bound > 0, doubt.bound, np.inf)).sum(axis=0).max())
-        for one in (doubt.lacking, doubt.change)
-    ]
-    missed = (
-        float(np.sqrt(np.prod(ways))),
-        float(doubt.late.max(initial=0.0)),
-    )  # slip within the increments
-    return states, max(error, *missed) / path.length
+    bound = np.where(doubt.bound > 0, doubt.bound, np.inf)
+    lacking = float((doubt.lacking / bound).sum(axis=0).max())
+    change = float((doubt.change / bound).sum(axis=0).max())
+    return max(float(np.sqrt(lacking * change)), float(doubt.late.max(initial=0.0)))
 
 
 def amplitudes_at(
@@ -198,49 +238,63 @@ def amplitudes_at(
     time: Array,
     first: Mapping[str, float],
 ) -> Array:
-    """(T, cases) amplitudes of the load cases at times from the first state on, which has the amplitudes `first`; not known: NaN."""
+    """(T, cases) amplitudes of the load cases at times from the first state on.
+
+    The first state has the amplitudes `first`; if they are empty, they are not known: NaN.
+    """
     begin, end = int(time[0]), int(np.ceil(time[-1]))
-    loads, cyclic = [first] + ([cycle.mean] if begin < 0 else []), cycle.at(load_factor)
-    loads += [cyclic[number % len(cyclic)] for number in range(max(begin, 0), end)]
-    none = 0.0 if first else np.nan
-    stops = [
-        [load.get(case, 0.0 if number else none) for case in system.bonded]
-        for number, load in enumerate(loads)
-    ]
-    return np.array(
-        [np.interp(time, begin + np.arange(len(stops)), column) for column in np.transpose(stops)]
-    ).T
+    corners = cycle.at(load_factor)
+    loads = [first]
+    if begin < 0:
+        loads.append(cycle.mean)
+    loads += [corners[number % len(corners)] for number in range(max(begin, 0), end)]
+    stops = np.array([[load.get(case, 0.0) for case in system.bonded] for load in loads])
+    if not first:
+        stops[0] = np.nan
+    times_of_stops = begin + np.arange(len(stops))
+    return np.array([np.interp(time, times_of_stops, column) for column in stops.T]).T
 
 
 def path_of(
-    system: ContactSystem, *asked: Any, steps: int | None = None, engine: object = None
+    system: ContactSystem, *parameters: Any, steps: int | None = None, engine: object = None
 ) -> ExactPath | SteppedPath:
-    """A `Transient` that has not begun, of a system and what else `Transient` asks for; `steps` and `engine` as in `march`."""
-    plane = checked_system(system).tangents == 1
-    way = "path" if plane and steps is None and not system.capped else "newton"
-    way = way if engine is None else str(choice("engine", engine, ("path", *ENGINES)))
-    if way in ("path", "milp") and not plane:
-        raise ModelError(
-            f"engine: {way!r}; it needs a law of straight lines, and the friction circle is curved: choose 'newton' or 'qp', and see `step_error` "
-            "for what the increments leave"
-        )
-    if way in ("path", "milp"):
-        checked_uncapped(system, f"engine {way!r}")
-    if way == "path" and steps is not None:
-        raise ModelError(
-            f"steps: {steps}; the exact path has none, leave it out or choose an engine of increments: {', '.join(ENGINES)}"
-        )
-    return (
-        ExactPath(system, *asked)
-        if way == "path"
-        else SteppedPath(way, steps, system, *asked).checked()
-    )
+    """A `Transient` that has not begun; `parameters` are its other ones.
+
+    `steps` and `engine` are those of `march`.
+    """
+    in_plane = checked_system(system).tangents == 1
+    if engine is not None:
+        chosen = str(choice("engine", engine, ("path", *ENGINES)))
+    elif in_plane and steps is None and not system.capped:
+        chosen = "path"
+    else:
+        chosen = "newton"
+
+    if chosen in ("path", "milp"):
+        if not in_plane:
+            raise ModelError(
+                f"engine: {chosen!r}; it needs a law of straight lines, and the friction circle is "
+                "curved: choose 'newton' or 'qp', and see `step_error` for what the increments "
+                "leave"
+            )
+        checked_uncapped(system, f"engine {chosen!r}")
+    if chosen == "path":
+        if steps is not None:
+            raise ModelError(
+                f"steps: {steps}; the exact path has none, leave it out or choose an engine of "
+                f"increments: {', '.join(ENGINES)}"
+            )
+        return ExactPath(system, *parameters)
+    return SteppedPath(chosen, steps, system, *parameters).checked()
 
 
 def mean_state(
     system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
 ) -> ContactState:
-    """Slip and gap once the mean load has come, from no slip: followed exactly in the plane, by Newton's increments in space; errors of `march`."""
+    """Slip and gap under the mean load, from no slip; errors of `march`.
+
+    In the plane the path is exact, in space it takes increments of Newton's method.
+    """
     path = path_of(system, cycle, friction, 0.0, steps=steps).start()
     slip, _ = parted(path.state.u, system.tangents + 1)
     return ContactState(
@@ -249,7 +303,10 @@ def mean_state(
 
 
 def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> Booleans:
-    """(N,) nodes that are open once the mean load has come, from no slip; increments go beyond jumps, at which the exact path ends."""
+    """(N,) nodes that are open under the mean load, from no slip.
+
+    The exact path ends at a jump. Then increments go on.
+    """
     try:
         path = path_of(system, cycle, friction, 0.0).start()
     except NoContinuation as end:
@@ -262,6 +319,6 @@ def open_at_rest(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -
 
 def _gap(path: ExactPath | SteppedPath) -> NDArray[np.float64]:
     """(N,) gaps of the present state."""
-    _, opened = parted(path.state.u, path.system.tangents + 1)
-    gap = np.where(path.state.status == OPEN, (opened + path.system.gap).clip(0.0), 0.0)
+    _, opening = parted(path.state.u, path.system.tangents + 1)
+    gap = np.where(path.state.status == OPEN, (opening + path.system.gap).clip(0.0), 0.0)
     return np.where(gap > ROUNDING * gap.max(), gap, 0.0)

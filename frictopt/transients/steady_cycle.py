@@ -5,8 +5,8 @@ import numpy as np
 from ..base import COUNTS, RESIDUAL, SAME_STATE, Array, Outcome
 from ..contact import reactions
 from ..errors import SolverError
-from .begin import Scales, scales
 from .trajectory import Trajectory
+from .transient import Scales, scales
 
 # Factor on the errors with which a steady state is accepted: a cycle from it may differ by so much.
 _ACCEPTED = 10

@@ -1,6 +1,7 @@
 """A transient from increment to increment."""
 
 from copy import copy
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
 
@@ -8,29 +9,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import Array, Booleans, whole_number
-from ..contact import ContactSystem, most_shear
+from ..contact import most_shear
 from ..errors import ModelError, NoContinuation, SolverError
-from .begin import OPEN, STICK, Cycle, Transient
 from .statics import Statics, check_sliding, rigid_motions
+from .transient import OPEN, STICK, Cycle, Transient
 
 ENGINES = MappingProxyType(
     {"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"}
 )
 """Ways to solve an increment, and the names of their classes."""
 
-_STEPS = 20  # increments from corner to corner, unless another number is given
-_PARTS, _LEAST = (
-    4,
-    32,
-)  # finer increments that tell an error: of each one, and from corner to corner, at least
-# Shares of the last of the finer increments that are left at more of them. Just above a limit nodes
-# slip shortly before a corner alone, in a part of
-# the way that is as small as the load factor is close to the limit.
+
+@dataclass(frozen=True)
+class StepSettings:
+    """Numbers of increments."""
+
+    # From corner to corner, unless another number is given.
+    steps: int = 20
+    # The error estimate divides each increment into at least this many parts ...
+    parts: int = 4
+    # ... and the segment from corner to corner into at least this many increments.
+    finest: int = 32
+
+
+_SETTINGS = StepSettings()
+
+# The finer increments also end at these distances before a corner, in increments. Just above a
+# limit nodes slip shortly before a corner alone, in a part of the segment that is as small as the
+# load factor is close to the limit.
 _TAIL = np.concatenate([0.5 ** (np.arange(1, 13) / 2), 0.5 ** np.arange(7, 21)])
 
 
 class Point(NamedTuple):
-    """One state: load, `u = [v, w - g0]`, reactions (M,); status; and since the state before the work of friction and the way slid while closed."""
+    """One state: load, `u = [v, w - g0]` and reactions (M,), and status (N,).
+
+    `work` and `way` (N,) are the work of friction and the path of slip while closed since the state
+    before.
+    """
 
     bonded: Array
     u: Array
@@ -41,140 +56,145 @@ class Point(NamedTuple):
 
 
 class SteppedPath(Transient):
-    """States of a transient by an engine of `ENGINES`, a number of increments from corner to corner (None: 20); `asked` as in `Transient`.
+    """States of a transient by an engine of `ENGINES`, in `steps` increments a segment (None: 20).
+
+    A segment goes from corner to corner. The other parameters are those of `Transient`.
 
     Attributes
     ----------
     shares
-        Ends of the increments, as shares of the way from corner to corner.
+        Ends of the increments, as shares of the segment.
     state
         The present state.
     events
         Number of changes of status so far.
     """
 
-    def __init__(self, engine: str, steps: int | None, *asked: Any) -> None:
-        self.engine, self.steps = (
-            engine,
-            whole_number("steps", _STEPS if steps is None else steps, least=1),
-        )
-        self.coarser = sorted(
-            {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}, reverse=True
-        )
+    def __init__(self, engine: str, steps: int | None, *parameters: Any) -> None:
+        self.engine = engine
+        self.steps = whole_number("steps", _SETTINGS.steps if steps is None else steps, least=1)
+        fewer = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
+        self.coarser = sorted(fewer, reverse=True)
         self.shares = np.arange(1, self.steps + 1) / self.steps
-        super().__init__(*asked)
+        super().__init__(*parameters)
 
     def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
-        from . import increments  # here, because the exact path does not need cvxpy
+        # Imported here, because the exact path does not need cvxpy.
+        from . import increments
 
-        none = np.zeros(self.nodes)
         self._increment = getattr(increments, ENGINES[self.engine])(self.system, self.friction)
         self.unit = np.tile(self.scales.length, self.system.tangents)
-        self.state = Point(
-            self.bonded, u, r, np.where(opened, OPEN, STICK).astype(np.int8), none, none
-        )
+        status = np.where(opened, OPEN, STICK).astype(np.int8)
+        nothing = np.zeros(self.nodes)
+        self.state = Point(self.bonded, u, r, status, nothing, nothing)
 
     def checked(self) -> Self:
-        """The transient itself, if its mean load presses and friction can hold all loads; else ModelError, NoContinuation."""
-        loads = {
-            f"the load at the corner ({name})": r
-            for name, r in zip(self.cycle.corner_names, self.corners, strict=True)
-        }
-        check_sliding(self.system, self.friction, {"the mean load": self.mean} | loads)
+        """The transient itself, if its mean load presses and friction can hold all loads.
+
+        Otherwise ModelError or NoContinuation.
+        """
+        loads = {"the mean load": self.mean}
+        for name, corner in zip(self.cycle.corner_names, self.corners, strict=True):
+            loads[f"the load at the corner ({name})"] = corner
+        check_sliding(self.system, self.friction, loads)
         if not np.abs(self.mean[-self.nodes :]).max() > 0:
             raise ModelError(
-                "mean: the mean load has no normal reactions, and a transient starts from it; give `cycle.mean` a load that presses"
+                "mean: the mean load has no normal reactions, and a transient starts from it; give "
+                "`cycle.mean` a load that presses"
             )
         return self
 
     def follow_to(self, bonded: Array, where: str) -> list[Point]:
-        """The states on the straight way to other bonded reactions; the last one stays. Errors of increments say where."""
-        n, points = self.nodes, list[Point]()
-        loads = [
-            *(self.state.bonded + self.shares[:-1, None] * (bonded - self.state.bonded)),
-            bonded,
-        ]
+        """The states on the straight segment to other bonded reactions; the last one stays.
+
+        Errors of increments name the segment by `where`.
+        """
+        points = []
+        change = bonded - self.state.bonded
+        loads = [*(self.state.bonded + self.shares[:-1, None] * change), bonded]
         states = self._increment.along(self.state.u, loads)
         for step, load in enumerate(loads, 1):
             try:
                 u, r, status = next(states)
             except (NoContinuation, SolverError) as error:
-                raise self._end(
-                    error, load, f"{where}, increment {step} of {len(loads)}"
-                ) from error
-            before = self.state
-            moved = np.sqrt(((u - before.u)[:-n].reshape(-1, n) ** 2).sum(axis=0)) * (
-                status != OPEN
-            )
-            bound = most_shear(self.system, self.friction, np.array([before.r, r])[:, -n:]).mean(
-                axis=0
-            )
-            self.events += int((status != before.status).sum())
-            self.state = Point(load, u, r, status, bound * moved, moved)
+                place = f"{where}, increment {step} of {len(loads)}"
+                raise self._end(error, load, place) from error
+            self.events += int((status != self.state.status).sum())
+            self.state = self._next_point(load, u, r, status)
             points.append(self.state)
-        self.bonded, self.visited, self.unproven = (
-            bonded,
-            self.visited + 1,
-            self.events,
-        )  # nothing is proven of any event
+        self.bonded = bonded
+        self.visited += 1
+        # Nothing is proven of any event.
+        self.unproven = self.events
         return points
+
+    def _next_point(self, load: Array, u: Array, r: Array, status: NDArray[np.int8]) -> Point:
+        """A state with the work of friction since the present one, by the mean friction bound."""
+        n, before = self.nodes, self.state
+        slip_step = (u - before.u)[:-n].reshape(-1, n)
+        path = np.sqrt((slip_step**2).sum(axis=0)) * (status != OPEN)
+        pressures = np.array([before.r, r])[:, -n:]
+        bound = most_shear(self.system, self.friction, pressures).mean(axis=0)
+        return Point(load, u, r, status, bound * path, path)
 
     def _end(
         self, error: NoContinuation | SolverError, load: Array, where: str
     ) -> NoContinuation | SolverError:
-        """The error of an increment that finds no state under a load, which says where, and that the body slides off where it does."""
+        """The error of an increment without a state, with its place.
+
+        If the body slides off under the load, it says so.
+        """
         system = self.system
-        if (
-            isinstance(error, NoContinuation)
-            or not rigid_motions(system.S, system.own_stiffness).size
-        ):
+        held = not rigid_motions(system.S, system.own_stiffness).size
+        if isinstance(error, NoContinuation) or held:
             return type(error)(f"{where}: {error}")
-        slides = Statics(system, self.friction).slides_off(
-            "the load there", load + system.S @ self.state.u
-        )
+        statics = Statics(system, self.friction)
+        slides = statics.slides_off("the load there", load + system.S @ self.state.u)
         if slides:
             return NoContinuation(f"{where}: {slides}; no state was found")
         return SolverError(f"{where}: {error} ({self.forces_there(self.state.r)})")
 
     def finer(self) -> tuple[Self, int]:
-        """A copy that goes on in finer increments, and into how many it parts each one."""
-        copied, parts = copy(self), max(_PARTS, -(-_LEAST // self.steps))
-        copied.shares = np.unique(
-            np.r_[
-                np.arange(1, parts * self.steps + 1) / (parts * self.steps), 1 - _TAIL / self.steps
-            ].round(12)
-        )
+        """A copy that goes on in finer increments, and into how many it divides each one."""
+        parts = max(_SETTINGS.parts, -(-_SETTINGS.finest // self.steps))
+        count = parts * self.steps
+        even = np.arange(1, count + 1) / count
+        tail = 1 - _TAIL / self.steps
+        copied = copy(self)
+        copied.shares = np.unique(np.r_[even, tail].round(12))
         return copied, parts
 
     def cycle_on(self, count: int) -> Cycle:
-        """Follow so many load cycles, from increment to increment."""
+        """Follow `count` load cycles, from increment to increment."""
         begin = self.state
-        points = [point for leg in self.legs * count for point in self.follow_to(*leg)]
-        bonded, u, r, status, work, way = (np.array(values) for values in zip(*points, strict=True))
-        before, after = begin.u[: -self.nodes] / self.unit, u[-1, : -self.nodes] / self.unit
-        previous, change = (
-            np.concatenate([begin.u[None], u[:-1]]),
-            float(np.abs(after - before).max()),
+        points = self.follow(self.legs * count)
+        bonded, u, r, status, work, path = (
+            np.array(values) for values in zip(*points, strict=True)
         )
-        works = work.reshape(count, -1).sum(axis=1).tolist()
+        before = begin.u[: -self.nodes] / self.unit
+        after = u[-1, : -self.nodes] / self.unit
         return Cycle(
-            before,
-            after,
-            change,
-            work.sum(axis=0),
-            way.sum(axis=0),
-            works,
-            status.tobytes(),
-            bonded,
-            u,
-            r,
-            previous,
+            before=before,
+            after=after,
+            change=float(np.abs(after - before).max()),
+            work=work.sum(axis=0),
+            slid=path.sum(axis=0),
+            works=work.reshape(count, -1).sum(axis=1).tolist(),
+            events=status.tobytes(),
+            bonded=bonded,
+            u=u,
+            r=r,
+            previous=np.concatenate([begin.u[None], u[:-1]]),
         )
 
     def at(self, place: Array) -> Self | None:
-        """A copy at the same load with another slip, in slip scales, and where an increment takes it from there; None if there is no state."""
-        elsewhere, n = copy(self), self.nodes
-        elsewhere.state = self.state._replace(u=np.r_[place * self.unit, self.state.u[-n:]])
+        """A copy at the same load, at the state that one increment reaches from another slip.
+
+        The slip is in slip scales. None if there is no such state.
+        """
+        elsewhere = copy(self)
+        u = np.r_[place * self.unit, self.state.u[-self.nodes :]]
+        elsewhere.state = self.state._replace(u=u)
         elsewhere.shares = np.ones(1)
         try:
             elsewhere.follow_to(self.bonded, "the load at hand")
@@ -182,80 +202,3 @@ class SteppedPath(Transient):
             return None
         elsewhere.shares = self.shares
         return elsewhere
-
-
-class Doubts(NamedTuple):
-    """What the ends of increments leave in doubt, (T - 1, N) each: works and slips, see `doubts`; and the mean friction bound."""
-
-    lacking: Array
-    change: Array
-    missed: Array
-    late: Array
-    bound: Array
-
-
-def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts:
-    """What the ends of increments leave in doubt, from T states and their reactions, (T, M).
-
-    `lacking` is what the loads lack for the work of friction: a node that sticks in a part of an
-    increment, or slips to and fro, is below its bound there. `change` is the change of the bound
-    along the way. Both are zero where a node slides all the time, or its bound stays: there the
-    increment is exact. `missed` is the work of a node before it opens, and `late` the slip between
-    where a node sticks that was open, and where it came down: increments count neither. They all
-    see events that lie so close to a corner that no number of increments parts them.
-
-    All else is taken to drive a node evenly from where it is closed to where it is open, which is
-    exact in the plane for a node that no other one moves.
-    """
-    n, gap = len(friction), u[:, -len(friction) :] + system.gap
-    dv, r = np.diff(u[:, :-n], axis=0).reshape(len(u) - 1, -1, n), r.reshape(len(r), -1, n)
-    closed, q, bound = (
-        (r != 0).any(axis=1),
-        r[:, :-1],
-        most_shear(system, friction, r[:, -1]),
-    )  # an open node has no reactions
-    way, mean = np.linalg.norm(dv * closed[1:, None], axis=1), (bound[1:] + bound[:-1]) / 2
-    lacking = mean * way + ((q[1:] + q[:-1]) / 2 * dv * closed[1:, None]).sum(axis=1)
-
-    opens, lands = closed[:-1] & ~closed[1:], ~closed[:-1] & closed[1:] & (way == 0)
-    row, node = np.nonzero(opens | lands)
-    own, f = (
-        system.S.reshape(-1, n, len(system.S) // n, n)[:, node, :, node],
-        friction[node],
-    )  # stiffness of a node against itself
-    begun, dv, w = (
-        r[row + lands[row, node], :, node],
-        dv[row, :, node],
-        gap[row + opens[row, node], node],
-    )  # reactions while closed, gap while open
-    b, p = own[:, :-1, -1], begun[:, -1]
-    freed, pushed = np.moveaxis(
-        np.linalg.pinv(own[:, :-1, :-1], hermitian=True) @ np.stack([begun[:, :-1], b], axis=2),
-        2,
-        0,
-    )
-    left, opened = (
-        np.maximum(p - (b * freed).sum(axis=1), 0.0),
-        np.maximum(own[:, -1, -1] - (b * pushed).sum(axis=1), 0.0) * w,
-    )
-    share = (left / np.where(left > 0, left + opened, 1.0))[:, None]
-    slip = share * (dv + pushed * w[:, None]) - (1 - share) * freed  # up to where the node opens
-    size = np.linalg.norm(slip, axis=1)
-    drive, along = (
-        -begun - (own @ np.column_stack([dv, w])[..., None])[..., 0],
-        slip / np.where(size > 0, size, 1.0)[:, None],
-    )
-    slack, falls = (
-        f * part[:, -1] + (part[:, :-1] * along).sum(axis=1) for part in (begun, -drive)
-    )
-    pressure = np.where(
-        falls > 0, p + drive[:, -1] * slack / np.where(falls > 0, falls, 1.0), p
-    ).clip(0.0, p)  # at which this slip begins
-    missed, late = np.zeros_like(way), np.zeros_like(way)
-    missed[row, node], late[row, node] = (
-        f * pressure / 2 * size * opens[row, node],
-        size * lands[row, node],
-    )
-    return Doubts(
-        np.maximum(lacking, 0.0), np.abs(np.diff(bound, axis=0)) * way, missed, late, mean
-    )

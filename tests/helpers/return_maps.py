@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from frictopt.transients.begin import Cycle, Scales
+from frictopt.transients.transient import Cycle, Scales
 from frictopt.transients.cycles import Run
 
 

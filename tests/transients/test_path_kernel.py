@@ -11,7 +11,7 @@ import pytest
 
 import frictopt
 from frictopt.base import tolerances
-from frictopt.transients import begin
+from frictopt.transients import transient
 from frictopt.transients.exact import kernel
 from frictopt.transients.increments import sweeps
 
@@ -37,23 +37,23 @@ def run(code, **environment):
     )
 
 
-def test_all_compiled_code_stands_in_two_files_that_import_no_compiled_code():
+def test_compiled_code_stands_in_two_files_that_import_no_compiled_code():
     """Numba judges its cache by the file of the outermost function: what stands elsewhere could
     change without it."""
     rooms = PACKAGE / "transients"
-    compiled = {
-        path
-        for path in PACKAGE.rglob("*.py")
-        if "numba" in path.read_text(encoding="utf-8")
-        or "@entry_point" in path.read_text(encoding="utf-8")
-    }
+    texts = {path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
+    compiled = {path for path, text in texts.items() if "@entry_point" in text or "@inner" in text}
     assert compiled == {rooms / "exact" / "kernel.py", rooms / "increments" / "sweeps.py"}
+    decorators = rooms / "exact" / "compilation.py"
+    assert {path for path, text in texts.items() if "import njit" in text} == {decorators}
     for path in compiled:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            own = isinstance(node, ast.ImportFrom) and (
-                node.level > 0 or node.module.startswith("frictopt")
-            )
-            assert not own or {name.name for name in node.names} == {"entry_point", "inner"}
+        imported = {
+            node.module
+            for node in ast.walk(ast.parse(texts[path]))
+            if isinstance(node, ast.ImportFrom)
+            and (node.level > 0 or node.module.startswith("frictopt"))
+        }
+        assert imported <= {"compilation", "state", "exact.compilation"}
 
 
 def test_its_copies_of_the_tolerances_are_true():
@@ -63,11 +63,11 @@ def test_its_copies_of_the_tolerances_are_true():
         tolerances.NO_DRIVE,
     )
     assert sweeps._ROUNDING == tolerances.ROUNDING and (sweeps.STICK, sweeps.SLIP, sweeps.OPEN) == (
-        begin.STICK,
-        begin.SLIP,
-        begin.OPEN,
+        transient.STICK,
+        transient.SLIP,
+        transient.OPEN,
     )
-    assert (kernel.STICK, kernel.OPEN) == (begin.STICK, begin.OPEN)
+    assert (kernel.STICK, kernel.OPEN) == (transient.STICK, transient.OPEN)
 
 
 @pytest.mark.slow

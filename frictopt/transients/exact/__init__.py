@@ -1,4 +1,9 @@
-"""The exact path of a transient in the plane: one compiled kernel, rate problem, events, return map."""
+"""The exact path of a transient in the plane.
+
+`path.py` goes from corner to corner, `kernel.py`, which is compiled, from event to event.
+`rate.py` solves the rate problems that the kernel does not decide, `derivative.py` has the
+derivative of a cycle.
+"""
 
 from .derivative import ReturnMap, return_map
 from .path import ExactPath

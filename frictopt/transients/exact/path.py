@@ -7,47 +7,50 @@ from ...contact import LoadCycle, checked_plane, checked_uncapped, off_law
 from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
 from ...errors import NoContinuation
-from ..begin import Cycle, Transient
+from ..transient import Cycle, Transient
 from .kernel import (
     DONE,
+    EVENTS,
     OPEN,
+    RECORDED,
+    SIGNATURE,
     STALLED,
+    UNPROVEN,
     UNSETTLED,
     compiled,
     follow,
-    new_active_set,
-    new_state,
     set_statuses,
 )
+from .rate import RateProblem, Solutions, find_rates, rate_problem
+from .state import new_active_set, new_state
 
-_RESTART = (
-    RESIDUAL / 10
-)  # residual of a state that a path may restart from: the cycle from there adds its own
-_ROWS = 256  # events that the record holds before they are moved to the history
+# Residual of a state that a path may restart from: the cycle from there adds its errors.
+_RESTART = RESIDUAL / 10
+_FREE = "the contact slides or opens freely"
 
 
 def turning_corners(cycle: LoadCycle, load_factor: float = 1.0) -> list[int]:
-    """Numbers of the corners at which the load changes its direction, the first and the last one in any case, see `turning_points`.
+    """Numbers of the corners at which the load changes its direction, see `turning_points`.
 
-    The load factor counts only where a part of the cycle is fixed.
+    The first and the last corner are among them in any case. The load factor counts only if a part
+    of the cycle is fixed.
     """
     corners = cycle.corners if cycle.fixed is None else cycle.at(load_factor)
     cases = sorted({case for corner in corners for case in corner})
-    return turning_points(
-        np.array([[corner.get(case, 0.0) for case in cases] for corner in corners])
-    )
+    amplitudes = [[corner.get(case, 0.0) for case in cases] for corner in corners]
+    return turning_points(np.array(amplitudes))
 
 
 class ExactPath(Transient):
-    """The transient of one contact in the plane, see `Transient` for what it asks for: exactly, from event to event.
+    """The transient of one contact in the plane, followed exactly from event to event.
 
     On each straight segment of the load slip, gap and reactions are piecewise linear. There is no
-    time step, and the only error is rounding.
+    time step, and the only error is rounding. The parameters are those of `Transient`.
 
     Attributes
     ----------
     state
-        The present state, see `State` in `kernel.py`.
+        The present state, see `State` in `state.py`.
     history
         Of a path that is `recorded`: arrays of times (T,), `u` and `r` (T, 2N), statuses and work
         (T, N) side by side, after each event and at each corner. The time counts the corners
@@ -61,182 +64,224 @@ class ExactPath(Transient):
     >>> from frictopt.transients.exact import ExactPath
     >>> path = ExactPath(rod, cycle, friction=0.5, load_factor=1.0).start()
     >>> work = path.cycle_on(1).work
-    >>> path.visited, round(float(path.state.u[0]), 6)  # slip of the first node at the second corner
+    >>> path.visited, round(float(path.state.u[0]), 6)  # slip of node 0 at the second corner
     (2, -0.5)
     """
 
     def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
-        checked_uncapped(
-            checked_plane(self.system, "follow it by march or steady_state, in increments"),
-            "the exact path",
-        )
+        checked_plane(self.system, "follow it by march or steady_state, in increments")
+        checked_uncapped(self.system, "the exact path")
         compiled()
-        nodes, self._S, self.unit = self.nodes, self.system.S, np.tile(self.scales.length, 2)
+        self._S = self.system.S
+        self._active = new_active_set(self.nodes)
+        self._proof = new_active_set(self.nodes)
+        self._record = np.zeros((0, 1 + 6 * self.nodes))
+        self.unit = np.tile(self.scales.length, 2)
         self.turns = turning_corners(self.cycle, self.load_factor)
         self.history: list[Array] = []
-        self._active, self._proof, self._record = (
-            new_active_set(nodes),
-            new_active_set(nodes),
-            np.zeros((0, 1 + 6 * nodes)),
-        )
         self.state = new_state(u, r, np.array(self.system.gap))
         self.state.status[opened] = OPEN
 
     def cycle_on(self, count: int) -> Cycle:
-        """Follow so many load cycles, from each corner at which the load turns to the next."""
+        """Follow `count` load cycles, from each corner at which the load turns to the next."""
         state = self.state
-        state.work[:] = state.supplied[:] = state.slid[:] = (
-            0.0  # else a small work is lost to rounding next to that of a far start
+        # Sums begin at zero, or a small work would be lost to rounding after a far start.
+        state.work[:] = 0.0
+        state.supplied[:] = 0.0
+        state.slid[:] = 0.0
+        state.trace[SIGNATURE] = 0
+        u_before = state.u.copy()
+        stress_before = state.r - self.bonded
+
+        loads, motions, forces = [], [], []
+        work_so_far = [0.0]
+        for _ in range(count):
+            for number in self.turns:
+                self.follow_to(*self.legs[number])
+                loads.append(self.bonded)
+                motions.append(state.u.copy())
+                forces.append(state.r.copy())
+            work_so_far.append(float(state.work.sum()))
+
+        before = u_before / self.unit
+        after = state.u / self.unit
+        return Cycle(
+            before=before,
+            after=after,
+            change=float(np.abs(after - before).max()),
+            work=state.work.copy(),
+            slid=state.slid.copy(),
+            works=np.diff(work_so_far).tolist(),
+            events=int(state.trace[SIGNATURE]),
+            bonded=np.array(loads),
+            u=np.array(motions),
+            r=np.array(forces),
+            lost=self._lost_energy(u_before, stress_before),
         )
-        state.trace[1] = 0
-        before, stress, stops = state.u.copy(), state.r - self.bonded, []
-        for number in self.turns * count:
-            self.follow_to(*self.legs[number])
-            stops.append((self.bonded, state.u.copy(), state.r.copy(), float(state.work.sum())))
-        bonded, u, r = (
-            np.array(values) for values in zip(*(stop[:3] for stop in stops), strict=True)
-        )
-        works = np.diff(
-            [0.0, *(stop[3] for stop in stops[len(self.turns) - 1 :: len(self.turns)])]
-        ).tolist()
-        work, begin, end = state.work.copy(), before / self.unit, u[-1] / self.unit
-        stress = (stress + r[-1] - bonded[-1]) / 2
-        lost = abs(float(state.supplied[0] - work.sum() - stress @ (u[-1] - before)))
-        scale = max(
+
+    def _lost_energy(self, u_before: Array, stress_before: Array) -> float:
+        """Error of the energy balance of a cycle, or negative work of friction, see `Cycle.lost`.
+
+        `stress_before` (2N,) is `S u` at the beginning, so that the elastic energy gained is the
+        mean stress times the change of u.
+        """
+        state, work = self.state, self.state.work
+        mean_stress = (stress_before + state.r - self.bonded) / 2
+        gained = mean_stress @ (state.u - u_before)
+        error = abs(float(state.supplied[0] - work.sum() - gained))
+        largest_energy = max(
             self.largest * self.length,
             float(work.sum()),
-            float(np.abs(stress) @ np.abs(before)),
+            float(np.abs(mean_stress) @ np.abs(u_before)),
             np.finfo(float).tiny,
         )
-        slid, change, lost = (
-            state.slid.copy(),
-            float(np.abs(end - begin).max()),
-            max(lost, -float(work.min())) / scale,
-        )
-        return Cycle(
-            begin, end, change, work, slid, works, int(state.trace[1]), bonded, u, r, lost=lost
-        )
+        return max(error, -float(work.min())) / largest_energy
 
     def at(self, place: Array) -> "ExactPath | None":
-        """A copy at the same load with another slip and gap, (2N,), in slip scales; None if that state violates the contact law."""
-        n, copy, u = self.nodes, self.recorded(0), place * self.unit
-        opened = self.state.status == OPEN
-        u[n:][~opened] = -self.state.gap[~opened]
-        bare = np.flatnonzero(np.r_[opened, opened])
-        u[bare] -= np.linalg.lstsq(self._S[np.ix_(bare, bare)], (self.bonded + self._S @ u)[bare])[
-            0
-        ]  # rounding, of a far place many times
-        r = self.bonded + self._S @ u
-        r[bare] = 0.0
-        copy.state = copy.state._replace(u=u, r=r)
-        return (
-            copy
-            if off_law(self.system, self.friction, self.bonded, u, r, self.force).max() <= _RESTART
-            else None
-        )
+        """A copy at the same load with another slip and gap (2N,), in slip scales.
 
-    def recorded(self, rows: int = _ROWS) -> "ExactPath":
-        """A copy at the same load and state that keeps the states at all events from here on, so many at a time; 0: none."""
-        n, copy = self.nodes, object.__new__(ExactPath)
-        copy.__dict__.update(
-            self.__dict__,
-            history=[],
-            _record=np.zeros((rows, 1 + 6 * n)),
-            _active=new_active_set(n),
-        )
+        None if that state violates the contact law.
+        """
+        n, S = self.nodes, self._S
+        opened = self.state.status == OPEN
+        u = place * self.unit
+        u[n:][~opened] = -self.state.gap[~opened]
+        # Open nodes move so that they carry nothing: a far place has rounding there.
+        motions = np.flatnonzero(np.r_[opened, opened])
+        carried = (self.bonded + S @ u)[motions]
+        u[motions] -= np.linalg.lstsq(S[np.ix_(motions, motions)], carried)[0]
+        r = self.bonded + S @ u
+        r[motions] = 0.0
+        residual = off_law(self.system, self.friction, self.bonded, u, r, self.force).max()
+        if not residual <= _RESTART:
+            return None
+        copy = self.recorded(0)
+        copy.state = copy.state._replace(u=u, r=r)
+        return copy
+
+    def recorded(self, rows: int = 256) -> "ExactPath":
+        """A copy at the same load and state that records the states at all events from here on.
+
+        They move to the history when the record holds `rows` of them; 0: none is recorded.
+        """
+        copy = object.__new__(ExactPath)
+        copy.__dict__.update(self.__dict__)
+        copy.history = []
         copy.state = type(self.state)(*(values.copy() for values in self.state))
+        copy._record = np.zeros((rows, 1 + 6 * self.nodes))
+        copy._active = new_active_set(self.nodes)
         return copy
 
     def follow_to(self, bonded: Array, where: str) -> None:
-        """Follow the path in a straight line to other bonded reactions (2N,); NoContinuation if at some load no rates, or several, obey the law."""
+        """Follow the path in a straight line to other bonded reactions (2N,).
+
+        NoContinuation if at some load no rates obey the law, or several do.
+        """
         code, time, begins = UNSETTLED, 0.0, True
-        seen: set[tuple[float, bytes]] = set()  # times and statuses of the rate problems
+        # Times and statuses of the rate problems on this segment.
+        seen: set[tuple[float, bytes]] = set()
         while code != DONE:
-            own = self.state, self._active, self._proof
             code, time = follow(
                 self._S,
                 self.friction,
                 self.bonded,
                 bonded,
-                *own,
+                self.state,
+                self._active,
+                self._proof,
                 self.scales.mean,
                 time,
                 begins,
                 self._record,
             )
+            begins = False
             if code == STALLED:
                 raise NoContinuation(
-                    f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps may differ too much in size"
+                    f"{where}: at {time:.9g} of it the statuses change without end; loads or gaps "
+                    "may differ too much in size"
                 )
-            begins = False
-            if len(self._record):
-                self.history.append(self._record[: self.state.trace[3]].copy())
-                self.history[-1][:, 0] += self.visited
-                self.state.trace[3] = 0
+            self._keep_record()
             if code == UNSETTLED:
-                place = time, self.state.status.tobytes()
-                self._solve_rate_problem(bonded - self.bonded, time, where, again=place in seen)
-                seen.add(place)
-        state = self.state
+                problem = time, self.state.status.tobytes()
+                place = f"{where}: at {time:.9g} of it"
+                self._solve_rate_problem(bonded - self.bonded, place, again=problem in seen)
+                seen.add(problem)
         self.bonded = bonded
         self.visited += 1
-        self.events, self.unproven = int(state.trace[0]), int(state.trace[2])
+        self.events = int(self.state.trace[EVENTS])
+        self.unproven = int(self.state.trace[UNPROVEN])
         if len(self._record):
-            self.history.append(
-                np.concatenate([[self.visited], state.u, state.r, state.status, state.work])[None]
-            )
+            state = self.state
+            corner = np.r_[self.visited, state.u, state.r, state.status, state.work]
+            self.history.append(corner[None])
+
+    def _keep_record(self) -> None:
+        """Move the states of the record to the history."""
+        if len(self._record):
+            rows = self._record[: self.state.trace[RECORDED]].copy()
+            rows[:, 0] += self.visited
+            self.history.append(rows)
+            self.state.trace[RECORDED] = 0
 
     def states(self) -> list[Array]:
         """Times (T,), `u` and `r` (T, 2N), statuses and work (T, N) of the history."""
-        time, *states = np.split(
-            np.concatenate(self.history), [1, *(1 + self.nodes * np.array([2, 4, 5]))], axis=1
-        )
+        ends = [1, *(1 + self.nodes * np.array([2, 4, 5]))]
+        time, *states = np.split(np.concatenate(self.history), ends, axis=1)
         return [time[:, 0], *states]
 
-    def _solve_rate_problem(self, load_rate: Array, time: float, where: str, again: bool) -> None:
-        """Set the statuses to the solution of the rate problem; if the path comes to it `again` at the same time, its rates lead nowhere."""
-        from .rate import (
-            Solutions,
-            find_rates,
-            rate_problem,
-        )  # here, for few paths have such an event
+    def _solve_rate_problem(self, load_rate: Array, place: str, again: bool) -> None:
+        """Set the statuses to the only solution of the rate problem; NoContinuation without one.
 
-        problem = rate_problem(self._S, self.friction, load_rate, self.state, self.scales.mean)
-        solutions = (
-            Solutions([], False) if problem.floating else find_rates(problem, self.state.status)
-        )
-        numbers, free = sorted(set(problem.node.tolist())), "the contact slides or opens freely"
-        nodes = (
-            f"nodes {numbers}{in_contact(self.system, numbers)}"
-            if numbers
-            else "open and frictionless nodes"
-        )
+        If the path comes to the same problem `again` at the same time, its rates lead nowhere.
+        """
+        state = self.state
+        problem = rate_problem(self._S, self.friction, load_rate, state, self.scales.mean)
         if problem.floating:
-            why = free
-        elif again:
-            why = f"the statuses of {nodes} change without end"
-        elif not solutions.found:
-            proof = (
-                "no rates obey the law"
-                if solutions.complete
-                else "no rates that obey the law were found"
+            raise NoContinuation(f"{place} {_FREE}; {self.free_body(state.r)}")
+        nodes = self._nodes_of(problem)
+        if again:
+            raise NoContinuation(
+                f"{place} the statuses of {nodes} change without end; {self._remedy(problem)}"
             )
-            why = f"{proof}; {nodes} are at their bounds and would jump"
-        elif len(solutions.found) > 1:
-            both = " or ".join(
-                str([int(status[node]) for node in numbers]) for status, _ in solutions.found
+        solutions = find_rates(problem, state.status)
+        if len(solutions.found) != 1:
+            reason = _not_unique(problem, solutions, nodes)
+            raise NoContinuation(f"{place} {reason}; {self._remedy(problem)}")
+        status, _ = solutions.found[0]
+        if not set_statuses(self._S, self.friction, state, self._active, status):
+            raise NoContinuation(
+                f"{place} {_FREE}, its rates are not unique; {self.free_body(state.r)}"
             )
-            why = f"two sets of rates obey the law: {nodes} may take the statuses {both}"
-        elif not set_statuses(
-            self._S, self.friction, self.state, self._active, solutions.found[0][0]
-        ):
-            why = f"{free}, its rates are not unique"
-        else:
-            self.state.trace[2] += not solutions.complete
-            return
-        hint = "often friction is above the critical value there (a node wedges itself where f exceeds A/|B|): lower it"
-        if free in why:
-            hint = self.free_body(self.state.r)
-        elif problem.sliding:
-            hint = f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or friction is above the critical value there"
-        raise NoContinuation(f"{where}: at {time:.9g} of it {why}; {hint}")
+        if not solutions.complete:
+            state.trace[UNPROVEN] += 1
+
+    def _nodes_of(self, problem: RateProblem) -> str:
+        """Name the nodes of a rate problem."""
+        numbers = problem.numbers
+        if not numbers:
+            return "open and frictionless nodes"
+        return f"nodes {numbers}{in_contact(self.system, numbers)}"
+
+    def _remedy(self, problem: RateProblem) -> str:
+        if problem.sliding:
+            return (
+                f"the body may slide or open as a whole ({self.free_body(self.state.r)}), or "
+                "friction is above the critical value there"
+            )
+        return (
+            "often friction is above the critical value there (a node wedges itself where f "
+            "exceeds A/|B|): lower it"
+        )
+
+
+def _not_unique(problem: RateProblem, solutions: Solutions, nodes: str) -> str:
+    """Why a rate problem with no solution, or with two, ends the path."""
+    if not solutions.found:
+        proof = "no rates that obey the law were found"
+        if solutions.complete:
+            proof = "no rates obey the law"
+        return f"{proof}; {nodes} are at their bounds and would jump"
+    statuses = [
+        str([int(status[node]) for node in problem.numbers]) for status, _ in solutions.found
+    ]
+    return f"two sets of rates obey the law: {nodes} may take the statuses {' or '.join(statuses)}"

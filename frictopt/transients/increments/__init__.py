@@ -1,4 +1,8 @@
-"""One increment of friction: by Newton's method, and as three cvxpy problems to print and solve: frozen bound, booleans, complementarity."""
+"""One increment of friction.
+
+By sweeps and Newton's method (`by_newton.py`), and as cvxpy problems to print and solve
+(`programs.py`, `by_booleans.py`): frozen bound, booleans, complementarity.
+"""
 
 from .by_booleans import ExactIncrement
 from .by_newton import NewtonIncrement

@@ -10,7 +10,7 @@ from ...base import RESIDUAL, Array, SolveRecord, finite_number, warns_of_odd_va
 from ...contact import ContactSystem, checked_plane, checked_uncapped
 from ...errors import SolverError
 from ...solve.solvers import MILP, NoOptimum
-from ..begin import OPEN
+from ..transient import OPEN
 from .by_newton import NewtonIncrement
 from .increment import Increment, Posed
 from .newton import newton

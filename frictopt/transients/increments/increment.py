@@ -18,8 +18,8 @@ from ...contact import ContactSystem, checked_system, friction_coefficients, joi
 from ...contact.given_parts import checked_pair
 from ...errors import SolverError
 from ...solve.problem import Explained
-from ..begin import HOLD, OPEN
 from ..statics import check_sliding, rigid_motions
+from ..transient import HOLD, OPEN
 from .newton import Law, State, newton
 
 # a mean normal force below this share of the largest reaction is no scale: the error of an answer

@@ -1,13 +1,13 @@
-"""One friction increment by Newton's method on the projected law (Alart & Curnier 1991), with line search.
+"""One friction increment by Newton's method on the projected law (Alart & Curnier 1991).
 
 With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is::
 
     p = max(p - c w, 0),     q = projection of (q - d dv) on |q| <= f max(p - c w, 0)
 
-or on the shear strength of the surface where that is less. It is piecewise smooth: nodes that are
-open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` (or the
-strength times n) with n the direction of `q - d dv`. Newton's method takes the piece at hand. A
-node has one tangent in the plane and two in space.
+or on the shear strength of the surface if that is less. It is piecewise smooth: nodes that are open
+have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` (or the
+strength times n) with n the direction of `q - d dv`. Newton's method with a line search takes the
+piece at hand. A node has one tangent in the plane and two in space.
 """
 
 from dataclasses import dataclass
@@ -19,28 +19,39 @@ from scipy.linalg import lstsq
 from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
 
 from ...base import ROUNDING, STALLED, Array
-from ..begin import OPEN, SLIP, STICK
+from ..transient import OPEN, SLIP, STICK
 from .sweeps import reactions
 
-_NEWTON = 1e-2 * ROUNDING  # dimensionless errors of the law from which on Newton's method is done
-_STEPS = 60  # Newton steps for one increment at most
-_HALVINGS = 6  # of a step in the line search
-_AGAIN = (
-    0.1  # of the error that a step with earlier factors leaves at most: else new ones gain more
-)
-_GAIN = 0.25  # of the squared error by a step: where it falls by less, what is left is rounding
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """The numbers of Newton's method."""
+
+    # Dimensionless error of the law at which it is done.
+    enough: float = 1e-2 * ROUNDING
+    # A step may be halved so often in the line search, less one.
+    halvings: int = 6
+    # A step with earlier factors must leave at most this share of the error.
+    kept_factors: float = 0.1
+    # If a step leaves more than this share of the squared error, the error may be rounding.
+    small_gain: float = 0.25
+
+
+_SETTINGS = NewtonSettings()
 
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Stiffness (M, M) over its scale, friction (N,), and the d of the tangents and c of each node, (t + 1, N), of the size of its own stiffness.
+    """The dimensionless contact law of N nodes, M motions, t tangents.
 
-    The shear strength (N,) is in the units of the forces.
+    `S` (M, M) is the stiffness over its scale, `friction` (N,) the coefficient. `augmentation` (t +
+    1, N) are the d of the tangents and the c of each node, of the size of the node's stiffness.
+    `strength` (N,) is the shear strength in the units of the forces.
     """
 
     S: Array
     friction: Array
-    own: Array
+    augmentation: Array
     strength: Array
 
     def bound(self, p: Array) -> Array:
@@ -50,7 +61,11 @@ class Law:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A claimed state, dimensionless: (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, steps, and error of the law."""
+    """A claimed state, dimensionless.
+
+    (M,) slip increments and gaps u, (M,) reactions r, (N,) status of the nodes, number of steps,
+    and error of the law.
+    """
 
     u: Array
     r: Array
@@ -59,60 +74,69 @@ class State:
     error: float
 
 
-def newton(law: Law, trial: Array, u: Array, most: int = _STEPS) -> State:
-    """The state that so many steps of Newton's method reach from motions u at most; whether it obeys the law is for the referee to say.
+def newton(law: Law, trial: Array, u: Array, most: int = 60) -> State:
+    """The state after at most `most` Newton steps from the motions u.
 
-    It makes none where the error of u is small enough already. Where statuses stay, steps with the
-    factors of an earlier one, which cost little, come first. In the plane slip against +x has the
-    status -1.
+    The caller must check whether it obeys the law. If the error at u is small enough already, no
+    step is made. While the statuses stay, the LU factors of an earlier step are tried first,
+    because such steps are cheap. In the plane slip against +x has the status -1.
     """
-    best, steps, factors = _piece(law, trial, u), 0, None
-    while steps < most and best.error > _NEWTON:
+    best = _piece(law, trial, u)
+    steps = 0
+    factors = None
+    while steps < most and best.error > _SETTINGS.enough:
         if factors and (factors.status == best.status).all():
-            found = _piece(law, trial, best.u + factors.step(best))
-            if found.error <= _AGAIN * best.error:
-                best = found
+            tried = _piece(law, trial, best.u + factors.step(best))
+            if tried.error <= _SETTINGS.kept_factors * best.error:
+                best = tried
                 continue
-            if _is_rounding(found, best):
+            if _is_rounding(tried, best):
                 break
         steps += 1
         direction, factors = _step(law, best)
-        for share in 0.5 ** np.arange(_HALVINGS):
-            found = _piece(law, trial, best.u + share * direction)
-            if found.merit < best.merit:
-                break
-        if _is_rounding(found, best):
+        tried = _line_search(law, trial, best, direction)
+        if _is_rounding(tried, best):
             break
-        best = found
+        best = tried
     return _on_law(law, best, steps)
 
 
-def _is_rounding(found: "_Piece", best: "_Piece") -> bool:
-    """Whether what is left of the errors is rounding: a step hardly reduces them."""
-    return found.merit > _GAIN * best.merit and best.error <= STALLED
+def _line_search(law: Law, trial: Array, best: "_Piece", direction: Array) -> "_Piece":
+    """The longest step that reduces the squared error, or the shortest one."""
+    for share in 0.5 ** np.arange(_SETTINGS.halvings):
+        tried = _piece(law, trial, best.u + share * direction)
+        if tried.merit < best.merit:
+            break
+    return tried
 
 
-def _on_law(law: Law, best: "_Piece", steps: int) -> State:
-    """The state of a piece: what it lets vanish is zero, and slipping nodes are on their bound."""
-    still = np.concatenate([np.tile(best.status == STICK, len(best.unit)), best.status != OPEN])
-    u = np.where(still, 0.0, best.u)
-    sense = -np.sign(best.unit[0]).astype(np.int8) if len(best.unit) == 1 else 1
-    r = reactions(law.S, best.r, u - best.u).reshape(law.own.shape)
-    r[:, best.status == OPEN] = 0.0
-    r[:-1] = np.where(best.status == SLIP, law.bound(r[-1]) * best.unit, r[:-1])
-    return State(
-        u,
-        r.ravel(),
-        np.where(best.status == SLIP, sense, best.status).astype(np.int8),
-        steps,
-        best.error,
-    )
+def _is_rounding(tried: "_Piece", best: "_Piece") -> bool:
+    """Whether the error is rounding: it is small, and a step hardly reduces it."""
+    return tried.merit > _SETTINGS.small_gain * best.merit and best.error <= STALLED
+
+
+def _on_law(law: Law, piece: "_Piece", steps: int) -> State:
+    """The state of a piece, exactly: forbidden motions are zero, slipping nodes on their bound."""
+    tangents = len(piece.unit)
+    sticks = piece.status == STICK
+    opened = piece.status == OPEN
+    slips = piece.status == SLIP
+    u = np.where(np.concatenate([np.tile(sticks, tangents), ~opened]), 0.0, piece.u)
+    r = reactions(law.S, piece.r, u - piece.u).reshape(law.augmentation.shape)
+    r[:, opened] = 0.0
+    r[:-1] = np.where(slips, law.bound(r[-1]) * piece.unit, r[:-1])
+    status = piece.status
+    if tangents == 1:
+        status = np.where(slips, -np.sign(piece.unit[0]), status).astype(np.int8)
+    return State(u, r.ravel(), status, steps, piece.error)
 
 
 class _Piece(NamedTuple):
-    """The smooth piece of the law at motions u, and its errors there; slips and shear forces are (t, N) here.
+    """The smooth piece of the law at motions u, and its errors there.
 
-    `unit` is the direction of `q - d dv` at each node, `shrink` the friction bound over its size.
+    Slips and shear forces are (t, N) here. `unit` is the direction of `q - d dv` at each node,
+    `shrink` the friction bound over its size. `merit` is the sum of squared errors, `error` the
+    largest error.
     """
 
     u: Array
@@ -130,8 +154,44 @@ class _Piece(NamedTuple):
         return np.concatenate([self.error_q.ravel(), self.error_p])[free]
 
 
+def _piece(law: Law, trial: Array, u: Array) -> _Piece:
+    d, c = law.augmentation[:-1], law.augmentation[-1]
+    r = reactions(law.S, trial, u)
+    forces = r.reshape(law.augmentation.shape)
+    motions = u.reshape(law.augmentation.shape)
+    q, p = forces[:-1], forces[-1]
+    dv, w = motions[:-1], motions[-1]
+
+    pressed = p - c * w
+    bound = law.bound(pressed)
+    pull = q - d * dv
+    size = np.sqrt((pull**2).sum(axis=0))
+    status = np.where(pressed <= 0, OPEN, np.where(size > bound, SLIP, STICK)).astype(np.int8)
+    positive_size = np.where(size > 0, size, 1.0)
+    unit = pull / positive_size
+
+    projection = np.where(status == SLIP, bound * unit, pull)
+    projection[:, status == OPEN] = 0.0
+    error_q = q - projection
+    error_p = p - np.maximum(pressed, 0.0)
+    return _Piece(
+        u=u,
+        r=r,
+        status=status,
+        unit=unit,
+        shrink=bound / positive_size,
+        error_q=error_q,
+        error_p=error_p,
+        merit=float((error_q**2).sum() + (error_p**2).sum()),
+        error=float(max(np.abs(error_q).max(), np.abs(error_p).max())),
+    )
+
+
 class Factors(NamedTuple):
-    """The factors of a step, in which some motions are free, for pieces with the same statuses."""
+    """The LU factors of a step, for pieces with the same statuses; `free` are its motions.
+
+    `root` scales rows and columns.
+    """
 
     status: NDArray[np.int8]
     free: NDArray[np.intp]
@@ -142,83 +202,75 @@ class Factors(NamedTuple):
     def step(self, piece: _Piece) -> Array:
         """A step with these factors."""
         step = -piece.u
-        step[self.free] = (
-            dgetrs(self.lu, self.pivots, -piece.errors(self.free) / self.root)[0] / self.root
-        )
+        right = -piece.errors(self.free) / self.root
+        step[self.free] = dgetrs(self.lu, self.pivots, right)[0] / self.root
         return step
 
 
-def _piece(law: Law, trial: Array, u: Array) -> _Piece:
-    (d, c), r = law.own[-2:], reactions(law.S, trial, u)
-    (dv, w), (q, p) = (
-        (values.reshape(law.own.shape)[:-1], values.reshape(law.own.shape)[-1]) for values in (u, r)
-    )
-    pressed = p - c * w
-    radius = law.bound(pressed)
-    pull = q - d * dv
-    size = np.sqrt((pull**2).sum(axis=0))
-    status = np.where(pressed <= 0, OPEN, np.where(size > radius, SLIP, STICK)).astype(np.int8)
-    whole = np.where(size > 0, size, 1.0)
-    unit = pull / whole
-    project = np.where(status == SLIP, radius * unit, pull)
-    project[:, status == OPEN] = 0.0
-    error_q, error_p = q - project, p - np.maximum(pressed, 0.0)
-    merit, error = (
-        float((error_q**2).sum() + (error_p**2).sum()),
-        float(max(np.abs(error_q).max(), np.abs(error_p).max())),
-    )
-    return _Piece(u, r, status, unit, radius / whole, error_q, error_p, merit, error)
-
-
 def _step(law: Law, piece: _Piece) -> tuple[Array, Factors | None]:
-    """Newton's step on a piece: sticking and closed motions vanish, the others solve their equations; what nothing holds does not move.
+    """Newton's step on a piece, with its LU factors unless the matrix is singular.
 
-    With its factors, where all is held.
+    Sticking and closed motions become zero. The free motions solve the linearised equations; those
+    that nothing holds do not move.
     """
     t, n = piece.unit.shape
-    slip, opened = np.flatnonzero(piece.status == SLIP), np.flatnonzero(piece.status == OPEN)
-    axes, s = range(t), len(slip)
-    free = np.concatenate([*(k * n + slip for k in axes), *(k * n + opened for k in range(t + 1))])
+    slips = np.flatnonzero(piece.status == SLIP)
+    opened = np.flatnonzero(piece.status == OPEN)
+    free = np.concatenate(
+        [*(k * n + slips for k in range(t)), *(k * n + opened for k in range(t + 1))]
+    )
     step = -piece.u.copy()
     step[free] = 0.0
     if not len(free):
         return step, None
-    (d, c), unit, shrink = law.own[-2:, slip], piece.unit[:, slip], piece.shrink[slip]
-    pressed = (piece.r[t * n :] - law.own[-1] * piece.u[t * n :])[slip]
-    f = np.where(
-        law.friction[slip] * pressed < law.strength[slip], law.friction[slip], 0.0
-    )  # the strength does not change with p
-    m, ends = len(free), step != 0
-    ends[t * n + slip] = False
-    columns = np.concatenate(
-        [free, t * n + slip, np.flatnonzero(ends)]
-    )  # all others neither move nor did
-    # tangential rows: (1 - shrink P) S_q + shrink d P - n f (S_p - c e_w), with P = 1 - n n' across
-    # the direction n
-    across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
-    share = np.eye(t)[:, :, None] - shrink * across
-    rows, own = law.S[np.ix_(columns[: m + s], columns)], np.arange(s)
-    rows, normal, sheared = rows[:m], rows[m:], rows[: t * s].reshape(t, s, len(columns)).copy()
-    for a in axes:
-        rows[a * s : (a + 1) * s] = (share[a][:, :, None] * sheared).sum(axis=0) - (f * unit[a])[
-            :, None
-        ] * normal
-        for b in axes:
-            rows[a * s + own, b * s + own] += d * shrink * across[a, b]
-        rows[a * s + own, m + own] += f * unit[a] * c
-    root = np.sqrt(law.own.ravel()[free])
-    matrix, right = (
-        rows[:, :m] / np.outer(root, root),
-        (-piece.errors(free) - rows @ step[columns]) / root,
-    )
+
+    # Motions that become zero move, too: their columns are on the right side.
+    ending = step != 0
+    ending[t * n + slips] = False
+    columns = np.concatenate([free, t * n + slips, np.flatnonzero(ending)])
+    rows = _linearised(law, piece, slips, columns, len(free))
+
+    root = np.sqrt(law.augmentation.ravel()[free])
+    matrix = rows[:, : len(free)] / np.outer(root, root)
+    right = (-piece.errors(free) - rows @ step[columns]) / root
     lu, pivots, singular = dgetrf(matrix)
     if not singular and dgecon(lu, np.abs(matrix).sum(axis=0).max())[0] > ROUNDING:
         step[free] = np.asarray(dgetrs(lu, pivots, right)[0]) / root
         return step, Factors(piece.status, free, root, lu, pivots)
-    step[free] = (
-        np.asarray(
-            lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]
-        )
-        / root
-    )
+    least = lstsq(matrix, right, cond=ROUNDING, lapack_driver="gelsy", check_finite=False)[0]
+    step[free] = np.asarray(least) / root
     return step, None
+
+
+def _linearised(
+    law: Law, piece: _Piece, slips: NDArray[np.intp], columns: NDArray[np.intp], m: int
+) -> Array:
+    """(m, len(columns)) derivatives of the errors in the m free motions.
+
+    The first columns are those of the free motions, then those of the gaps of slipping nodes. The
+    rows of tangents are `(1 - shrink P) S_q + shrink d P - n f (S_p - c e_w)`, with P = 1 - n n'
+    across the direction n of the pull.
+    """
+    t, n = piece.unit.shape
+    s = len(slips)
+    d, c = law.augmentation[-2:, slips]
+    unit = piece.unit[:, slips]
+    shrink = piece.shrink[slips]
+    pressed = (piece.r[t * n :] - law.augmentation[-1] * piece.u[t * n :])[slips]
+    # The shear strength does not change with the pressure.
+    below_strength = law.friction[slips] * pressed < law.strength[slips]
+    f = np.where(below_strength, law.friction[slips], 0.0)
+
+    across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
+    share = np.eye(t)[:, :, None] - shrink * across
+    stiffness = law.S[np.ix_(columns[: m + s], columns)]
+    rows, normal = stiffness[:m], stiffness[m:]
+    sheared = rows[: t * s].reshape(t, s, len(columns)).copy()
+    node = np.arange(s)
+    for a in range(t):
+        turned = (share[a][:, :, None] * sheared).sum(axis=0)
+        rows[a * s : (a + 1) * s] = turned - (f * unit[a])[:, None] * normal
+        for b in range(t):
+            rows[a * s + node, b * s + node] += d * shrink * across[a, b]
+        rows[a * s + node, m + node] += f * unit[a] * c
+    return rows

@@ -1,53 +1,27 @@
-"""One increment of load by Gauss-Seidel sweeps over the nodes, compiled: quick where few nodes move; Newton's method goes on from there.
+"""One increment of load by compiled Gauss-Seidel sweeps over the nodes.
 
-The motions `u = [dv, w]` of an increment have t = 1 or 2 tangential parts at each node; its
-reactions are `r + S (u - start)`.
+Sweeps are quick if few nodes move; Newton's method goes on from there. The motions `u = [dv, w]` of
+an increment have t = 1 or 2 tangential parts at each node; its reactions are `r + S (u - start)`.
 """
 
 # Numba decides by the file of the outermost function whether its compiled code is still valid. So
-# nothing that is compiled is imported.
+# no compiled function and no constant is imported.
 
 import numpy as np
 
-from ..exact.kernel import entry_point, inner
+from ..exact.compilation import entry_point, inner
 
-STICK, SLIP, OPEN = (
-    0,
-    1,
-    2,
-)  # copies of those in `begin.py`, and of a tolerance; a test compares them
+# Copies of the statuses of `transient.py`, and of a tolerance; a test compares them.
+STICK, SLIP, OPEN = 0, 1, 2
 _ROUNDING = 1e-12
-_SWEEPS, _AMONG, _ROUNDS = (
-    4,
-    100,
-    10,
-)  # of an increment at most: over all nodes, then over those that move, in turn so often
-_RELAX = 1.4  # of sweeps over the nodes that move: a third as many of them
-
-
-@inner
-def _move(S, u, r, k, to):
-    """Move one motion to a value, and the reactions with it; returns the way."""
-    way = to - u[k]
-    u[k] = to
-    if way != 0.0:
-        for j in range(len(r)):
-            r[j] += way * S[k, j]
-    return abs(way)
-
-
-@inner
-def _pull(own, u, r, node):
-    """Size of the shear force that a node would have if it did not slip, `|q - d dv|`."""
-    total, nodes = 0.0, own.shape[1]
-    for a in range(len(own) - 1):
-        total += (r[a * nodes + node] - own[a, node] * u[a * nodes + node]) ** 2
-    return np.sqrt(total)
 
 
 @entry_point
 def reactions(S, still, u):
-    """`still + S u`, by the motions that are not zero: few of an increment are (S is symmetric: its rows are its columns)."""
+    """`still + S u`, by the motions that are not zero: an increment has few of them.
+
+    S is symmetric: its rows are its columns.
+    """
     r = still.copy()
     for i in range(len(u)):
         if u[i] != 0.0:
@@ -57,142 +31,200 @@ def reactions(S, still, u):
 
 
 @entry_point
-def sweep(S, f, strength, own, u, r, most, enough, relax):
-    """Gauss-Seidel on the projected law of one increment: the nodes one after the other, each with what it needs to obey it.
+def increment(S, f, strength, augmentation, stiffness, u, r, forces, status):
+    """One increment by sweeps over all nodes, then over those that move, in turn.
+
+    It ends when the state obeys the law. The arguments are those of `sweep`; `augmentation` (t + 1,
+    N) is that of the law. `forces` (M,) and `status` (N,) take the reactions and the statuses:
+    slipping nodes exactly on their bound, open ones without reactions. Returns the largest
+    violation of the contact law, as `off_law` has it; inf if a number is not finite.
+    """
+    still, residual = reactions(S, r, -u), np.inf
+    for _ in range(10):
+        last = sweep(S, f, strength, stiffness, u, r, 4, _ROUNDING, 1.0) <= _ROUNDING
+        last = not _sweep_moving(S, f, strength, stiffness, u, r) <= _ROUNDING or last
+        r[:] = reactions(S, still, u)
+        if _take_piece(f, strength, augmentation, u, r, status):
+            r[:] = reactions(S, still, u)
+        residual = _put_on_law(f, strength, augmentation, u, r, forces, status)
+        if last or residual <= _ROUNDING:
+            break
+    return residual
+
+
+@entry_point
+def sweep(S, f, strength, stiffness, u, r, most, enough, relax):
+    """Gauss-Seidel on the projected law of one increment: each node in turn moves to obey it.
 
     Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M,
-    M), f (N,) friction, `strength` (N,) the largest shear of the surface. `own` (t + 1, N) are
+    M), f (N,) friction, `strength` (N,) the largest shear of the surface. `stiffness` (t + 1, N) is
     positive: for the tangents at least the largest stiffness of the node in any tangential
     direction, and its normal stiffness. Slip increments and gaps u and reactions r, (M,), are
-    changed in place, in so many sweeps at `most`, until corrections of forces are `enough`. `relax`
-    is the share of what a slip lacks by which it changes: with 1 the node obeys the law then, with
-    a little more fewer sweeps do. Returns the largest correction of the last sweep.
+    changed in place, in `most` sweeps at most, until corrections of forces are `enough`. `relax` is
+    the share of the missing slip by which a slip changes. With 1 the node obeys the law then; a
+    little more needs fewer sweeps. Returns the largest correction of the last sweep.
     """
-    nodes, tangents, largest = len(f), len(own) - 1, np.inf
+    nodes, tangents, largest = len(f), len(stiffness) - 1, np.inf
     wanted = np.empty(tangents)
     for _ in range(most):
         largest = 0.0
         for node in range(nodes):
             k = tangents * nodes + node
-            lifted = u[k] - r[k] / own[-1, node]
-            largest = max(
-                largest, own[-1, node] * _move(S, u, r, k, lifted if lifted >= 0 else 0.0)
-            )
-            bound, size = (
-                min(f[node] * max(r[k] - own[-1, node] * u[k], 0.0), strength[node]),
-                _pull(own, u, r, node),
-            )
+            lifted = u[k] - r[k] / stiffness[-1, node]
+            way = _move(S, u, r, k, lifted if lifted >= 0 else 0.0)
+            largest = max(largest, stiffness[-1, node] * way)
+
+            pressed = r[k] - stiffness[-1, node] * u[k]
+            bound = min(f[node] * max(pressed, 0.0), strength[node])
+            size = _pull(stiffness, u, r, node)
             for a in range(tangents):
-                before, k = u[a * nodes + node], a * nodes + node
-                wanted[a] = (
-                    before
-                    - relax * (bound / size * before + (1 - bound / size) * r[k] / own[a, node])
-                    if size > bound
-                    else 0.0
-                )
+                i = a * nodes + node
+                wanted[a] = 0.0
+                if size > bound:
+                    held = bound / size
+                    missing = held * u[i] + (1 - held) * r[i] / stiffness[a, node]
+                    wanted[a] = u[i] - relax * missing
             for a in range(tangents):
-                largest = max(largest, own[a, node] * _move(S, u, r, a * nodes + node, wanted[a]))
+                way = _move(S, u, r, a * nodes + node, wanted[a])
+                largest = max(largest, stiffness[a, node] * way)
         if largest <= enough:
             break
     return largest
 
 
 @inner
-def _sweep_moving(S, f, strength, own, u, r):
-    """Sweeps over the nodes that move, among themselves: u is changed in place, r is not; returns the largest correction of the last one."""
-    axes, nodes = own.shape
-    moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
-    part = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[
-        : axes * len(moving)
-    ].astype(np.uintp)  # without a sign: quicker
-    stiffness = np.empty((len(part), len(part)))
-    for i in range(len(part)):
-        for j in range(len(part)):
-            stiffness[i, j] = S[part[i], part[j]]
-    few, among = u[part], r[part]
-    largest = sweep(
-        stiffness,
-        f[moving],
-        strength[moving],
-        own[:, moving],
-        few,
-        among,
-        _AMONG,
-        0.1 * _ROUNDING,
-        _RELAX,
-    )
-    u[part] = few
-    return largest
-
-
-@entry_point
-def increment(S, f, strength, own, size, u, r, forces, status):
-    """One increment by sweeps over all nodes, then over those that move, in turn until the state obeys the law.
-
-    See `sweep`, which takes `size` for its `own`; `own` here is that of the law. `forces` (M,) and
-    `status` (N,) take the reactions with slipping nodes exactly on their bound and open ones
-    without any, and the statuses. Returns the largest violation of the contact law, as `off_law`
-    has it; inf where a number is not finite.
-    """
-    still, off = reactions(S, r, -u), np.inf
-    for _ in range(_ROUNDS):
-        last = sweep(S, f, strength, size, u, r, _SWEEPS, _ROUNDING, 1.0) <= _ROUNDING
-        last = not _sweep_moving(S, f, strength, size, u, r) <= _ROUNDING or last
-        r[:] = reactions(S, still, u)
-        if _take_piece(f, strength, own, u, r, status):
-            r[:] = reactions(S, still, u)
-        off = _put_on_law(f, strength, own, u, r, forces, status)
-        if last or off <= _ROUNDING:
-            break
-    return off
+def _move(S, u, r, k, to):
+    """Move one motion to a value, and the reactions with it; returns the distance."""
+    way = to - u[k]
+    u[k] = to
+    if way != 0.0:
+        for j in range(len(r)):
+            r[j] += way * S[k, j]
+    return abs(way)
 
 
 @inner
-def _take_piece(f, strength, own, u, r, status):
-    """Take the piece of the law at hand: statuses, and motions that it lets vanish; returns whether one has changed."""
-    nodes, tangents, changed = len(f), len(own) - 1, False
+def _pull(augmentation, u, r, node):
+    """Size of the shear force that a node would have if it did not slip, `|q - d dv|`."""
+    total, nodes = 0.0, augmentation.shape[1]
+    for a in range(len(augmentation) - 1):
+        i = a * nodes + node
+        total += (r[i] - augmentation[a, node] * u[i]) ** 2
+    return np.sqrt(total)
+
+
+@inner
+def _sweep_moving(S, f, strength, stiffness, u, r):
+    """Sweeps over the nodes that move, among themselves: u is changed in place, r is not.
+
+    Returns the largest correction of the last sweep.
+    """
+    axes, nodes = stiffness.shape
+    moving = np.flatnonzero((u.reshape(axes, nodes) != 0.0).sum(axis=0))
+    motions = np.concatenate((moving, moving + nodes, moving + 2 * nodes))[: axes * len(moving)]
+    # Indices without a sign are quicker.
+    part = motions.astype(np.uintp)
+    block = np.empty((len(part), len(part)))
+    for i in range(len(part)):
+        for j in range(len(part)):
+            block[i, j] = S[part[i], part[j]]
+    u_part, r_part = u[part], r[part]
+    # Relaxation by 1.4 takes a third of the sweeps.
+    largest = sweep(
+        block,
+        f[moving],
+        strength[moving],
+        stiffness[:, moving],
+        u_part,
+        r_part,
+        100,
+        0.1 * _ROUNDING,
+        1.4,
+    )
+    u[part] = u_part
+    return largest
+
+
+@inner
+def _take_piece(f, strength, augmentation, u, r, status):
+    """Write the statuses of the piece of the law at u, and set the motions to zero that it forbids.
+
+    Returns whether a motion has changed.
+    """
+    nodes, tangents, changed = len(f), len(augmentation) - 1, False
     for node in range(nodes):
         k = tangents * nodes + node
-        pressed = r[k] - own[-1, node] * u[k]
-        slips = _pull(own, u, r, node) > min(f[node] * max(pressed, 0.0), strength[node])
-        status[node] = OPEN if pressed <= 0 else SLIP if slips else STICK
+        pressed = r[k] - augmentation[-1, node] * u[k]
+        if pressed <= 0:
+            status[node] = OPEN
+        elif _pull(augmentation, u, r, node) > min(f[node] * max(pressed, 0.0), strength[node]):
+            status[node] = SLIP
+        else:
+            status[node] = STICK
         for i in range(node, len(u), nodes):
-            exact = (
-                0.0
-                if status[node] == STICK or (i == k and status[node] != OPEN)
-                else max(u[i], 0.0)
-                if i == k
-                else u[i]
-            )
+            exact = u[i]
+            if status[node] == STICK or (i == k and status[node] == SLIP):
+                exact = 0.0
+            elif i == k:
+                exact = max(u[i], 0.0)
             if exact != u[i]:
-                u[i], changed = exact, True
+                u[i] = exact
+                changed = True
     return changed
 
 
 @inner
-def _put_on_law(f, strength, own, u, r, forces, status):
-    """Reactions with slipping nodes on their bound and open ones without any; returns the residual of the law and of the equilibrium."""
-    nodes, tangents = len(f), len(own) - 1
-    off, total = 0.0, 0.0
+def _put_on_law(f, strength, augmentation, u, r, forces, status):
+    """Write the reactions, with slipping nodes on their bound and open ones without any.
+
+    Slip against +x in the plane gets the status -1. Returns the residual of the law and of the
+    equilibrium.
+    """
+    nodes, tangents = len(f), len(augmentation) - 1
+    residual, total = 0.0, 0.0
     for node in range(nodes):
-        k, pull = tangents * nodes + node, _pull(own, u, r, node)
-        bound, size, way, along = min(f[node] * r[k], strength[node]), 0.0, 0.0, 0.0
+        k = tangents * nodes + node
+        bound = min(f[node] * r[k], strength[node])
+        _write_forces(augmentation, u, r, forces, status[node], node, bound)
         for i in range(node, k + 1, nodes):
-            forces[i] = r[i] if status[node] != OPEN else 0.0
-            if i != k and status[node] == SLIP:
-                forces[i] = bound * (r[i] - own[i // nodes, node] * u[i]) / pull
-            if i != k:
-                size, way, along = size + forces[i] ** 2, way + u[i] ** 2, along + u[i] * forces[i]
-            off, total = max(off, abs(forces[i] - r[i])), total + abs(forces[i]) + abs(u[i])
-        size, way, off = np.sqrt(size), np.sqrt(way), max(off, -forces[tangents * nodes + node])
-        if status[node] != OPEN:
-            off = max(off, size - bound)
-        if status[node] == SLIP and size > 0 and way > 0:
-            turned, across = 0.0, 0.0
-            for i in range(node, k, nodes):
-                turned += (forces[i] + size * u[i] / way) ** 2
-                across += (u[i] - min(along / size, 0.0) * forces[i] / size) ** 2
-            off = max(off, np.sqrt(min(turned, across)))
-        if tangents == 1 and status[node] == SLIP and r[node] > own[0, node] * u[node]:
+            residual = max(residual, abs(forces[i] - r[i]))
+            total += abs(forces[i]) + abs(u[i])
+        violation = _violation(u, forces, status[node], node, nodes, k, bound)
+        residual = max(residual, violation)
+        if tangents == 1 and status[node] == SLIP and r[node] > augmentation[0, node] * u[node]:
             status[node] = -1
-    return off if total < np.inf else np.inf
+    return residual if total < np.inf else np.inf
+
+
+@inner
+def _write_forces(augmentation, u, r, forces, status, node, bound):
+    """Write the reactions of one node."""
+    tangents, nodes = len(augmentation) - 1, augmentation.shape[1]
+    k = tangents * nodes + node
+    pull = _pull(augmentation, u, r, node)
+    for i in range(node, k + 1, nodes):
+        forces[i] = r[i] if status != OPEN else 0.0
+        if i != k and status == SLIP:
+            forces[i] = bound * (r[i] - augmentation[i // nodes, node] * u[i]) / pull
+
+
+@inner
+def _violation(u, forces, status, node, nodes, k, bound):
+    """Largest violation of the contact law at one node, whose normal force is `forces[k]`."""
+    size, way, along = 0.0, 0.0, 0.0
+    for i in range(node, k, nodes):
+        size += forces[i] ** 2
+        way += u[i] ** 2
+        along += u[i] * forces[i]
+    size, way = np.sqrt(size), np.sqrt(way)
+    off = -forces[k]
+    if status != OPEN:
+        off = max(off, size - bound)
+    if status == SLIP and size > 0 and way > 0:
+        # The force is turned against the slip, or the slip across the force is removed.
+        turned, across = 0.0, 0.0
+        for i in range(node, k, nodes):
+            turned += (forces[i] + size * u[i] / way) ** 2
+            across += (u[i] - min(along / size, 0.0) * forces[i] / size) ** 2
+        off = max(off, np.sqrt(min(turned, across)))
+    return off

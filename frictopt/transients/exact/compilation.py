@@ -1,0 +1,71 @@
+"""How numba compiles the exact path (`kernel.py`) and the sweeps (`increments/sweeps.py`)."""
+
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from multiprocessing import parent_process
+from typing import Any
+
+from numba import njit
+from numba.core.event import Event, Listener, install_listener
+
+# Sums in any order take a tenth of the time.
+_OPTIONS = {
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "no_rewrites": True,
+    "fastmath": {"reassoc", "contract"},
+}
+
+
+def entry_point(function: Callable[..., Any]) -> Any:
+    """Compile a function that Python calls; its machine code is kept on disk if possible."""
+    try:
+        return njit(cache=True, **_OPTIONS)(function)
+    except RuntimeError:
+        # Numba finds no folder for its cache: package and home are read-only.
+        return njit(**_OPTIONS)(function)
+
+
+inner = njit(no_cpython_wrapper=True, **_OPTIONS)
+"""Decorator of functions that only compiled code calls.
+
+A wrapper that lets Python call them would take a fifth of the compilation.
+"""
+
+once = njit(no_cpython_wrapper=True, inline="always", **_OPTIONS)
+"""Decorator of functions that one compiled function calls.
+
+If they were compiled by themselves, they would be optimised again in all functions that lead to
+them, which takes a third of the compilation.
+"""
+
+
+def notice_of_compilation() -> AbstractContextManager[Any]:
+    """While this context is open, the first compilation says so on stderr, but not in a worker.
+
+    Loading machine code from disk is no compilation.
+    """
+    if parent_process():
+        return nullcontext()
+    return install_listener("numba:compile", _Notice())  # type: ignore[no-any-return]
+
+
+class _Notice(Listener):  # type: ignore[misc]  # numba has no types
+    """Writes a notice when the first function is compiled."""
+
+    written = False
+
+    def on_start(self, event: Event) -> None:
+        """The compilation of a function begins."""
+        if not self.written:
+            self.written = True
+            print(
+                "frictopt: compiling the exact path; this takes some seconds, and only once where "
+                "its machine code can be kept",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    def on_end(self, event: Event) -> None:
+        """The compilation of a function ends."""

@@ -1,0 +1,359 @@
+"""The base class of transients: the loads, the state at the start, and scales of forces and slips.
+
+`ExactPath` (`exact/path.py`) and `SteppedPath` (`stepped.py`) follow a transient. Both begin here,
+and take the words of their errors from here.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base import NO_DRIVE, RESIDUAL, Array, Booleans, finite_array, finite_number
+from ..contact import (
+    ContactState,
+    ContactSystem,
+    LoadCycle,
+    checked_cycle,
+    checked_system,
+    friction_coefficients,
+    joined,
+    off_law,
+    parted,
+    reactions,
+)
+from ..contact.state import checked_state
+from ..contact.diagnosis import pressing
+from ..errors import ModelError
+from .statics import mean_load_diagnosis
+
+STICK, SLIP, OPEN = 0, 1, 2
+"""Statuses of a node; slip against +x in the plane is -1."""
+HOLD = "hold the body by supports, press it more, or load it less"
+"""The remedy for a body that slides or opens as a whole."""
+
+
+@dataclass(frozen=True)
+class _StressLimits:
+    """Stress of the start over the largest force of the loads."""
+
+    # A larger ratio is refused: rounding hides the events (1e30 gave wrong results).
+    refused: float = 1e18
+    # Above this ratio an error names the start as the cause of a large residual.
+    suspected: float = 1e3
+
+
+_STRESS = _StressLimits()
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One return of a transient: one load cycle, or two, with the states at which it stopped.
+
+    Attributes
+    ----------
+    before, after, change
+        (m,) the state before and after the cycle, in slip scales: slip and gap on the exact path,
+        slip alone in increments, where the gap follows from the slip. `change` is the largest
+        difference of the two.
+    work, slid, works
+        (N,) work of friction, and path of slip of each node while closed, length; and the work in
+        each load cycle.
+    events
+        The changes of status. Equal in two cycles in which the same nodes slip and open; the order
+        of the changes within a segment of the exact path does not count.
+    bonded, u, r
+        (T, M) loads, `[v, w - g0]` and reactions: at the corners at which the exact path stops,
+        after each increment.
+    previous
+        (T, M) in increments the motions `u` before each of these states, since which friction
+        opposes the slip. None on the exact path, which slips between its stops.
+    lost
+        On the exact path the larger of two errors, over the largest energy in the balance: the
+        error of the energy balance (work of the loads, less work of friction, less elastic energy
+        gained), and negative work of friction at a node.
+    """
+
+    before: Array
+    after: Array
+    change: float
+    work: Array
+    slid: Array
+    works: list[float]
+    events: Hashable
+    bonded: Array
+    u: Array
+    r: Array
+    previous: Array | None = None
+    lost: float = 0.0
+
+
+class Transient(ABC):
+    """One contact under one load cycle, from an initial slip or from an earlier state.
+
+    The path of the load and the parameters are those of `march`.
+
+    Attributes
+    ----------
+    mean, corners
+        Bonded reactions (M,) of the mean load, and of each corner.
+    turns
+        Numbers of the corners at which a cycle stops.
+    legs, begun
+        Segments of the load path: the bonded reactions at its end, and its name for errors. `legs`
+        are those of a cycle, `begun` those before the first whole cycle.
+    bonded
+        (M,) bonded reactions of the present load.
+    visited
+        Number of corners visited so far; -1 until the transient reaches the mean load. From an
+        earlier state it counts the corners of the cycle before that state, too.
+    nodes
+        Number of node pairs, N.
+    force, largest
+        Scale of the nodal forces, the mean of |p^w| under the mean load; and the largest nodal
+        force of all loads.
+    length
+        Scale of slips: the largest force over the stiffness scale.
+    scales, unit
+        Scales of forces and slips at each node; and the scales (m,) of the state, see `Cycle`.
+    events, unproven
+        Number of changes of status, and of those whose rates are not proven to be unique.
+    far_start
+        Whether the start stresses the contact so much more than the loads do that its rounding may
+        hide them.
+    engine, steps, coarser
+        "path", 0 and none for the exact path. In increments: how they are solved, their number from
+        corner to corner, and the smaller numbers of the runs that give `step_error`.
+    started
+        Time at which the transient was made, for the record.
+    """
+
+    unit: Array
+    engine, steps = "path", 0
+    coarser: Sequence[int] = ()
+
+    def __init__(
+        self,
+        system: ContactSystem,
+        cycle: LoadCycle,
+        friction: ArrayLike,
+        load_factor: float,
+        initial_slip: ArrayLike | None = None,
+        initial_state: ContactState | None = None,
+    ) -> None:
+        self.started = perf_counter()
+        self.system = checked_system(system)
+        self.cycle = checked_cycle(cycle)
+        slip = np.zeros(system.slip_shape)
+        if initial_slip is not None:
+            slip = finite_array("initial_slip", initial_slip, system.slip_shape)
+        self.load_factor = finite_number("load_factor", load_factor, least=0.0)
+        self.nodes = n = system.nodes
+        self.friction = np.array(friction_coefficients(friction, n))
+
+        self.mean, *cyclic = reactions(system, [cycle.mean, *cycle.corners])
+        self._cyclic = np.array(cyclic)
+        self._unscaled = self.mean
+        if cycle.fixed is not None:
+            self._unscaled = reactions(system, cycle.unscaled)
+        self.corners = list(self._unscaled + self.load_factor * self._cyclic)
+        self.turns = list(range(len(self.corners)))
+
+        largest = float(np.abs(self.corners).max())
+        self.force = float(np.abs(self.mean[-n:]).mean()) or largest or 1.0
+        self.largest = max(self.force, largest)
+        self.length = self.largest / system.stiffness_scale
+        self.scales = scales(system.S, self.mean, np.array(self.corners), n)
+
+        self.visited = -1
+        self.events = 0
+        self.unproven = 0
+        if initial_state is None:
+            self._start_name = "initial_slip"
+            start = self._slipped(slip)
+        elif initial_slip is not None:
+            raise ModelError(
+                "initial_slip, initial_state: both are given; a state has a slip already, give one "
+                "of the two"
+            )
+        else:
+            self._start_name = "initial_state"
+            state = checked_state("initial_state", initial_state, system, len(self.corners))
+            start = self._resumed(state)
+        self.far_start = self._start_stress > _STRESS.suspected
+
+        self.legs = [
+            (corner, f"the segment to the corner ({name})")
+            for corner, name in zip(self.corners, cycle.corner_names, strict=True)
+        ]
+        if self.visited < 0:
+            self.begun = [(self.mean, "the segment from the initial slip to the mean load")]
+        elif self.visited > 0:
+            self.begun = self.legs[self.visited :]
+        else:
+            self.begun = []
+        self._begin(*start)
+
+    @abstractmethod
+    def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
+        """Begin at a state: `u = [v, w - g0]` and reactions (M,), and (N,) the open nodes."""
+
+    @abstractmethod
+    def follow_to(self, bonded: Array, where: str) -> Sequence[Any] | None:
+        """Follow the transient in a straight line to other bonded reactions (M,).
+
+        `where` names the segment in errors. Increments return their states.
+        """
+
+    @abstractmethod
+    def cycle_on(self, count: int) -> Cycle:
+        """Follow `count` load cycles."""
+
+    @abstractmethod
+    def at(self, place: Array) -> Self | None:
+        """A copy at the same load with another state (m,) in slip scales; None if there is none."""
+
+    def start(self, overload: float | None = None) -> Self:
+        """Follow the transient to the first whole cycle; then through one at another load factor.
+
+        The first whole cycle begins at the mean load, or at the end of the cycle of an earlier
+        state. `overload` is the other load factor, if there is one.
+        """
+        for leg in self.begun:
+            self.follow_to(*leg)
+        if overload is None:
+            return self
+        corners = self._unscaled + overload * self._cyclic
+        self.check_near("overload", corners)
+        numbers = self.turns
+        if self.cycle.fixed is not None:
+            # Then the load factor decides at which corners the load turns.
+            numbers = list(range(len(corners)))
+        for number in numbers:
+            name = self.cycle.corner_names[number]
+            self.follow_to(corners[number], f"the overload's segment to the corner ({name})")
+        return self
+
+    def follow(self, legs: Iterable[tuple[Array, str]]) -> list[Any]:
+        """Follow the transient through some `legs`; the states of its increments."""
+        return [state for leg in legs for state in self.follow_to(*leg) or ()]
+
+    def forces_there(self, r: Array) -> str:
+        """Describe the forces of reactions (M,); before the mean load, what is wrong with that."""
+        q, p = parted(r, self.system.tangents + 1)
+        text = f"there {pressing(self.system, self.friction, q, p, self.force)}"
+        if self.visited < 0:
+            text += f"; {mean_load_diagnosis(self.system, self.cycle, self.friction)}"
+        return text
+
+    def free_body(self, r: Array) -> str:
+        """Describe the forces of reactions (M,) on a free body, with the remedy for it."""
+        return f"{self.forces_there(r)}; {HOLD}"
+
+    def check_near(self, name: str, stress: ArrayLike) -> float:
+        """The ratio of reactions to the loads; ModelError if rounding would hide the loads."""
+        ratio = float(np.abs(stress).max()) / self.largest
+        if ratio > _STRESS.refused:
+            raise ModelError(
+                f"{name}: it stresses the contact {ratio:.1e} times as much as the loads, so "
+                f"rounding would hide them; give one of at most {_STRESS.refused:g} times, or "
+                "check the units"
+            )
+        return ratio
+
+    @property
+    def cause_of_rounding(self) -> str:
+        """The cause of large rounding errors, as a sentence."""
+        if self.far_start:
+            return (
+                f"{self._start_name}: it stresses the contact {self._start_stress:.1e} times as "
+                "much as the loads, so rounding hides them; give less"
+            )
+        return "stiffnesses or loads differ too much in size"
+
+    def _slipped(self, slip: Array) -> tuple[Array, Array, Booleans]:
+        """The state with an initial slip: `u`, reactions and open nodes; all nodes are closed.
+
+        An artificial load carries it, with q = 0 and the same pressure at every node.
+        """
+        system, n = self.system, self.nodes
+        stress = system.S @ joined(slip, np.zeros(n))
+        self._start_stress = self.check_near("initial_slip", stress)
+        u = joined(slip, -system.gap)
+        r = np.concatenate([np.zeros(len(stress) - n), np.full(n, self.force)])
+        self.bonded = r - system.S @ u
+        return u, r, np.zeros(n, dtype=bool)
+
+    def _resumed(self, state: ContactState) -> tuple[Array, Array, Booleans]:
+        """`u`, reactions and open nodes at an earlier state; ModelError if it violates the law."""
+        system, n = self.system, self.nodes
+        self.bonded = joined(state.bonded_q, state.bonded_p)
+        self.visited = state.next_corner
+        u = joined(state.slip, state.gap - system.gap)
+        stress = system.S @ u
+        self._start_stress = self.check_near("initial_state", np.r_[stress, self.bonded])
+        r = self.bonded + stress
+
+        # Either the gap or the pressure of a node is rounding: the smaller one becomes zero.
+        opened = state.gap * system.stiffness_scale > r[-n:]
+        r[np.tile(opened, len(r) // n)] = 0.0
+        u[-n:][~opened] = -system.gap[~opened]
+
+        force = max(self.largest, float(np.abs(self.bonded).max()))
+        residual = float(off_law(system, self.friction, self.bonded, u, r, force).max())
+        if not residual <= RESIDUAL:
+            raise ModelError(
+                f"initial_state: it violates the contact law by {residual:.1e}; give a state of "
+                "this system under this friction, or an initial_slip"
+            )
+        return u, r, opened
+
+
+class Scales(NamedTuple):
+    """Scales (N,), equal at all nodes that the stiffness connects.
+
+    `mean` is the force of the mean load, `force` the largest force, and `length` the slip under the
+    largest force.
+    """
+
+    mean: Array
+    force: Array
+    length: Array
+
+
+def scales(S: Array, mean: Array, corners: Array, n: int) -> Scales:
+    """Scales of n nodes with stiffness `S` under a mean load (M,) and corners (K, M).
+
+    Loads that are rounding relative to the largest one count as zero.
+    """
+    axes = len(S) // n
+    pressure = np.abs(mean[-n:])
+    largest = np.abs(corners).reshape(-1, axes, n).max(axis=(0, 1))
+    stiffness = np.diag(S).reshape(axes, n).mean(axis=0)
+    smallest = NO_DRIVE * max(float(pressure.mean()), float(largest.max())) or 1.0
+    result = Scales(np.empty(n), np.empty(n), np.empty(n))
+    for piece in _connected_pieces(S, n):
+        cyclic = float(largest[piece].max())
+        mean_force = max(float(pressure[piece].mean()) or cyclic, smallest)
+        force = max(mean_force, cyclic)
+        unit = float(stiffness[piece].mean()) or float(stiffness.mean()) or 1.0
+        result.mean[piece] = mean_force
+        result.force[piece] = force
+        result.length[piece] = force / unit
+    return result
+
+
+def _connected_pieces(S: Array, n: int) -> list[Booleans]:
+    """The pieces of the contact, (N,) nodes each, that the stiffness does not connect."""
+    links = S.reshape(len(S) // n, n, len(S) // n, n)
+    if links[:, 0].any(axis=(0, 1)).all():
+        # The first node is coupled with all others, as in most contacts: there is one piece.
+        return [np.ones(n, dtype=bool)]
+    from scipy.sparse.csgraph import connected_components
+
+    count, piece = connected_components((links != 0).any(axis=(0, 2)), directed=False)
+    return [piece == number for number in range(count)]
