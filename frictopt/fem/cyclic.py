@@ -243,9 +243,9 @@ def _angle(body: Body, low: Integers, high: Integers, centre: Array, along: Arra
         sizes = np.linalg.norm(areas_of(corners), axis=1)
         arm = sizes @ corners.mean(axis=1) / sizes.sum() - centre
         arms.append(np.pad(arm, (0, 3 - len(arm))))
-    one, two = arms
-    sine = along @ np.cross(one, two)
-    cosine = one @ two - (along @ one) * (along @ two)
+    low_arm, high_arm = arms
+    sine = along @ np.cross(low_arm, high_arm)
+    cosine = low_arm @ high_arm - (along @ low_arm) * (along @ high_arm)
     return float(np.arctan2(sine, cosine))
 
 
