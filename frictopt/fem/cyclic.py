@@ -135,8 +135,11 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
         count=1,
         unlike={},
     )
-    nodes, places, copies, fixed = [], [], [], []
-    unlike: dict[str, Integers] = {}
+    nodes = list[Integers]()
+    places = list[csr_matrix]()
+    copies = list[Integers]()
+    fixed = list[Integers]()
+    unlike = dict[str, Integers]()
     start = 0
     for name, body in bodies.items():
         size = body.mesh.p.shape[1]
