@@ -135,8 +135,11 @@ def sector_of(cuts: Sequence[Cyclic], bodies: Mapping[str, Body], kinematics: Ki
         count=1,
         unlike={},
     )
-    nodes, places, copies, fixed = [], [], [], []
-    unlike: dict[str, Integers] = {}
+    nodes = list[Integers]()
+    places = list[csr_matrix]()
+    copies = list[Integers]()
+    fixed = list[Integers]()
+    unlike = dict[str, Integers]()
     start = 0
     for name, body in bodies.items():
         size = body.mesh.p.shape[1]
@@ -243,9 +246,9 @@ def _angle(body: Body, low: Integers, high: Integers, centre: Array, along: Arra
         sizes = np.linalg.norm(areas_of(corners), axis=1)
         arm = sizes @ corners.mean(axis=1) / sizes.sum() - centre
         arms.append(np.pad(arm, (0, 3 - len(arm))))
-    one, two = arms
-    sine = along @ np.cross(one, two)
-    cosine = one @ two - (along @ one) * (along @ two)
+    low_arm, high_arm = arms
+    sine = along @ np.cross(low_arm, high_arm)
+    cosine = low_arm @ high_arm - (along @ low_arm) * (along @ high_arm)
     return float(np.arctan2(sine, cosine))
 
 

@@ -360,7 +360,7 @@ def strain_and_stress(
     expansions = [(amplitude, part) for amplitude, part in loads if part.body == name]
     mass = BilinearForm(lambda a, b, w: a * b).assemble(basis).tocsc()
     components = _COMPONENTS[: 4 if len(u) == 2 else 6]
-    entries = [3 * "xyz".index(name[0]) + "xyz".index(name[1]) for name in components]
+    entries = [3 * "xyz".index(pair[0]) + "xyz".index(pair[1]) for pair in components]
     solve = splu(mass).solve
     nodal = []
     for tensor in _at_points(body, kind, basis, u, expansions):

@@ -15,9 +15,9 @@ from scipy.optimize import linprog
 
 from ..base import CONDENSATION, ROUNDING, Array
 from ..contact import parted
-from ..transients.transient import OPEN, STICK, Transient
 from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import Point, SteppedPath
+from ..transients.transient import OPEN, STICK, Transient
 
 # The program has the bounds of each locked node at so many events, those with the least reserve.
 _TIGHTEST_EVENTS = 2

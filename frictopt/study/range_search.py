@@ -12,13 +12,13 @@ from ..base import LEVEL, PERIODIC, RESIDUAL, Array, Outcome, kept
 from ..errors import NoContinuation, SolverError
 from ..limits.question import Question
 from ..transients import SteadyState, steady_state
-from ..transients.transient import Transient
 from ..transients.classify import Settled, distance_left
 from ..transients.cycles import Run
 from ..transients.exact import ExactPath
 from ..transients.march import path_of
 from ..transients.steady import reported
 from ..transients.stepped import SteppedPath
+from ..transients.transient import Transient
 from .ascent import Ascent
 from .range_starts import shortened
 

@@ -28,8 +28,8 @@ from ..base.results import Portable
 from ..contact import ContactState, ContactSystem, LoadCycle, checked_system, joined, parted
 from ..errors import ModelError
 from ..limits import ShakedownLimit, safe_slip, safe_vertices, shakedown_limit
-from ..transients.transient import Transient
 from ..transients.march import path_of
+from ..transients.transient import Transient
 
 __all__ = [
     "LoadStep",

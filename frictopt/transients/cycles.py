@@ -22,9 +22,9 @@ import numpy as np
 from ..base import PERIODIC, REPEATED, RESIDUAL, Outcome
 from ..contact import parted
 from ..errors import NoContinuation, SolverError
-from .transient import Cycle, Transient
 from .classify import Settled, bend, classify, distance_left, without_work, work_error
 from .extrapolation import AffineLimit, CurvedLimit, LimitSearch
+from .transient import Cycle, Transient
 
 
 @dataclass(frozen=True)

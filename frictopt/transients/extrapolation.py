@@ -21,8 +21,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ..base import PERIODIC, REPEATED, RESIDUAL, ROUNDING, Array
-from .transient import Cycle, Transient
 from .classify import work_to_come
+from .transient import Cycle, Transient
 
 Follow: TypeAlias = Callable[[Transient | None], Cycle]
 """Follows one return of a transient; NoContinuation if it ends, or if it is None."""
@@ -162,14 +162,14 @@ class FixedPoint(NamedTuple):
 
 @dataclass
 class CurvedLimit(LimitSearch):
-    """The search in increments; `latest` is the last fixed point.
+    """The search in increments; `fixed` is the last fixed point.
 
     If returns keep the slips of some nodes, there are other fixed points nearby. Events that lie
     ahead of the transient shift the fixed point, the less the closer it is. So a fixed point counts
     only if one extrapolated from a later state has the same work.
     """
 
-    latest: FixedPoint | None = None
+    fixed: FixedPoint | None = None
 
     def find(
         self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
@@ -192,12 +192,12 @@ class CurvedLimit(LimitSearch):
             return None
         limit, turns = iterated
         approached = _is_approached(path, latest, limit.cycle, follow)
-        earlier = self.latest
+        earlier = self.fixed
         if earlier is None:
-            self.latest = FixedPoint(limit.cycle)
+            self.fixed = FixedPoint(limit.cycle)
             return None
         if not approached:
-            self.latest = earlier._replace(cycle=limit.cycle)
+            self.fixed = earlier._replace(cycle=limit.cycle)
             return None
 
         # The work (N,) of a slip that counts as none.
@@ -216,16 +216,16 @@ class CurvedLimit(LimitSearch):
         work = limit.cycle.work
         total = work.sum()
         change = np.abs(work - earlier.work)
-        self.latest = FixedPoint(limit.cycle, float(change.sum() / (total or 1.0)), events_error)
+        self.fixed = FixedPoint(limit.cycle, float(change.sum() / (total or 1.0)), events_error)
         is_same = (change <= SETTINGS.same_work * total + no_work).all()
         return limit if is_same and events_error <= SETTINGS.accepted else None
 
     def work_error(self, later_changes: float | None) -> float:
         """See `LimitSearch`. The fixed point shifts in proportion to the changes left."""
-        if self.latest is None:
+        if self.fixed is None:
             return 0.0
         later_changes = 1.0 if later_changes is None else later_changes
-        return max(later_changes * self.latest.shift, self.latest.events_error)
+        return max(later_changes * self.fixed.shift, self.fixed.events_error)
 
 
 def _iterated(
@@ -233,9 +233,10 @@ def _iterated(
 ) -> tuple[Limit, int] | None:
     """A fixed point of increments near a start, and a factor of its error for later events.
 
-    `change` is that of the last return. Each extrapolation uses returns from the point before. It
-    goes on as long as the smallest of the last `patience` changes is less than a quarter of all
-    earlier ones. The factor is 1 if every single change falls so, else `patience`.
+    `change` is that of the last return. Each extrapolation uses returns from the point before. The
+    change must fall to a quarter within `patience` extrapolations: the smallest of the last
+    `patience` changes must be less than a quarter of all changes before. The factor is 1 if every
+    single change falls so, else `patience`.
     """
     changes = [change]
     returns: list[Cycle] = []

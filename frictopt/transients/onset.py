@@ -199,9 +199,9 @@ class Onset(Kept, Plotted):
         if self.touches:
             kinds.append(self.touches)
         events = [event for corner in zip(*kinds, strict=True) for event in corner]
-        columns: dict[str, object] = {
-            name: [getattr(event, name) for event in events] for name in OnsetEvent.__match_args__
-        }
+        columns: dict[str, object] = {}
+        for name in OnsetEvent.__match_args__:
+            columns[name] = [getattr(event, name) for event in events]
         return frame(columns).astype({"node": "Int64"})
 
     def _answer(self) -> Mapping[str, object]:

@@ -25,13 +25,13 @@ from ..base import (
 )
 from ..contact import ContactState, ContactSystem, LoadCycle, off_law, parted
 from ..errors import NoContinuation, SolverError
-from .transient import Cycle
 from .classify import Settled, distance_left, returns_after
 from .cycles import Run
 from .increment_doubts import doubts
 from .march import path_of
 from .outcome import SteadyState
 from .stepped import SteppedPath
+from .transient import Cycle
 
 MOST_CYCLES = 2000
 """Default number of cycles after which the search for a steady state gives up."""

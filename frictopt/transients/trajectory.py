@@ -338,7 +338,7 @@ class Trajectory(Kept, Plotted):
         states, nodes = self.gap.shape
         state = np.repeat(np.arange(states), nodes)
         node = np.tile(np.arange(nodes), states)
-        columns: dict[str, Any] = {"state": state, "time": self.time[state], "node": node}
+        columns: dict[str, object] = {"state": state, "time": self.time[state], "node": node}
         for name, values in named_places(self.system).items():
             columns[name] = values[node]
         for name in ("slip", "gap", "q", "p"):

@@ -26,8 +26,8 @@ from ..contact import (
     parted,
     reactions,
 )
-from ..contact.state import checked_state
 from ..contact.diagnosis import pressing
+from ..contact.state import checked_state
 from ..errors import ModelError
 from .statics import mean_load_diagnosis
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from frictopt.transients.transient import Cycle, Scales
 from frictopt.transients.cycles import Run
+from frictopt.transients.transient import Cycle, Scales
 
 
 class Mapped:

@@ -339,15 +339,15 @@ FAULTS = (
     Fault(
         "transients/extrapolation.py",
         "later fixed points are where this one is",
-        old="max(later_changes * self.latest.shift, self.latest.events_error)",
-        new="self.latest.events_error",
+        old="max(later_changes * self.fixed.shift, self.fixed.events_error)",
+        new="self.fixed.events_error",
         tests="spatial_cycles",
     ),
     Fault(
         "transients/extrapolation.py",
         "events that are yet to come move no fixed point",
-        old="max(later_changes * self.latest.shift, self.latest.events_error)",
-        new="later_changes * self.latest.shift",
+        old="max(later_changes * self.fixed.shift, self.fixed.events_error)",
+        new="later_changes * self.fixed.shift",
         tests="spatial_cycles",
     ),
     Fault(
