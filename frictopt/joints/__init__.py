@@ -1,6 +1,13 @@
-"""Joints: what an engineer takes home. No other room needs these files.
+"""Joints: results for engineers. No other room needs these files.
 
-`report.py` collects answers of all questions, `backbone.py` gives stiffness and damping over the
-amplitude, `tightening.py` tightens bolts, `wear.py` and `worn_in.py` wear profiles down. Each file
-has its result.
+In come a contact, its load cycle and its friction. Out go:
+
+- `report.py`: all answers about a joint, from `report_parts.py` (the answers), `report_tables.py`
+  (numbers with units) and `advice.py` (sentences)
+- `backbone.py`: work W, stiffness k and damping W / (2 pi k u^2) over the amplitude u of the load,
+  from `curve_question.py` (one load factor) and `curve_load.py` (the displacement of the load)
+- `tightening.py`: shortenings of locked bolts that give them their forces
+- `wear.py`: wear by Archard's law, in jumps of load cycles (`wear_course.py`)
+- `worn_in.py`: the end of wear by a theorem
+- `pictures.py`: pictures of all these
 """

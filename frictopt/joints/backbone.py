@@ -1,11 +1,9 @@
-"""The backbone curve of a joint: steady cycles at rising amplitudes of its load, and their range over the residual slips."""
-
-# One file because the curve, the question that makes it and the terms of both name each other.
+"""The backbone curve of a joint: its steady cycles at rising amplitudes of the load."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,11 +11,8 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import (
-    CONDENSATION,
-    ROUNDING,
     Array,
     Kept,
-    Outcome,
     Plotted,
     bar_of,
     finite_number,
@@ -27,34 +22,35 @@ from ..base import (
     frozen,
     warns_of_odd_values,
 )
-from ..contact import (
-    ContactSystem,
-    LoadCycle,
-    checked_cycle,
-    checked_system,
-    friction_coefficients,
-    joined,
-)
-from ..errors import ModelError, NoContinuation, SolverError
+from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
+from ..errors import ModelError, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
-from ..study.dissipation_range import dissipation_range
 from ..transients import SteadyState, steady_state
-from ..transients.march import open_at_rest
+from .curve_load import load_size, with_compliance
+from .curve_question import CurveCycle, CurveQuestion
 
-SEEN = ("work", "slipping", "slip_range", "displacement", "stiffness", "frequency", "damping")
-RANGES = ("least_damping", "most_damping", "least_frequency", "most_frequency")
+_MEASURES = (
+    "work",
+    "slipping",
+    "slip_range",
+    "displacement",
+    "stiffness",
+    "frequency",
+    "damping",
+)
+_RANGES = ("least_damping", "most_damping", "least_frequency", "most_frequency")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BackboneCurve(Kept, Plotted):
-    """What a joint does in the steady cycle at rising load factors, from a start without residual slip.
+    """The steady cycles of a joint at rising load factors, each from no residual slip.
 
     Attributes
     ----------
     load_factor, outcome
-        (K,) load factors, and what happens there: "SHAKEDOWN", "CYCLIC_SLIP" or "RATCHETING", see
-        `Outcome`; "SLIDES_OFF" where statics balances the loads with no forces within friction,
-        "FAILED" where no steady state is found. `note` says why, and the numbers there are NaN.
+        (K,) load factors, and the outcomes there: "SHAKEDOWN", "CYCLIC_SLIP" or "RATCHETING", see
+        `Outcome`; "SLIDES_OFF" if no forces within friction balance the loads, "FAILED" if no
+        steady state is found. `note` has the reason, and the numbers there are NaN.
     work, exponent
         (K,) work of friction per cycle, and `d ln work / d ln load_factor` from the neighbouring
         load factors, NaN where one of them has no work.
@@ -92,9 +88,9 @@ class BackboneCurve(Kept, Plotted):
     natural_frequency
         Frequency of the glued contact, at amplitude zero; NaN where none was given.
     note
-        What is NaN, and why, in words.
+        The values that are NaN, and the reasons, in words.
     system, cycle, friction, steps
-        What was asked; friction is (N,).
+        The input; friction is (N,).
     residual
         Largest residual of the steady states. At most 1e-9.
 
@@ -102,8 +98,10 @@ class BackboneCurve(Kept, Plotted):
     --------
     >>> import frictopt as fo
     >>> loads = {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])}
-    >>> slider = fo.ContactSystem.from_blocks([[3.0]], [[0.0]], [[1.0]], [0.0], loads, compliance=[[0, 0], [0, 1]])
-    >>> curve = fo.backbone_curve(slider, fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}]), friction=0.5, load_factors=[0.4, 1.0])
+    >>> blocks = [[3.0]], [[0.0]], [[1.0]], [0.0], loads
+    >>> slider = fo.ContactSystem.from_blocks(*blocks, compliance=[[0, 0], [0, 1]])
+    >>> cycle = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+    >>> curve = fo.backbone_curve(slider, cycle, friction=0.5, load_factors=[0.4, 1.0])
     >>> curve.displacement.round(6).tolist(), curve.work.round(6).tolist(), curve.slipping.tolist()
     ([0.4, 1.166667], [0.0, 0.333333], [0.0, 1.0])
     """
@@ -138,24 +136,24 @@ class BackboneCurve(Kept, Plotted):
 
     @property
     def motion(self) -> Array:
-        """(K,) half the range of the mean motion of what the load acts on, along the load, over the cycle, length.
+        """(K,) half the range of the mean motion of the loaded region, along the load, length.
 
-        It is the displacement over the size of the load at load factor 1. NaN where that is not
-        known: of loads that are no tractions or forces per volume, and of systems that no model was
+        It is the displacement over the size of the load at load factor 1. NaN if that is not known:
+        of loads that are no tractions or forces per volume, and of systems that no model was
         condensed to, see `load_size` of `ContactSystem`.
         """
-        return self.displacement / size_of(self.system, self.cycle)
+        return self.displacement / load_size(self.system, self.cycle)
 
     def load_at(
         self, *, slipping: float | None = None, work: float | None = None, progress: bool = True
     ) -> SteadyState:
-        """The steady state near the load factor at which so large a share of the contact slips, or the work per cycle is so large.
+        """The steady state near the load factor at which the slipping share or the work is given.
 
         The load factor is interpolated between the two neighbours on the curve where the number
-        first rises to the asked one: work between the logarithms of both. One transient follows
-        what happens there. Its `slipping_share` and `dissipation` are what was seen, which is not
-        quite what was asked: the share moves in steps of nodes, and between distant load factors
-        work is no power of the load.
+        first rises to the given one: for the work, between the logarithms of both. One transient is
+        followed there. Its `slipping_share` and `dissipation` differ a little from the given
+        number: the share changes in steps of nodes, and between distant load factors work is no
+        power of the load.
 
         Parameters
         ----------
@@ -174,106 +172,76 @@ class BackboneCurve(Kept, Plotted):
         Examples
         --------
         >>> import frictopt as fo
-        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=21, EA=1.0, h=0.1))
+        >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(21, EA=1.0, h=0.1))
         >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
         >>> curve = fo.backbone_curve(rod, cycle, friction=0.5, load_factors=[0.2, 0.4, 0.6, 0.8])
         >>> half = curve.load_at(slipping=0.5)
         >>> round(half.load_factor, 2), round(half.slipping_share, 2)
         (0.57, 0.52)
         """
-        given = {
-            name: value
-            for name, value in {"slipping": slipping, "work": work}.items()
-            if value is not None
-        }
-        if len(given) != 1:
+        if (slipping is None) == (work is None):
             raise ModelError(f"slipping, work: {slipping}, {work}; give one of the two")
-        ((name, value),) = given.items()
-        asked, seen = finite_number(name, value, above=0.0), getattr(self, name)
-        found = np.flatnonzero((seen[:-1] <= asked) & (asked <= seen[1:]))  # NaN is neither
-        if not len(found):
-            ends = f"{np.nanmin(seen):.6g} to {np.nanmax(seen):.6g} at the load factors {self.load_factor[0]:g} to {self.load_factor[-1]:g}"
+        name = "work" if slipping is None else "slipping"
+        wanted = finite_number(name, work if slipping is None else slipping, above=0.0)
+        values = getattr(self, name)
+        rises = np.flatnonzero((values[:-1] <= wanted) & (wanted <= values[1:]))  # never at NaN
+        if not len(rises):
+            factors = f"{self.load_factor[0]:g} to {self.load_factor[-1]:g}"
             raise ModelError(
-                f"{name}: {asked:g}, and the curve has {ends}; give a value in between, or ask for a curve of other load_factors"
+                f"{name}: {wanted:g}, and the curve has {np.nanmin(values):.6g} to "
+                f"{np.nanmax(values):.6g} at the load factors {factors}; give a value in between, "
+                "or ask for a curve of other load_factors"
             )
-        pair = slice(found[0], found[0] + 2)
-        of, to = (
-            (np.log, np.exp)
-            if name == "work" and seen[found[0]] > 0
-            else (np.positive, np.positive)
-        )
-        factor = to(np.interp(of(asked), of(seen[pair]), of(self.load_factor[pair])))
+        first = rises[0]
+        pair = slice(first, first + 2)
+        if name == "work" and values[first] > 0:
+            logarithm = np.interp(
+                np.log(wanted), np.log(values[pair]), np.log(self.load_factor[pair])
+            )
+            factor = float(np.exp(logarithm))
+        else:
+            factor = float(np.interp(wanted, values[pair], self.load_factor[pair]))
         return steady_state(
-            self.system,
-            self.cycle,
-            self.friction,
-            float(factor),
-            steps=self.steps,
-            progress=progress,
+            self.system, self.cycle, self.friction, factor, steps=self.steps, progress=progress
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """The DataFrame of the load factors, one row each: columns load_factor, outcome, .., most_frequency; `attrs["note"]` is the note."""
-        names = ("load_factor", "outcome", "exponent", *SEEN[:4], "motion", *SEEN[4:], *RANGES)
+        """The DataFrame of the load factors, one row each; `attrs["note"]` is the note.
+
+        Columns load_factor, outcome, .., most_frequency.
+        """
+        names = [
+            "load_factor",
+            "outcome",
+            "exponent",
+            *_MEASURES[:4],
+            "motion",
+            *_MEASURES[4:],
+            *_RANGES,
+        ]
         table = frame({name: getattr(self, name) for name in names}, units=self.system.units)
         table.attrs["note"] = self.note
         return table
 
     def _answer(self) -> Mapping[str, object]:
-        known = {
-            name: float(np.nanmax(getattr(self, name)))
-            for name in SEEN
-            if not np.isnan(getattr(self, name)).all()
-        }
-        named = {
-            name: value
-            for name in ("natural_frequency", "guaranteed_limit", "shakedown_limit")
-            if (value := getattr(self, name)) >= 0
-        }
-        largest = {
-            f"largest_{name}": known[name]
-            for name in ("work", "slipping", "slip_range", "damping")
-            if name in known
-        }
-        least = (
-            {"least_frequency": float(np.nanmin(self.frequency))} if "frequency" in known else {}
-        )
-        count = {
+        answer: dict[str, object] = {
             "load_factors": len(self.load_factor),
             "outcomes": ", ".join(dict.fromkeys(self.outcome)),
         }
-        return {
-            **count,
-            **largest,
-            **least,
-            **named,
+        for name in ("work", "slipping", "slip_range", "damping"):
+            values = getattr(self, name)
+            if not np.isnan(values).all():
+                answer[f"largest_{name}"] = float(np.nanmax(values))
+        if not np.isnan(self.frequency).all():
+            answer["least_frequency"] = float(np.nanmin(self.frequency))
+        for name in ("natural_frequency", "guaranteed_limit", "shakedown_limit"):
+            if not np.isnan(getattr(self, name)):
+                answer[name] = getattr(self, name)
+        return answer | {
             "gross_slip": self.gross_slip,
             "residual": self.residual,
             "note": self.note,
         }
-
-
-def size_of(system: ContactSystem, cycle: LoadCycle) -> float:
-    """Size of the cyclic load at load factor 1, force, by its first corner; NaN where it is not known."""
-    return (
-        sum(
-            abs(amplitude) * system.load_size.get(case, np.nan)
-            for case, amplitude in cycle.corners[0].items()
-            if amplitude
-        )
-        or np.nan
-    )
-
-
-_SAME_MODE = (
-    1e-2  # two natural frequencies of one mode differ by less: codes write them with few digits
-)
-_SLIDES_OFF, _FAILED = "SLIDES_OFF", "FAILED"  # outcomes of load factors without a steady state
-_FROM, _TO, _COUNT = (
-    0.05,
-    0.95,
-    8,
-)  # load factors that are followed unless others are asked for, over the sliding-off load
 
 
 @warns_of_odd_values
@@ -288,14 +256,15 @@ def backbone_curve(
     steps: int | None = None,
     progress: bool = True,
 ) -> BackboneCurve:
-    """What grows with the load: work of friction, slipping share, slip, stiffness and damping of a joint (Festjens et al. 2013, Allen et al. 2016).
+    """Work of friction, slipping share, slip, stiffness and damping of a joint over its load.
 
     Each load factor has a quasi-static steady cycle, followed from no residual slip: no dynamics,
-    no Masing's rule. Work and slipping share of a bolted joint settle with the mesh where its
-    limits do not. For a mode of a structure the load is that of `modal_load`: the load factor is
-    then the modal force, the displacement the modal amplitude. Say so by the `natural_frequency` of
-    the mode: other loads have no frequency. Displacement, stiffness and damping need two opposed
-    corners around a mean load, and a `compliance`; the rest needs neither. Theory, "Joints".
+    no Masing's rule (Festjens et al. 2013, Allen et al. 2016). Work and slipping share of a bolted
+    joint settle with the mesh, also if its limits do not. For a mode of a structure the load is
+    that of `modal_load`: the load factor is then the modal force, the displacement the modal
+    amplitude. Then give the `natural_frequency` of the mode: other loads have no frequency.
+    Displacement, stiffness and damping need two opposed corners around a mean load, and a
+    `compliance`; the other columns need neither. Theory, "Joints".
 
     Parameters
     ----------
@@ -304,9 +273,10 @@ def backbone_curve(
     load_factors
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the sliding-off load.
     natural_frequency
-        That of the glued contact, or with the nodes open that the mean load leaves open, in cycles
-        per unit of time, where the load of amplitude 1 is that of a mass-normalised mode. It may
-        differ by 1 % from what the compliance says, which counts. None: no mode, no frequency.
+        Natural frequency of the glued contact, or of the contact with the nodes open that the mean
+        load leaves open, in cycles per unit of time, if the load of amplitude 1 is that of a
+        mass-normalised mode. It may differ by 1 % from the frequency by the compliance, which
+        counts. None: no mode, no frequency.
     range
         Whether to search the residual slips for the least and the most damping, and to find both
         limits. Up to a guaranteed limit that is proven the damping is zero, and there is no search.
@@ -318,7 +288,7 @@ def backbone_curve(
     Raises
     ------
     ModelError
-        Bad input: load factors that do not rise, or None where nothing slides off; with a natural
+        Bad input: load factors that do not rise, or None if nothing slides off; with a natural
         frequency or a range a load without displacement, and a natural frequency that contradicts
         the compliance.
     NoContinuation, SolverError
@@ -332,231 +302,44 @@ def backbone_curve(
     >>> punch = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
     >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}, {"sigma": -1.0}])
     >>> curve = fo.backbone_curve(punch, cycle, friction=0.5, load_factors=[1.2, 1.5], range=True)
-    >>> bool((curve.least_damping <= curve.damping).all() and (curve.damping <= curve.most_damping).all())
+    >>> bool((curve.least_damping <= curve.damping).all())
+    True
+    >>> bool((curve.damping <= curve.most_damping).all())
     True
     """
-    f, searched = (
-        np.array(friction_coefficients(friction, checked_system(system).nodes)),
-        flag("range", range),
-    )
+    coefficients = np.array(friction_coefficients(friction, checked_system(system).nodes))
+    with_range = flag("range", range)
+    # These raise if the cycle names an unknown load case.
     system.reaction(checked_cycle(cycle).mean)
-    cycle.corner_reactions(system)  # says which load case is unknown
-    system, load = with_compliance(system, cycle, f, natural_frequency)
-    if searched and load.none:
+    cycle.corner_reactions(system)
+    system, load = with_compliance(system, cycle, coefficients, natural_frequency)
+    if with_range and load.missing:
         raise ModelError(
-            f"range: True, and there is no damping to have one: {load.none}; leave the range out"
+            f"range: True, and there is no damping to have one: {load.missing}; leave the range out"
         )
     try:
-        gross: GrossSlip | SolverError = gross_slip(system, cycle, f)
-    except SolverError as error:  # the curve does without it
-        gross = error
-    factors = _checked_factors(load_factors, gross)
-    limits = (
-        (shakedown_limit(system, cycle, f).load_factor, guaranteed_limit(system, cycle, f))
-        if searched
-        else None
-    )
-    return Asked(system, cycle, f, load, gross, limits, steps).followed(factors, progress)
+        gross: GrossSlip | SolverError = gross_slip(system, cycle, coefficients)
+    except SolverError as error:
+        gross = error  # given load factors have a curve without it
+    factors = _default_factors(gross) if load_factors is None else rising_factors(load_factors)
+    limits: tuple[float, GuaranteedLimit] | None = None
+    if with_range:
+        shakedown = shakedown_limit(system, cycle, coefficients)
+        limits = shakedown.load_factor, guaranteed_limit(system, cycle, coefficients)
+    question = CurveQuestion(system, cycle, coefficients, load, gross, limits, steps)
+    return curve_at(question, factors, progress)
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """What is seen at one load factor: columns of the curve, those of each contact, and why there is no steady state."""
-
-    row: dict[str, Any]
-    by_contact: pd.DataFrame = field(default_factory=pd.DataFrame)
-    steady: SteadyState | None = None
-    error: NoContinuation | SolverError | None = None
-
-
-@dataclass(frozen=True)
-class _Load:
-    """A load with its amplitudes (cases,), its compliance on the glued bodies, and its frequency if it is a mode; or why it has no displacement."""
-
-    direction: Array = field(default_factory=lambda: np.zeros(0))
-    compliance: float = np.nan
-    natural_frequency: float = np.nan
-    none: str = ""
-
-    def measured(self, steady: SteadyState) -> dict[str, float]:
-        """Columns of the curve that follow from the displacement of the load over a steady cycle."""
-        half, factor = self._half_range(steady), steady.load_factor
-        stiffness = factor / half
-        frequency = (
-            np.sqrt(stiffness) / (2 * np.pi) if np.isfinite(self.natural_frequency) else np.nan
+def _default_factors(gross: GrossSlip | SolverError) -> Array:
+    """Eight load factors below the load that slides the bodies off."""
+    if isinstance(gross, SolverError):
+        raise gross
+    if not 0 < gross.load_factor < np.inf:
+        raise ModelError(
+            "load_factors: None, and the load that slides the bodies off is "
+            f"{gross.load_factor:g}; give load factors"
         )
-        damping = (
-            steady.dissipation / half / factor / (2 * np.pi)
-        )  # the product of two tiny ones would be 0
-        return {
-            "displacement": half,
-            "stiffness": stiffness,
-            "frequency": frequency,
-            "damping": damping,
-        }
-
-    def _half_range(self, steady: SteadyState) -> float:
-        if self.none or steady.outcome is Outcome.RATCHETING:
-            return np.nan
-        if steady.outcome is Outcome.SHAKEDOWN and steady.friction.all() and not steady.open.any():
-            return self.compliance * steady.load_factor
-        path = steady.states()
-        return float(
-            np.ptp(path.system.displacements(path.amplitudes, path.slip, path.gap) @ self.direction)
-            / 2
-        )
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What a curve is asked of, with its sliding-off load and, if there is a range, its limits."""
-
-    system: ContactSystem
-    cycle: LoadCycle
-    friction: Array
-    load: _Load
-    gross: GrossSlip | SolverError
-    limits: tuple[float, GuaranteedLimit] | None
-    steps: int | None
-
-    def followed(self, factors: Array, progress: bool) -> BackboneCurve:
-        """The curve at some load factors."""
-        seen = list[_Seen]()
-
-        def kept(_: object) -> tuple[str, BackboneCurve, str] | None:
-            return (
-                (
-                    "curve",
-                    self.curve(seen),
-                    f"{len(seen)} of {len(factors)} load factors are in the attribute `curve`",
-                )
-                if seen
-                else None
-            )
-
-        with bar_of(
-            progress, "backbone curve", "load factor", total=len(factors), keeps=kept
-        ) as bar:
-            for factor in factors:
-                seen.append(self.follow(float(factor)))
-                bar.update()
-        if all(one.error for one in seen):
-            raise seen[0].error  # type: ignore[misc]
-        return self.curve(seen)
-
-    def follow(self, factor: float) -> _Seen:
-        """What the joint does at one load factor."""
-        asked = self.system, self.cycle, self.friction, factor
-        try:
-            steady = steady_state(*asked, steps=self.steps)
-            contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
-            measured = [self.load.measured(steady)]
-        except (NoContinuation, SolverError) as error:
-            return _Seen(
-                {
-                    "load_factor": factor,
-                    "outcome": _SLIDES_OFF if self._slides_off(factor) else _FAILED,
-                },
-                error=error,
-            )
-        row = {
-            "load_factor": factor,
-            "outcome": steady.outcome.name,
-            "work": steady.dissipation,
-            "slipping": steady.slipping_share,
-        }
-        row |= {
-            "slip_range": contacts["slip_range"].max(),
-            "residual": steady.residual,
-            **measured[0],
-        }
-        if self.limits is not None:
-            if not (self.limits[1].proven and factor <= self.limits[1].load_factor):
-                found = dissipation_range(*asked, steps=self.steps)
-                row["residual"] = max(steady.residual, found.residual)
-                measured += [self.load.measured(state) for state in found.steady_states]
-            ends = pd.DataFrame(measured).agg(["min", "max"])
-            row |= {
-                f"{end}_{name}": ends[name][of]
-                for name in ("damping", "frequency")
-                for end, of in (("least", "min"), ("most", "max"))
-            }
-        return _Seen(row, contacts.assign(load_factor=factor), steady)
-
-    def _slides_off(self, factor: float) -> bool:
-        """Whether statics says so, also of the mean load alone, for which the numbers are NaN."""
-        return (
-            isinstance(self.gross, GrossSlip)
-            and not self.gross.least <= factor <= self.gross.load_factor
-        )
-
-    def curve(self, seen: Sequence[_Seen]) -> BackboneCurve:
-        """The curve of what is seen at some load factors."""
-        table = pd.DataFrame([one.row for one in seen]).reindex(
-            columns=["load_factor", "outcome", "residual", *SEEN, *RANGES]
-        )
-        logs, factors = np.log(table["work"].where(table["work"] > 0)), table["load_factor"]
-        contacts = pd.concat([one.by_contact for one in seen], ignore_index=True)
-        return BackboneCurve(
-            **{name: frozen(table[name]) for name in ("load_factor", *SEEN, *RANGES)},
-            outcome=tuple(table["outcome"]),
-            steady_states=tuple(one.steady for one in seen),
-            exponent=frozen(np.gradient(logs, np.log(factors)) if len(seen) > 1 else [np.nan]),
-            by_contact=contacts.reindex(
-                columns=["load_factor", "contact", "slipping", "work", "slip_range"]
-            ),
-            gross_slip=self.gross.load_factor if isinstance(self.gross, GrossSlip) else np.nan,
-            guaranteed_limit=np.nan if self.limits is None else self.limits[1].load_factor,
-            shakedown_limit=np.nan if self.limits is None else self.limits[0],
-            natural_frequency=self.load.natural_frequency,
-            note="; ".join(self._notes(seen)),
-            system=self.system,
-            cycle=self.cycle,
-            friction=self.friction,
-            steps=self.steps,
-            residual=float(table["residual"].max()),
-            self_stress=isinstance(self.gross, GrossSlip) and self.gross.self_stress is not None,
-        )
-
-    def _notes(self, seen: Sequence[_Seen]) -> list[str]:
-        """What is NaN, and what shares are of, in words."""
-        notes = []
-        if self.load.none:
-            notes.append(f"no displacement, stiffness, damping and frequency: {self.load.none}")
-        elif np.isnan(self.load.natural_frequency):
-            notes.append("no frequency: without a natural_frequency the load is no mode")
-        if self.system.width is None:
-            notes.append("shares are of the nodes: the system has no width")
-        if isinstance(self.gross, SolverError):
-            notes.append(f"no sliding-off load: {self.gross}")
-        elif beyond := [
-            f"{one.row['load_factor']:g}" for one in seen if one.row["outcome"] == _SLIDES_OFF
-        ]:
-            notes.append(f"load factors {', '.join(beyond)}: {self.gross.reason}")
-        if isinstance(self.gross, GrossSlip) and self.gross.self_stress is not None:
-            notes.append(
-                "statics cannot know how far the fit presses: the sliding-off load is that of transients from no slip"
-            )
-        for one in seen:
-            at = f"load factor {one.row['load_factor']:g}"
-            if one.row["outcome"] == _FAILED:
-                notes.append(f"{at}: {one.error}")
-            elif one.row["outcome"] == Outcome.RATCHETING.name and not self.load.none:
-                notes.append(f"{at}: the contact ratchets, so its displacement has no range")
-        return notes
-
-
-def _checked_factors(load_factors: ArrayLike | None, gross: GrossSlip | SolverError) -> Array:
-    """The load factors of a curve, by default below the load that slides the bodies off."""
-    if load_factors is None:
-        if isinstance(gross, SolverError):
-            raise gross
-        if not 0 < gross.load_factor < np.inf:
-            raise ModelError(
-                f"load_factors: None, and the load that slides the bodies off is {gross.load_factor:g}; give load factors"
-            )
-        return gross.load_factor * np.geomspace(_FROM, _TO, _COUNT)
-    return rising_factors(load_factors)
+    return gross.load_factor * np.geomspace(0.05, 0.95, 8)
 
 
 def rising_factors(load_factors: ArrayLike) -> Array:
@@ -569,63 +352,59 @@ def rising_factors(load_factors: ArrayLike) -> Array:
     return factors
 
 
-def with_compliance(
-    system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None
-) -> tuple[ContactSystem, _Load]:
-    """The contact with a compliance, its own or one of which the load has what its natural frequency says; and the load."""
-    given = (
-        None
-        if natural_frequency is None
-        else finite_number("natural_frequency", natural_frequency, above=0.0)
-    )
-    first, *others = (
-        np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners
-    )
-    if cycle.fixed or len(others) != 1 or not np.array_equal(first, -others[0]) or not first.any():
-        remedy = "give two opposed corners, [{'mode': 1.0}, {'mode': -1.0}], around a mean load, and no fixed part"
-        if given is not None:
-            raise ModelError(f"cycle: {cycle}; a mode has a natural_frequency, so {remedy}")
-        return system, _Load(none=f"the corners are not two opposed ones; {remedy}")
-    if system.compliance is None:
-        if given is None:
-            return system, _Load(
-                none="the system has no compliance, which `condense` finds; of a mode give the natural_frequency"
-            )
-        compliance = (2 * np.pi * given) ** -2
-        return replace(
-            system, compliance=compliance * np.outer(first, first) / (first @ first) ** 2
-        ), _Load(first, compliance, given)
-    compliance = float(first @ system.compliance @ first)
-    reactions = joined(*system.reaction(cycle.corners[0]))
-    own = (
-        np.abs(first) @ np.abs(system.compliance) @ np.abs(first)
-        + reactions @ reactions / system.stiffness_scale
-    )
-    if not compliance > ROUNDING * own:  # other load cases may have any size, so they do not count
-        if given is not None:
-            raise ModelError(
-                f"corners: the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces"
-            )
-        return system, _Load(
-            none=f"the load does no work on the glued bodies (compliance {compliance:g}); give a load of forces"
-        )
-    if given is None:
-        return system, _Load(first, compliance)
-    softness = [compliance, compliance + _of_open_nodes(system, cycle, friction)]
-    own = min(
-        (1 / (2 * np.pi * np.sqrt(each)) for each in softness),
-        key=lambda each: abs(each / given - 1),
-    )
-    if abs(own / given - 1) > _SAME_MODE:
-        raise ModelError(
-            f"natural_frequency: {given:g}, and the compliance of the load says {own:g}; give the load of a mass-normalised mode (`modal_load`), or "
-            "leave the natural frequency out"
-        )
-    return system, _Load(first, compliance, own)
+def curve_at(question: CurveQuestion, factors: Array, progress: bool) -> BackboneCurve:
+    """The curve at some load factors."""
+    cycles = list[CurveCycle]()
+
+    def curve_so_far(_: object) -> tuple[str, BackboneCurve, str] | None:
+        if not cycles:
+            return None
+        note = f"{len(cycles)} of {len(factors)} load factors are in the attribute `curve`"
+        return "curve", _curve(question, cycles), note
+
+    with bar_of(
+        progress, "backbone curve", "load factor", total=len(factors), keeps=curve_so_far
+    ) as bar:
+        for factor in factors:
+            cycles.append(question.follow(float(factor)))
+            bar.update()
+    if all(cycle.error for cycle in cycles):
+        raise cycles[0].error  # type: ignore[misc]
+    return _curve(question, cycles)
 
 
-def _of_open_nodes(system: ContactSystem, cycle: LoadCycle, friction: Array) -> float:
-    """What the nodes that the mean load leaves open add to the compliance of the load of a corner: they follow it without force."""
-    out = np.tile(open_at_rest(system, cycle, friction), system.tangents + 1)
-    r = joined(*system.reaction(cycle.corners[0]))[out]
-    return float(r @ np.linalg.lstsq(system.S[np.ix_(out, out)], r, rcond=CONDENSATION)[0])
+def _curve(question: CurveQuestion, cycles: Sequence[CurveCycle]) -> BackboneCurve:
+    """The curve of the load factors that are followed."""
+    table = pd.DataFrame([cycle.row for cycle in cycles]).reindex(
+        columns=["load_factor", "outcome", "residual", *_MEASURES, *_RANGES]
+    )
+    exponent: Any = [np.nan]
+    if len(cycles) > 1:
+        log_work = np.log(table["work"].where(table["work"] > 0))
+        exponent = np.gradient(log_work, np.log(table["load_factor"]))
+    contacts = pd.concat([cycle.by_contact for cycle in cycles], ignore_index=True)
+    slides = None if isinstance(question.gross, SolverError) else question.gross
+    shakedown, guaranteed = np.nan, np.nan
+    if question.limits is not None:
+        shakedown = question.limits[0]
+        guaranteed = question.limits[1].load_factor
+    return BackboneCurve(
+        **{name: frozen(table[name]) for name in ("load_factor", *_MEASURES, *_RANGES)},
+        outcome=tuple(table["outcome"]),
+        steady_states=tuple(cycle.steady for cycle in cycles),
+        exponent=frozen(exponent),
+        by_contact=contacts.reindex(
+            columns=["load_factor", "contact", "slipping", "work", "slip_range"]
+        ),
+        gross_slip=np.nan if slides is None else slides.load_factor,
+        guaranteed_limit=guaranteed,
+        shakedown_limit=shakedown,
+        natural_frequency=question.load.natural_frequency,
+        note="; ".join(question.notes(cycles)),
+        system=question.system,
+        cycle=question.cycle,
+        friction=question.friction,
+        steps=question.steps,
+        residual=float(table["residual"].max()),
+        self_stress=slides is not None and slides.self_stress is not None,
+    )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,20 +14,18 @@ from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, f
 from ..errors import ModelError, SolverError
 from ..transients.march import mean_state
 
-_CLOSE = 1e-12  # last relative change of the shortenings
-
 
 @warns_of_odd_values
 def tightened(
     system: ContactSystem, cycle: LoadCycle, friction: ArrayLike, *, steps: int | None = None
 ) -> LoadCycle:
-    """The load cycle in whose mean load locked bolts have their forces, with the contact as it is: nodes that slip and open under it do so.
+    """The load cycle in whose mean load the locked bolts have their forces.
 
-    The amplitude of a locked bolt in the mean load given is the share of its force that it is
-    tightened to. That in the mean load returned is the shortening that gives this tension, over
-    that of the unit amplitude. The mean load comes from no slip, as `march` begins; its other loads
-    act while the bolts are tightened. To add loads after that, tighten first, and add them to the
-    mean load of the cycle returned.
+    Nodes may slip and open under the mean load. In the given mean load, the amplitude of a locked
+    bolt is the share of its force that it is tightened to. In the returned mean load, it is the
+    shortening that gives this tension, over the shortening of the unit amplitude. The mean load
+    comes from no slip, as `march` begins; its other loads act while the bolts are tightened. To add
+    loads after that, tighten first, and add them to the mean load of the cycle returned.
 
     Parameters
     ----------
@@ -34,8 +33,8 @@ def tightened(
         The contact with its locked bolts (`BoltPreload`), the load cycle, and the coefficient of
         friction, one or one per node.
     steps
-        Number of increments to the mean load, that of the transients to come. None: the exact path
-        in the plane, 20 in space.
+        Number of increments to the mean load, the same as of the transients that follow. None: the
+        exact path in the plane, 20 in space.
 
     Raises
     ------
@@ -55,7 +54,9 @@ def tightened(
 
     >>> import frictopt as fo
     >>> loads, L = {"bolt": ([0.0], [3.0]), "pull": ([0.0], [-0.6])}, [[-0.75, -0.1], [-0.1, 0.02]]
-    >>> joint = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[12.0]], [0.0], loads, compliance=L, bolts={"bolt": (3.0, 0.25)})
+    >>> bolts = {"bolt": (3.0, 0.25)}  # force and shortening
+    >>> blocks = [[1.0]], [[0.0]], [[12.0]], [0.0], loads
+    >>> joint = fo.ContactSystem.from_blocks(*blocks, compliance=L, bolts=bolts)
     >>> cycle = fo.LoadCycle({"bolt": 1.0, "pull": 2.0}, [{"pull": 1.0}, {"pull": -1.0}])
     >>> tight = fo.tightened(joint, cycle, friction=0.3)
     >>> steady = fo.steady_state(joint, tight, friction=0.3, load_factor=1.0)
@@ -63,55 +64,94 @@ def tightened(
        bolt  force  tension_mean  tension_amplitude
     0  bolt    3.0           3.0                0.4
     """
-    mean, f = (
-        checked_cycle(cycle).mean,
-        friction_coefficients(friction, checked_system(system).nodes),
-    )
-    bolts = {name: mean[name] for name in system.bolts if name in mean}
-    if not bolts:
-        raise ModelError(
-            f"cycle: its mean load has none of the locked bolts {sorted(system.bolts)}; give each the share of its force, such as 1.0"
-        )
-    if loose := [name for name, share in bolts.items() if not share > 0]:
-        raise ModelError(
-            f"cycle: mean[{loose[0]!r}] = {bolts[loose[0]]:g}; give the share of its force that the bolt is tightened to, above 0"
-        )
-    cases, shares = list(system.bonded), np.array([*bolts.values()])
-    forces, shortenings = (
-        shares * [system.bolts[name][0] for name in bolts],
-        np.array([system.bolts[name][1] for name in bolts]),
-    )
-    rows = [cases.index(name) for name in bolts]
-
-    def loaded(amplitudes: Array) -> LoadCycle:
-        return replace(
-            cycle, mean={**cycle.mean, **dict(zip(bolts, amplitudes.tolist(), strict=True))}
-        )
-
-    def missing(amplitudes: Array) -> Array:
-        """What tensions lack of their forces, over these."""
-        tried = loaded(amplitudes)
-        state = mean_state(system, tried, f, steps=steps)
-        loads = [tried.mean.get(case, 0.0) for case in cases]
-        return np.asarray(
-            [system.tension(name, loads, state.slip, state.gap) for name in bolts] / forces - 1
-        )
-
+    mean = checked_cycle(cycle).mean
+    coefficients = friction_coefficients(friction, checked_system(system).nodes)
+    shares = _checked_shares(system, mean)
+    bolts = _Bolts(system, cycle, coefficients, steps, list(shares))
+    amplitudes = np.array([*shares.values()])
+    forces = amplitudes * bolts.unit_forces
     if system.compliance is None:
-        missing(shares)  # says so
-    glued = (
-        -np.asarray(system.compliance)[np.ix_(rows, rows)] / shortenings[:, None] / forces[:, None]
-    )
-    found = root(missing, shares, jac=lambda _: glued, options={"xtol": _CLOSE})
-    error = float(np.abs(found.fun).max())
-    for k, name in enumerate(bolts) if error > RESIDUAL or found.x.min() <= 0 else ():
-        if (pulled := missing(np.where(np.arange(len(rows)) == k, 0.0, found.x))[k]) >= 0:
-            raise ModelError(
-                f"cycle: the mean load does not close the section of bolt {name!r}: its other loads pull it to {(1 + pulled) * forces[k]:.4g} before "
-                f"it is tightened to {forces[k]:.4g}; tighten it to more, or leave these loads out and add them to the cycle returned"
-            )
-    if not error <= RESIDUAL or found.x.min() <= 0:
+        bolts.tensions(amplitudes)  # raises an error that says how to get a compliance
+
+    def errors(amplitudes: Array) -> Array:
+        return bolts.tensions(amplitudes) / forces - 1
+
+    derivative = bolts.glued_derivative() / forces[:, None]
+    answer = root(errors, amplitudes, jac=lambda _: derivative, options={"xtol": 1e-12})
+    error = float(np.abs(answer.fun).max())
+    if not error <= RESIDUAL or answer.x.min() <= 0:
+        _refuse_open_sections(bolts, forces, answer.x)
         raise SolverError(
-            f"tightened: the tensions found differ from the forces by a relative {error:.1e} (tolerance {RESIDUAL:g}); {found.message}"
+            f"tightened: the tensions found differ from the forces by a relative {error:.1e} "
+            f"(tolerance {RESIDUAL:g}); {answer.message}"
         )
-    return loaded(found.x)
+    return bolts.loaded(answer.x)
+
+
+def _checked_shares(system: ContactSystem, mean: Mapping[str, float]) -> dict[str, float]:
+    """Locked bolt in the mean load -> share of its force that it is tightened to."""
+    shares = {name: mean[name] for name in system.bolts if name in mean}
+    if not shares:
+        raise ModelError(
+            f"cycle: its mean load has none of the locked bolts {sorted(system.bolts)}; give each "
+            "the share of its force, such as 1.0"
+        )
+    for name, share in shares.items():
+        if not share > 0:
+            raise ModelError(
+                f"cycle: mean[{name!r}] = {share:g}; give the share of its force that the bolt is "
+                "tightened to, above 0"
+            )
+    return shares
+
+
+@dataclass(frozen=True)
+class _Bolts:
+    """Locked bolts of a contact whose amplitudes in the mean load are to be found."""
+
+    system: ContactSystem
+    cycle: LoadCycle
+    friction: Array
+    steps: int | None
+    names: list[str]
+
+    @property
+    def unit_forces(self) -> Array:
+        """(bolts,) forces that the bolts are tightened to."""
+        return np.array([self.system.bolts[name][0] for name in self.names])
+
+    def loaded(self, amplitudes: Array) -> LoadCycle:
+        """The load cycle with these amplitudes (bolts,) in its mean load."""
+        of_bolts = dict(zip(self.names, amplitudes.tolist(), strict=True))
+        return replace(self.cycle, mean={**self.cycle.mean, **of_bolts})
+
+    def tensions(self, amplitudes: Array) -> Array:
+        """(bolts,) tensions under the mean load with these amplitudes, from no slip."""
+        cycle = self.loaded(amplitudes)
+        state = mean_state(self.system, cycle, self.friction, steps=self.steps)
+        loads = [cycle.mean.get(case, 0.0) for case in self.system.bonded]
+        return np.array(
+            [self.system.tension(name, loads, state.slip, state.gap) for name in self.names]
+        )
+
+    def glued_derivative(self) -> Array:
+        """(bolts, bolts) derivative of the tensions with the amplitudes, of glued bodies."""
+        cases = list(self.system.bonded)
+        rows = [cases.index(name) for name in self.names]
+        shortenings = np.array([self.system.bolts[name][1] for name in self.names])
+        compliance = np.asarray(self.system.compliance)[np.ix_(rows, rows)]
+        return np.asarray(-compliance / shortenings[:, None])
+
+
+def _refuse_open_sections(bolts: _Bolts, forces: Array, amplitudes: Array) -> None:
+    """Raise an error if the other loads pull a bolt to its force before it is tightened."""
+    for k, name in enumerate(bolts.names):
+        without_bolt = amplitudes.copy()
+        without_bolt[k] = 0.0
+        tension = bolts.tensions(without_bolt)[k]
+        if tension >= forces[k]:
+            raise ModelError(
+                f"cycle: the mean load does not close the section of bolt {name!r}: its other "
+                f"loads pull it to {tension:.4g} before it is tightened to {forces[k]:.4g}; "
+                "tighten it to more, or leave these loads out and add them to the cycle returned"
+            )

@@ -1,10 +1,28 @@
 """Studies of many transients.
 
-In come ranges of friction, load factors and starts (`starts.py`); out goes a table of steady states
-(`dissipation.py`, its runs in `runs.py`, kept by `store.py`, described in files by `plans.py`).
-`dissipation_range.py` and `range_search.py` search the range of the work, `protocols.py` and
-`excursion.py` vary the loads before, `verify.py` and `after_overload.py` test guaranteed limits. A
-new column of a study stands in `runs.py`.
+The steady state of a contact depends on its start. A study follows transients from many residual
+slips v to their steady cycles, each with its work of friction W >= 0.
+
+In come a contact, load cycles, frictions, load factors and starts. Out go tables of steady states,
+the range of W over the starts, and the loads up to which a contact comes to rest (W = 0).
+
+A table of many runs (`dissipation_study`):
+
+- `starts.py`: starts, such as residual slips, overloads and load steps
+- `case.py`: one run and its key, a digest of its content
+- `columns.py`: the columns of the table; a new column is one more line there
+- `runs.py`: runs are followed, here or by an executor
+- `store.py`: the file that keeps the rows
+- `dissipation.py`: the question, its checks, and the table
+- `plans.py`: studies described in files
+- `plot_study.py`, `pictures.py`: pictures
+
+Searches:
+
+- `dissipation_range.py`: the range of W, by `range_starts.py` (where the search starts),
+  `range_search.py` (transients) and `ascent.py` (linear programs for the next start)
+- `protocols.py`, `excursion.py`: loads before the cycle that bring a contact to rest
+- `verify.py`, `after_overload.py`: tests of guaranteed limits
 """
 
 from . import starts as starts

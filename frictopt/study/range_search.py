@@ -234,24 +234,37 @@ class Search:
                 except (NoContinuation, SolverError) as error:
                     return replace(orbit, end=f"not searched from: {error}")
                 unit = unit or _spread(ascent.before, ascent.path)
-            change, expected_gain = ascent.step(radius * unit) or (None, 0.0)
-            least_gain = self._least_gain * orbit.work
-            if change is None or not expected_gain > least_gain or radius < SETTINGS.last_radius:
-                self._extremes.append(orbit.work)
-                return replace(orbit, end="local extreme")
-            if sense * orbit.work + SETTINGS.leap * expected_gain < best:
-                return replace(orbit, end=FAR)
+            step = ascent.step(radius * unit)
+            end = self._end_of_climb(orbit, sense, step, radius, best)
+            if step is None or end:
+                return replace(orbit, end=end)
+            change, _ = step
             least = orbit.work if sense > 0 else 0.0
             tried = self.follow(orbit.name, ascent.before + change, least)
-            if not sense * (tried.work - orbit.work) > least_gain:
+            if sense * (tried.work - orbit.work) > self._least_gain * orbit.work:
+                orbit = tried
+                ascent = None
+                radius *= 2.0
+                if any(abs(orbit.work - known) <= LEVEL * known for known in self._extremes):
+                    return replace(orbit, end="local extreme known before")
+            else:
                 radius *= 0.25
-                continue
-            orbit = tried
-            ascent = None
-            radius *= 2.0
-            if any(abs(orbit.work - known) <= LEVEL * known for known in self._extremes):
-                return replace(orbit, end="local extreme known before")
         return replace(orbit, end=STOPPED)
+
+    def _end_of_climb(
+        self,
+        orbit: Orbit,
+        sense: int,
+        step: tuple[Array, float] | None,
+        radius: float,
+        best: float,
+    ) -> str:
+        """Why no transient follows from a step: "" if one does."""
+        gain = 0.0 if step is None else step[1]
+        if not gain > self._least_gain * orbit.work or radius < SETTINGS.last_radius:
+            self._extremes.append(orbit.work)
+            return "local extreme"
+        return FAR if sense * orbit.work + SETTINGS.leap * gain < best else ""
 
     def _ascent(self, orbit: Orbit, sense: int) -> Ascent:
         state = orbit.state

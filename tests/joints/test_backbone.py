@@ -234,7 +234,7 @@ def test_a_published_oscillator(monkeypatch):
     ).displacement == pytest.approx(2 * same.displacement)
     found = SimpleNamespace(residual=1e-3, steady_states=())
     monkeypatch.setattr(
-        import_module("frictopt.joints.backbone"), "dissipation_range", lambda *_, **__: found
+        import_module("frictopt.joints.curve_question"), "dissipation_range", lambda *_, **__: found
     )
     assert fo.backbone_curve(system, cycle, 0.9, [800.0], range=True).residual == 1e-3
     with pytest.raises(fo.ModelError, match="natural_frequency: 48"):
@@ -494,14 +494,14 @@ def test_the_compliance_of_other_load_cases_and_the_size_of_amplitudes_do_not_co
 
 
 def test_what_is_finished_is_kept_when_a_curve_is_interrupted(monkeypatch):
-    backbone, left = import_module("frictopt.joints.backbone"), [1, 2]
+    question, left = import_module("frictopt.joints.curve_question"), [1, 2]
 
     def followed(*asked, **options):
         if not left:
             raise KeyboardInterrupt
         return left.pop() and fo.steady_state(*asked, **options)
 
-    monkeypatch.setattr(backbone, "steady_state", followed)
+    monkeypatch.setattr(question, "steady_state", followed)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75, 1.4], steps=1)
     assert (
@@ -516,7 +516,7 @@ def test_an_interrupted_curve_may_hold_failures_alone(monkeypatch):
     def failing(*asked, **options):
         raise next(events)
 
-    monkeypatch.setattr(import_module("frictopt.joints.backbone"), "steady_state", failing)
+    monkeypatch.setattr(import_module("frictopt.joints.curve_question"), "steady_state", failing)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         fo.backbone_curve(TWO, opposed("X", {"P": 1.0}), 0.5, [0.4, 0.75], steps=1)
     curve = interrupt.value.curve

@@ -1,0 +1,161 @@
+"""The load of a curve: its displacement over a cycle, its stiffness, damping and frequency."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..base import CONDENSATION, ROUNDING, Array, Outcome, finite_number
+from ..contact import ContactSystem, LoadCycle, joined
+from ..errors import ModelError
+from ..transients import SteadyState
+from ..transients.march import open_at_rest
+
+# Relative difference up to which two natural frequencies are of the same mode. Other codes write
+# them with few digits.
+_SAME_MODE = 1e-2
+
+
+@dataclass(frozen=True)
+class CurveLoad:
+    """A load with its amplitudes (cases,) at load factor 1 and its compliance on the glued bodies.
+
+    `natural_frequency` is NaN if the load is no mode. `missing` says why the load has no
+    displacement, "" if it has one.
+    """
+
+    direction: Array = field(default_factory=lambda: np.zeros(0))
+    compliance: float = np.nan
+    natural_frequency: float = np.nan
+    missing: str = ""
+
+    def measured(self, steady: SteadyState) -> dict[str, float]:
+        """Columns of the curve that follow from the displacement over a steady cycle."""
+        displacement = self._half_range(steady)
+        load_factor = steady.load_factor
+        stiffness = load_factor / displacement
+        frequency = np.nan
+        if np.isfinite(self.natural_frequency):
+            frequency = np.sqrt(stiffness) / (2 * np.pi)
+        # Divided one by one, because the product of two tiny numbers may be 0.
+        damping = steady.dissipation / displacement / load_factor / (2 * np.pi)
+        return {
+            "displacement": displacement,
+            "stiffness": stiffness,
+            "frequency": frequency,
+            "damping": damping,
+        }
+
+    def _half_range(self, steady: SteadyState) -> float:
+        """Half the range of the displacement of the load; NaN if it drifts or is not known."""
+        if self.missing or steady.outcome is Outcome.RATCHETING:
+            return np.nan
+        rests = steady.outcome is Outcome.SHAKEDOWN
+        if rests and steady.friction.all() and not steady.open.any():
+            return self.compliance * steady.load_factor
+        path = steady.states()
+        displacements = path.system.displacements(path.amplitudes, path.slip, path.gap)
+        return float(np.ptp(displacements @ self.direction) / 2)
+
+
+def load_size(system: ContactSystem, cycle: LoadCycle) -> float:
+    """Size of the cyclic load at load factor 1, force, by its first corner; NaN if not known."""
+    size = 0.0
+    for case, amplitude in cycle.corners[0].items():
+        if amplitude:
+            size += abs(amplitude) * system.load_size.get(case, np.nan)
+    return size or np.nan
+
+
+def with_compliance(
+    system: ContactSystem, cycle: LoadCycle, friction: Array, natural_frequency: float | None
+) -> tuple[ContactSystem, CurveLoad]:
+    """The load of a curve, and its contact with a compliance.
+
+    A system without compliance gets that which the natural frequency of the load says.
+    """
+    if natural_frequency is not None:
+        natural_frequency = finite_number("natural_frequency", natural_frequency, above=0.0)
+    direction = _direction_of_opposed_corners(system, cycle)
+    if direction is None:
+        remedy = (
+            "give two opposed corners, [{'mode': 1.0}, {'mode': -1.0}], around a mean load, and no "
+            "fixed part"
+        )
+        if natural_frequency is not None:
+            raise ModelError(f"cycle: {cycle}; a mode has a natural_frequency, so {remedy}")
+        return system, CurveLoad(missing=f"the corners are not two opposed ones; {remedy}")
+    if system.compliance is None:
+        return _with_modal_compliance(system, direction, natural_frequency)
+    compliance = float(direction @ system.compliance @ direction)
+    if not compliance > ROUNDING * _compliance_scale(system, cycle, direction):
+        missing = (
+            f"the load does no work on the glued bodies (compliance {compliance:g}); give a load "
+            "of forces"
+        )
+        if natural_frequency is not None:
+            raise ModelError(f"corners: {missing}")
+        return system, CurveLoad(missing=missing)
+    if natural_frequency is None:
+        return system, CurveLoad(direction, compliance)
+    of_open_nodes = _compliance_of_open_nodes(system, cycle, friction)
+    frequency = _checked_frequency(natural_frequency, [compliance, compliance + of_open_nodes])
+    return system, CurveLoad(direction, compliance, frequency)
+
+
+def _direction_of_opposed_corners(system: ContactSystem, cycle: LoadCycle) -> Array | None:
+    """(cases,) amplitudes of the first corner; None if there are not two opposed corners alone."""
+    amplitudes = [
+        np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners
+    ]
+    if cycle.fixed or len(amplitudes) != 2:
+        return None
+    first, second = amplitudes
+    return first if np.array_equal(first, -second) and first.any() else None
+
+
+def _with_modal_compliance(
+    system: ContactSystem, direction: Array, natural_frequency: float | None
+) -> tuple[ContactSystem, CurveLoad]:
+    """The contact with the compliance of one mode, whose modal mass is 1."""
+    if natural_frequency is None:
+        missing = (
+            "the system has no compliance, which `condense` finds; of a mode give the "
+            "natural_frequency"
+        )
+        return system, CurveLoad(missing=missing)
+    compliance = (2 * np.pi * natural_frequency) ** -2
+    of_mode = compliance * np.outer(direction, direction) / (direction @ direction) ** 2
+    load = CurveLoad(direction, compliance, natural_frequency)
+    return replace(system, compliance=of_mode), load
+
+
+def _compliance_scale(system: ContactSystem, cycle: LoadCycle, direction: Array) -> float:
+    """Compliance of this load without cancellation. Other load cases, of any size, do not count."""
+    assert system.compliance is not None
+    reactions = joined(*system.reaction(cycle.corners[0]))
+    of_bodies = np.abs(direction) @ np.abs(system.compliance) @ np.abs(direction)
+    return float(of_bodies + reactions @ reactions / system.stiffness_scale)
+
+
+def _compliance_of_open_nodes(system: ContactSystem, cycle: LoadCycle, friction: Array) -> float:
+    """Compliance that the load of a corner gains from open nodes, which follow it without force."""
+    is_open = np.tile(open_at_rest(system, cycle, friction), system.tangents + 1)
+    reactions = joined(*system.reaction(cycle.corners[0]))[is_open]
+    stiffness = system.S[np.ix_(is_open, is_open)]
+    motion = np.linalg.lstsq(stiffness, reactions, rcond=CONDENSATION)[0]
+    return float(reactions @ motion)
+
+
+def _checked_frequency(natural_frequency: float, compliances: list[float]) -> float:
+    """The natural frequency by the compliances that is closest to the given one."""
+    frequencies = [1 / (2 * np.pi * np.sqrt(compliance)) for compliance in compliances]
+    closest = min(frequencies, key=lambda frequency: abs(frequency / natural_frequency - 1))
+    if abs(closest / natural_frequency - 1) > _SAME_MODE:
+        raise ModelError(
+            f"natural_frequency: {natural_frequency:g}, and the compliance of the load says "
+            f"{closest:g}; give the load of a mass-normalised mode (`modal_load`), or leave the "
+            "natural frequency out"
+        )
+    return float(closest)

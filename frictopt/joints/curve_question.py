@@ -1,0 +1,140 @@
+"""The input of a backbone curve, and its steady cycle at one load factor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..base import Array, Outcome
+from ..contact import ContactSystem, LoadCycle
+from ..errors import NoContinuation, SolverError
+from ..limits import GrossSlip, GuaranteedLimit
+from ..study.dissipation_range import dissipation_range
+from ..transients import SteadyState, steady_state
+from .curve_load import CurveLoad
+
+_SLIDES_OFF, _FAILED = "SLIDES_OFF", "FAILED"  # outcomes of load factors without a steady state
+
+
+@dataclass(frozen=True)
+class CurveCycle:
+    """One load factor: its row of the curve, its rows by contact, and the state or the error."""
+
+    row: dict[str, Any]
+    by_contact: pd.DataFrame = field(default_factory=pd.DataFrame)
+    steady: SteadyState | None = None
+    error: NoContinuation | SolverError | None = None
+
+
+@dataclass(frozen=True)
+class CurveQuestion:
+    """The input of a curve, with its sliding-off load and, if it has a range, its limits.
+
+    `gross` is the error if no solver finds a sliding-off load. `limits` are the load factor of the
+    shakedown limit, and the guaranteed limit.
+    """
+
+    system: ContactSystem
+    cycle: LoadCycle
+    friction: Array
+    load: CurveLoad
+    gross: GrossSlip | SolverError
+    limits: tuple[float, GuaranteedLimit] | None
+    steps: int | None
+
+    def follow(self, factor: float) -> CurveCycle:
+        """Follow the contact to its steady cycle at one load factor."""
+        try:
+            steady = steady_state(self.system, self.cycle, self.friction, factor, steps=self.steps)
+            contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
+            measured = self.load.measured(steady)
+        except (NoContinuation, SolverError) as error:
+            outcome = _SLIDES_OFF if self._slides_off(factor) else _FAILED
+            return CurveCycle({"load_factor": factor, "outcome": outcome}, error=error)
+        row = {
+            "load_factor": factor,
+            "outcome": steady.outcome.name,
+            "work": steady.dissipation,
+            "slipping": steady.slipping_share,
+            "slip_range": contacts["slip_range"].max(),
+            "residual": steady.residual,
+            **measured,
+        }
+        if self.limits is not None:
+            row |= self._range_at(factor, steady, measured)
+        return CurveCycle(row, contacts.assign(load_factor=factor), steady)
+
+    def _range_at(
+        self, factor: float, steady: SteadyState, measured: dict[str, float]
+    ) -> dict[str, float]:
+        """Columns of the range over the residual slips, and the residual with it."""
+        assert self.limits is not None
+        _, guaranteed = self.limits
+        residual = steady.residual
+        states = [measured]
+        # Below a guaranteed limit that is proven there is no work from any start.
+        if not (guaranteed.proven and factor <= guaranteed.load_factor):
+            span = dissipation_range(
+                self.system, self.cycle, self.friction, factor, steps=self.steps
+            )
+            residual = max(residual, span.residual)
+            states += [self.load.measured(state) for state in span.steady_states]
+        table = pd.DataFrame(states)
+        return {
+            "residual": residual,
+            "least_damping": table["damping"].min(),
+            "most_damping": table["damping"].max(),
+            "least_frequency": table["frequency"].min(),
+            "most_frequency": table["frequency"].max(),
+        }
+
+    def _slides_off(self, factor: float) -> bool:
+        """Whether statics proves it. If the mean load alone slides off, both limits are NaN."""
+        if isinstance(self.gross, SolverError):
+            return False
+        return not self.gross.least <= factor <= self.gross.load_factor
+
+    def notes(self, cycles: Sequence[CurveCycle]) -> list[str]:
+        """Values of the curve that are NaN, and the reasons, in words."""
+        return [*self._notes_on_question(), *self._notes_on_cycles(cycles)]
+
+    def _notes_on_question(self) -> list[str]:
+        """Columns that are NaN at all load factors, and the meaning of shares, in words."""
+        notes = list[str]()
+        if self.load.missing:
+            notes.append(f"no displacement, stiffness, damping and frequency: {self.load.missing}")
+        elif np.isnan(self.load.natural_frequency):
+            notes.append("no frequency: without a natural_frequency the load is no mode")
+        if self.system.width is None:
+            notes.append("shares are of the nodes: the system has no width")
+        return notes
+
+    def _notes_on_cycles(self, cycles: Sequence[CurveCycle]) -> list[str]:
+        """Load factors at which values are NaN, in words."""
+        notes = list[str]()
+        sliding = [
+            f"{cycle.row['load_factor']:g}"
+            for cycle in cycles
+            if cycle.row["outcome"] == _SLIDES_OFF
+        ]
+        if isinstance(self.gross, SolverError):
+            notes.append(f"no sliding-off load: {self.gross}")
+        else:
+            if sliding:
+                notes.append(f"load factors {', '.join(sliding)}: {self.gross.reason}")
+            if self.gross.self_stress is not None:
+                notes.append(
+                    "statics cannot know how far the fit presses: the sliding-off load is that of "
+                    "transients from no slip"
+                )
+        for cycle in cycles:
+            name = f"load factor {cycle.row['load_factor']:g}"
+            if cycle.row["outcome"] == _FAILED:
+                notes.append(f"{name}: {cycle.error}")
+            elif cycle.row["outcome"] == Outcome.RATCHETING.name and not self.load.missing:
+                notes.append(f"{name}: the contact ratchets, so its displacement has no range")
+        return notes
