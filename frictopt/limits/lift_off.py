@@ -191,7 +191,9 @@ def with_order(
     always = of_set(frozenset.intersection(*order.through))
     if always is None:
         return None
-    return LiftOff(**_fields_of(always), order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets))
+    return LiftOff(
+        **_fields_of(always), order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets)
+    )
 
 
 class Ordered(Program):

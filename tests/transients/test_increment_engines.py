@@ -98,7 +98,15 @@ def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, fr
         u, r = np.zeros(len(law.S)), drawn()
         load, forces, status = r.copy(), np.empty_like(r), np.empty(nodes, dtype=np.int8)
         residual = increment(
-            law.S, law.friction, law.strength, law.augmentation, share * law.augmentation, u, r, forces, status
+            law.S,
+            law.friction,
+            law.strength,
+            law.augmentation,
+            share * law.augmentation,
+            u,
+            r,
+            forces,
+            status,
         )
         if not np.abs(u).max() < 1e6:
             assert residual > 1e-9

@@ -103,7 +103,9 @@ def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_
             f"node {node} beside the open ones governs, where pressure falls to zero: the limit belongs to the mesh"
             in limit.reason
         )
-        assert "belongs to the mesh" in fo.guaranteed_limit(contact, limit._question.cycle, F).reason
+        assert (
+            "belongs to the mesh" in fo.guaranteed_limit(contact, limit._question.cycle, F).reason
+        )
         shares.append(limit.load_factor / (2 * F * (1 - contact.x[node] ** 2)))
         limits.append(limit.load_factor / size)
     assert np.ptp(limits) < 0.05 * limits[-1]  # of first order in the size of the cells

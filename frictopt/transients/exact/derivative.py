@@ -58,7 +58,9 @@ class ReturnMap:
     >>> import frictopt as fo
     >>> from frictopt.transients.exact import ExactPath, return_map
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> path = ExactPath(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0).start()
+    >>> path = ExactPath(
+    ...     rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
+    ... ).start()
     >>> path.follow(path.legs)
     []
     >>> one = return_map(path)
@@ -92,7 +94,9 @@ def return_map(path: ExactPath) -> ReturnMap:
     >>> import frictopt as fo
     >>> from frictopt.transients.exact import ExactPath, return_map
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
-    >>> path = ExactPath(rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0).start()
+    >>> path = ExactPath(
+    ...     rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 1.0
+    ... ).start()
     >>> return_map(path).status.shape, path.visited
     ((4, 4), 0)
     """

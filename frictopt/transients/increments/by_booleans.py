@@ -52,7 +52,9 @@ class ExactIncrement(ByProgram):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> system = fo.ContactSystem.from_blocks(
+    ...     [[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
     >>> fo.increments.ExactIncrement(system, friction=0.5).solve([0.0], load).slip.round(6).tolist()
     [-0.285714]

@@ -55,7 +55,9 @@ class Increment(Explained):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> system = fo.ContactSystem.from_blocks(
+    ...     [[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
     >>> state = fo.increments.NewtonIncrement(system, friction=0.5).solve([0.0], load)
     >>> state.to_frame()[["node", "slip", "q", "p", "status"]].round(6)

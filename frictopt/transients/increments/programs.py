@@ -106,9 +106,13 @@ class FrozenBoundIncrement(ByProgram):
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> system = fo.ContactSystem.from_blocks(
+    ...     [[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
-    >>> fo.increments.FrozenBoundIncrement(system, friction=0.5).solve([0.0], load).slip.round(6).tolist()
+    >>> fo.increments.FrozenBoundIncrement(system, friction=0.5).solve([0.0], load).slip.round(
+    ...     6
+    ... ).tolist()
     [-0.285714]
     """
 
@@ -178,7 +182,9 @@ class ComplementarityProblem(NamedTuple):
     --------
     >>> import frictopt as fo
     >>> rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=2, EA=1.0, h=1.0))
-    >>> fo.increments.complementarity_problem(rod, 0.5, [0.0, 0.0], rod.reaction({"pressure": 1.0})).matrix.shape
+    >>> fo.increments.complementarity_problem(
+    ...     rod, 0.5, [0.0, 0.0], rod.reaction({"pressure": 1.0})
+    ... ).matrix.shape
     (6, 6)
     """
 
@@ -217,7 +223,9 @@ def complementarity_problem(
     Examples
     --------
     >>> import frictopt as fo
-    >>> system = fo.ContactSystem.from_blocks([[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])})
+    >>> system = fo.ContactSystem.from_blocks(
+    ...     [[2.0]], [[0.5]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    ... )
     >>> load = system.reaction({"P": 1.0, "Q": 1.0})
     >>> fo.increments.complementarity_problem(system, 0.5, [0.0], load).problem.is_dcp()
     False
