@@ -1,5 +1,6 @@
 """The layers of the package, the size of its files, and what stands on its doors."""
 
+import ast
 import inspect
 import re
 import subprocess
@@ -259,3 +260,16 @@ def test_help_shows_short_types():
     assert len(asked) > 150 and not [
         name for name, thing in asked if "numpy." in str(inspect.signature(thing))
     ]
+
+
+def test_docstrings_begin_with_the_thing_that_they_describe():
+    """Not with a word that stands for it, so that a reader knows it after the first words."""
+    vague = re.compile(r"(What|The same|Those|One|Whether it|That of)\b")
+    bad = []
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+                docstring = ast.get_docstring(node) or ""
+                if vague.match(docstring):
+                    bad.append(f"{path.relative_to(PACKAGE)}: {docstring.splitlines()[0]}")
+    assert not bad
