@@ -186,7 +186,7 @@ class Outcome(Enum):
 @kept
 @dataclass(frozen=True)
 class Attempt:
-    """One run of one solver: name, outcome, and residual of its answer, inf without one.
+    """A run of one solver: name, outcome, and residual of its answer, inf without one.
 
     Examples
     --------

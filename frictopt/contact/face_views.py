@@ -21,7 +21,7 @@ _NOT_STEEP = 0.1
 
 
 class Face(NamedTuple):
-    """One map: a contact, or several contacts in one plane, without a name.
+    """A map: a contact, or several contacts in one plane, without a name.
 
     `nodes` (n,) are the numbers of its nodes, `places` (n, 2) their places on the map, `labels`
     names the axes of the map, and `turn` (n, 2, 2) takes slips to directions on the map.

@@ -30,7 +30,7 @@ KNOWN_BY = {
 
 @dataclass(frozen=True, eq=False)
 class BoundTerm:
-    """One linear term of the friction bound, `slope * p + constant`, at the nodes that have it.
+    """A linear term of the friction bound, `slope * p + constant`, at the nodes that have it.
 
     Attributes
     ----------

@@ -45,7 +45,7 @@ UNITS = UnitSettings()
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One elastic body: a scikit-fem mesh with named boundaries, and its material.
+    """An elastic body: a scikit-fem mesh with named boundaries, and its material.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ _MOST_SECTORS = 1000
 
 @dataclass(frozen=True)
 class Cyclic:
-    """One sector of a body, which stands for a whole ring of sectors.
+    """A sector of a body, which stands for a whole ring of sectors.
 
     The displacements of one cut face are those of the other, turned about the axis. A `Cyclic` is
     given among the supports of a model, once for each body that is cut. The sectors must be alike,

@@ -22,7 +22,7 @@ _SLIDES_OFF, _FAILED = "SLIDES_OFF", "FAILED"  # outcomes of load factors withou
 
 @dataclass(frozen=True)
 class CurveCycle:
-    """One load factor: its row of the curve, its rows by contact, and the state or the error."""
+    """A load factor: its row of the curve, its rows by contact, and the state or the error."""
 
     row: dict[str, Any]
     by_contact: pd.DataFrame = field(default_factory=pd.DataFrame)

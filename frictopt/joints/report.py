@@ -109,7 +109,7 @@ class Report(Kept, ReportParts):
 
     @property
     def numbers(self) -> pd.DataFrame:
-        """One row for each number: columns number, value, unit, settles, meaning.
+        """A row for each number: columns number, value, unit, settles, meaning.
 
         The column settles says whether the number settles with the mesh, as elements shrink.
         """

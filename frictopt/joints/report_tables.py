@@ -15,7 +15,7 @@ _Row = tuple[str, float, str, str, str]
 
 
 def numbers_of(parts: ReportParts) -> pd.DataFrame:
-    """One row for each number: columns number, value, unit, settles (with the mesh), meaning."""
+    """A row for each number: columns number, value, unit, settles (with the mesh), meaning."""
     rows = list[_Row]()
     if parts.gross_slip is not None:
         rows.append(_gross_slip_row(parts.gross_slip))

@@ -114,7 +114,7 @@ class WearHistory(Worn):
         return bool(work.iloc[-1] <= SETTINGS.worn_in * work.max())
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for the unworn contact and one after each jump.
+        """A row for the unworn contact and one after each jump.
 
         Columns: cycles; work, of friction per cycle; largest_depth and volume worn off so far;
         slipping, number of nodes that slip; stick_width, length (area in space) of those that

@@ -89,7 +89,7 @@ class Mechanism:
         return -float(np.sum(self.moves.reshape(len(self.moves), -1) * question.bonded[1]))
 
     def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
-        """One row for each motion, largest first; `corners` are the names of the K corners.
+        """A row for each motion, largest first; `corners` are the names of the K corners.
 
         Columns node, contact (where there are several), x (x, y, z in space), corner and its loads,
         direction (+1 slip along +x, -1 against it, 0 opening, or touching of an open node; in space
@@ -249,7 +249,7 @@ class Answered(Recorded, Plotted):
         return np.where(pressed, lengths(q, p) / bound, np.nan)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place, its slip, and if some are open whether it is."""
+        """A row for each node: node, its place, its slip, and if some are open whether it is."""
         return frame(self._places(), units=self.system.units)
 
     def _places(self) -> dict[str, object]:

@@ -137,7 +137,7 @@ class Design(Answered, Explained):
         return replace(self, bound=larger.bound, _stops=True)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place, its slip, and the profile where there is one."""
+        """A row for each node: node, its place, its slip, and the profile where there is one."""
         table = super().to_frame()
         return table if self.profile is None else table.assign(profile=self.profile)
 

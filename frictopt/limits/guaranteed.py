@@ -150,7 +150,7 @@ class GuaranteedLimit(Rated):
         return self.load_factor > self.least and not self.constraints
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place, load_factor, how, and the slip of the witness.
+        """A row for each node: node, its place, load_factor, how, and the slip of the witness.
 
         load_factor is the least at which a safe slip makes the node critical, inf if none does, or
         a lower bound of it (see how).

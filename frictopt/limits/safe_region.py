@@ -125,7 +125,7 @@ class SafeRegion(Recorded, Plotted):
         return domain(self._mean, self._parts, _checked_amplitudes(first, second))
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each vertex: its two amplitudes."""
+        """A row for each vertex: its two amplitudes."""
         return frame({name: self.vertices[:, number] for number, name in enumerate(self.loads)})
 
     def _answer(self) -> Mapping[str, object]:

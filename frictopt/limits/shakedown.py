@@ -350,7 +350,7 @@ class ShakedownLimit(ShakedownAnswer):
         return shakedown_reason(self)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, its place, its safe slip at the limit, traction_ratio.
+        """A row for each node: node, its place, its safe slip at the limit, traction_ratio.
 
         traction_ratio is the largest `|q| / (f p)` over the corners at which the node carries
         something.

@@ -26,7 +26,7 @@ _INTERFACE = pi / 4
 
 @dataclass(frozen=True)
 class CornerMode:
-    """One singular mode, of arbitrary amplitude.
+    """A singular mode, of arbitrary amplitude.
 
     Stress is proportional to `r ** (exponent - 1)` and displacement to `r ** exponent`. Made by
     `bonded_corner`: with any other exponent the faces are not free. `stress` raises `ModelError`

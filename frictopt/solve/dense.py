@@ -37,7 +37,7 @@ def program_of(compiled: Compiled, units: Mapping[cp.Variable, Any]) -> Program:
 
 
 class Changed(Step[Program]):
-    """One dense equation of a square matrix is changed to the unknowns x of a `Change`.
+    """A dense equation of a square matrix is changed to the unknowns x of a `Change`.
 
     They are put in before the unknown number `start`. The values of the equation are then sparse in
     x, and its unknowns are defined by a dense equation of x.

@@ -141,7 +141,7 @@ def _tangents(q: Array) -> list[Array]:
 
 
 def increment_map(path: SteppedPath) -> ReturnMap:
-    """One cycle of increments with its derivative, from the corner at which a transient is.
+    """A cycle of increments with its derivative, from the corner at which a transient is.
 
     The transient stays there. An increment takes the slip `v'` before it to the state `u = [v, w -
     g0]` after it. Sticking nodes keep their slip; a node that slips by `d = v - v'` obeys `q + f p

@@ -1,4 +1,4 @@
-"""One transient of a study: its contact, load cycle and friction, its load factor and its start."""
+"""A transient of a study: its contact, load cycle and friction, its load factor and its start."""
 
 import hashlib
 from collections.abc import Mapping

@@ -24,7 +24,7 @@ FAILED = "FAILED"
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a study: its name, its type in a DataFrame, and where its value comes from."""
+    """A column of a study: its name, its type in a DataFrame, and where its value comes from."""
 
     name: str
     dtype: str = "float64"

@@ -91,11 +91,11 @@ class DissipationRange(Kept, Plotted):
 
     @property
     def steady_states(self) -> list[SteadyState]:
-        """One steady state of each work of friction found, the least first."""
+        """A steady state of each work of friction found, the least first."""
         return [orbit.state for orbit in levels_of(self._orbits) if orbit.state is not None]
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each start that the search began with, and for each end of a search.
+        """A row for each start that the search began with, and for each end of a search.
 
         Ends of a rough search have no rows. Columns: start, its name; dissipation, work of friction
         per steady cycle, NaN if the transient has no result; outcome; open, the number of nodes

@@ -84,7 +84,7 @@ class Orbit:
 
 
 def levels_of(orbits: Iterable[Orbit]) -> list[Orbit]:
-    """One orbit of each level of work, the least first."""
+    """An orbit of each level of work, the least first."""
     levels = list[Orbit]()
     results = [orbit for orbit in orbits if orbit.state is not None]
     for orbit in sorted(results, key=lambda orbit: orbit.work):

@@ -297,7 +297,7 @@ _CHECKS: dict[str, Callable[[str, Any], object]] = {
 
 @dataclass(frozen=True)
 class LoadStep:
-    """One load of a protocol, `loads + lam * cyclic`; the load goes there in a straight line.
+    """A load of a protocol, `loads + lam * cyclic`; the load goes there in a straight line.
 
     Parameters
     ----------

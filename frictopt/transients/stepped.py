@@ -41,7 +41,7 @@ _TAIL = np.concatenate([0.5 ** (np.arange(1, 13) / 2), 0.5 ** np.arange(7, 21)])
 
 
 class Point(NamedTuple):
-    """One state: load, `u = [v, w - g0]` and reactions (M,), and status (N,).
+    """A state: load, `u = [v, w - g0]` and reactions (M,), and status (N,).
 
     `work` and `way` (N,) are the work of friction and the path of slip while closed since the state
     before.

@@ -52,7 +52,7 @@ _STRESS = _StressLimits()
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """One return of a transient: one load cycle, or two, with the states at which it stopped.
+    """A return of a transient: one load cycle, or two, with the states at which it stopped.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class Cycle:
 
 
 class Transient(ABC):
-    """One contact under one load cycle, from an initial slip or from an earlier state.
+    """A contact under one load cycle, from an initial slip or from an earlier state.
 
     The path of the load and the parameters are those of `march`.
 

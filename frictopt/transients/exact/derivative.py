@@ -1,4 +1,4 @@
-"""One cycle of a path, and how its end and its work of friction change with the state at its beginning.
+"""A cycle of a path, and how its end and its work of friction change with the state at its beginning.
 
 Between two events some motions a move: the slips of slipping nodes, where `q + sense f p = 0`, and
 the slips and gaps of open ones, where q = p = 0. All others, b, rest. So the cycle is piecewise
@@ -31,7 +31,7 @@ _INSTANT = (
 
 @dataclass(frozen=True, eq=False)
 class ReturnMap:
-    """One cycle of a transient with its derivative: exact, or of increments.
+    """A cycle of a transient with its derivative: exact, or of increments.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""One increment of friction.
+"""An increment of friction.
 
 By sweeps and Newton's method (`by_newton.py`), and as cvxpy problems to print and solve
 (`programs.py`, `by_booleans.py`): frozen bound, booleans, complementarity.

@@ -1,4 +1,4 @@
-"""One friction increment by the contact law itself with booleans. A program that finds no state is no proof: Newton's method is asked then."""
+"""A friction increment by the contact law itself with booleans. A program that finds no state is no proof: Newton's method is asked then."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TOUCHES = 0.999  # share of the largest motion or pressure from which on a stat
 
 @warns_of_odd_values
 class ExactIncrement(ByProgram):
-    """One friction increment by the contact law itself as a mixed-integer program, compiled once.
+    """A friction increment by the contact law itself as a mixed-integer program, compiled once.
 
     The program decides the status of every node. A few steps of Newton's method make the state
     exact, and the referee judges it. The objective counts the nodes whose status differs from that

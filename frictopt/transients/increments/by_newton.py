@@ -1,4 +1,4 @@
-"""One friction increment by sweeps over the nodes and Newton's method: the quick way."""
+"""A friction increment by sweeps over the nodes and Newton's method: the quick way."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class _Nodes:
 
 @warns_of_odd_values
 class NewtonIncrement(FrictionIncrement, _Nodes):
-    """One friction increment by Gauss-Seidel sweeps over the nodes, then by Newton's method.
+    """A friction increment by Gauss-Seidel sweeps over the nodes, then by Newton's method.
 
     The sweeps alone often reach the state to rounding; the solver of the record is "SWEEPS" then.
     Otherwise Newton's method on the projected law begins where they end. If it does not converge,

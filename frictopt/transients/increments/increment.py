@@ -1,4 +1,4 @@
-"""One friction increment: the problem as posed, in dimensionless units, and the result that every way to solve it returns."""
+"""A friction increment: the problem as posed, in dimensionless units, and the result that every way to solve it returns."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Increment(Explained):
     _title: str = field(repr=False)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each node: node, slip, gap, q, p and status; in space slip1, slip2, q1 and q2."""
+        """A row for each node: node, slip, gap, q, p and status; in space slip1, slip2, q1 and q2."""
         columns = {
             **components("slip", self.slip),
             "gap": self.gap,
@@ -127,7 +127,7 @@ def sizes_of(S: Array, own: Array) -> Array:
 
 
 class Posed:
-    """One increment in units of the mean normal force and of the slip that this force makes; ModelError for arrays that do not fit.
+    """An increment in units of the mean normal force and of the slip that this force makes; ModelError for arrays that do not fit.
 
     The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial +
     S u`.
@@ -178,7 +178,7 @@ class Posed:
 
 
 class FrictionIncrement(ABC):
-    """One friction increment after another of the same contact.
+    """A friction increment after another of the same contact.
 
     Parameters
     ----------

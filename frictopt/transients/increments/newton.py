@@ -1,4 +1,4 @@
-"""One friction increment by Newton's method on the projected law (Alart & Curnier 1991).
+"""A friction increment by Newton's method on the projected law (Alart & Curnier 1991).
 
 With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is::
 

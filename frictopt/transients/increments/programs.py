@@ -1,4 +1,4 @@
-"""One friction increment by the cvxpy programs of `listings`: with the friction bound frozen in turn, and one to be looked at.
+"""A friction increment by the cvxpy programs of `listings`: with the friction bound frozen in turn, and one to be looked at.
 
 Solvers get the program of the contact in units of the mean normal force and of the slip that this
 force makes. Newton's method makes what they find exact, and the answer is put into the program in
@@ -91,7 +91,7 @@ def _put(problem: cp.Problem, **parameters: Array) -> None:
 
 @warns_of_odd_values
 class FrozenBoundIncrement(ByProgram):
-    """One friction increment by convex programs with frozen friction bound, compiled once.
+    """A friction increment by convex programs with frozen friction bound, compiled once.
 
     Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's
     method make the state that it ends with exact, with the bound free; if the referee accepts it,

@@ -1,4 +1,4 @@
-"""One increment of load by compiled Gauss-Seidel sweeps over the nodes.
+"""An increment of load by compiled Gauss-Seidel sweeps over the nodes.
 
 Sweeps are quick if few nodes move; Newton's method goes on from there. The motions `u = [dv, w]` of
 an increment have t = 1 or 2 tangential parts at each node; its reactions are `r + S (u - start)`.
@@ -32,7 +32,7 @@ def reactions(S, still, u):
 
 @entry_point
 def increment(S, f, strength, augmentation, stiffness, u, r, forces, status):
-    """One increment by sweeps over all nodes, then over those that move, in turn.
+    """An increment by sweeps over all nodes, then over those that move, in turn.
 
     It ends when the state obeys the law. The arguments are those of `sweep`; `augmentation` (t + 1,
     N) is that of the law. `forces` (M,) and `status` (N,) take the reactions and the statuses:
