@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -51,11 +51,10 @@ class Bar:
     unit: str
     total: int | None
     done: int
-    best: str | Callable[[], str]
-    keeps: Callable[[Any], tuple[str, object, str] | None] | None
     shown: bool
     screen: bool
     within: bool
+    best: str = ""
     count: int = field(init=False)
     partial: tuple[str, object, str] | None = None
     started: float = field(default_factory=time.time)
@@ -72,20 +71,11 @@ class Bar:
         """Set what an interrupt keeps if it comes from now on, and the `best` so far in words.
 
         The interrupt gets the value as this attribute, and the note. If the value is a function, it
-        is called then, and not before.
+        is called then, and not before. Call this before `update`.
         """
         self.partial = attribute, value, note
         if best is not None:
             self.best = best
-
-    def partial_answer(self, error: BaseException) -> tuple[str, object, str] | None:
-        """Attribute, value and note of an interrupt; None if nothing is kept."""
-        if self.keeps is not None:
-            return self.keeps(error)
-        if self.partial is None:
-            return None
-        attribute, value, note = self.partial
-        return attribute, value() if callable(value) else value, note
 
     def look(self) -> Any:
         """The bar of tqdm, as it is now."""
@@ -94,8 +84,7 @@ class Bar:
         if not self.drawn.disable:  # by the variable TQDM_DISABLE
             self.drawn.n = self.count
             self.drawn.bar_format = self._format
-            best = self.best() if callable(self.best) else self.best
-            self.drawn.set_postfix_str(best, refresh=self.screen)
+            self.drawn.set_postfix_str(self.best, refresh=self.screen)
         return self.drawn
 
     @property
@@ -150,20 +139,17 @@ def bar_of(
     total: int | None = None,
     done: int = 0,
     at_once: bool = False,
-    best: str | Callable[[], str] = "",
-    keeps: Callable[[Any], tuple[str, object, str] | None] | None = None,
     on: tuple[type[BaseException], ...] = (KeyboardInterrupt,),
 ) -> Iterator[Bar]:
-    """The bar of a computation, which counts `unit`s and shows the `best` so far in words.
+    """The bar of a computation, which counts `unit`s and shows the best so far in words.
 
     A bar inside a hidden bar is hidden. An interrupt (Ctrl-C), or each error of `on`, gets what
     `Bar.keep` has set last. Of bars within each other the outermost one that keeps anything does.
-    `keeps` makes the same of the error: the name of an attribute, its value, and a note.
     """
     outer = _here.bars[:]
     shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
     screen = shown and ("ipykernel.zmqshell" in sys.modules or sys.stderr.isatty())
-    bar = Bar(what, unit, total, done, best, keeps, shown, screen, within=bool(outer))
+    bar = Bar(what, unit, total, done, shown, screen, within=bool(outer))
     _here.bars.append(bar)
     try:
         if shown:
@@ -182,13 +168,11 @@ def bar_of(
 
 def _attach(bar: Bar, outer: Sequence[Bar], error: BaseException) -> None:
     """Give an interrupt what a bar keeps, unless an outer bar keeps anything."""
-    if any(other.partial_answer(error) for other in outer):
+    if bar.partial is None or any(other.partial is not None for other in outer):
         return
-    answer = bar.partial_answer(error)
-    if answer:
-        attribute, value, note = answer
-        setattr(error, attribute, value)
-        error.add_note(f"{bar.what}: {note}")
+    attribute, value, note = bar.partial
+    setattr(error, attribute, value() if callable(value) else value)
+    error.add_note(f"{bar.what}: {note}")
 
 
 def _tell_of(bar: Bar, at_once: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -355,18 +356,11 @@ def rising_factors(load_factors: ArrayLike) -> Array:
 def curve_at(question: CurveQuestion, factors: Array, progress: bool) -> BackboneCurve:
     """The curve at some load factors."""
     cycles = list[CurveCycle]()
-
-    def curve_so_far(_: object) -> tuple[str, BackboneCurve, str] | None:
-        if not cycles:
-            return None
-        note = f"{len(cycles)} of {len(factors)} load factors are in the attribute `curve`"
-        return "curve", _curve(question, cycles), note
-
-    with bar_of(
-        progress, "backbone curve", "load factor", total=len(factors), keeps=curve_so_far
-    ) as bar:
+    with bar_of(progress, "backbone curve", "load factor", total=len(factors)) as bar:
         for factor in factors:
             cycles.append(question.follow(float(factor)))
+            note = f"{len(cycles)} of {len(factors)} load factors are in the attribute `curve`"
+            bar.keep("curve", partial(_curve, question, cycles), note)
             bar.update()
     if all(cycle.error for cycle in cycles):
         raise cycles[0].error  # type: ignore[misc]

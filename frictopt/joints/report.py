@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import ROUNDING, Array, Booleans, Kept, Plotted, bar_of, warns_of_odd_values
+from ..base import ROUNDING, Array, Bar, Booleans, Kept, Plotted, bar_of, warns_of_odd_values
 from ..base.files import output
 from ..base.results import WIDE
 from ..contact import (
@@ -295,16 +295,8 @@ def report(
     if steps is None and system.tangents == 2:
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
-    parts = _Parts(system, cycle, coefficients, steps)
-    with bar_of(
-        progress,
-        "report",
-        "part",
-        total=len(_PARTS),
-        best=lambda: parts.current,
-        keeps=parts.attribute_of_error,
-    ) as bar:
-        parts.count_one = bar.update
+    with bar_of(progress, "report", "part", total=len(_PARTS)) as bar:
+        parts = _Parts(system, cycle, coefficients, steps, bar)
         mean = parts.ask("mean load", lambda: mean_state(system, cycle, coefficients))
         slides = parts.ask("gross-slip load", lambda: gross_slip(system, cycle, coefficients))
         parts.ask_curve(factors, slides)
@@ -313,10 +305,13 @@ def report(
 
 
 class _Parts:
-    """The known parts of a report, attribute -> result, and the reasons of the missing parts."""
+    """The known parts of a report, attribute -> result, and the reasons of the missing parts.
+
+    The bar counts the parts and shows the current one. An interrupt keeps those that are known.
+    """
 
     def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, friction: Array, steps: int | None
+        self, system: ContactSystem, cycle: LoadCycle, friction: Array, steps: int | None, bar: Bar
     ) -> None:
         self.system = system
         self.cycle = cycle
@@ -324,18 +319,19 @@ class _Parts:
         self.steps = steps
         self.known = dict[str, Any]()
         self.missing = dict[str, str]()
-        self.current = ""
-        self.count_one: Callable[[], object] = lambda: None
+        self._bar = bar
 
     def ask(self, part: str, question: Callable[[], Any]) -> Any:
         """Keep the answer to a question; None, and the reason, if it has none."""
-        self.current = part
+        left = ", ".join(self._left())
+        note = f"what is known by then is the attribute `report`, without {left}"
+        self._bar.keep("report", self._interrupted, note, best=part)
         answer = None
         try:
             answer = self.known[_PARTS[part]] = question()
         except (NoContinuation, SolverError) as error:
             self.missing[part] = str(error)
-        self.count_one()
+        self._bar.update()
         return answer
 
     def ask_curve(self, factors: Array | None, slides: GrossSlip | None) -> None:
@@ -397,14 +393,15 @@ class _Parts:
             known["curve"] = curve
         return Report(self.system, self.cycle, self.friction, dict(self.missing), **known)
 
-    def attribute_of_error(self, _: object) -> tuple[str, Report, str]:
-        """Name and value of the attribute of an interrupt, and a note about it."""
-        left = [
+    def _left(self) -> list[str]:
+        """The parts that are neither known nor missing."""
+        return [
             part
             for part, attribute in _PARTS.items()
             if attribute not in self.known and part not in self.missing
         ]
-        known = self.report()
-        known = replace(known, missing={**self.missing, **dict.fromkeys(left, "interrupted")})
-        note = f"what is known by then is the attribute `report`, without {', '.join(left)}"
-        return "report", known, note
+
+    def _interrupted(self) -> Report:
+        """The report of the known parts, in which the parts that are left are missing."""
+        missing = {**self.missing, **dict.fromkeys(self._left(), "interrupted")}
+        return replace(self.report(), missing=missing)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..base import (
     Array,
+    Bar,
     Plotted,
     Recorded,
     SolveRecord,
@@ -220,31 +222,14 @@ def wear(
         step_error = np.inf if path.steps else 0.0  # not known yet
         return reported(run, run.settled(), step_error)
 
-    def depth_so_far() -> str:
-        if course is None:
-            return ""
-        return f"{course.cycles:.4g} cycles, {course.rows[-1]['largest_depth']:.3g} deep so far"
-
-    def history_so_far(error: BaseException) -> tuple[str, object, str] | None:
-        if course is None:
-            return None
-        history = _history(course, f"{type(error).__name__}: {error}")
-        note = "cycles are in the attribute `history`; from its `system` and `state` wear goes on"
-        return "history", history, f"{course.cycles:.6g} {note}"
-
-    course: Course | None = None
-    with bar_of(
-        progress,
-        "wear",
-        "jump",
-        best=depth_so_far,
-        keeps=history_so_far,
-        on=(KeyboardInterrupt, NoContinuation, SolverError),
-    ) as bar:
+    errors = (KeyboardInterrupt, NoContinuation, SolverError)
+    with bar_of(progress, "wear", "jump", on=errors) as bar:
         course = Course(per_work, tolerance, settle, settle(system, initial_state), initial_state)
+        _keep(bar, course)
         reason = course.end(most_cycles)
         while not reason:
             course.jump(most_cycles)
+            _keep(bar, course)
             bar.update()
             reason = course.end(most_cycles)
         if course.steady.steps:
@@ -258,6 +243,19 @@ def wear(
                 steps=steps,
             )
         return _history(course, reason)
+
+
+def _keep(bar: Bar, course: Course) -> None:
+    """Keep the history so far for an interrupt or an error, which is its reason."""
+
+    def history() -> WearHistory:
+        error = sys.exception()
+        return _history(course, f"{type(error).__name__}: {error}")
+
+    note = "cycles are in the attribute `history`; from its `system` and `state` wear goes on"
+    depth = course.rows[-1]["largest_depth"]
+    best = f"{course.cycles:.4g} cycles, {depth:.3g} deep so far"
+    bar.keep("history", history, f"{course.cycles:.6g} {note}", best)
 
 
 def _history(course: Course, reason: str) -> WearHistory:

@@ -167,8 +167,8 @@ def worn_in(
         "the depths by the theorem are in the attribute `depth`; it is not checked that the worn "
         "contact rests"
     )
-    attribute = ("depth", frozen(depth), note)
-    with bar_of(progress, "worn in", keeps=lambda _: attribute):
+    with bar_of(progress, "worn in") as bar:
+        bar.keep("depth", frozen(depth), note)
         steady = steady_state(system.with_gap(system.gap + depth), cycle, friction, load_factor)
     if steady.outcome is not Outcome.SHAKEDOWN:
         raise SolverError(

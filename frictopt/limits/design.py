@@ -292,15 +292,13 @@ class DesignModel(SafeModel):
         user_rows = listed("constraints", constraints)
         scenarios = [Scenario(self._posed(friction), {}), *self._others]
         questions = [scenario.question for scenario in scenarios]
-        search = DesignSearch(
-            partial(self._best_with, scenarios, user_rows, objective),
-            "load factor" if objective is None else "objective",
-            self._solver,
-        )
-        with bar_of(
-            progress, "design", "program", best=search.progress, keeps=search.interrupted
-        ) as bar:
-            search.count_program = bar.update
+        with bar_of(progress, "design", "program") as bar:
+            search = DesignSearch(
+                partial(self._best_with, scenarios, user_rows, objective),
+                "load factor" if objective is None else "objective",
+                self._solver,
+                bar,
+            )
             search.alternate([question.open_nodes for question in questions])
             if not search.counted or search.counted[0].design.touches:
                 search.alternate(self._open_nodes_if_pressed(scenarios, user_rows))

@@ -14,7 +14,7 @@ from typing import Any, Generic, NamedTuple, Protocol, Self, TypeAlias, TypeVar
 import cvxpy as cp
 import numpy as np
 
-from ..base import Booleans
+from ..base import Bar, Booleans
 from ..errors import ModelError, SolverError
 from ..solve.problem import standing
 from .question import Question, with_open
@@ -111,13 +111,17 @@ class DesignSearch(Generic[D]):
         Name of the value of a design, for a bar.
     solver
         Name of the solver of limits, or None.
+    bar
+        Counts the programs. An interrupt keeps the best design.
     """
 
-    def __init__(self, best_with: Callable[..., D], goal: str, solver: str | None) -> None:
+    def __init__(
+        self, best_with: Callable[..., D], goal: str, solver: str | None, bar: Bar
+    ) -> None:
         self._best_with = best_with
         self._goal = goal
         self._solver = solver
-        self.count_program: Callable[[], object] = lambda: None
+        self._bar = bar
         self.counted: list[Counted[D]] = []
         self._refused: list[Exception] = []
         # By open nodes: the best design with these, or None if it counts or does not exist.
@@ -133,16 +137,6 @@ class DesignSearch(Generic[D]):
         """Why no design counts."""
         first = self._refused[0]
         return ModelError(*first.args) if isinstance(first, NoneSafeError) else first
-
-    def progress(self) -> str:
-        """The best value so far, in words."""
-        return f"{self._goal} {self.best.design.value:.4g} so far" if self.best else ""
-
-    def interrupted(self, _: object) -> tuple[str, object, str] | None:
-        """Attribute of an interrupt: the best design so far."""
-        if self.best is None:
-            return None
-        return "design", self.best.design, "the best by then is in the attribute `design`"
 
     def alternate(self, open_nodes: OpenNodes | None) -> None:
         """Find the best design and its open nodes in turn, until these have been tried before."""
@@ -178,7 +172,7 @@ class DesignSearch(Generic[D]):
         """
         key = _key(open_nodes)
         self._uncounted[key] = None
-        self.count_program()
+        self._bar.update()
         try:
             design = self._best_with(open_nodes)
         except (NoneSafeError, SolverError) as error:
@@ -202,7 +196,7 @@ class DesignSearch(Generic[D]):
         high = Size(1.0, largest.value)
         share = SEARCH.shrink
         for _ in range(SEARCH.most_shrinks + SEARCH.halves):
-            self.count_program()
+            self._bar.update()
             design = self._smaller(open_nodes, largest, share)
             if design is None:
                 low = Size(share, -np.inf)
@@ -232,7 +226,15 @@ class DesignSearch(Generic[D]):
         return []
 
     def _keep(self, solved: D, answer: D) -> None:
+        """Keep a design that counts, and the best one for an interrupt."""
         self.counted.append(Counted(answer, standing(solved.problem)))
+        best = max((counted.design for counted in self.counted), key=lambda design: design.value)
+        self._bar.keep(
+            "design",
+            best,
+            "the best by then is in the attribute `design`",
+            best=f"{self._goal} {best.value:.4g} so far",
+        )
 
     def _reaches(self, value: float) -> bool:
         return self.best is not None and self.best.design.value >= value

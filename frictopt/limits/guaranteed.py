@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -264,24 +265,8 @@ class GuaranteedLimits(SafeModel):
             key=lambda i: (float(bounds[i]), float(pressure[i])),
         )
 
-        def kept(_: object) -> tuple[str, object, str] | None:
-            if not bar.count:
-                return None
-            message = (
-                f"it is at most {nodes.least:.6g}; what is known of {bar.count} nodes is in the "
-                "attribute `table`"
-            )
-            return "table", nodes.table(order[: bar.count]), message
-
-        with bar_of(
-            True,
-            "critical nodes",
-            "node",
-            total=len(order),
-            best=lambda: f"at most {nodes.least:.4g} so far",
-            keeps=kept,
-        ) as bar:
-            for node in order:
+        with bar_of(True, "critical nodes", "node", total=len(order)) as bar:
+            for count, node in enumerate(order, start=1):
                 if simplify and bounds[node] >= nodes.least:
                     nodes.load_factor[node] = bounds[node]
                 else:
@@ -289,6 +274,13 @@ class GuaranteedLimits(SafeModel):
                     for state in nodes.states[node]:
                         claim = search.solve(state, ends, nodes.least if simplify else np.inf)
                         nodes.add(claim)
+                bar.keep(
+                    "table",
+                    partial(nodes.table, order[:count]),
+                    f"it is at most {nodes.least:.6g}; what is known of {count} nodes is in the "
+                    "attribute `table`",
+                    best=f"at most {nodes.least:.4g} so far",
+                )
                 bar.update()
 
     def _search(self, question: Question, user_rows: Sequence[cp.Constraint]) -> CriticalSearch:

@@ -13,7 +13,7 @@ judged as any other; its bound is that of its own open nodes.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Generic, TypeVar
@@ -83,8 +83,8 @@ def best_pattern(
     if not wants and closed.least <= 0:
         return closed
 
-    search = _PatternSearch(limit_of, closed, start_by, enough, moves)
-    with _bar("open nodes", search) as search.bar:
+    with bar_of(True, "open nodes", "program") as bar:
+        search = _PatternSearch(limit_of, closed, start_by, enough, moves, bar)
         search.climb(closed)
         starts: list[L] = []
         for open_nodes in _settled(question, wants, _counts(search.best, start_by)):
@@ -105,9 +105,7 @@ def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
 
 
 class _PatternSearch(Generic[L]):
-    """The sets that have been tried, and the best limit so far."""
-
-    bar: Bar
+    """The sets that have been tried, and the best limit so far, which an interrupt keeps."""
 
     def __init__(
         self,
@@ -116,6 +114,7 @@ class _PatternSearch(Generic[L]):
         start_by: float,
         enough: float,
         moves: bool,
+        bar: Bar,
     ) -> None:
         self.best = closed
         self.tried = {closed.open.tobytes()}
@@ -124,6 +123,8 @@ class _PatternSearch(Generic[L]):
         self._start_by = start_by
         self._enough = enough
         self._moves = moves
+        self._bar = bar
+        _keep(bar, closed)
 
     def climb(self, start: L) -> None:
         """Go from a set to one next to it with a higher limit, as long as there is one."""
@@ -141,11 +142,14 @@ class _PatternSearch(Generic[L]):
         if open_nodes.tobytes() in self.tried or len(self.tried) > SEARCH.programs:
             return None
         self.tried.add(open_nodes.tobytes())
-        self.bar.update()
+        self._bar.update()
         limit = self._solved(open_nodes, above)
         if limit is None or not _counts(limit, self._start_by) or limit.load_factor <= above:
             return None
-        return limit if self._compared(limit) else None
+        if not self._compared(limit):
+            return None
+        _keep(self._bar, self.best)
+        return limit
 
     def _solved(self, open_nodes: Booleans, above: float) -> L | None:
         """The limit of a set; None if its answer fails, or the closed nodes do not hold it."""
@@ -172,17 +176,12 @@ class _PatternSearch(Generic[L]):
         return True
 
 
-def _bar(what: str, search: _PatternSearch[L] | _OrderSearch[L]) -> AbstractContextManager[Bar]:
-    """The bar of a search, which counts its programs. An interrupt keeps the best limit."""
-
-    def so_far() -> str:
-        reached = search.best.load_factor
-        return "none safe so far" if np.isnan(reached) else f"at least {reached:.4g} so far"
-
-    def kept(_: object) -> tuple[str, object, str]:
-        return "limit", search.best, "the best limit by then is in the attribute `limit`"
-
-    return bar_of(True, what, "program", best=so_far, keeps=kept)
+def _keep(bar: Bar, limit: ShakedownAnswer) -> None:
+    """Keep the best limit of a search for an interrupt."""
+    best = f"at least {limit.load_factor:.4g} so far"
+    if np.isnan(limit.load_factor):
+        best = "none safe so far"
+    bar.keep("limit", limit, "the best limit by then is in the attribute `limit`", best)
 
 
 def _settled(question: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
@@ -266,8 +265,8 @@ def best_order(
     order; it may raise an error once that is not `above` a load factor. The first limit not below
     `enough` ends the search.
     """
-    search = _OrderSearch(limit_of, best)
-    with _bar("events", search) as search.bar:
+    with bar_of(True, "events", "program") as bar:
+        search = _OrderSearch(limit_of, best, bar)
         while search.best.load_factor < enough and any(
             search.gains(order) for order in _pivots(search.best, search.order)
         ):
@@ -278,9 +277,7 @@ def best_order(
 class _OrderSearch(Generic[L]):
     """The orders that have been tried, and the best limit so far with its order."""
 
-    bar: Bar
-
-    def __init__(self, limit_of: Callable[[LiftOff, float], L], start: L) -> None:
+    def __init__(self, limit_of: Callable[[LiftOff, float], L], start: L, bar: Bar) -> None:
         self.best = start
         self.order = Order(_nodes(start.open))
         self._question = start._question
@@ -288,6 +285,8 @@ class _OrderSearch(Generic[L]):
         self._tried = set[Order]()
         self._programs = min(SEARCH.programs, SEARCH.work // start.slip.size)
         self._with_open = cache(self._of_set)
+        self._bar = bar
+        _keep(bar, start)
 
     def _of_set(self, nodes: Nodes) -> Question | None:
         return with_open(self._question, among(nodes, self._question.system.nodes))
@@ -297,7 +296,7 @@ class _OrderSearch(Generic[L]):
         if order in self._tried or len(self._tried) >= self._programs:
             return False
         self._tried.add(order)
-        self.bar.update()
+        self._bar.update()
         above = self.best.load_factor * (1 + SEARCH.gain)
         # An order whose answer fails the checks does not count.
         with suppress(FrictoptError):
@@ -308,6 +307,7 @@ class _OrderSearch(Generic[L]):
             if limit.load_factor > above:
                 self.best = replace(limit, least=self.best.least)
                 self.order = order
+                _keep(self._bar, self.best)
                 return True
         return False
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from ..base import ZERO_LOAD_FACTOR, Array, Booleans, checked_loads, listed
+from ..base import ZERO_LOAD_FACTOR, Array, Bar, Booleans, checked_loads, listed
 from ..base.checks import check_name
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
@@ -57,6 +57,8 @@ class Rays:
         The contact, its static load, and friction (N,).
     names, parts
         Names and corners of the two loads.
+    bar
+        Counts the rays. An interrupt keeps the safe amplitudes at their ends.
     open_nodes
         The nodes (N,) that are open in all limits; None: a search for each limit.
     limits, reached
@@ -68,10 +70,10 @@ class Rays:
     friction: Array
     names: tuple[str, str]
     parts: Corners
+    bar: Bar
     open_nodes: Booleans | None = None
     limits: list[ShakedownLimit] = field(default_factory=list)
     reached: list[tuple[float, float]] = field(default_factory=list)
-    count_ray: Callable[[], object] = lambda: None
 
     @cached_property
     def _of_unit_loads(self) -> list[Question]:
@@ -88,7 +90,7 @@ class Rays:
         cycle = domain(self.mean, self.parts, (first, second))
         limit = shakedown_limit(self.system, cycle, self.friction, open=self.open_nodes)
         self.limits.append(limit)
-        self.count_ray()
+        self.bar.update()
 
         reach = 0.0
         bound = limit.bound
@@ -99,6 +101,11 @@ class Rays:
             bound = 0.0
         if np.isfinite(limit.load_factor):
             self.reached.append((reach * first, reach * second))
+            count = len(self.reached)
+            note = (
+                f"{count} pairs of safe amplitudes, the ends of rays, are in the attribute `table`"
+            )
+            self.bar.keep("table", self._table, note)
 
         units = [with_open(unit, limit.open) or unit for unit in self._of_unit_loads]
         motion = _at_governing_corners(limit._motion, units)
@@ -122,15 +129,9 @@ class Rays:
         both = self.to(*amplitudes)
         return replace(self, open_nodes=both.limit.open, limits=[])
 
-    def interrupted(self, _: object) -> tuple[str, object, str] | None:
-        """Attribute of an interrupt: the safe amplitudes at the ends of the rays."""
-        if not self.reached:
-            return None
-        table = pd.DataFrame(sorted(self.reached), columns=list(self.names))
-        why = (
-            f"{len(table)} pairs of safe amplitudes, the ends of rays, are in the attribute `table`"
-        )
-        return "table", table, why
+    def _table(self) -> pd.DataFrame:
+        """The safe amplitudes at the ends of the rays."""
+        return pd.DataFrame(sorted(self.reached), columns=list(self.names))
 
 
 def checked_parts(loads: Sequence[Any]) -> tuple[tuple[str, str], Corners]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -13,6 +12,7 @@ import pandas as pd
 from ..base import (
     RESIDUAL,
     Array,
+    Bar,
     Booleans,
     bar_of,
     finite_number,
@@ -177,15 +177,9 @@ def required_friction(
     """
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
-    safe_slips = SafeSlips(model, load_factor, flag("events", events))
-    with bar_of(
-        progress,
-        "required friction",
-        "program",
-        best=safe_slips.progress,
-        keeps=safe_slips.interrupted,
-    ) as bar:
-        safe_slips.count_program = bar.update
+    with_events = flag("events", events)
+    with bar_of(progress, "required friction", "program") as bar:
+        safe_slips = SafeSlips(model, load_factor, with_events, bar)
 
         # A slip can take the shear off at all corners only if it is the same at all of them.
         if _has_static_shear(safe_slips.question, load_factor) and safe_slips.exists(0.0):
@@ -204,13 +198,16 @@ def required_friction(
 
 
 class SafeSlips:
-    """The safe slips of one load factor, by friction and open nodes; each is solved for once."""
+    """The safe slips of one load factor, by friction and open nodes; each is solved for once.
 
-    def __init__(self, model: SafeSlipModel, load_factor: float, events: bool) -> None:
+    The bar counts the programs. An interrupt keeps the frictions tried.
+    """
+
+    def __init__(self, model: SafeSlipModel, load_factor: float, events: bool, bar: Bar) -> None:
         self.question: Question = model._asked
         self.load_factor = load_factor
         self.started = perf_counter()
-        self.count_program: Callable[[], object] = lambda: None
+        self._bar = bar
         self._model = model
         self._events = events
         self._solved: dict[tuple[float, bytes], SafeSlip] = {}
@@ -230,8 +227,12 @@ class SafeSlips:
             open_nodes = None
         key = friction, b"" if open_nodes is None else open_nodes.tobytes()
         if key not in self._solved:
-            self.count_program()
+            self._bar.update()
             self._solved[key] = self._solve(self._model._posed(friction), open_nodes)
+            less, more = self.bracket()
+            best = f"between {less:.4g} and {more:.4g} so far"
+            note = f"{best}; the frictions tried are in the attribute `table`"
+            self._bar.keep("table", self._table, note, best)
         return self._solved[key]
 
     def _solve(self, question: Question, open_nodes: Booleans | None) -> SafeSlip:
@@ -262,22 +263,11 @@ class SafeSlips:
         slips = (safe for (f, _), safe in self._solved.items() if f == friction and safe.exists)
         return next(slips).largest_slip
 
-    def progress(self) -> str:
-        """The bracket, in words."""
-        if not self._solved:
-            return ""
-        less, more = self.bracket()
-        return f"between {less:.4g} and {more:.4g} so far"
-
-    def interrupted(self, _: object) -> tuple[str, object, str] | None:
-        """Attribute of an interrupt: the frictions tried so far."""
-        if not self._solved:
-            return None
+    def _table(self) -> pd.DataFrame:
+        """The frictions tried so far."""
         solved = sorted(self._solved.items())
         rows = [(friction, safe.exists, safe.margin) for (friction, _), safe in solved]
-        table = pd.DataFrame(rows, columns=["friction", "safe", "margin"])
-        why = f"{self.progress()}; the frictions tried are in the attribute `table`"
-        return "table", table, why
+        return pd.DataFrame(rows, columns=["friction", "safe", "margin"])
 
 
 def _has_static_shear(question: Question, load_factor: float) -> bool:

@@ -202,18 +202,13 @@ def safe_region(
     started = perf_counter()
     checked_system(system)
     names, parts = checked_parts(loads)
-    rays = Rays(
-        system,
-        dict(checked_loads("mean", mean)),
-        friction_coefficients(friction, system.nodes),
-        names,
-        parts,
-    )
+    static = dict(checked_loads("mean", mean))
+    coefficients = friction_coefficients(friction, system.nodes)
     tolerance = finite_number("tolerance", tolerance, above=0.0)
     if system.tangents == 1:
         tolerance = 0.0
-    with bar_of(progress, "safe region", "ray", keeps=rays.interrupted) as bar:
-        rays.count_ray = bar.update
+    with bar_of(progress, "safe region", "ray") as bar:
+        rays = Rays(system, static, coefficients, names, parts, bar)
         first, second = rays.along_axes()
         if (first.limit.open | second.limit.open).any():
             rays = rays.with_one_set(first, second)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import cvxpy as cp
@@ -109,20 +110,14 @@ class ShakedownModel(ShakedownLimits):
         wanted = listed("frictions", frictions)
         rows = list[dict[str, Any]]()
 
-        def table_of_interrupt(_: object) -> tuple[str, object, str] | None:
-            if not rows:
-                return None
-            counts = f"{len(rows)} of {len(wanted)} frictions"
-            return (
-                "table",
-                pd.DataFrame(rows),
-                f"the limits of {counts} are in the attribute `table`",
-            )
-
         total = len(wanted)
-        with bar_of(progress, "sweep", "friction", total=total, keeps=table_of_interrupt) as bar:
+        with bar_of(progress, "sweep", "friction", total=total) as bar:
             for friction in wanted:
                 rows.append(_row(friction, self.solve(friction, user_rows)))
+                note = (
+                    f"the limits of {len(rows)} of {total} frictions are in the attribute `table`"
+                )
+                bar.keep("table", partial(pd.DataFrame, rows), note)
                 bar.update()
         return pd.DataFrame(rows)
 

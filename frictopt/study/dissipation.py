@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext, suppress
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike
 from ..base import (
     LARGEST_SEED,
     Array,
+    Bar,
     bar_of,
     check_text,
     finite_array,
@@ -151,11 +153,6 @@ def dissipation_study(
             for number, label, factor, start in combinations
         ]
         study = _Study(system, runs, file)
-
-        def keep(rows: list[Row], are_results: bool) -> None:
-            study.keep(rows, are_results)
-            bar.count = len(study.rows)
-
         with bar_of(
             progress,
             "transients",
@@ -163,9 +160,10 @@ def dissipation_study(
             total=len(study.by_key),
             done=len(study.rows),
             at_once=True,
-            keeps=study.attribute_of_error,
             on=(KeyboardInterrupt, StoreError),
         ) as bar:
+            keep = partial(study.keep, bar)
+            keep([], are_results=False)  # what the file has, if the first run is interrupted
             execute(study.missing(), executor, keep)
     return study.table()
 
@@ -179,19 +177,33 @@ class _Study:
         self.file = file
         self.by_key = {run.key: run for run in runs}
         self.rows: dict[str, Row] = {}
+        self._copies = Counter(run.key for run in runs)
+        self._finished = 0
         if file is not None:
             file.check_cycles({run.case.label: run.case.loads for run in runs})
             for row in file.read().to_dict("records"):
                 if row["key"] in self.by_key and row["outcome"] != FAILED:
-                    self.rows[row["key"]] = row
+                    self._add(row)
 
     def missing(self) -> list[Run]:
         """The runs without a row."""
         return [run for key, run in self.by_key.items() if key not in self.rows]
 
-    def keep(self, rows: list[Row], are_results: bool) -> None:
-        """Keep rows, and write those of results to the file."""
-        self.rows.update((row["key"], row) for row in rows)
+    def _add(self, row: Row) -> None:
+        if row["key"] not in self.rows:
+            self._finished += self._copies[row["key"]]
+        self.rows[row["key"]] = row
+
+    def keep(self, bar: Bar, rows: list[Row], are_results: bool) -> None:
+        """Keep rows, also for an interrupt, and write those of results to the file."""
+        for row in rows:
+            self._add(row)
+        left = len(self.runs) - self._finished
+        note = f"{left} runs are left; {self._finished} are in the attribute `table`"
+        if self.file is not None:
+            note += f" and in {str(self.file.path)!r}, from where the same call goes on"
+        bar.keep("table", self.table, note)
+        bar.count = len(self.rows)
         if self.file is not None and are_results and rows:
             self.file.write(rows)
 
@@ -203,14 +215,6 @@ class _Study:
         if self.units is not None:
             table.attrs["units"] = self.units
         return table
-
-    def attribute_of_error(self, _: object) -> tuple[str, object, str]:
-        """Name and value of the attribute of an error that ends the study, and a note about it."""
-        table = self.table()
-        note = f"{table.attrs['missing']} runs are left; {len(table)} are in the attribute `table`"
-        if self.file is not None:
-            note += f" and in {str(self.file.path)!r}, from where the same call goes on"
-        return "table", table, note
 
 
 def _case(

@@ -194,23 +194,21 @@ def dissipation_range(
     question = pose(system, cycle, friction, slip_bound=slip_bound)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     starts = RangeStarts(question, load_factor)
-    search = Search(question, load_factor, steps, lambda: bar.update())
+    with bar_of(progress, "dissipation range", "transient") as bar:
 
-    def work_so_far() -> str:
-        works = [orbit.work for orbit in search.orbits]
-        return f"work from {min(works):.4g} to {max(works):.4g} so far" if works else ""
+        def range_so_far() -> DissipationRange:
+            orbits = search.orbits
+            return _result(orbits, levels_of(orbits), search.transients, lambda orbit: orbit.state)
 
-    def range_so_far(_: object) -> tuple[str, object, str] | None:
-        orbits = search.orbits
-        if not orbits:
-            return None
-        known = _result(orbits, levels_of(orbits), search.transients, lambda orbit: orbit.state)
-        note = f"{work_so_far()}: the attribute `range` is that of the transients by then"
-        return "range", known, note
+        def count() -> None:
+            works = [orbit.work for orbit in search.orbits]
+            if works:
+                best = f"work from {min(works):.4g} to {max(works):.4g} so far"
+                note = f"{best}: the attribute `range` is that of the transients by then"
+                bar.keep("range", range_so_far, note, best)
+            bar.update()
 
-    with bar_of(
-        progress, "dissipation range", "transient", best=work_so_far, keeps=range_so_far
-    ) as bar:
+        search = Search(question, load_factor, steps, count)
         return _range(search, starts)
 
 

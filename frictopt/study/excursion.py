@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..base import (
     Array,
+    Bar,
     Kept,
     Plotted,
     bar_of,
@@ -133,14 +134,8 @@ def least_excursion(
         raise ModelError(
             "excursion: no load changes; give load case name -> change of its amplitude"
         )
-    search = _ExcursionSearch(cycle, load_factor, largest)
-    with bar_of(
-        progress,
-        "least excursion",
-        "transient",
-        best=search.share_so_far,
-        keeps=search.table_so_far,
-    ) as bar:
+    with bar_of(progress, "least excursion", "transient") as bar:
+        search = _ExcursionSearch(cycle, load_factor, largest, bar)
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         system.reaction(largest)  # raises if it names an unknown load case
         spread = max(float(np.ptp(start, axis=0).max()) for start in transients.starts)
@@ -160,12 +155,18 @@ def least_excursion(
 
 
 class _ExcursionSearch:
-    """Search for the least share of an excursion, with the shares tried and their outcomes."""
+    """Search for the least share of an excursion, with the shares tried and their outcomes.
 
-    def __init__(self, cycle: LoadCycle, load_factor: float, largest: Mapping[str, float]) -> None:
+    An interrupt keeps the shares tried.
+    """
+
+    def __init__(
+        self, cycle: LoadCycle, load_factor: float, largest: Mapping[str, float], bar: Bar
+    ) -> None:
         self._mean = cycle.mean
         self._load_factor = load_factor
         self._largest = largest
+        self._bar = bar
         self.share = 0.0
         self.tried = list[tuple[float, str]]()
 
@@ -186,9 +187,11 @@ class _ExcursionSearch:
             def rests(share: float, start: Array = hardest) -> bool:
                 outcome = self._outcome(transients, share, start)
                 self.tried.append((share, outcome))
+                self._keep()
                 return outcome == REST
 
             _, self.share = first_change(rests, np.arange(1, 21) / 20, self.share, 1e-3)
+            self._keep()
         return hardest
 
     def _slipping(self, transients: TransientsAfter, starts: Iterable[Array]) -> Array | None:
@@ -216,16 +219,11 @@ class _ExcursionSearch:
         """The shares tried."""
         return pd.DataFrame(self.tried, columns=["share", "outcome"])
 
-    def share_so_far(self) -> str:
-        """The share so far, for the progress."""
-        return f"at least {self.share:.4g} so far"
-
-    def table_so_far(self, _: object) -> tuple[str, object, str] | None:
-        """Name and value of the attribute of an interrupt, and a note about it."""
-        if not self.tried:
-            return None
-        note = f"at least {self.share:.4g}; the shares tried are in the attribute `table`"
-        return "table", self.table(), note
+    def _keep(self) -> None:
+        """Keep the shares tried for an interrupt."""
+        least = f"at least {self.share:.4g}"
+        note = f"{least}; the shares tried are in the attribute `table`"
+        self._bar.keep("table", self.table, note, best=f"{least} so far")
 
 
 def _random_slips(system: ContactSystem, spread: float) -> Iterator[Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -250,26 +250,14 @@ def limit_after_protocol(
     def table() -> pd.DataFrame:
         return pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
 
-    def rest_so_far() -> str:
-        upper = min(
-            (factor for factor, outcome in tried.items() if outcome != REST), default=np.inf
-        )
-        largest = max((factor for factor in tried if factor < upper), default=0.0)
-        return f"rest up to {largest:.4g} so far"
-
-    def table_so_far(_: object) -> tuple[str, object, str] | None:
-        if not tried:
-            return None
-        note = f"the {len(tried)} load factors tried are in the attribute `table`"
-        return "table", table(), f"{rest_so_far()}; {note}"
-
     def slips(load_factor: float) -> bool:
         tried[load_factor] = transients.rests(load_factor, loads)
+        best = _rest_so_far(tried)
+        note = f"{best}; the {len(tried)} load factors tried are in the attribute `table`"
+        bar.keep("table", table, note, best)
         return tried[load_factor] != REST
 
-    with bar_of(
-        progress, "limit after a protocol", "transient", best=rest_so_far, keeps=table_so_far
-    ) as bar:
+    with bar_of(progress, "limit after a protocol", "transient") as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         limit = shakedown_limit(system, cycle, friction).load_factor
         if up_to is None and not 0 < limit < np.inf:
@@ -290,3 +278,11 @@ def limit_after_protocol(
     return LimitAfterProtocol(
         low, high, limit, starts, answer, transients.count, transients.residual
     )
+
+
+def _rest_so_far(tried: Mapping[float, str]) -> str:
+    """The largest load factor below all that slip, in words. `tried`: load factor -> outcome."""
+    slipping = [load_factor for load_factor, outcome in tried.items() if outcome != REST]
+    upper = min(slipping, default=np.inf)
+    largest = max((load_factor for load_factor in tried if load_factor < upper), default=0.0)
+    return f"rest up to {largest:.4g} so far"

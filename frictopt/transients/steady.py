@@ -151,17 +151,13 @@ def steady_state(
     path = path_of(*problem, steps=steps)
     run = Run(path, most_cycles)
     first_states: list[Array] = []
-
-    def works_so_far(_: object) -> tuple[str, object, str] | None:
-        if not run.works:
-            return None
-        works = np.array(run.works)
-        text = f"the work of friction in each of {len(works)} cycles is in the attribute `work`"
-        return "work", works, text
-
-    with bar_of(progress, "steady state", "cycle", keeps=works_so_far) as bar:
+    with bar_of(progress, "steady state", "cycle") as bar:
 
         def count() -> None:
+            if run.works:
+                cycles = len(run.works)
+                note = f"the work of friction in each of {cycles} cycles is in the attribute `work`"
+                bar.keep("work", np.array(run.works), note)
             bar.update()
             if len(first_states) < SETTINGS.first_cycles:
                 first_states.append(path.state.u)

@@ -63,7 +63,7 @@ FAULTS = (
     Fault(
         "base/progress.py",
         "an interrupt keeps nothing",
-        old="setattr(error, attribute, value)",
+        old="setattr(error, attribute, value() if callable(value) else value)",
         new="value",
         tests="progress dissipation_study",
     ),
@@ -77,7 +77,7 @@ FAULTS = (
     Fault(
         "base/progress.py",
         "each bar keeps what it has",
-        old="any((other.partial_answer(error) for other in outer))",
+        old="any((other.partial is not None for other in outer))",
         new="False",
         tests="progress",
     ),

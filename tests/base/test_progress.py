@@ -105,11 +105,11 @@ def test_a_log_that_nobody_reads_ends_nothing(log):
 def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_best_so_far(
     log, monkeypatch
 ):
-    screen, best = Terminal(), []
+    screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)
-    with bar_of(True, "search", "program", best=lambda: "".join(best)) as bar:
+    with bar_of(True, "search", "program") as bar:
         until(screen, "\rsearch: 0 programs, 00:00")
-        best.append("at least 0.2 so far")
+        bar.keep("limit", 0.2, "the best limit", best="at least 0.2 so far")
         until(screen, "00:00, at least 0.2 so far")
         bar.update()
         with bar_of(True, "nodes", "node", total=4) as inner:

@@ -320,7 +320,7 @@ def test_an_interrupted_search_keeps_the_best_limit_by_then(programs, pin, monke
 
     def counted(bar):
         count(bar)
-        counts[bar.what] = bar.count, bar.best()
+        counts[bar.what] = bar.count, bar.best
 
     monkeypatch.setattr(progress.Bar, "update", counted)
     monkeypatch.setattr(Ordered, "__init__", stops)

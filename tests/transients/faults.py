@@ -473,14 +473,14 @@ FAULTS = (
     Fault(
         "transients/exact/derivative.py",
         "events in a cycle have no delay",
-        old="np.outer(rate[stops], row @ new.base / (row @ rate + load))",
-        new="0 * np.outer(rate[stops], row @ new.base / (row @ rate + load))",
+        old="np.outer(rate[stops], delay)",
+        new="0 * np.outer(rate[stops], delay)",
         tests="return_map",
     ),
     Fault(
         "transients/exact/derivative.py",
         "gaps that close go on",
-        old="new.base[n:][~opens] = 0.0",
+        old="after.base[path.nodes:][status != OPEN] = 0.0",
         new="pass",
         tests="return_map",
     ),

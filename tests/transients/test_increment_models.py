@@ -3,6 +3,7 @@ form; wedging at one node."""
 
 import inspect
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import cvxpy as cp
@@ -226,7 +227,7 @@ def test_sweeps_converge_to_the_state_and_too_few_say_so(monkeypatch):
         and found.residual < 1e-9
         and distance(admissible_states(contact, friction, slip, load), found) < 1e-9
     )
-    monkeypatch.setattr(programs, "_SWEEPS", 1)
+    monkeypatch.setattr(programs, "SETTINGS", replace(programs.SETTINGS, most_sweeps=1))
     with pytest.raises(
         fo.SolverError,
         match=r"did not converge in 1 sweeps.*bound still changes by .*most at node \d.*try",
@@ -256,7 +257,7 @@ def test_booleans_are_not_believed_before_the_referee(monkeypatch):
             problem.var_dict["gap"].save_value(np.full(3, 1e3))
 
     lying(monkeypatch, wrong)
-    monkeypatch.setattr(programs, "_CORRECTIONS", 0)
+    monkeypatch.setattr(programs, "SETTINGS", replace(programs.SETTINGS, corrections=0))
     assert_a_state_by_newton()
 
 

@@ -1,4 +1,8 @@
-"""A friction increment by the contact law itself with booleans. A program that finds no state is no proof: Newton's method is asked then."""
+"""A friction increment by the contact law itself, as a program with booleans.
+
+Solvers keep booleans to a tolerance. So a program without a solution proves nothing, and Newton's
+method follows.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +20,21 @@ from .increment import Increment, Posed
 from .newton import newton
 from .programs import ByProgram, exact
 
+# Boolean of the program -> status of a node at which it is 1.
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
-_TOUCHES = 0.999  # share of the largest motion or pressure from which on a state touches it
+
+# A state touches the end of the reach above this share of the largest motion or pressure.
+_TOUCHES = 0.999
+
+_WITHIN = "slip increments and gaps up to {motion:.3g} and pressures up to {force:.3g}"
+_TOUCHED = (
+    "mixed-integer increment: the state that was found touches {within}; give a larger reach than "
+    "{reach:g}"
+)
+_NO_STATE = (
+    "mixed-integer increment: {why}, and Newton's method finds no state either, which is no proof "
+    "that there is none (reach {reach:g}); {remedy}, or give another reach"
+)
 
 
 @warns_of_odd_values
@@ -26,10 +43,10 @@ class ExactIncrement(ByProgram):
 
     The program decides the status of every node. A few steps of Newton's method make the state
     exact, and the referee judges it. The objective counts the nodes whose status differs from that
-    of a `NewtonIncrement`: it only says where to look first. Without it contacts of 40 nodes take
-    minutes. The effort can grow exponentially with the number of nodes where the guess is wrong.
+    by Newton's method. It only guides the search: without it contacts of 40 nodes take minutes. The
+    effort can grow exponentially with the number of nodes whose guess is wrong.
 
-    Where several states obey the law (above the critical friction) one of them is returned. The
+    If several states obey the law (above the critical friction), one of them is returned. The
     program takes no constraints of your own. Theory, eq. (4).
 
     Parameters
@@ -39,10 +56,10 @@ class ExactIncrement(ByProgram):
     friction
         Coefficient of friction, one or one per node.
     reach
-        Largest motion and pressure that the program considers, over those of the trial state or,
-        where it obeys the law, of the Newton state; above 1. Far larger values blur the booleans,
-        which solvers keep to a tolerance. If the program then finds no state, Newton's method is
-        asked.
+        Largest motion and pressure that the program considers, above 1, relative to the trial state
+        or to the state by Newton's method if that is larger and obeys the law. Far larger values
+        blur the booleans, which solvers keep to a tolerance. If the program then finds no state,
+        Newton's method follows.
 
     Raises
     ------
@@ -64,86 +81,79 @@ class ExactIncrement(ByProgram):
 
     def __init__(self, system: ContactSystem, friction: ArrayLike, *, reach: float = 1e3) -> None:
         self._reach = finite_number("reach", reach, above=1.0)
-        super().__init__(
-            checked_uncapped(
-                checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"),
-                "ExactIncrement",
-            ),
-            friction,
-        )
+        plane = checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement")
+        super().__init__(checked_uncapped(plane, "ExactIncrement"), friction)
 
     def _listing(self, system: ContactSystem) -> cp.Problem:
         return exact(system, self.friction)
 
     def _solved(self, posed: Posed) -> Increment:
         guess = newton(self.law, posed.trial, np.zeros_like(posed.trial))
-        start = posed.result(guess, SolveRecord("NEWTON"))
-        known = start if start.residual <= RESIDUAL else None
-        largest = self._reach * max(
-            1.0, _size(posed.trial), 0.0 if known is None else _size(np.r_[guess.u, guess.r])
-        )
+        by_guess = posed.result(guess, SolveRecord("NEWTON"))
+        obeys = by_guess.residual <= RESIDUAL
+        sizes = [1.0, _size(posed.trial)]
+        if obeys:
+            sizes += [_size(guess.u), _size(guess.r)]
+        largest = self._reach * max(sizes)  # motion and pressure, dimensionless
+        within = _WITHIN.format(motion=largest * posed.length, force=largest * posed.force)
+        # (3, N) for each boolean: -1 if the guess expects it to be 1, else 1.
         unexpected = np.array(
             [np.where(guess.status == status, -1.0, 1.0) for status in _BOOLEANS.values()]
         )
-        within = f"slip increments and gaps up to {largest * posed.length:.3g} and pressures up to {largest * posed.force:.3g}"
+
+        failure = ""
         try:
-            found = self._found(posed, MILP, unexpected=unexpected, **self._most(largest, largest))
-            why = (
-                ""
-                if found.residual <= RESIDUAL
-                else f"the statuses that were found leave a residual of {found.residual:.1e}"
-            )
+            ends = self._most(largest, largest)
+            found = self._found(posed, MILP, unexpected=unexpected, **ends)
         except NoOptimum:
-            why = f"the solvers find no state with {within}"
-        if why:  # booleans are kept to a tolerance, so this proves nothing
-            found = known or self._by_newton(posed, why)
+            failure = f"the solvers find no state with {within}"
+        else:
+            if not found.residual <= RESIDUAL:
+                failure = f"the statuses that were found leave a residual of {found.residual:.1e}"
+        if failure:
+            found = by_guess if obeys else self._by_newton(posed, failure)
             largest = max(largest, self._reach * _size(_moved(posed, found)))
         elif _size(_moved(posed, found)) >= _TOUCHES * largest:
-            raise SolverError(
-                f"mixed-integer increment: the state that was found touches {within}; give a "
-                f"larger reach than {self._reach:g}"
-            )
-        booleans = {
-            name: (found.status == status).astype(np.float64) for name, status in _BOOLEANS.items()
-        }
-        most = self._most(largest * posed.length, largest * posed.force)
+            raise SolverError(_TOUCHED.format(within=within, reach=self._reach))
+
         values = {
             "slip_step": found.slip - posed.slip,
             "gap": found.gap,
             "q": found.q,
             "p": found.p,
-            **booleans,
         }
-        return self._answer(posed, found, values, unexpected=unexpected, **most)
+        for name, status in _BOOLEANS.items():
+            values[name] = (found.status == status).astype(np.float64)
+        ends = self._most(largest * posed.length, largest * posed.force)
+        return self._answer(posed, found, values, unexpected=unexpected, **ends)
 
-    def _by_newton(self, posed: Posed, why: str) -> Increment:
-        """The state that all ways of Newton's method find; SolverError if they find none, `why` says what the program did."""
+    def _by_newton(self, posed: Posed, failure: str) -> Increment:
+        """The state that some way of Newton's method finds.
+
+        SolverError if none does. `failure` says why the program has no state.
+        """
         try:
             return NewtonIncrement(self.system, self.friction)._solved(posed)
         except SolverError as error:
-            raise SolverError(
-                f"mixed-integer increment: {why}, and Newton's method finds no state either, which "
-                f"is no proof that there is none (reach {self._reach:g}); {self._remedy}, or give "
-                "another reach"
-            ) from error
+            text = _NO_STATE.format(why=failure, reach=self._reach, remedy=self._remedy)
+            raise SolverError(text) from error
 
     def _most(self, motion: float, force: float) -> dict[str, Array]:
-        whole = np.ones(len(self.friction))
+        """The parameters of the program that bound motions and forces."""
+        n = len(self.friction)
         return {
-            "most_motion": motion * whole,
-            "most_force": force * whole,
+            "most_motion": np.full(n, motion),
+            "most_force": np.full(n, force),
             "most_slack": 2 * force * self.friction,
         }
 
     def _motions(self) -> Array:
-        """Those that the booleans forbid are zero."""
+        """(M,) slip steps and gaps in the program; those that its booleans forbid are zero."""
         values = {name: variable.value for name, variable in self._scaled.var_dict.items()}
         forward, backward, opened = (values[name] > 0.5 for name in _BOOLEANS)
-        motions: Array = np.r_[
-            np.where(forward | backward | opened, values["slip_step"], 0.0),
-            np.where(opened, values["gap"], 0.0),
-        ]
-        return motions
+        slip_step = np.where(forward | backward | opened, values["slip_step"], 0.0)
+        gap = np.where(opened, values["gap"], 0.0)
+        return np.concatenate([slip_step, gap])
 
 
 def _size(values: Array) -> float:
@@ -152,6 +162,5 @@ def _size(values: Array) -> float:
 
 def _moved(posed: Posed, found: Increment) -> Array:
     """Slip increments, gaps and pressures of a state, dimensionless."""
-    return np.concatenate(
-        [(found.slip - posed.slip) / posed.length, found.gap / posed.length, found.p / posed.force]
-    )
+    slip_step = (found.slip - posed.slip) / posed.length
+    return np.concatenate([slip_step, found.gap / posed.length, found.p / posed.force])

@@ -1,4 +1,4 @@
-"""A friction increment: the problem as posed, in dimensionless units, and the result that every way to solve it returns."""
+"""A friction increment: the problem in dimensionless units, and the result of every solver."""
 
 from __future__ import annotations
 
@@ -22,9 +22,16 @@ from ..statics import check_sliding, rigid_motions
 from ..transient import HOLD, OPEN
 from .newton import Law, State, newton
 
-# a mean normal force below this share of the largest reaction is no scale: the error of an answer
-# is as large
+# A mean normal force below this share of the largest reaction is no scale: errors are as large.
 _NO_FORCE = RESIDUAL
+
+_MAY_SLIDE = (
+    "the body may slide or open as a whole, or friction is above the critical value there: {remedy}"
+)
+_SMALLER_STEPS = (
+    "try smaller load steps, or less friction (above the critical friction there may be no state, "
+    "or several)"
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,8 +41,8 @@ class Increment(Explained):
     Attributes
     ----------
     slip
-        Slip v, (N,) along +x in the plane, (N, 2) along the tangents in space, length. Nodes that
-        stick keep their slip bit for bit.
+        Slip v, (N,) along +x in the plane, (N, 2) along the tangents in space, length. The slip of
+        a node that sticks stays the same bit for bit.
     gap
         (N,) total gap w (initial gap included), length, >= 0.
     q, p
@@ -44,12 +51,12 @@ class Increment(Explained):
     status
         (N,) 0 sticks, 2 is open; slips: +1 along +x and -1 against it in the plane, 1 in space.
     steps
-        Steps of Newton's method; of a program with frozen friction bound, how often it was solved.
+        Number of Newton steps, or of solved programs with frozen friction bound.
     record
-        How it was found. Its `residual` is the referee's, with the slip before the increment as the
-        previous one. At most 1e-9.
+        How it was found. Its `residual`, at most 1e-9, is that of the referee, who compares with
+        the slip before the increment.
     problem
-        The cvxpy problem, in the units of the contact, in which the answer stands; None for
+        The cvxpy problem, in the units of the contact, with the answer as its values; None for
         Newton's method. A later solve by the same object overwrites its values.
 
     Examples
@@ -76,7 +83,7 @@ class Increment(Explained):
     _title: str = field(repr=False)
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each node: node, slip, gap, q, p and status; in space slip1, slip2, q1 and q2."""
+        """A row for each node: node, slip, gap, q, p, status; in space slip1, slip2, q1, q2."""
         columns = {
             **components("slip", self.slip),
             "gap": self.gap,
@@ -87,13 +94,10 @@ class Increment(Explained):
         return frame({"node": range(len(self.gap)), **columns})
 
     def _answer(self) -> Mapping[str, object]:
-        counts = {
-            name: int((np.abs(self.status) == value).sum())
-            for name, value in (("slipping", 1), ("open", OPEN))
-        }
         return {
             "nodes": len(self.gap),
-            **counts,
+            "slipping": int((np.abs(self.status) == 1).sum()),
+            "open": int((self.status == OPEN).sum()),
             "residual": self.residual,
             "solver": self.record.solver,
         }
@@ -103,60 +107,68 @@ class Increment(Explained):
 
 
 def force_scale(bonded: Array, reactions: Array) -> float:
-    """The mean of normal bonded reactions (N,), or where there are next to none, of the reactions (M,) without motion."""
+    """The unit of force of an increment: the mean normal bonded reaction.
+
+    If next to no normal forces act, it is the mean size of all reactions. `bonded` (N,) are the
+    normal bonded reactions, and `reactions` (M,) all reactions without further motion.
+    """
     force = float(np.abs(bonded).sum()) / len(bonded)
-    return (
-        force
-        if force > _NO_FORCE * np.abs(reactions).max()
-        else float(np.abs(reactions).mean()) or 1.0
-    )
+    if force > _NO_FORCE * np.abs(reactions).max():
+        return force
+    return float(np.abs(reactions).mean()) or 1.0
 
 
 def sizes_of(S: Array, own: Array) -> Array:
-    """(t + 1, N) stiffness of each node against itself, for its tangents the largest in any direction, at least that `own` of each direction."""
-    (axes, n), each = own.shape, np.arange(own.shape[1])
-    blocks = S.reshape(axes, n, axes, n)[:-1, each, :-1, each]
-    return np.vstack(
-        [
-            np.tile(
-                np.maximum(np.linalg.eigvalsh(blocks)[:, -1], own[:-1].max(axis=0)), (axes - 1, 1)
-            ),
-            own[-1],
-        ]
-    )
+    """(t + 1, N) stiffness of each node against itself.
+
+    For its tangents it is the largest one in any direction, and at least that of each direction in
+    `own` (t + 1, N).
+    """
+    axes, n = own.shape
+    nodes = np.arange(n)
+    # (N, t, t) tangential stiffness of each node.
+    blocks = S.reshape(axes, n, axes, n)[:-1, nodes, :-1, nodes]
+    largest = np.linalg.eigvalsh(blocks)[:, -1]
+    tangential = np.maximum(largest, own[:-1].max(axis=0))
+    return np.vstack([np.tile(tangential, (axes - 1, 1)), own[-1]])
 
 
 class Posed:
-    """An increment in units of the mean normal force and of the slip that this force makes; ModelError for arrays that do not fit.
+    """An increment in units of the mean normal force and of the slip that this force makes.
 
-    The unknowns are `u = [dv, w]`, slip since `slip` and total gap; the reactions `[q, p] = trial +
-    S u`.
+    The unknowns are `u = [dv, w]`, slip since `slip` and total gap. The reactions are `[q, p] =
+    trial + S u`. ModelError for arrays that do not fit.
     """
 
     def __init__(
         self, owner: FrictionIncrement, slip: ArrayLike, bonded: Sequence[ArrayLike]
     ) -> None:
-        system, self._started = owner.system, perf_counter()
-        self.owner, self.slip = owner, finite_array("slip", slip, system.slip_shape)
+        self._started = perf_counter()
+        system = owner.system
+        self.owner = owner
+        self.slip = finite_array("slip", slip, system.slip_shape)
         self.bonded = checked_pair("bonded", bonded, system.nodes, system.tangents)
         moved = joined(self.slip, -system.gap)
-        self.reactions = joined(*self.bonded) + (system.S @ moved if moved.any() else 0.0)
+        self.reactions = joined(*self.bonded)
+        if moved.any():
+            self.reactions = self.reactions + system.S @ moved
         self.force = force_scale(self.bonded[1], self.reactions)
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
         self.law = replace(owner.law, strength=owner.law.strength / self.force)
 
     def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
-        """The state in the caller's units, and how it was found, with what the referee says of it unless that is known."""
-        owner, system = self.owner, self.owner.system
-        (dv, w), (q, p) = (
-            parted(state.u, system.tangents + 1),
-            parted(self.force * state.r, system.tangents + 1),
-        )
-        slip, gap = (
-            np.where(dv != 0, self.slip + self.length * dv, self.slip),
-            self.length * np.maximum(w, 0.0),
-        )
+        """The state in the units of the caller, with its record.
+
+        The referee computes its residual, unless that is given.
+        """
+        owner = self.owner
+        system = owner.system
+        axes = system.tangents + 1
+        dv, w = parted(state.u, axes)
+        q, p = parted(self.force * state.r, axes)
+        slip = np.where(dv != 0, self.slip + self.length * dv, self.slip)
+        gap = self.length * np.maximum(w, 0.0)
         if residual is None:
             u, before = joined(slip, gap - system.gap), joined(self.slip, gap)
             errors = off_law(
@@ -173,12 +185,12 @@ class Posed:
         return Increment(slip, gap, q, p, state.status, state.steps, record, None, owner._title)
 
     def claim(self, u: Array, steps: int = 0) -> Increment:
-        """What motions u say, dimensionless, after so many steps of Newton's method at most."""
+        """The state with dimensionless motions u, after at most `steps` Newton steps."""
         return self.result(newton(self.law, self.trial, u, steps), SolveRecord("NEWTON"))
 
 
 class FrictionIncrement(ABC):
-    """A friction increment after another of the same contact.
+    """Solver of friction increments of one contact.
 
     Parameters
     ----------
@@ -206,10 +218,13 @@ class FrictionIncrement(ABC):
             Law(S, friction, np.tile(self.own.max(axis=0), (len(self.own), 1)), strength),
             sizes_of(S, self.own),
         )
-        """The dimensionless law, with one c and d for all directions of a node, its strength in the unit of the caller; and its `sizes_of`."""
+        """The dimensionless law and its `sizes_of`.
+
+        All directions of a node have one c and d. The strength is in the units of the caller.
+        """
 
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:
-        """A state to which a slip can move under a load.
+        """Find a state to which the slip can move under a load.
 
         Parameters
         ----------
@@ -239,13 +254,17 @@ class FrictionIncrement(ABC):
     def _remedy(self) -> str:
         """Why there may be no state, and what to change."""
         if rigid_motions(self.system.S, self.system.own_stiffness).size:
-            return f"the body may slide or open as a whole, or friction is above the critical value there: {HOLD}"
-        return "try smaller load steps, or less friction (above the critical friction there may be no state, or several)"
+            return _MAY_SLIDE.format(remedy=HOLD)
+        return _SMALLER_STEPS
 
     def along(
         self, u: Array, loads: Sequence[Array]
     ) -> Iterator[tuple[Array, Array, NDArray[np.int8]]]:
-        """`u = [v, w - g0]` and reactions (M,), and status, after each of several loads (M,) in turn, from `u` on; errors are those of `solve`."""
+        """Solve one increment after the other, for several loads (M,), from `u` (M,) on.
+
+        Yields `u = [v, w - g0]` (M,), reactions (M,) and status (N,) after each load. Raises the
+        errors of `solve`.
+        """
         axes = self.system.tangents + 1
         for load in loads:
             new = self.solve(parted(u, axes)[0], parted(load, axes))
@@ -253,4 +272,5 @@ class FrictionIncrement(ABC):
             yield u, joined(new.q, new.p), new.status
 
     @abstractmethod
-    def _solved(self, posed: Posed) -> Increment: ...
+    def _solved(self, posed: Posed) -> Increment:
+        """The increment as posed, with a residual that the referee accepts."""

@@ -1,15 +1,16 @@
-"""A friction increment by the cvxpy programs of `listings`: with the friction bound frozen in turn, and one to be looked at.
+"""A friction increment by convex programs with a frozen friction bound, and the programs to read.
 
-Solvers get the program of the contact in units of the mean normal force and of the slip that this
-force makes. Newton's method makes what they find exact, and the answer is put into the program in
-the units of the contact.
+Solvers get the program in units of the mean normal force and of the slip that this force makes.
+Newton's method makes their solution exact. Then the answer is put into the program in the units of
+the contact. The programs themselves stand at the end of this file: `frozen_bound`, `exact` for
+`by_booleans.py`, and `complementarity`, which is built but not solved.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -25,21 +26,42 @@ from ...solve.problem import Problem
 from ...solve.solvers import QP, SOCP, solve
 from .increment import FrictionIncrement, Increment, Posed
 
-_SETTLED = {
-    QP: 1e6 * RESIDUAL,
-    SOCP: 1e4 * RESIDUAL,
-}  # change of the frozen bound up to which more sweeps by these solvers find nothing else
-_SWEEPS = 100  # programs for one increment at most
-# Newton steps that make the solution of a program exact, and may correct the status of nodes where
-# a solver left it wrong
-_CORRECTIONS = 4
+
+@dataclass(frozen=True)
+class ProgramSettings:
+    """Numbers of an increment by programs."""
+
+    # Largest number of programs with frozen bound for one increment.
+    most_sweeps: int = 100
+    # Change of the frozen bound, over the mean normal force, below which more sweeps by the solvers
+    # of quadratic programs and of cone programs find nothing new.
+    settled_qp: float = 1e6 * RESIDUAL
+    settled_socp: float = 1e4 * RESIDUAL
+    # Newton steps that make the solution of a program exact. They may correct the status of nodes
+    # that a solver left wrong.
+    corrections: int = 4
+
+
+SETTINGS = ProgramSettings()
+
+_NO_STATE = (
+    "friction increment: no state of rest is found with the friction bound frozen at {bound:.3g} "
+    "mean normal forces in sum (where slip would raise the pressure enough to hold it, another "
+    "increment may find the state); {remedy}"
+)
+_NOT_CONVERGED = (
+    "friction increment: did not converge in {sweeps} sweeps with frozen bound; the bound still "
+    "changes by {change:.1e} of the mean normal force, most at node {node}, and the residual is "
+    "{residual:.1e}; {remedy}, or another increment"
+)
 
 
 class ByProgram(FrictionIncrement):
     """An increment by a program, compiled once."""
 
     @abstractmethod
-    def _listing(self, system: ContactSystem) -> cp.Problem: ...
+    def _listing(self, system: ContactSystem) -> cp.Problem:
+        """The program of a contact, in its units."""
 
     @cached_property
     def problem(self) -> cp.Problem:
@@ -50,41 +72,48 @@ class ByProgram(FrictionIncrement):
     @cached_property
     def _scaled(self) -> cp.Problem:
         """The program that solvers get, of the dimensionless contact."""
-        system, none = self.system, {"none": np.zeros(len(self.law.S))}
-        return self._listing(
-            ContactSystem(
-                self.law.S, system.points, none, frames=system.frames, contact=system.contact
-            )
+        system = self.system
+        no_load = {"none": np.zeros(len(self.law.S))}
+        dimensionless = ContactSystem(
+            self.law.S, system.points, no_load, frames=system.frames, contact=system.contact
         )
+        return self._listing(dimensionless)
 
     @abstractmethod
     def _motions(self) -> Array:
-        """The motions that stand in the program that was solved, dimensionless."""
+        """(M,) slip steps and gaps in the program that was solved, dimensionless."""
 
     def _found(self, posed: Posed, kind: str, **parameters: Array) -> Increment:
-        """What the first solver of this kind that answers, and Newton's method after it, find."""
-        _put(self._scaled, trial=posed.trial, **parameters)
+        """Solve the program by the first solver of a kind that answers, then by Newton's method.
+
+        The caller must check the residual of the result.
+        """
+        _set_parameters(self._scaled, trial=posed.trial, **parameters)
         attempts = solve(self._scaled, lambda: posed.claim(self._motions()).residual, kind)
-        found = posed.claim(self._motions(), _CORRECTIONS)
+        found = posed.claim(self._motions(), SETTINGS.corrections)
         if found.steps:
             attempts += (Attempt("NEWTON", f"{found.steps} steps", found.residual),)
-        return replace(
-            found, record=replace(found.record, solver=attempts[-1].solver, attempts=attempts)
-        )
+        record = replace(found.record, solver=attempts[-1].solver, attempts=attempts)
+        return replace(found, record=record)
 
     def _answer(
         self, posed: Posed, found: Increment, variables: Mapping[str, Array], **parameters: Array
     ) -> Increment:
-        """The increment, put into the program; pressures are multipliers of its gaps where these have some."""
+        """The increment with the program in the units of the contact, in which the answer stands.
+
+        In a convex program the pressures are the multipliers of its gaps.
+        """
         problem = self.problem
-        _put(problem, trial=posed.reactions, **parameters)
-        pressures = {} if problem.is_mixed_integer() else {problem.constraints[0].id: found.p}
+        _set_parameters(problem, trial=posed.reactions, **parameters)
         values = {problem.var_dict[name].id: value for name, value in variables.items()}
-        problem.unpack(Solution(cp.OPTIMAL, None, values, pressures, {}))
+        multipliers = {}
+        if not problem.is_mixed_integer():
+            multipliers = {problem.constraints[0].id: found.p}
+        problem.unpack(Solution(cp.OPTIMAL, None, values, multipliers, {}))
         return replace(found, problem=problem)
 
 
-def _put(problem: cp.Problem, **parameters: Array) -> None:
+def _set_parameters(problem: cp.Problem, **parameters: Array) -> None:
     for name, value in parameters.items():
         problem.param_dict[name].value = value
 
@@ -94,11 +123,10 @@ class FrozenBoundIncrement(ByProgram):
     """A friction increment by convex programs with frozen friction bound, compiled once.
 
     Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's
-    method make the state that it ends with exact, with the bound free; if the referee accepts it,
-    it is the answer. Otherwise the bound moves to `f p` and the program is solved again, by
-    Clarabel to all digits once sweeps by OSQP change nothing. This need not converge where friction
-    and coupling are strong. The `problem` of a result has the bound `f p` of the answer, which
-    solves it.
+    method, with the bound free, make the state exact. If the referee accepts the state, it is the
+    answer. Otherwise the bound moves to `f p` and the program is solved again, by Clarabel to all
+    digits once sweeps by OSQP change nothing. With strong friction and coupling this need not
+    converge. The `problem` of a result has the bound `f p` of the answer, which solves it.
 
     It takes no constraints of your own: they would act as forces that the contact law does not
     have. Theory, eq. (11).
@@ -122,28 +150,21 @@ class FrozenBoundIncrement(ByProgram):
         return frozen_bound(system)
 
     def _solved(self, posed: Posed) -> Increment:
-        law, n, attempts, kind = (
-            posed.law,
-            len(self.friction),
-            list[Attempt](),
-            QP if self.system.tangents == 1 else SOCP,
-        )
+        law = posed.law
+        n = len(self.friction)
+        kind = QP if self.system.tangents == 1 else SOCP
+        attempts = list[Attempt]()
         bound = law.bound(posed.trial[-n:])
-        for sweep in range(1, _SWEEPS + 1):
+        for sweep in range(1, SETTINGS.most_sweeps + 1):
             try:
                 found = self._found(posed, kind, bound=bound)
             except SolverError as error:
-                raise SolverError(
-                    "friction increment: no state of rest is found with the friction bound frozen "
-                    f"at {bound.sum():.3g} mean normal forces in sum (where slip would raise the "
-                    "pressure enough to hold it, another increment may find the state); "
-                    f"{self._remedy}"
-                ) from error
+                text = _NO_STATE.format(bound=bound.sum(), remedy=self._remedy)
+                raise SolverError(text) from error
             attempts += found.record.attempts
             if found.residual <= RESIDUAL:
-                found = replace(
-                    found, steps=sweep, record=replace(found.record, attempts=tuple(attempts))
-                )
+                record = replace(found.record, attempts=tuple(attempts))
+                found = replace(found, steps=sweep, record=record)
                 u = joined(found.slip - posed.slip, found.gap)
                 return self._answer(
                     posed,
@@ -152,20 +173,26 @@ class FrozenBoundIncrement(ByProgram):
                     bound=most_shear(self.system, self.friction, found.p.clip(0.0)),
                 )
             step = law.bound((posed.trial + law.S @ self._motions())[-n:]) - bound
-            if np.abs(step).max() <= _SETTLED[kind]:
-                if kind == SOCP:
-                    break
+            change = np.abs(step)
+            if kind == SOCP and change.max() <= SETTINGS.settled_socp:
+                break
+            if kind == QP and change.max() <= SETTINGS.settled_qp:
                 kind = SOCP
             bound = bound + step
         raise SolverError(
-            f"friction increment: did not converge in {sweep} sweeps with frozen bound; the bound "
-            f"still changes by {np.abs(step).max():.1e} of the mean normal force, most at node "
-            f"{int(np.abs(step).argmax())}, and the residual is {found.residual:.1e}; "
-            f"{self._remedy}, or another increment"
+            _NOT_CONVERGED.format(
+                sweeps=sweep,
+                change=change.max(),
+                node=change.argmax(),
+                residual=found.residual,
+                remedy=self._remedy,
+            )
         )
 
     def _motions(self) -> Array:
-        u, n = self._scaled.var_dict["u"].value, len(self.friction)
+        u = self._scaled.var_dict["u"].value
+        n = len(self.friction)
+        # A solver may leave gaps a little below zero.
         motions: Array = np.concatenate([u[:-n], np.maximum(u[-n:], 0.0)])
         return motions
 
@@ -178,8 +205,8 @@ class ComplementarityProblem(NamedTuple):
     matrix, constant
         `M` (3N, 3N) and `c` (3N,).
     problem
-        The quadratic program, with variables forward_slip, backward_slip and gap, and the reactions
-        without these as parameters.
+        The quadratic program. Its variables are forward_slip, backward_slip and gap. Its parameter
+        `trial` holds the reactions without these motions.
 
     Examples
     --------
@@ -203,9 +230,10 @@ def complementarity_problem(
     """Build the complementarity problem of one increment (Klarbring & Bjorkman 1988).
 
     With the slip step split, `dv = s+ - s-`, the contact law reads `z >= 0, M z + c >= 0, z' (M z +
-    c) = 0` for `z = [s+, s-, w]`. A z obeys it where the quadratic program `min z' (M z + c), z >=
-    0, M z + c >= 0` has the minimum 0. That is convex only without friction: elsewhere cvxpy
-    refuses to solve it, for a local minimum need not be a state of the contact. Theory, eq. (12).
+    c) = 0` for `z = [s+, s-, w]`. So z obeys the law if the quadratic program `min z' (M z + c), z
+    >= 0, M z + c >= 0` has the value 0 at z. The program is convex only without friction. With
+    friction cvxpy refuses to solve it: a local minimum need not be a state of the contact. Theory,
+    eq. (12).
 
     Parameters
     ----------
@@ -238,8 +266,10 @@ def complementarity_problem(
         "the complementarity problem",
     )
     owner = FrozenBoundIncrement(system, friction)
-    trial, f = Posed(owner, slip, bonded).reactions, owner.friction
-    listed, (q, p) = complementarity(system, f), parted(trial, 2)
+    f = owner.friction
+    trial = Posed(owner, slip, bonded).reactions
+    q, p = parted(trial, 2)
+    listed = complementarity(system, f)
     problem = Problem(listed.objective, listed.constraints)
     problem.param_dict["trial"].value = trial
     M = next(constant.value for constant in problem.constants() if constant.name() == "M")
@@ -247,48 +277,55 @@ def complementarity_problem(
 
 
 def frozen_bound(system: ContactSystem) -> cp.Problem:
-    """The increment with a given friction bound g at each node (Klarbring, Mikelic & Shillor 1988), in the plane and in space.
+    """The increment with a given friction bound g at each node, in the plane and in space.
 
     Its optimality conditions are the contact law with g, the `bound`, in place of f p; the
-    multipliers of no_overlap are the pressures.
+    multipliers of no_overlap are the pressures. Klarbring, Mikelic & Shillor 1988.
     """
     n = system.nodes
-    u, trial = cp.Variable(len(system.S), name="u"), cp.Parameter(len(system.S), name="trial")
+    u = cp.Variable(len(system.S), name="u")
+    trial = cp.Parameter(len(system.S), name="trial")
     bound = cp.Parameter(n, nonneg=True, name="bound")
     S = cp.Constant(system.S, name="S")
 
-    slip_step, gap = u[:-n], u[-n:]
-    length = (
-        cp.abs(slip_step)
-        if system.tangents == 1
-        else cp.norm(cp.reshape(slip_step, (n, 2), order="F"), axis=1)
-    )
+    slip_step = u[:-n]
+    gap = u[-n:]
+    if system.tangents == 1:
+        length = cp.abs(slip_step)
+    else:
+        length = cp.norm(cp.reshape(slip_step, (n, 2), order="F"), axis=1)
     energy = cp.quad_form(u, cp.psd_wrap(S)) / 2 + trial @ u
     return cp.Problem(cp.Minimize(energy + bound @ length), [(gap >= 0).set_label("no_overlap")])
 
 
 def exact(system: ContactSystem, friction: Array) -> cp.Problem:
-    """The contact law itself, in the plane: each node sticks, slips along or against +x, or is open, with a boolean for each but sticking.
+    """The contact law itself, in the plane, with booleans for the status of each node.
 
-    `most_motion` and `most_force` are the largest slip step or gap, and pressure, that are looked
-    for; `most_slack`, 2 f most_force, is the largest distance of a shear force from its bound. The
-    objective counts booleans: `unexpected` is -1 for those that are expected to be 1, else 1.
+    A node slips along +x (`forward`) or against it (`backward`), is open (`opened`), or sticks.
+    The parameters `most_motion` and `most_force` are the largest slip step or gap, and the largest
+    pressure, of the states considered. `most_slack`, 2 f most_force, is the largest distance of a
+    shear force from its bound. The objective counts booleans: `unexpected` is -1 for a boolean that
+    is expected to be 1, else 1.
     """
     n = system.nodes
-    slip_step, gap, q, p = (cp.Variable(n, name=name) for name in ("slip_step", "gap", "q", "p"))
-    forward, backward, opened = (
-        cp.Variable(n, boolean=True, name=name) for name in ("forward", "backward", "opened")
-    )
-    trial, unexpected = cp.Parameter(2 * n, name="trial"), cp.Parameter((3, n), name="unexpected")
-    most_motion, most_force, most_slack = (
-        cp.Parameter(n, nonneg=True, name=name)
-        for name in ("most_motion", "most_force", "most_slack")
-    )
-    A, B, C, f = (
-        cp.Constant(value, name=name)
-        for name, value in (("A", system.A), ("B", system.B), ("C", system.C), ("f", friction))
-    )
+    slip_step = cp.Variable(n, name="slip_step")
+    gap = cp.Variable(n, name="gap")
+    q = cp.Variable(n, name="q")
+    p = cp.Variable(n, name="p")
+    forward = cp.Variable(n, boolean=True, name="forward")
+    backward = cp.Variable(n, boolean=True, name="backward")
+    opened = cp.Variable(n, boolean=True, name="opened")
+    trial = cp.Parameter(2 * n, name="trial")
+    unexpected = cp.Parameter((3, n), name="unexpected")
+    most_motion = cp.Parameter(n, nonneg=True, name="most_motion")
+    most_force = cp.Parameter(n, nonneg=True, name="most_force")
+    most_slack = cp.Parameter(n, nonneg=True, name="most_slack")
+    A = cp.Constant(system.A, name="A")
+    B = cp.Constant(system.B, name="B")
+    C = cp.Constant(system.C, name="C")
+    f = cp.Constant(friction, name="f")
 
+    bound = cp.multiply(f, p)
     rows = {
         "shear": q == trial[:n] + A @ slip_step + B.T @ gap,
         "pressure": p == trial[n:] + B @ slip_step + C @ gap,
@@ -299,31 +336,33 @@ def exact(system: ContactSystem, friction: Array) -> cp.Problem:
         "opens": gap <= cp.multiply(most_motion, opened),
         "no_tension": p >= 0,
         "no_force_across_a_gap": p + cp.multiply(most_force, opened) <= most_force,
-        "friction_bound": cp.abs(q) <= cp.multiply(f, p),
-        "on_forward_bound": cp.multiply(f, p) + q + cp.multiply(most_slack, forward) <= most_slack,
-        "on_backward_bound": cp.multiply(f, p) - q + cp.multiply(most_slack, backward)
-        <= most_slack,
+        "friction_bound": cp.abs(q) <= bound,
+        "on_forward_bound": bound + q + cp.multiply(most_slack, forward) <= most_slack,
+        "on_backward_bound": bound - q + cp.multiply(most_slack, backward) <= most_slack,
     }
     count = cp.sum(cp.multiply(unexpected, cp.vstack([forward, backward, opened])))
     return cp.Problem(cp.Minimize(count), [row.set_label(name) for name, row in rows.items()])
 
 
 def complementarity(system: ContactSystem, friction: Array) -> cp.Problem:
-    """The quadratic program `min z' (M z + c), z >= 0, M z + c >= 0` of the complementarity problem, in the plane.
+    """The quadratic program of the complementarity problem, in the plane.
 
-    The slip step is `forward_slip - backward_slip`, and `M z + c` are f p + q, f p - q and p.
+    It is `min z' (M z + c), z >= 0, M z + c >= 0`. The slip step is `forward_slip - backward_slip`,
+    and `M z + c` are f p + q, f p - q and p.
     """
-    A, B, C, f = system.A, system.B, system.C, friction[:, None]
+    n = system.nodes
+    A, B, C = system.A, system.B, system.C
+    f = friction[:, None]
     rows = [[A + f * B, -(A + f * B), B.T + f * C], [f * B - A, A - f * B, f * C - B.T], [B, -B, C]]
-    matrix, n = np.block(rows), system.nodes
-    M, symmetric = (
-        cp.Constant(matrix, name="M"),
-        cp.Constant((matrix + matrix.T) / 2, name="(M + M.T) / 2"),
-    )
-    trial = cp.Parameter(2 * n, name="trial")
+    matrix = np.block(rows)
+    M = cp.Constant(matrix, name="M")
+    symmetric = cp.Constant((matrix + matrix.T) / 2, name="(M + M.T) / 2")
 
-    q, p, coefficient = trial[:n], trial[n:], cp.Constant(friction, name="f")
-    c = cp.hstack([cp.multiply(coefficient, p) + q, cp.multiply(coefficient, p) - q, p])
+    trial = cp.Parameter(2 * n, name="trial")
+    q = trial[:n]
+    p = trial[n:]
+    bound = cp.multiply(cp.Constant(friction, name="f"), p)
+    c = cp.hstack([bound + q, bound - q, p])
     z = cp.hstack([cp.Variable(n, name=name) for name in ("forward_slip", "backward_slip", "gap")])
     signs = [(z >= 0).set_label("motions"), (M @ z + c >= 0).set_label("slacks")]
     return cp.Problem(cp.Minimize(cp.quad_form(z, symmetric) + c @ z), signs)
