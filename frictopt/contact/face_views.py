@@ -36,7 +36,7 @@ class Face(NamedTuple):
 
 
 def faces_of(system: ContactSystem) -> list[Face]:
-    """One face if all nodes lie beside each other in one plane; else one face for each contact."""
+    """A single face if all nodes lie beside each other in a plane; else a face for each contact."""
     names = [] if system.contact is None else list(dict.fromkeys(system.contact.tolist()))
     every_node = np.arange(system.nodes)
     if len(names) < 2:

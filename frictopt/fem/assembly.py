@@ -106,7 +106,7 @@ class Assembly:
 
     @cached_property
     def whole(self) -> csr_matrix:
-        """Stiffness of the separate bodies, with midside nodes of contact faces tied and cuts open."""
+        """Stiffness of the separate bodies; midside nodes on contacts are tied, cuts are open."""
         parts = [
             body_stiffness(body.mesh, body.material, body.element, self.kinematics)
             for body in self.bodies.values()

@@ -246,7 +246,7 @@ def _checked_forces(loads: Mapping[str, ArrayLike], held: ArrayLike, size: int) 
         force = finite_array(f"loads[{name!r}]", values, (size,))
         if force.any() and not np.delete(force, held_rows).any():
             raise ModelError(
-                f"loads[{name!r}]: acts only on rows in `held`, so it has no effect; load other rows, "
+                f"loads[{name!r}]: acts on rows in `held` alone, without effect; load others, "
                 "or hold fewer"
             )
         forces[name] = force
@@ -355,7 +355,7 @@ def _check_rounding(largest_before: float, S: Array) -> None:
 
 
 def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
-    """Matrix T of `u = T y`, and the number of the front that eliminates each y; -1: it is kept.
+    """Matrix T of `u = T y`, and number of the front that eliminates each y; -1: it is kept.
 
     The relative motions are kept.
     """
@@ -401,6 +401,6 @@ def eliminated(
         if len(nodes):
             unknown = f"{glued.name_of_node(int(nodes[0]))} at {place(glued.points[nodes[0]])}"
         raise ModelError(
-            f"stiffness: {unknown} has no stiffness left once its neighbours are free; support the bodies, "
-            "or bring the stiffness of bodies closer together"
+            f"stiffness: {unknown} has no stiffness left once its neighbours are free; support the "
+            "bodies, or bring the stiffness of bodies closer together"
         ) from error

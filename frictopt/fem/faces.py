@@ -68,8 +68,7 @@ def areas_of(corners: Array) -> Array:
 
 
 def sag(facets: Integers, points: Array, errors: Array) -> Array:
-    """(nodes,) distance by which the facets at a node may miss the curved face that they
-    approximate.
+    """(nodes,) distance by which facets at a node may miss the curved face.
 
     It follows from the angle between the facets at the node. The errors (nodes, d) of the
     coordinates cause such an angle in flat faces, too; their part is subtracted.

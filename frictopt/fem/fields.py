@@ -230,8 +230,8 @@ class Recoverable:
         )
         if error > EQUILIBRIUM * np.abs(states.p).max():
             raise ModelError(
-                f"model: its fields miss the reactions of the steady state by {error:.1e}; give the "
-                "model that its system was condensed from"
+                f"model: its fields miss the reactions of the steady state by {error:.1e}; give "
+                "the model that its system was condensed from"
             )
         return fields
 

@@ -153,8 +153,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         if joint.coarser > 4.0:
             _warn(
                 f"contacts: {contact.name!r}: the edges of body {names[0]!r} are "
-                f"{joint.coarser:.1f} times as long as those of body {names[1]!r}; the contact uses the nodes of "
-                "body 1: exchange the bodies, or mesh it finer"
+                f"{joint.coarser:.1f} times as long as those of body {names[1]!r}; the "
+                "contact has the nodes of body 1: exchange the bodies, or mesh it finer"
             )
         if joint.missed > 0.5:
             _warn(

@@ -116,8 +116,7 @@ class Deck(Shown):
 
     @property
     def faces(self) -> list[tuple[Integers, Integers]]:
-        """Numbers (m,) and nodes (m, k) of the elements that only serve to name faces, block by
-        block.
+        """Numbers (m,) and nodes (m, k) of elements that only serve to name faces, block by block.
 
         In the plane these elements are lines, without their midside nodes; in space they are plane.
         """
@@ -150,7 +149,7 @@ class Deck(Shown):
 
     @property
     def unclear(self) -> list[Elements]:
-        """Elements that may have midside nodes, if it is not known which of their nodes these are."""
+        """Elements that may have midside nodes, but whose midside nodes are not known."""
         return [
             block for block in self.elements if may_have_midsides(block.kind, block.nodes.shape[1])
         ]

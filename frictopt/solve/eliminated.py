@@ -162,7 +162,8 @@ def _rounds_of_equations(program: Program) -> Iterator[Definitions]:
 def defined_unknowns(program: Program, equations: Integers) -> Definitions:
     """Unknowns that occur in only one of these equations, one unknown from each equation.
 
-    It is the unknown with the largest coefficient times unit in the equation. The coefficient itself, or the coefficient times the unit, must be well above rounding.
+    It is the unknown with the largest coefficient times unit in the equation. The
+    coefficient itself, or its product with the unit, must be well above rounding.
     """
     entries = csr_array(program.sparse[equations]).tocoo()
     unit = np.where(program.unit > 0, program.unit, 1.0)

@@ -5,10 +5,10 @@ balance are of this kind: each node has two or three unknowns in a cone of their
 has few equations. In the solution many of these cones are at their apex, where interior points lose
 digits. The multipliers of the few equations keep their digits.
 
-With the slacks `right - matrix @ x` in cones, the multipliers y obey `matrix' y = -cost`. A row
-*owns* an unknown if no other row of its kind contains it. The multiplier of such a row follows from
-the other multipliers, so that only these are unknowns of the dual. The multipliers of the dual are
-the slacks of the program, from which x follows.
+With the slacks `right - matrix @ x` in cones, the multipliers y obey `matrix' y = -cost`. Some rows
+*own* an unknown, see `_owners`: their multipliers follow from the other ones, so that only these
+are unknowns of the dual. The multipliers of the dual are the slacks of the program, from which x
+follows.
 """
 
 from collections.abc import Mapping

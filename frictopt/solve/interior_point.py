@@ -40,7 +40,7 @@ class Settings:
     # `enough` is accepted.
     slack: float = 5.0
     patience: int = 4
-    # The relative difference of the two objectives may be this many times larger than other errors.
+    # The relative difference of the two objectives may be this many times `enough`.
     objectives_apart: float = 10.0
     # The rounding of a step is corrected separately if the work of the cones, relative to the
     # objective, is below this many times `enough`.
@@ -232,7 +232,7 @@ def _largest(u: Array, v: Array) -> float:
 
 
 def _factor(matrix: Array) -> Array:
-    """The upper Cholesky factor of a matrix stored by columns, of which the upper triangle is used."""
+    """The upper Cholesky factor of a matrix stored by columns; only its upper triangle is used."""
     diagonal = matrix.diagonal().copy()
     for shift in SETTINGS.shifts:
         np.fill_diagonal(matrix, diagonal * (1 + shift))

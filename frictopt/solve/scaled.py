@@ -67,7 +67,7 @@ def _derived(unit: Array, sizes: csr_array, constant: Array) -> Array:
 
 
 class Felt(Step[Arrays]):
-    """Unknowns that occur neither in a row nor in the cost leave the program with values of zero."""
+    """Unknowns that occur neither in rows nor in the cost leave the program with values of zero."""
 
     def __init__(self, program: Arrays) -> None:
         self._before = program
