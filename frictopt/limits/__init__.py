@@ -30,6 +30,7 @@ from .gross_slip import GrossSlip, gross_slip
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .guaranteed_model import GuaranteedModel
 from .least_slip import LeastSlip
+from .question import Question, pose, with_open
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlip, SafeSlipModel, safe_slip
