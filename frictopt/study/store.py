@@ -77,8 +77,8 @@ class Store:
         version = self._connection.execute("PRAGMA user_version").fetchone()
         if schema != [(_SCHEMA,)] or version != (_VERSION,):
             raise sqlite3.DatabaseError(
-                "another program, or another version of frictopt, wrote it, and its columns mean "
-                "something else"
+                "it is the file of another program or of another version of frictopt, and its "
+                "columns mean something else"
             )
 
     def read(self) -> pd.DataFrame:
