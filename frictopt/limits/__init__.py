@@ -7,7 +7,8 @@ at a load factor if one residual slip v keeps every node closed and stuck at all
 
 The largest such load factor is the shakedown limit. Its dual is a slip mechanism, which proves it.
 
-- `question.py`: a question as data: all its arrays, and the referee of its answers.
+- `question.py`: a question as data: all its arrays, and the referee of its answers; `units.py`: the
+  units of its unknowns.
 - `models.py`: all programs, as cvxpy expressions in the symbols of the paper.
 - `programs.py`: the rows of a question, compiled, and its solution read back.
 - `safe_model.py`: the models that users extend by constraints of their own.

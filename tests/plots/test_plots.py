@@ -17,6 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
+from frictopt.fem.supports import nodes_of
 from helpers.answers import ANSWERS
 from helpers.pictures import (
     ALL,
@@ -431,11 +432,12 @@ def test_a_scene_shows_bodies_contacts_supports_and_loads(name):
             if line.get_marker() in ("s", ">", "^") and len(line.get_xdata())
         ]
     )
-    nodes = []
-    for support in model.supports:
-        mesh = model.bodies[support.body].mesh
-        facets = mesh.facets[:, mesh.boundaries[support.where]]
-        nodes.append(mesh.p[:, np.unique(facets)].T)
+    nodes = [
+        model.bodies[support.body]
+        .mesh.p[:, nodes_of(model.bodies[support.body], support.body, support.where)]
+        .T
+        for support in model.supports
+    ]
     assert {tuple(point) for point in held} <= {tuple(point) for point in np.concatenate(nodes)}
     assert {label.split()[1] for label in named if label.startswith("load ")} == set(model.loads)
     assert (
