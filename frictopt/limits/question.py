@@ -107,7 +107,11 @@ class Question:
         if open_nodes.any():
             compliance = following(system.S, open_nodes, [*system.bonded.values()])
         bonded = _bonded(system, fields["cycle"])
-        return _question(**fields, compliance=compliance, bonded=bonded)
+        question = _question(**fields, compliance=compliance, bonded=bonded)
+        for value in (*vars(question).values(), *question.bonded):
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        return question
 
     @property
     def A(self) -> Array:

@@ -301,14 +301,14 @@ def test_a_closed_node_without_friction_is_named_where_others_are_open():
 
 def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe_does(monkeypatch):
     contact, friction = pulled_system(np.random.default_rng(6), 4), 0.5
-    told, margin = fo.safe_slip(contact, CYCLE, friction, 0.1), fo.SafeSlipModel._safe
+    told, margin = fo.safe_slip(contact, CYCLE, friction, 0.1), fo.SafeSlipModel.of_set
 
     def without(model, question, *rest):
         if not question.open_nodes.any():
             raise fo.SolverError("rounding")
         return margin(model, question, *rest)
 
-    monkeypatch.setattr(fo.SafeSlipModel, "_safe", without)
+    monkeypatch.setattr(fo.SafeSlipModel, "of_set", without)
     assert told.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == told.margin
 
 

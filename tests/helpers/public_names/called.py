@@ -61,7 +61,7 @@ SPRINGS = {
     "unknowns": [[0, 1], [2, 3], [-1, -1], [-1, -1]],
     "points": 2 * [[0.0, 0.0], [1.0, 0.0]],
 }
-FLAT = Path(__file__).parents[1] / "data" / "flat"
+FLAT = Path(__file__).parents[2] / "data" / "flat"
 JOB = fo.read_calculix(FLAT)
 
 
