@@ -1,11 +1,11 @@
-"""Tools for all rooms. This room knows no contact.
+"""Tools for all rooms, independent of contact mechanics.
 
 `checks.py`
-    Checks of input, and the words of their errors.
+    Checks of input, with their error messages.
 `tolerances.py`
     The numbers that several files share.
 `progress.py`
-    How far long work is, and what an interrupt keeps of it.
+    Progress of long computations, and the partial result that an interrupt keeps.
 `results.py`
     Bases of results: how they are printed, plotted and pickled.
 `files.py`, `archive.py`, `kinds.py`

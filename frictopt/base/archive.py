@@ -1,6 +1,6 @@
 """Results in files: an npz archive of their arrays, and one text of JSON for all else.
 
-The text says where each array belongs. Nothing is pickled: a file makes no code run.
+The text says where each array belongs. Nothing is pickled, so reading a file runs no code of it.
 """
 
 import json
@@ -23,7 +23,7 @@ _FORMAT = "frictopt result 1"
 
 
 class _Form(NamedTuple):
-    """How a type of values stands in a file: as `{name: content}`, from which it is `made` again.
+    """The form of a type of values in a file, `{name: content}`; `made` restores a value from it.
 
     A content is another value, or a list of values.
     """
@@ -50,15 +50,15 @@ def load(path: str | Path) -> Any:
         numbered = [arrays[f"array {number}"] for number in range(len(arrays))]
         return _Reader(numbered, things).value(text)
 
-    remedy = "give one that `save` of a result wrote; of a contact ContactSystem.load reads it"
+    remedy = "give a file that `save` of a result wrote; ContactSystem.load reads a contact"
     return unpacked(path, _FORMAT, made, "a result", remedy)
 
 
 class _Writer:
     """A result as JSON with the numbers of its arrays and things.
 
-    Things are results and their parts. What stands in several places, as the contact of a result,
-    is written once.
+    Things are results and their parts. A thing that several others refer to, such as the contact of
+    a result, is written once.
     """
 
     def __init__(self) -> None:
@@ -67,7 +67,10 @@ class _Writer:
         self._numbers = dict[int, int]()
 
     def text(self, value: Any, place: str) -> object:
-        """A value that stands at a place: as it is if JSON knows it, else `{name: content}`."""
+        """A value as JSON: unchanged if JSON has its type, else `{name: content}`.
+
+        The place of the value is for error messages.
+        """
         kind = type(value)
         if value is None or kind in (bool, int, float, str):
             return value
@@ -145,8 +148,8 @@ class _Reader:
 def _restored(kind: type[Any], state: dict[str, Any]) -> object:
     """A thing with these fields.
 
-    A field that a later version has added takes its default. A class may tell the former names of
-    its fields, and make its things of the fields that files hold, see `kept`.
+    A field that a later version has added takes its default. A class may have former names of its
+    fields, and its own way to restore a thing, see `kept`.
     """
     former = getattr(kind, "FORMER_NAMES", {})
     state = {former.get(name, name): value for name, value in state.items()}
@@ -163,7 +166,7 @@ def _restored(kind: type[Any], state: dict[str, Any]) -> object:
     if not is_dataclass(kind):
         return kind(**state)
     if len(state) < len(names):
-        # `__init__` also makes the fields that follow from a default.
+        # `__init__` also sets the fields that follow from a default.
         arguments = {field.name for field in fields(kind) if field.init}
         return kind(**{name: value for name, value in state.items() if name in arguments})
     thing = object.__new__(kind)
@@ -179,7 +182,7 @@ def _field_names(kind: type[Any]) -> list[str]:
 
 
 def _optional(kind: type[Any]) -> set[str]:
-    """Names of the fields that have a default, or that follow from others."""
+    """Names of the fields with a default, and of the fields that follow from other fields."""
     if not is_dataclass(kind):
         return set(kind._field_defaults)
     return {

@@ -33,7 +33,7 @@ _WEAR = (1e-17, 1e-9)
 # Units of force in N, and of length in m.
 _NEWTON = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 _METRE = {"m": 1.0, "mm": 1e-3}
-# What arguments that are easily forgotten mean, for error messages.
+# Meanings of arguments that are easily forgotten, for error messages.
 _MEANINGS = {
     "system": "the contact, a ContactSystem",
     "cycle": "the load cycle, a LoadCycle",
@@ -187,7 +187,7 @@ def finite_number(
 
 
 def whole_number(name: str, value: object, *, least: int, most: int = 10**6) -> int:
-    """Check an integer from `least` to `most`, by default a million: more than any count."""
+    """Check an integer from `least` to `most`; the default, a million, exceeds all usual counts."""
     if (
         not isinstance(value, int | np.integer)
         or isinstance(value, bool | np.timedelta64)
@@ -243,7 +243,7 @@ def choice(name: str, value: T, options: Collection[str]) -> T:
 
 
 def check_text(argument: str, value: object, meaning: str, what: str = "") -> None:
-    """Check a printable text; error messages say `what` it is and its meaning."""
+    """Check a printable text; the error message has `what` before the text, and its meaning."""
     if not isinstance(value, str) or not value or not value.isprintable():
         raise ModelError(f"{argument}: {what}{shown(value)}; give {meaning}")
 
@@ -263,7 +263,7 @@ copyreg.pickle(MappingProxyType, lambda view: (_read_only, (dict(view),)))
 
 
 def checked_cases(name: str, cases: object, meaning: str) -> Mapping[str, Any]:
-    """Check a mapping from load case names to something, whose `meaning` error messages say."""
+    """Check a mapping from load case names; `meaning` describes its values in error messages."""
     if not isinstance(cases, Mapping):
         hint = " (`dict` makes one of it)" if hasattr(cases, "to_dict") else ""
         raise ModelError(
@@ -319,7 +319,7 @@ def checked_units(units: object) -> str | None:
 
 
 def warns_of_odd_values(question: F) -> F:
-    """Decorator: refuse a call without an argument, warn of one that looks like a mistake."""
+    """Decorator: refuse a call that lacks an argument, warn of values that look like mistakes."""
     if isclass(question):
         question.__init__ = _checks_call(question.__init__, question.__name__)  # type: ignore[method-assign]
         return question
@@ -364,9 +364,9 @@ def first_of(bad: Booleans | np.bool_, most: Array | None = None) -> int | None:
 
 
 def _odd_values(arguments: Mapping[str, Any]) -> Iterator[str]:
-    """Warnings of arguments that may not have been meant."""
+    """Warnings of values of arguments that look like mistakes."""
     frictions = arguments.get("frictions", [arguments.get("friction", 0.0)])
-    # Looking at an iterator would use it up; an array of no dimensions cannot be looked at.
+    # Reading an iterator here would use it up; an array without dimensions cannot be iterated.
     if isinstance(frictions, Collection) and np.iterable(frictions):
         friction = max((_largest("friction", value) for value in frictions), default=0.0)
         if friction > _ROUGH:
@@ -388,14 +388,14 @@ def _odd_values(arguments: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _largest(name: str, values: object) -> float:
-    """The largest of some numbers; 0 of what is no number, for the question refuses that."""
+    """The largest of some numbers; 0 if they are no numbers, which the function itself refuses."""
     with suppress(ModelError, TypeError):
         return float(real_array(name, values).max(initial=0.0))
     return 0.0
 
 
 def _repeated_loads(cycle: Any) -> Iterator[str]:
-    """Warnings of load cases of the mean load that each corner has again, with the same sign."""
+    """Warnings of load cases of the mean load that every corner repeats with the same sign."""
     corners = getattr(cycle, "corners", ())
     if len(corners) < 2:
         return
@@ -408,7 +408,7 @@ def _repeated_loads(cycle: Any) -> Iterator[str]:
 
 
 def _wear_in_other_units(coefficient: Any, units: str | None) -> Iterator[str]:
-    """Warning of a coefficient of wear that makes sense in other units than the contact has."""
+    """Warning of a coefficient of wear that seems not to be in the units of the contact."""
     force, length = units.split(", ") if isinstance(units, str) else ("", "")
     if force not in _NEWTON or length not in _METRE:
         return
@@ -417,7 +417,7 @@ def _wear_in_other_units(coefficient: Any, units: str | None) -> Iterator[str]:
     in_pascal = largest / pascal
     if largest > 0 and not _WEAR[0] <= in_pascal <= _WEAR[1]:
         yield (
-            f"coefficient: {largest:g} is {in_pascal:.3g} 1/Pa, for forces are in {force} and "
+            f"coefficient: {largest:g} is {in_pascal:.3g} 1/Pa, as forces are in {force} and "
             f"lengths in {length}; dry metals have 1e-16 to 1e-11 1/Pa; give it in "
             f"{length}^2/{force}: 1 1/Pa is {pascal:g} {length}^2/{force}"
         )

@@ -37,7 +37,8 @@ def output(name: str | Path, *endings: str) -> Path:
 def to_its_end() -> Iterator[None]:
     """Flush the output of a command at its end, and treat SIGTERM as an interrupt.
 
-    So workers stop, too. If the reader has closed the pipe (`| head`), exit with status 141.
+    The interrupt also stops workers. If the reader has closed the pipe (`| head`), exit with status
+    141.
     """
     # Only the main thread may set signal handlers.
     is_main = threading.current_thread() is threading.main_thread()
@@ -50,7 +51,7 @@ def to_its_end() -> Iterator[None]:
                 signal.signal(signal.SIGTERM, before)
             sys.stdout.flush()
     except BrokenPipeError:
-        # Python flushes once more when it ends.
+        # Python flushes once more when it ends, which must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         raise SystemExit(141) from None
 
@@ -81,7 +82,7 @@ def packed(path: str | Path, form: str, **arrays: Any) -> None:
 def unpacked(
     source: str | Path, form: str, made: Callable[[dict[str, Any]], T], what: str, remedy: str
 ) -> T:
-    """Return what is `made` of the arrays of an archive of this form.
+    """Read an archive of this form, and return the value that `made` builds from its arrays.
 
     Any other file, and a damaged one, is a ModelError.
     """
@@ -89,7 +90,8 @@ def unpacked(
         if not Path(source).is_file():
             raise FileNotFoundError("there is no such file")
         with zipfile.ZipFile(source) as archive:
-            # Every byte against its checksum: numpy reads no more of a member than its header says.
+            # Check all bytes against their checksums; numpy reads a member only as far as its
+            # header says.
             damaged = archive.testzip()
             if damaged:
                 raise ValueError(f"{damaged} is damaged")

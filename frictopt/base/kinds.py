@@ -5,7 +5,8 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 KINDS: dict[str, Any] = {}
-"""Name -> class of all that a file of a result may hold beside numbers, texts and tables."""
+"""Name -> class of all values, besides numbers, texts and tables, that a file of a result holds.
+"""
 
 
 def kept(kind: type[T]) -> type[T]:
@@ -13,7 +14,8 @@ def kept(kind: type[T]) -> type[T]:
 
     A class may have three attributes for its files. `FORMER_NAMES` maps names of fields that
     earlier versions wrote to the names of today. `KEPT_FIELDS` are the fields that a file holds, if
-    the others follow from them; then `from_kept` makes a value of a mapping of these fields.
+    the other fields follow from them. `from_kept` then makes a value from a mapping of the kept
+    fields.
     """
     KINDS[kind.__name__] = kind
     return kind

@@ -10,7 +10,7 @@ from .checks import shown
 
 
 def library(module: str = "meshio", name: str = "meshio", extra: str = "mesh") -> Any:
-    """Import a module of a library; the error without it names the extra that has it."""
+    """Import a module of a library; if it is missing, the error names the extra to install."""
     try:
         return import_module(module)
     except ImportError as error:
@@ -26,7 +26,7 @@ def by_library(
     what: str,
     remedy: str = "give the file as the code wrote it",
 ) -> Any:
-    """What a library reads from a file."""
+    """Read a file with a library, and return its result."""
     if not file.is_file():
         raise ModelError(f"{what}: there is no file {str(file)!r}; give its path")
     try:
@@ -36,7 +36,7 @@ def by_library(
             f"{what}: {name} needs {error.name} for {str(file)!r}; "
             f"python -m pip install {error.name}"
         ) from error
-    # Libraries let through whatever a damaged file makes; meshio leaves the process.
+    # A damaged file makes libraries raise any kind of error; meshio even raises SystemExit.
     except (Exception, SystemExit) as error:
         problem = str(error).strip() or type(error).__name__
         raise ModelError(
@@ -45,7 +45,7 @@ def by_library(
 
 
 def file_path(argument: str, path: str | Path) -> Path:
-    """The path as such."""
+    """Check the path of a file, and return it as a `Path`."""
     if not isinstance(path, str | Path) or not str(path):
         raise ModelError(f"{argument}: {shown(path)}; give the path of a file")
     return Path(path)

@@ -22,11 +22,11 @@ from .checks import flag
 class Pace:
     """Times in seconds."""
 
-    # Before anything is shown.
+    # Time before a bar or a line is first shown.
     first: float = 2.0
-    # Between two lines.
+    # Time between two lines.
     line: float = 5.0
-    # Between two looks of a bar.
+    # Time between two updates of a bar.
     look: float = 1.0
 
 
@@ -68,17 +68,17 @@ class Bar:
         self.count += int(count)  # a number of numpy, too, with which no text can be repeated
 
     def keep(self, attribute: str, value: object, note: str, best: str | None = None) -> None:
-        """Set what an interrupt keeps if it comes from now on, and the `best` so far in words.
+        """Set the value that a later interrupt keeps, and the `best` result so far in words.
 
         The interrupt gets the value as this attribute, and the note. If the value is a function, it
-        is called then, and not before. Call this before `update`.
+        is called when the interrupt comes. Call `keep` before `update`.
         """
         self.partial = attribute, value, note
         if best is not None:
             self.best = best
 
     def look(self) -> Any:
-        """The bar of tqdm, as it is now."""
+        """Update the bar of tqdm, and return it."""
         if self.drawn is None:
             self.drawn = self._new_drawn()
         if not self.drawn.disable:  # by the variable TQDM_DISABLE
@@ -89,7 +89,7 @@ class Bar:
 
     @property
     def _format(self) -> str | None:
-        """The format for tqdm; None for its own, where a screen shows a share of a known total."""
+        """The format for tqdm; None, its own format, if a screen shows a share of a known total."""
         if self.total is not None and self.screen:
             return None
         counted = "" if self.total is None else " of {total_fmt}"
@@ -104,7 +104,7 @@ class Bar:
         from tqdm import TqdmWarning
 
         with warnings.catch_warnings():
-            # tqdm warns if ipywidgets is missing. Then the bar is one of text.
+            # tqdm warns if ipywidgets is missing; the bar is then drawn as text.
             warnings.simplefilter("ignore", TqdmWarning)
             from tqdm.auto import tqdm
         options: dict[str, Any] = {"leave": not self.within, "dynamic_ncols": True}
@@ -143,8 +143,9 @@ def bar_of(
 ) -> Iterator[Bar]:
     """The bar of a computation, which counts `unit`s and shows the best so far in words.
 
-    A bar inside a hidden bar is hidden. An interrupt (Ctrl-C), or each error of `on`, gets what
-    `Bar.keep` has set last. Of bars within each other the outermost one that keeps anything does.
+    A bar inside a hidden bar is hidden. An interrupt (Ctrl-C), or any other error of `on`, gets the
+    value that `Bar.keep` has set last. If several nested bars keep a value, that of the outermost
+    bar counts.
     """
     outer = _here.bars[:]
     shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
@@ -188,9 +189,9 @@ def _tell_of(bar: Bar, at_once: bool) -> None:
 
 
 def _tell() -> None:
-    """Show what is under way, as long as anything is.
+    """Show the running computations, and end with the last of them.
 
-    It runs in a thread, so that progress is shown also within a step that takes long.
+    This function runs in a thread, so that progress is shown also within a long step.
     """
     global _teller
     wait = PACE.first
@@ -211,7 +212,7 @@ def _tell() -> None:
 
 
 def _lines() -> list[str]:
-    """Draw the bars that are on a screen; the lines of the others."""
+    """Draw the bars on a screen, and return the lines for all other bars."""
     now = time.time()
     lines = list[str]()
     for bar in sorted(_under_way, key=lambda bar: bar.started):
@@ -223,7 +224,7 @@ def _lines() -> list[str]:
 
 
 def _forget() -> None:
-    """In a process that was forked, forget the bars of the one that it comes from."""
+    """Forget, in a forked process, the bars of the parent process."""
     global _lock, _teller
     _lock = threading.Lock()
     _teller = None

@@ -1,4 +1,4 @@
-"""Bases of results: how they travel and how they are displayed; their kinds and records.
+"""Bases of results, for copying, saving and display; kinds and records of results.
 
 Results are pickled, copied and saved with read-only arrays.
 """
@@ -46,7 +46,7 @@ class Portable:
 
 
 def _seal(value: object) -> None:
-    """Make all arrays in a value read-only; other results in it have sealed theirs."""
+    """Make all arrays in a value read-only, except those of results in it, which are read-only."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     elif isinstance(value, tuple | list):
@@ -63,13 +63,13 @@ Table: TypeAlias = "pd.DataFrame"
 
 
 class Shown(Portable):
-    """Base of what is shown: in one line (`repr`), in short lines (`print`), in notebooks a table.
+    """Base of classes with a display: one line (`repr`), short lines (`print`), a notebook table.
 
-    All are made of `_answer`.
+    All three show the values of `_answer`.
     """
 
     _said: ClassVar[tuple[str, ...]] = ()
-    """Names of the attributes that `_answer` says, unless a class overrides it."""
+    """Names of the attributes that `_answer` returns, unless a class overrides it."""
 
     def _answer(self) -> Mapping[str, object]:
         """The most important numbers of the result, name -> value."""
@@ -83,7 +83,7 @@ class Shown(Portable):
         answer = dict(self._answer())
         first = next(iter(answer), "")
         width = max(map(len, answer), default=0)
-        # The reason is second.
+        # The reason comes second, after the main number.
         names = sorted(answer, key=lambda name: (name != first, name != "reason"))
         lines = [type(self).__name__]
         for name in names:
@@ -108,15 +108,15 @@ class Kept(Shown):
     def save(self, path: str | Path) -> None:
         """Write the result to a file, such as `limit.npz`; `frictopt.results.load` reads it.
 
-        The file is an npz archive of plain arrays and one text, no pickle: reading it runs no code
-        of its own. All numbers, words and tables are kept, also of the results and the contact in
-        it. The cvxpy `problem` is None afterwards.
+        The file is an npz archive of plain arrays and one text, no pickle, so reading it runs no
+        code of the file. All numbers, words and tables are kept, also those of the contact and of
+        other results in this one. The cvxpy `problem` of the loaded result is None.
 
         Raises
         ------
         ModelError
-            The file cannot be written, or has the ending of something else, such as `.csv`; or the
-            result holds what no file can keep.
+            The file cannot be written, or has the ending of another format, such as `.csv`; or the
+            result holds a value of a type that cannot be kept.
 
         Examples
         --------
@@ -139,7 +139,7 @@ class Kept(Shown):
 
 @kept
 class LimitKind(Enum):
-    """What kind of answer a limit is.
+    """The kind of answer that a limit gives.
 
     Examples
     --------
@@ -149,7 +149,7 @@ class LimitKind(Enum):
     """
 
     FINITE = (
-        "the limit is finite: stay below it, and not below the least safe load factor where that "
+        "the limit is finite: stay below it, and not below the least safe load factor if that "
         "is above 0"
     )
     UNBOUNDED = (
@@ -210,11 +210,11 @@ class SolveRecord:
     solver, attempts
         Name of the solver or method whose answer this is; all solver runs, in order.
     residual
-        Largest violation of what the result claims, recomputed from the result; each result says
-        what it covers.
+        Largest violation of the statements of the result, recomputed from the result. Each result
+        documents which errors this covers.
     left_out
-        Sentences that say what the computation left out, because it cannot change the answer. Empty
-        with `simplify=False`.
+        Sentences on the parts of the problem that were left out, because they cannot change the
+        answer. Empty with `simplify=False`.
     seconds
         Wall time of the computation.
 
@@ -247,7 +247,7 @@ class Recorded(Kept):
 
 
 class Plotted:
-    """Base of what has a picture."""
+    """Base of classes with a picture."""
 
     def plot(self, ax: Any = None) -> Any:
         """Draw a picture with matplotlib (extra `figures`) and return its axes.
@@ -267,7 +267,7 @@ class Plotted:
 
 
 def pictures_of(module: str, file: str = "pictures") -> Any:
-    """The file of pictures of the room in which a module stands.
+    """The file of pictures in the room of a module.
 
     It is imported here, because matplotlib is slow to import and need not be installed.
 

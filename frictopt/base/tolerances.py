@@ -1,8 +1,9 @@
 """Tolerances, dimensionless: three numbers, and products of them.
 
-The three are those of the arithmetic, of the data, and of the answers. Products that several files
-use stand here. Only compiled files (`kernel.py`, `sweeps.py` of `transients`) have copies, as their
-machine code does not follow an edit of another file.
+The three numbers are the rounding of the arithmetic, the rounding of the data, and the largest
+residual of an answer. This file also has the products that several files use. Only compiled files
+(`kernel.py`, `sweeps.py` of `transients`) have copies, as their machine code does not follow an
+edit of another file.
 """
 
 ROUNDING = 1e-12
@@ -20,60 +21,62 @@ The entries of a condensed stiffness are right to this share of the largest one.
 RESIDUAL = 1e-9
 """Largest residual of an answer.
 
-It is that of a state in the contact law and the balance of energy, or of a limit in its proofs.
+The residual of a state is its error in the contact law and in the balance of energy; the residual
+of a limit is the error of its proofs.
 """
 
-# Events this close, relative, count as simultaneous: their times are answers.
+# Events whose relative distance in time is below this are simultaneous: their times are answers,
+# and have the errors of answers.
 SIMULTANEOUS = RESIDUAL
 
-# Error of equilibrium, over the forces, above which a condensation is refused: far above its
-# rounding.
+# A condensation is refused if its error of equilibrium, relative to the forces, exceeds this
+# number. It is far above the rounding of a condensation.
 EQUILIBRIUM = 1e3 * CONDENSATION
 
 # Two nodes coincide within this share of the size of the body, if the digits of its coordinates are
 # not known.
 SAME_POINT = 10 * CONDENSATION
 
-# Forces and gaps above this share of the largest ones are no errors of a state: its errors are of
-# the size of the residual.
+# Forces and gaps above this share of the largest ones are real: the errors of a state are of the
+# size of the residual.
 COUNTS = 1e3 * RESIDUAL
 
-# Change of slip over a cycle, over the slip scale, that counts as none: a part of the residual of a
-# steady state.
+# A change of slip in a cycle up to this share of the slip scale is zero; it is only a part of the
+# residual of a steady state.
 PERIODIC = RESIDUAL / 10
 
-# Change over a cycle below which the limit is reached, whatever the factor by which the changes
-# shrink.
+# If the change in a cycle is below this number, the steady state is reached, however slowly the
+# changes decrease.
 REPEATED = ROUNDING / 10
 
-# Change of the bonded reactions, over the force scale, that moves nothing: it changes their last
-# digit.
+# A change of the bonded reactions up to this share of the force scale moves no node: it changes
+# only their last digit.
 NO_DRIVE = ROUNDING / 1e3
 
-# Eigenvalues of A, each node in units of its stiffness, up to this belong to rigid sliding:
-# condensation balances it to rounding.
+# Eigenvalues of A, scaled by the stiffness of each node, up to this number are those of rigid
+# sliding, which condensation makes zero up to rounding.
 RIGID = ROUNDING
 
-# B or f B between two nodes up to this share of their own A counts as none.
+# Entries of B or f B between two nodes up to this share of their diagonal entries of A are zero.
 NO_COUPLING = ROUNDING / 10
 
-# Share of the mean friction bound that counts as none in a slip that grows with the load: its rows
-# have this error.
+# In a slip that grows with the load, reactions up to this share of the mean friction bound are
+# zero, because the rows of its program have this error.
 GROWN = 10 * RESIDUAL
 
 # Dimensionless load factors up to this are zero.
 ZERO_LOAD_FACTOR = ROUNDING
 
-# Values count relative to themselves above this share of their unit: below it, the error of the
-# unit is felt.
+# Errors of values above this share of their unit are relative to the value. Smaller values have the
+# absolute error of the unit.
 FLOOR = 1e6 * RESIDUAL
 
-# Distance, over the largest value, with which a cycle from a steady state comes back to it.
+# A cycle from a steady state returns to it up to this share of the largest value.
 SAME_STATE = 100 * RESIDUAL
 
-# Works of friction that differ by less, relative, are one level: each has errors up to the
-# residual, over its slips.
+# Works of friction whose relative difference is less are equal: each has errors of up to the
+# residual times its slips.
 LEVEL = 1e3 * RESIDUAL
 
-# Error of a Newton iteration below which a step that does not help is rounding.
+# If the error of a Newton iteration is below this number and no longer decreases, it is rounding.
 STALLED = 10 * ROUNDING

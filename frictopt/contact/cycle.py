@@ -30,7 +30,7 @@ from .history import harmonic_corners, history_corners, independent_corners
 from .system import ContactSystem, checked_system, reactions
 
 _SECOND = np.timedelta64(1, "s")
-# Corners in the printed text of a load cycle: those of two independent loads.
+# Largest number of corners in the printed text of a load cycle; two independent loads have four.
 _PRINTED_CORNERS = 4
 
 
@@ -52,20 +52,20 @@ class LoadCycle(Plotted):
         load factor 1.
     fixed
         The K parts of the cycle, one for each corner, that the load factor does not scale, load
-        case name -> amplitude. None: none. With the same load at all `corners` the load factor
-        scales a static load: how large may it grow while the fixed part comes and goes? Transients
-        begin at the mean load, which should lie inside the fixed part.
+        case name -> amplitude. None: none. If all `corners` are equal, the load factor scales a
+        static load that acts while the fixed part comes and goes. Transients begin at the mean
+        load, which should lie inside the fixed part.
     times
-        The K times of the corners, numbers or dates, and maybe one more, when the load is back at
-        the first corner; `timedelta` are kept in seconds. Pictures and names alone use them:
-        friction knows no time. None: not known.
+        The K times of the corners, numbers or dates. A further time may follow, at which the load
+        is back at the first corner. A `timedelta` becomes a number of seconds. Only pictures and
+        names use the times, because friction does not depend on time. None: not known.
 
     Raises
     ------
     ModelError
-        No corner, fixed parts or times of another number, a name that is not a text, amplitudes
-        that are not finite, times that are neither numbers nor dates; and, when used, a load case
-        that the system lacks.
+        No corner, a number of fixed parts or times that does not match, a name that is not a text,
+        amplitudes that are not finite, times that are neither numbers nor dates. Also, when the
+        cycle is used, a load case that the system does not have.
 
     Examples
     --------
@@ -177,19 +177,20 @@ class LoadCycle(Plotted):
             whole amplitude, static part included.
         mean
             Static part of the loads, load case name -> amplitude, which the load factor does not
-            scale: a corner is the row less the mean. Load cases that are not columns are constant.
-            None: the middle between the smallest and the largest amplitude of each column.
+            scale: a corner is the row minus the mean. A load case of the mean without a column is
+            constant. None: the middle between the smallest and the largest amplitude of each
+            column.
         time
-            Name of the column with the time, by which the rows are sorted. None: the column "time",
-            else an index of dates, of time differences or of that name, if there is one. The
+            Name of the column with the time; the rows must be sorted by it. None: the column
+            "time", or the index if it holds dates or time differences or has the name "time". The
             corners have their times, and the time of a last row that equals the first one is the
             time of the return.
         tolerance
-            Against noise, a share of the range of each load case. Every measured load lies within
-            this share of the straight segment between two corners, in its order. A single load case
-            keeps its reversals of more than twice this share. 0: all turning points. If a load is
-            constant up to noise, its range is the noise: leave its column out and give it in
-            `mean`.
+            Removes noise; a share of the range of each load case. The corners keep the order of the
+            history, and every measured load lies within this share of a straight segment between
+            two corners. A single load case keeps its reversals of more than twice this share. 0:
+            all turning points. If a load is constant up to noise, its range is the noise: leave its
+            column out and give it in `mean`.
 
         Raises
         ------
@@ -279,8 +280,8 @@ class LoadCycle(Plotted):
         """The vertices of a domain in which several loads vary independently, around a mean load.
 
         The safe loads of a slip are a convex set, so a slip that is safe at all vertices is safe
-        for every load in the domain: the shakedown limit of the vertices is that of all load
-        histories in the domain (Bjorkman & Klarbring 1987).
+        for every load in the domain. The shakedown limit of the vertices therefore holds for all
+        load histories in the domain (Bjorkman & Klarbring 1987).
 
         The vertices say less about transients. A transient that comes to rest, with all nodes
         closed, stays at rest whatever history in the domain follows. A transient that slips for
@@ -370,7 +371,7 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
         is_date = hasattr(time, "isoformat") and time == time
         if not is_date:
             raise ModelError(
-                f"times: {shown(time)} is neither a number nor a date; give one of these, of texts "
+                f"times: {shown(time)} is neither a number nor a date; give one of these, texts "
                 "by pandas.to_datetime"
             )
     return tuple(checked)
@@ -397,7 +398,7 @@ def _amplitude_texts(loads: Mapping[str, float]) -> list[str]:
 
 
 def _printed(loads: Sequence[Mapping[str, float]]) -> str:
-    """A list of loads as a text; of a long list its beginning and its length."""
+    """A list of loads as a text; a long list is cut, and its length follows."""
     text = ", ".join(str(dict(load)) for load in loads[:_PRINTED_CORNERS])
     if len(loads) > _PRINTED_CORNERS:
         return f"[{text}, ... {len(loads)} in all]"

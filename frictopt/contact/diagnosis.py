@@ -10,7 +10,7 @@ from ..base.checks import Names
 from .law import lengths
 from .system import ContactSystem
 
-# Changes of the set of open nodes after which the search for a state without slip ends.
+# The search for a state without slip ends after this number of changes of the set of open nodes.
 _LARGEST_NUMBER_OF_SETS = 100
 
 
@@ -23,7 +23,7 @@ def _names_of_several(system: ContactSystem) -> Names | None:
 
 
 def in_contact(system: ContactSystem, nodes: ArrayLike) -> str:
-    """The contacts of some nodes, as they follow the node numbers in a text: " (head)".
+    """The contacts of some nodes, a text such as " (head)" to be written after the node numbers.
 
     The text is empty if there is one contact alone, or no node.
     """
@@ -53,7 +53,7 @@ def counted(system: ContactSystem, selected: Booleans) -> str:
 def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: float) -> str:
     """Sentence about the resultants of the forces q, p of each contact.
 
-    Forces within rounding of the size `force` count as none.
+    Forces below the rounding errors of the size `force` are shown as zero.
     """
     names = np.array(["the contact"] * system.nodes)
     if system.contact is not None:
@@ -99,7 +99,7 @@ def growth_diagnosis(
         )
     return (
         f"a slip that grows with the load keeps every node within its friction bound{locking}; "
-        "assembly may not leave one so large: slip_bound limits it"
+        "assembly may not leave a slip of that size: slip_bound limits it"
     )
 
 
@@ -121,9 +121,9 @@ def open_nodes(system: ContactSystem, p: Array) -> Booleans | None:
 def settled(system: ContactSystem, p: Array) -> tuple[Booleans, Array] | None:
     """Open nodes (N,) and normal reactions (N,) >= 0 of a contact in which no node slips.
 
-    p (N,) are the normal reactions of the closed contact. The gaps w solve `p + C w >= 0, w >= 0,
-    w (p + C w) = 0`: the set of open nodes is corrected until it repeats. None if that does not
-    happen, or if nothing holds the open nodes.
+    p (N,) are the normal reactions of the closed contact. The gaps w solve `p + C w >= 0, w >= 0, w
+    (p + C w) = 0`: the set of open nodes is corrected until it no longer changes. None if it keeps
+    changing, or if the open nodes are not held.
     """
     force = float(np.abs(p).max()) or 1.0
     stiffness = float(np.abs(system.C).max()) or 1.0

@@ -29,9 +29,9 @@ class MapStyle:
     area_of_points: float
     # Largest number of arrows of a map.
     arrows: int
-    # Length of the longest arrow, over the size of the map.
+    # Length of the longest arrow, as a share of the size of the map.
     longest_arrow: float
-    # Width of an arrow, over the size of the map.
+    # Width of an arrow, as a share of the size of the map.
     arrow_width: float
 
 
@@ -209,7 +209,7 @@ def _label_axes(axes: Axes, face: Face) -> Array:
     """Label the axes of a map and make room for all nodes; returns half its size (2,)."""
     axes.set(xlabel=f"{face.labels[0]} (length)", ylabel=f"{face.labels[1]} (length)")
     half_size = np.ptp(face.places, axis=0) / 2
-    # Nodes on a line get a map with two sides, too.
+    # The map of nodes on a line gets some height, too.
     half_size = np.maximum(half_size, 0.25 * half_size.max() or 1.0)
     middle = (face.places.max(axis=0) + face.places.min(axis=0)) / 2
     axes.update_datalim(middle + half_size * np.array([[-1.0], [1.0]]))
@@ -245,7 +245,7 @@ def _draw_legend(panels: Sequence[Axes]) -> None:
         if by_label:
             place = "outside lower center"
             figure.legend(list(by_label.values()), list(by_label), loc=place, ncols=2)
-        # The layout of panels of equal scales comes to rest at the second drawing.
+        # The layout of panels with equal scales is final only at the second drawing.
         figure.draw_without_rendering()
         return
     if not by_label:
@@ -254,7 +254,7 @@ def _draw_legend(panels: Sequence[Axes]) -> None:
     if not several:
         handles, labels = axes.get_legend_handles_labels()
         by_label = dict(zip(labels, handles, strict=True))
-    # 30 points are the height of the labels of the axis.
+    # The legend is 30 points below the axes, because the axis labels take this height.
     below = offset_copy(axes.transAxes, figure, y=-30.0, units="points")  # type: ignore[arg-type]
     axes.legend(
         list(by_label.values()),

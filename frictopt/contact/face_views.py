@@ -9,13 +9,14 @@ from ..errors import ModelError
 from .frames import frames_of
 from .system import ContactSystem
 
-# Difference of directions, and of places over the size of the contact, that is rounding.
+# Differences of directions up to this number are rounding, and so are differences of places up to
+# this share of the size of the contact.
 _ROUNDING = 1e-9
-# A face turns on about an axis if its normals spread in a second direction by this share of the
-# first one; the normals of two flat sides spread in one direction alone.
+# A face is curved about an axis if the second spread of its normals is at least this share of the
+# first one. The normals of two flat sides spread in one direction only.
 _SPREAD = 0.1
-# Smallest cosine between the normals and their mean on a map seen along the mean: of a face that
-# could be unrolled instead, and of any other face.
+# A face is seen along its mean normal if the cosines between this mean and all normals exceed a
+# limit. `_CAP` is the limit for faces that could be unrolled instead, `_NOT_STEEP` for all others.
 _CAP = 0.5
 _NOT_STEEP = 0.1
 
@@ -35,7 +36,7 @@ class Face(NamedTuple):
 
 
 def faces_of(system: ContactSystem) -> list[Face]:
-    """One face if all nodes lie beside each other in one plane; else one face for each contact."""
+    """A single face if all nodes lie beside each other in a plane; else a face for each contact."""
     names = [] if system.contact is None else list(dict.fromkeys(system.contact.tolist()))
     every_node = np.arange(system.nodes)
     if len(names) < 2:
@@ -80,9 +81,9 @@ def _face_of(system: ContactSystem, contact: str, nodes: Integers) -> Face:
 
 
 def _axis_of(normals: Array) -> tuple[Array, bool]:
-    """The axis about which a face turns on, and whether it does.
+    """The axis about which a face is curved, and whether the face is curved about it.
 
-    If it does, no normal is nearly along the axis.
+    No normal of a face that is curved about an axis is nearly parallel to it.
     """
     _, sizes, directions = np.linalg.svd(normals - normals.mean(axis=0), full_matrices=False)
     axis = directions[-1]
@@ -118,7 +119,7 @@ def _arcs(points: Array, around: Array, axis: Array) -> Array:
     angle = np.arctan2(around @ second, around @ first)
     sides = np.sort(angle)
     gaps = np.diff(sides, append=sides[0] + 2 * np.pi)
-    # Of gaps that are equal up to rounding the first one.
+    # If gaps are equal up to rounding, the first of them is taken.
     widest = int((gaps > gaps.max() - _ROUNDING).argmax())
     cut = sides[widest] + gaps[widest] / 2
 

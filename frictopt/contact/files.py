@@ -39,7 +39,7 @@ def write(path: str | Path, system: Any) -> None:
 
 def read(source: str | Path) -> dict[str, Any]:
     """The arguments of a contact system, from an archive."""
-    remedy = "give one of `frictopt condense` or ContactSystem.save"
+    remedy = "give a file that `frictopt condense` or ContactSystem.save wrote"
     return unpacked(source, _FORM, _arguments, "a contact system", remedy)
 
 
@@ -48,7 +48,7 @@ def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
     for part, names in _MAPPINGS.items():
         has_part = part in arrays
         if has_part != (names in arrays):
-            raise ValueError(f"it has {part!r} or their names alone")
+            raise ValueError(f"it has {part!r} without {names!r}, or the reverse")
         arguments[part] = {}
         if has_part:
             keys = arrays.pop(names).tolist()

@@ -10,9 +10,9 @@ def frames_of(normals: Array, directions: Array | None = None) -> Array:
     """(N, d, d) tangents and unit normals, from (N, d) normals of any length.
 
     In the plane the tangent is the normal turned by -90 degrees. In space the first tangent is a
-    direction less its part along the normal: x, or y if the normal is nearly x, or the row of
-    `directions` (N, d) if it is given and not zero. The second tangent is normal times first
-    tangent, so the normal z has the tangents x and y.
+    direction minus its part along the normal. The direction is the row of `directions` (N, d) if
+    this is given and not zero, else x, or y if the normal is nearly x. The second tangent is the
+    cross product of normal and first tangent, so the normal z has the tangents x and y.
     """
     lengths = np.linalg.norm(normals, axis=1)
     if not lengths.min() > 0:
@@ -25,7 +25,7 @@ def frames_of(normals: Array, directions: Array | None = None) -> Array:
         tangents = np.column_stack([n[:, 1], -n[:, 0]])
         return np.stack([tangents, n], axis=1)
 
-    # Far from parallel to the normal the difference below keeps its digits.
+    # The direction must not be nearly parallel to the normal, or the difference below loses digits.
     nearly_x = np.abs(n[:, :1]) >= 0.9
     axis = np.where(nearly_x, np.eye(3)[1], np.eye(3)[0])
     if directions is not None:

@@ -23,14 +23,14 @@ from ..base import (
 from ..base.checks import check_name
 from ..errors import ModelError
 
-# Distance from a straight segment, over the largest amplitude of the load case, that is rounding.
+# A distance from a straight segment up to this share of the largest amplitude is rounding.
 _ROUNDING = 4 * np.finfo(float).eps
 # A cycle of more corners takes hours; a larger number is a mistake.
 _LARGEST_NUMBER_OF_CORNERS = 100_000
 
 
 def turning_points(loads: Array) -> list[int]:
-    """Indices of the points (K, cases) at which a load path turns, with the first and the last one.
+    """Indices of the points (K, cases) at which a load path turns, and of its first and last point.
 
     A point is left out only if it lies on the straight segment between its neighbours in every load
     case. A point where the load turns back stays.
@@ -42,10 +42,10 @@ def turning_points(loads: Array) -> list[int]:
 def reversals(points: Array) -> list[int]:
     """Indices of the points (K, cases) of a simpler load path within 1 of all points.
 
-    The distance is taken in each load case, and the order of the points counts: one can walk along
-    both paths at once, never back, and stay within 1 (the Frechet distance). So one load case keeps
-    the reversals of more than 2. A segment that is too far from its points, or on which they would
-    go back, is split at the worst of them.
+    The distance is the Frechet distance in each load case: two points can move along both paths at
+    once, never back, and stay within 1 of each other. So a single load case keeps all reversals of
+    more than 2. A segment is split at its worst point if a point is farther than 1 from it, or if
+    the order of the points would be reversed on it.
     """
     chosen = {0, len(points) - 1}
     segments = [(0, len(points) - 1)]
@@ -87,7 +87,7 @@ def _worst_point(points: Array) -> int | None:
         return None
 
     badness = distance if distance.max() > 1 else back
-    # The last one of equal points.
+    # Of points that are equally bad the last one is taken.
     return len(inner) - int(np.argmax(badness[::-1]))
 
 
@@ -153,7 +153,7 @@ def _with_time(history: Any, time: object) -> tuple[Table, str | None]:
         )
     if not history.columns.is_unique:
         twice = history.columns[history.columns.duplicated()][0]
-        raise ModelError(f"history: the column {twice!r} stands twice; give each load case once")
+        raise ModelError(f"history: the column {twice!r} occurs twice; give each load case once")
     if time is not None:
         columns = [name for name in history.columns if isinstance(name, str)]
         clock = str(choice("time", time, columns))
@@ -177,7 +177,7 @@ def _with_time(history: Any, time: object) -> tuple[Table, str | None]:
 
 
 def _time_name(names: Iterable[Hashable]) -> str | None:
-    """The name among these that says that it is the time; None if there is none."""
+    """The name that is "time" in any case of its letters; None if no name is."""
     for name in names:
         if isinstance(name, str) and name.lower() == "time":
             return name
@@ -269,7 +269,7 @@ def _amplitude_and_phase(name: str, wave: object) -> tuple[float, float]:
 
 
 def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
-    """All sums of one corner of each load, in an order in which one load moves at a time.
+    """All sums with a corner of each load, ordered so that from sum to sum only one load changes.
 
     See `LoadCycle.vertices`.
     """
@@ -285,16 +285,16 @@ def independent_corners(loads: Sequence[object]) -> list[dict[str, float]]:
     count = int(np.prod([float(len(part)) for part in parts]))
     if count > _LARGEST_NUMBER_OF_CORNERS:
         raise ModelError(
-            f"loads: their domain has {count:.3g} vertices, the most are "
-            f"{_LARGEST_NUMBER_OF_CORNERS}; give fewer loads, or fewer corners of each"
+            f"loads: their domain has {count:.3g} vertices, at most "
+            f"{_LARGEST_NUMBER_OF_CORNERS} are allowed; give fewer loads, or fewer corners of each"
         )
 
     sums: list[dict[str, float]] = [{}]
     for part in parts:
         longer = []
         for number, start in enumerate(sums):
-            # To and fro through the corners of this load: where the next sum of the earlier loads
-            # comes, this load stays where it is.
+            # The corners of this load are visited to and fro, so that this load does not change
+            # when the sum of the earlier loads does.
             for corner in part if number % 2 == 0 else part[::-1]:
                 longer.append({**start, **corner})
         sums = longer

@@ -8,8 +8,8 @@ normal force that is concave and piecewise linear, and friction opposes the slip
 Coulomb's law is the one term `f p`. A shear strength of the surface adds the term `c`, which no
 pressure raises. Friction that differs along the two tangents is Coulomb's law in stretched
 coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term: programs,
-increments, gross slip and the referee take the terms as they stand here. `KNOWN_BY` lists the
-questions that know a law other than Coulomb's; all other questions refuse it.
+increments, gross slip and the referee all use the terms of this file. `KNOWN_BY` lists the public
+functions that support a law other than Coulomb's; all others raise an error.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from .system import ContactSystem, checked_system
 KNOWN_BY = {
     "shear strength": ("shakedown_limit", "gross_slip", "march", "steady_state"),
 }
-"""Name of a law -> the public questions that know it. Coulomb's law is known by all."""
+"""Name of a law -> the public functions that support it. All support Coulomb's law."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
 
 
 def checked_uncapped(system: object, question: str) -> ContactSystem:
-    """Check that a contact has Coulomb's law alone, for a `question` that knows no other one."""
+    """Check that a contact has only Coulomb's law, for a `question` that supports no other law."""
     checked = checked_system(system)
     if checked.capped:
         *first, last = KNOWN_BY["shear strength"]
@@ -149,16 +149,16 @@ def lengths(q: Array, p: Array) -> Array:
 def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
     """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, for q (..., 2) and g (...,).
 
-    It is inf where every larger lam obeys the inequality, and the nearest lam where none does. The
-    squares of both sides give `a lam^2 + 2 b lam <= c`.
+    It is inf if the inequality holds for every larger lam. If it holds for no lam, the result is
+    the lam at which it is violated least. The squares of both sides give `a lam^2 + 2 b lam <= c`.
     """
     a = (q1**2).sum(axis=-1) - g1**2
     b = (q0 * q1).sum(axis=-1) - g0 * g1
     c = g0**2 - (q0**2).sum(axis=-1)
     root = np.sqrt(np.maximum(b**2 + a * c, 0.0))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        # If a and b vanish the path runs along the cone; it ends at the apex, if it comes there.
+        # If a and b vanish, the path runs along the cone, up to its apex if it points there.
         apex = np.where(g1 < 0, g0 / -g1, np.inf)
-        # Of the two forms of the root each is taken where nothing cancels.
+        # The root has two forms; each is used where it loses no digits by cancellation.
         last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, apex))
     return np.where(g1 >= np.linalg.norm(q1, axis=-1), np.inf, last)

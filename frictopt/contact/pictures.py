@@ -27,7 +27,7 @@ from .cycle import LoadCycle
 from .strip import label_panels, lines
 from .system import ContactSystem
 
-# Normals that are drawn, and corners of a cycle that have a tick each.
+# Largest number of normals in a picture, and of corners of a cycle that each have a tick.
 _NUMBER_OF_NORMALS = 60
 _NUMBER_OF_TICKS = 12
 
@@ -36,8 +36,8 @@ _NUMBER_OF_TICKS = 12
 def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     """The points of a contact with their normals, and the pressures of the load cases.
 
-    The pressures are those that each unit load brings to the bonded contact (nodal forces if the
-    widths are not known). In space each load case has a panel, with its pressure as colours.
+    The pressures are those of the bonded contact under each unit load. If the widths are not known,
+    nodal forces are drawn. In space each load case has a panel, with its pressure as colours.
     """
     # The normals are a tenth of the size of the contact.
     drawn = spread(system.points.T, _NUMBER_OF_NORMALS)

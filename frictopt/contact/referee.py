@@ -25,7 +25,7 @@ class Verdict(Kept):
     Attributes
     ----------
     equilibrium, bound
-        `|r - r^w - S u|`, and `|q|` less the friction bound, in units of the mean normal force.
+        `|r - r^w - S u|`, and `|q|` minus the friction bound, in units of the mean normal force.
     contact
         Tension `-p`, overlap `-w`, and contact force across an open gap (the smaller of p and w).
         Forces are in units of the mean normal force, lengths in units of the slip scale.
@@ -81,8 +81,8 @@ def referee(
     system, friction
         The contact and its coefficient of friction, one or one per node.
     bonded
-        `(q^w, p^w)`, bonded reactions of the load of that state: q (N,) in the plane and (N, 2) in
-        space, p (N,); or with T in front. Force.
+        `(q^w, p^w)`, bonded reactions of the load of that state, force: q (N,) in the plane and (N,
+        2) in space, p (N,). For T states a first axis of length T is added.
     v, w, q, p
         Slip, gap and reactions of the state, in the shapes of `bonded`; `w` includes the initial
         gap.
@@ -162,14 +162,14 @@ def _states(name: str, value: object, shape: tuple[int, ...]) -> Array:
 
 
 def _by_component(tangential: Array, normal: Array, count: int) -> Array:
-    """(count, M) values ordered by component; one state stands for all."""
+    """(count, M) values ordered by component; a single state is repeated."""
     tangential = np.broadcast_to(tangential, (count, *tangential.shape[1:]))
     normal = np.broadcast_to(normal, (count, *normal.shape[1:]))
     return joined(tangential, normal)
 
 
 def _force_scale(bonded_q: Array, bonded_p: Array, q: Array) -> float:
-    """The mean normal force; the largest shear force where nothing presses; 1 without forces."""
+    """The mean normal force; if it is zero, the largest shear force; without any force 1."""
     pressing = float(np.abs(bonded_p).mean())
     shearing = float(max(np.abs(bonded_q).max(), np.abs(q).max()))
     return pressing or shearing or 1.0
@@ -184,7 +184,7 @@ def off_law(
     force: float,
     before: Array | None = None,
 ) -> Array:
-    """(4,) largest violations of the law, those of a `Verdict`; NaN if a state is not finite.
+    """(4,) largest violations of the law, in the order of `Verdict`; NaN if a state is not finite.
 
     The states `u = [v, w - gap]`, their loads `bonded` and reactions `r` are (..., M), ordered by
     component. `before` are the previous states; None: no slip has changed.

@@ -35,8 +35,8 @@ class ContactState(Kept):
         Slip v, (N,) along +x in the plane, (N, 2) along the tangents in space, and (N,) gap w
         (initial gap included, >= 0), length.
     bonded_q, bonded_p
-        Bonded reactions of the load, as `ContactSystem.reaction` gives them, in the shape of `slip`
-        and (N,): force per depth, in space force.
+        Bonded reactions of the load, as `ContactSystem.reaction` returns them: q in the shape of
+        `slip`, p (N,); force per depth in the plane, force in space.
     next_corner, next_loads
         Index and name of the next corner, see `LoadCycle.corner_names`; the load changes linearly
         up to it. If the name is None, the index is shown.
@@ -112,7 +112,7 @@ def checked_state(name: str, state: object, system: ContactSystem, corners: int)
         )
     if state.slip.shape != system.slip_shape:
         raise ModelError(
-            f"{name}: its slip has the shape {state.slip.shape}, that of the contact "
+            f"{name}: its slip has the shape {state.slip.shape}, a slip of the contact "
             f"{system.slip_shape}; give a state of this contact"
         )
     if state.next_corner >= corners:

@@ -8,7 +8,7 @@ from ..base import CONDENSATION, RIGID, Array, Booleans
 from ..errors import ModelError
 from .components import joined
 
-# Rows and columns of a matrix that are factored at once.
+# Number of rows and columns of a matrix that are factored at once.
 _BLOCK = 256
 
 
@@ -62,13 +62,13 @@ def check_semi_definite(name: str, S: Array) -> None:
 def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Array, Array, Array]:
     """Stiffness and reactions with a spring in series with each motion, and the added compliance.
 
-    S is (M, M), R (M, k), `compliance` (M,) that of the springs, the diagonal of G, and `sizes`
-    (M,) > 0 the size of S at each motion. Returned are `(1 + S G)^-1 S`, `(1 + S G)^-1 R` and the
-    compliance `R^T (G^-1 + S)^-1 R` that the load cases gain: twice the energy which least squares
-    of the strains of bodies and springs leave.
+    S is (M, M) and R (M, k). `compliance` (M,) are the compliances of the springs, the diagonal of
+    G, and `sizes` (M,) > 0 the size of S at each motion. Returned are `(1 + S G)^-1 S`, `(1 + S
+    G)^-1 R` and the added compliance of the load cases `R^T (G^-1 + S)^-1 R`. This is twice the
+    strain energy of bodies and springs, which a least-squares problem minimises.
 
-    In the factors of `S = F F^T` the inverse is that of `1 + F^T G F`. So no spring is too stiff or
-    too soft, and rigid motions stay free.
+    With `S = F F^T` only `1 + F^T G F` is inverted. So no spring is too stiff or too soft, and
+    rigid motions stay free.
     """
     root = np.sqrt(sizes)
     values, vectors = np.linalg.eigh(S / np.outer(root, root))
@@ -91,8 +91,8 @@ def in_series(S: Array, sizes: Array, R: Array, compliance: Array) -> tuple[Arra
 def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
     """Bonded reactions R (M, k) and compliance L (k, k) of load cases with overlaps D (N, k).
 
-    An overlap stores the energy of the closed contact that holds it. The displacement of its load
-    case is the one that returns this energy.
+    An overlap stores elastic energy, because the closed contact presses it shut. The displacement
+    of its load case is defined so that unloading returns this energy.
     """
     held = S[:, -len(D) :] @ D
     p = R[-len(D) :]
@@ -104,7 +104,7 @@ def following(
 ) -> Array | None:
     """(M, M) compliance of open nodes, which follow the closed ones without force; zero elsewhere.
 
-    None if the closed nodes, or the bodies where all nodes are open, do not hold the open ones.
+    None if the open nodes can move freely while the closed ones are held.
     """
     components = np.tile(open_nodes, len(S) // len(open_nodes))
     values, vectors = np.linalg.eigh(S[np.ix_(components, components)])

@@ -131,7 +131,7 @@ def friction_bounds(ax: Axes, bound: str = "(f p)") -> None:
 
 
 def ratios(shear: Array, bound: Array) -> Array:
-    """Shear over its friction bound; NaN where the bound is rounding."""
+    """Shear divided by its friction bound; NaN if the bound is zero up to rounding."""
     ratio = np.full(shear.shape, np.nan)
     bears = bound > RESIDUAL * np.abs(bound).max()
     return np.asarray(np.divide(shear, bound, out=ratio, where=bears))
@@ -146,7 +146,7 @@ def circle(
     color: str,
     label: str | None,
 ) -> None:
-    """Draw circles round nodes at q / (f p), or at the bound of their slip where it is NaN."""
+    """Draw circles round nodes at q / (f p); if that is NaN, at the bound opposed to their slip."""
     places = np.where(np.isfinite(ratio), ratio, np.negative(sense))
     look: Look = {"facecolors": "none", "edgecolors": color, "linewidths": 1.2, "zorder": 3}
     ax.scatter(x, places, s=area, label=label, **look)
@@ -196,7 +196,7 @@ def shear_ratios(
             places = ratio[corner, nodes]
             circle(axes, system.x[nodes], places, senses, areas, look["color"], label)
             label = None
-    # Beyond 3 a node with almost no pressure would flatten all other lines.
+    # The axis ends at 3, or a node with almost no pressure would flatten all other lines.
     largest = 1.1 * float(np.nanmax(np.abs(ratio), initial=0.0))
     height = np.clip(largest, 1.25, 3.0)
     axes.set_ylim(-height, height)

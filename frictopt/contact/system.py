@@ -45,8 +45,8 @@ from .given_parts import (
 )
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 
-# Springs may be this many times softer than the bodies in some directions while they are rigid in
-# others. If they are softer, rounding hides the forces that the bodies carry.
+# Largest ratio of the softness of springs in some directions to that of the bodies, if springs are
+# rigid in other directions. Beyond it rounding hides the forces that the bodies carry.
 _SOFTEST_SPRING = 1e18
 
 
@@ -87,33 +87,34 @@ class ContactSystem(Shown, Plotted):
         points from body 2 into body 1. None: the axes.
     contact
         (N,) name of the contact that each node belongs to; the nodes of one contact follow each
-        other. None: not known, as in all that follows.
+        other. For this and the following parameters None means: not known.
     width
-        (N,) tributary lengths (areas in space) > 0: reactions over width are mean tractions.
+        (N,) tributary lengths (areas in space) > 0; a reaction divided by its width is a mean
+        traction.
     E_star
         Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It is only
         a unit of dimensionless results.
     compliance
-        (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`,
-        for `displacements` alone: entry j, k is the displacement of load case j under the unit load
-        k, that is the work of the unit load j in it.
+        (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`.
+        Only `displacements` uses it. Entry j, k is the displacement of load case j under the unit
+        load k: the work of the unit load j on the motion that the unit load k causes.
     bolts
-        Load case name of a locked bolt -> (force, shortening): what it is tightened to, and by how
-        much its unit amplitude shortens it, length; both above 0. The work of the unit load of such
-        a case is minus the tension times the shortening, see `tension`.
+        Load case name of a locked bolt -> (force, shortening), both above 0: the force to which the
+        bolt is tightened, and the length by which its unit amplitude shortens it. The work of the
+        unit load of such a case is minus the tension times the shortening, see `tension`.
     load_size
         Load case name -> size of its unit load, force, > 0: the integral of the size of its
-        tractions and forces per volume. The displacement of the load case over its size is a
-        length: the mean motion, along the load, of what the load acts on. `condense` of a model
-        finds it.
+        tractions and forces per volume. The displacement of the load case divided by its size is a
+        length: the mean motion, along the load, of the loaded surface or volume. `condense` of a
+        model computes it.
     shear_strength
         (N,) largest size of the shear force at each node, force, > 0: the strength of the surface
-        times the area. inf: friction alone bounds it. See `with_shear_strength`, which also says
-        what knows it.
+        times the area. inf: friction alone bounds it. See `with_shear_strength`, also for the
+        functions that support it.
     stretch
-        In the shape of slips, > 0: slips of this system are so many times those along its tangents,
-        shear forces as much less. 1, unless friction differs along the tangents, see
-        `with_orthotropic_friction`.
+        Ratio, in the shape of slips, > 0: the slips of this system are the true slips times
+        `stretch`, and its shear forces the true ones divided by it. It is 1 unless friction differs
+        along the tangents, see `with_orthotropic_friction`.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and
         `attrs["units"]` of tables; no number depends on them.
@@ -127,8 +128,8 @@ class ContactSystem(Shown, Plotted):
         Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale
         of slips.
     own_stiffness
-        (M,) diagonal of S; where a direction has no more than rounding, the largest of its node
-        (the scale of all where that is zero).
+        (M,) diagonal of S. If an entry is zero up to rounding, it is replaced by the largest entry
+        of its node, and if that is zero, by `stiffness_scale`.
 
     Raises
     ------
@@ -317,8 +318,8 @@ class ContactSystem(Shown, Plotted):
     def x(self) -> Array:
         """(N,) coordinates along the interface in the plane, rising, length; ModelError in space.
 
-        On a straight line the coordinate along its tangent, else the arc length, one contact after
-        the other.
+        On a straight line it is the coordinate along the tangent. Else it is the arc length, one
+        contact after the other.
         """
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
@@ -341,17 +342,17 @@ class ContactSystem(Shown, Plotted):
 
     @property
     def A(self) -> Array:
-        """(t N, t N) block of S: shear forces by slips, ordered by component."""
+        """(t N, t N) block of S: shear forces due to unit slips, ordered by component."""
         return self.S[: -self.nodes, : -self.nodes]
 
     @property
     def B(self) -> Array:
-        """(N, t N) block of S: normal forces by slips."""
+        """(N, t N) block of S: normal forces due to unit slips."""
         return self.S[-self.nodes :, : -self.nodes]
 
     @property
     def C(self) -> Array:
-        """(N, N) block of S: normal forces by gaps."""
+        """(N, N) block of S: normal forces due to unit gaps."""
         return self.S[-self.nodes :, -self.nodes :]
 
     def reaction(self, loads: Mapping[str, float]) -> tuple[Array, Array]:
@@ -378,9 +379,9 @@ class ContactSystem(Shown, Plotted):
         The displacements are in the order of `bonded`. The displacement of a load case of forces is
         the work of its unit load: for a single force the displacement of its point along it, for a
         pressure the mean displacement times the area. The displacement of a load case of moved
-        supports is minus their force, that of an interference minus the force that presses it shut.
-        So the area of all loops together, of amplitude against displacement, is the work of
-        friction.
+        supports is minus their force. The displacement of an interference is minus the force that
+        presses it shut. With these definitions the work of friction is the total area of the loops
+        of amplitude against displacement.
 
         Parameters
         ----------
@@ -402,7 +403,7 @@ class ContactSystem(Shown, Plotted):
         """
         if self.compliance is None:
             raise ModelError(
-                "compliance: not known; `condense` finds it, else give that of the load cases on "
+                "compliance: not known; `condense` finds it, or give that of the load cases on "
                 "the glued bodies to the system"
             )
         loads = real_array("amplitudes", amplitudes)
@@ -452,7 +453,7 @@ class ContactSystem(Shown, Plotted):
 
         The compliance of the copy is not known.
         """
-        checked_round(self, "give load cases to the one that it was made of")
+        checked_round(self, "add load cases to the system that it was made of")
         added = checked_bonded("cases", cases, self.nodes, self.tangents)
         return replace(
             self,
@@ -466,10 +467,10 @@ class ContactSystem(Shown, Plotted):
 
         An overlap is >= 0, one number or (N,).
 
-        An amplitude of the load case multiplies the overlap. Its bonded reactions are those of a
-        gap of minus the overlap, `(B^T d, C d)`; they add to those that the system has of that
-        name. ModelError for overlaps that are negative or not finite, a bad name, or that of a
-        locked bolt.
+        An amplitude of the load case multiplies the overlap. An overlap acts as a negative gap, so
+        its bonded reactions are `(B^T d, C d)`. If the system has a load case of this name, they
+        are added to its reactions. ModelError for overlaps that are negative or not finite, for a
+        bad name, and for the name of a locked bolt.
 
         Examples
         --------
@@ -514,9 +515,9 @@ class ContactSystem(Shown, Plotted):
 
         The strength does not depend on the pressure, and acts beside friction. Theory, eq. (35).
 
-        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and the questions
-        that follow such transients know it. They go in increments, also in the plane. All other
-        questions refuse such a system.
+        `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and functions that
+        follow such transients support it. Such transients are computed in increments, also in the
+        plane. All other functions raise an error for such a system.
 
         Parameters
         ----------
@@ -556,21 +557,24 @@ class ContactSystem(Shown, Plotted):
         The coefficient is f along the first tangent and `ratio` times f along the second.
 
         Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz
-        1978). The copy has a stretched second tangent: its slips v2 are `ratio` times those of the
-        joint, its shear forces q2 as much less, and their work is the same. There the ellipse is
-        the circle `|q| <= f p`, and friction opposes slip. So all questions answer it, with f along
-        the first tangent: loads, works, pressures, gaps, stiffness, damping and which nodes slip or
-        open are those of the joint. Slips and shear forces, in arrays and columns named so, go back
-        by `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`,
-        `largest_slip`, `sliding_distance`) are stretched, too, and a shear strength is that along
-        the first tangent. `by_contact`, `fretting_table`, `recover` and pictures of slips go back
-        by themselves. Give load cases and springs first.
+        1978). The second tangent of the copy is stretched: its slips v2 are those of the joint
+        times `ratio`, its shear forces q2 those of the joint divided by `ratio`, and the work does
+        not change. In these coordinates the ellipse is the circle `|q| <= f p`, and friction
+        opposes slip.
+
+        So all functions work with the copy, if `friction` is f along the first tangent. Loads,
+        works, pressures, gaps, stiffness, damping and the sets of slipping and open nodes are those
+        of the joint. Slips and shear forces in arrays and columns are stretched; those of the joint
+        are `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`,
+        `largest_slip`, `sliding_distance`) are stretched, too, and a shear strength holds along the
+        first tangent. `by_contact`, `fretting_table`, `recover` and pictures of slips show the
+        slips of the joint. Add load cases and springs before you call this method.
 
         Parameters
         ----------
         ratio
-            Friction along the second tangent over that along the first, `system.frames` has both;
-            one number or (N,), > 0.
+            Friction along the second tangent divided by friction along the first, one number or
+            (N,), > 0. `system.frames` has both tangents.
 
         Raises
         ------
@@ -625,14 +629,14 @@ class ContactSystem(Shown, Plotted):
         Parameters
         ----------
         tangential, normal
-            Stiffness of the surface, force per length^3, one number or (N,); times the `width` of a
-            node it is that of its springs. inf: rigid.
+            Stiffness of the surface, force per length^3, one number or (N,). The springs of a node
+            have this stiffness times its `width`. inf: rigid.
 
         Raises
         ------
         ModelError
-            No `width`; a stiffness of another shape, not positive, below 1e-150, or 1e18 times
-            softer than the bodies while others are not.
+            No `width`; a stiffness of another shape, not positive, or below 1e-150; some springs
+            1e18 times softer than the bodies, if others are not.
 
         Examples
         --------
@@ -655,7 +659,7 @@ class ContactSystem(Shown, Plotted):
         ... )
         ([[0.5]], [[2.0]], [0.5])
         """
-        checked_round(self, "give springs of surfaces to the one that it was made of")
+        checked_round(self, "add springs to the system that it was made of")
         width = checked_width(self, "the springs of a node act on it")
         springs = compliances(tangential, normal, width, self.tangents)
         if not springs.any():
@@ -675,7 +679,7 @@ class ContactSystem(Shown, Plotted):
     def save(self, path: str | Path) -> None:
         """Write an npz archive of plain arrays (no pickle) under exactly the given name.
 
-        ModelError if the file cannot be written, or has the ending of something else, such as
+        ModelError if the file cannot be written, or has the ending of another format, such as
         `.csv`.
         """
         files.write(path, self)
@@ -690,7 +694,7 @@ class ContactSystem(Shown, Plotted):
 
 
 def _own_stiffness(S: Array, axes: int, scale: float) -> Array:
-    """(M,) diagonal of S; where it is rounding the largest one of the node, or `scale`."""
+    """(M,) diagonal of S; entries that are rounding become the largest of the node, or `scale`."""
     diagonal = np.diag(S).reshape(axes, -1)
     largest = diagonal.max(axis=0)
     largest = np.where(largest > 0, largest, scale)
@@ -698,7 +702,7 @@ def _own_stiffness(S: Array, axes: int, scale: float) -> Array:
 
 
 def _without(sizes: Mapping[str, float], names: Mapping[str, object]) -> dict[str, float]:
-    """The sizes of all load cases but those of some names."""
+    """The sizes of all load cases except those in `names`."""
     return {name: size for name, size in sizes.items() if name not in names}
 
 
@@ -726,7 +730,7 @@ def checked_system(system: object) -> ContactSystem:
 
 
 def checked_width(system: ContactSystem, why: str) -> Array:
-    """The widths of the nodes; `why` tells in an error what needs them."""
+    """The widths of the nodes; without them the error says `why` they are needed."""
     if system.width is None:
         raise ModelError(
             f"width: not known, and {why}; give it, as `condense(..., width=job.areas(pairs[:, "

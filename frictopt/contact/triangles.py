@@ -10,7 +10,8 @@ from ..base.checks import Names
 
 # An edge this many times longer than the usual edges at its corners spans a hole or a notch.
 _LONG_EDGE = 1.8
-# A triangle in a hole has an angle with a cosine below this one, opposite to the edge in the hole.
+# A triangle lies in a hole only if the angle opposite to its edge in the hole has a cosine below
+# this number.
 _OBTUSE = -0.1
 # The drawn area may exceed the area of the contact by a part in a thousand.
 _FULL_AREA = 1.001
@@ -57,7 +58,7 @@ def _has_long_edge(places: Array, corners: Array) -> Booleans:
 
 
 def _hide_holes(mesh: Triangulation, hidden: Booleans, of_contact: Booleans, area: float) -> None:
-    """Hide triangles of a contact in its holes and notches, until the others have its area.
+    """Hide triangles in holes and notches, until the visible ones have the area of the contact.
 
     `of_contact` shows which triangles join nodes of this contact. Triangles in a hole join nodes of
     its rim. Each has an obtuse angle, opposite to the edge that faces the middle of the hole, and

@@ -51,8 +51,8 @@ Load: TypeAlias = (
 class Assembly:
     """The parts of a `ContactModel`, assembled.
 
-    Nodes are counted body after body. The unknowns of a body are all its x displacements, then all
-    y, and so on.
+    Nodes are numbered body after body. The unknowns of a body are all its x displacements, then all
+    its y displacements, and so on.
 
     Attributes
     ----------
@@ -61,19 +61,20 @@ class Assembly:
     rows
         (nodes, d) unknown of each displacement along the axes.
     free_rows
-        (nodes, d) the same along `directions`: -1 if held, -2 if the displacement follows others.
-        Supports, ties and cuts mark it in turn.
+        (nodes, d) unknown of each displacement along `directions`: -1 if a support holds it, -2 if
+        it follows other displacements. Supports, ties and cuts are marked in this order.
     directions
         (nodes, d, d) directions of the unknowns of each node, in rows.
     oblique
         Nodes that supports hold along normals that are not axes; all other directions are axes.
     tied
-        Matrix by which midside nodes of contact faces, and cut faces of sectors, follow others.
+        Matrix by which midside nodes of contact faces, and cut faces of sectors, follow other
+        nodes.
     joints
         The joined faces of each contact.
     pairs
-        The `Interface` of N pairs. A corner of several contacts is in as many pairs as move
-        independently.
+        The `Interface` of N pairs. A corner of several contacts is in several pairs, if their
+        motions are independent.
     contact, gap, width
         (N,) number of the contact, initial gap and width of each pair.
     sides
@@ -105,7 +106,7 @@ class Assembly:
 
     @cached_property
     def whole(self) -> csr_matrix:
-        """Stiffness of the separate bodies, midside nodes of contact faces tied, cuts open."""
+        """Stiffness of the separate bodies; midside nodes on contacts are tied, cuts are open."""
         parts = [
             body_stiffness(body.mesh, body.material, body.element, self.kinematics)
             for body in self.bodies.values()
@@ -134,7 +135,7 @@ class Assembly:
     def glued(self) -> Glued:
         """The glued bodies, with the faces of each cut tied across its axis.
 
-        The normals of their pairs let free bodies slide.
+        The normals of their pairs are corrected so that free bodies can slide.
         """
         K = self.whole
         if self.cuts or len(self.oblique):
@@ -157,7 +158,7 @@ class Assembly:
         )
 
     def body(self, argument: str, name: str) -> Body:
-        """The body of that name."""
+        """The body with this name; `argument` is for the error message."""
         return self.bodies[choice(f"{argument}: body", name, self.bodies)]
 
     def nodes(self, argument: str, part: Support | Displacement) -> Integers:
@@ -194,7 +195,7 @@ class Assembly:
                     )
 
     def _number_nodes(self) -> None:
-        """Count nodes and unknowns, body after body."""
+        """Number nodes and unknowns, body after body."""
         meshes = [body.mesh for body in self.bodies.values()]
         self.first_node: dict[str, int] = {}
         rows = []
@@ -217,7 +218,7 @@ class Assembly:
         return f"node {node - self.first_node[owner]} of body {owner!r}"
 
     def _joined_faces(self, contacts: Sequence[Contact]) -> list[Joint]:
-        """Join the faces of each contact, and check that no face is forgotten."""
+        """Join the faces of each contact, and check that all touching faces have a contact."""
         names = [name for contact in contacts for name in (contact.body_1, contact.body_2)]
         bodies = {name: self.body("contacts", name).through_corners for name in names}
         joints = []
@@ -272,15 +273,15 @@ class Assembly:
     def _are_held(self, nodes: Integers, direction: Array, held: Booleans) -> Booleans:
         """(n,) whether nodes are held along a direction, at least in part.
 
-        `held` (all nodes, d) selects the displacements that count as held.
+        `held` (all nodes, d) selects the displacements that are taken as held.
         """
         cosines = np.abs(self.directions[nodes] @ direction)
         return np.asarray((held[nodes] & (cosines > SAME_POINT)).any(axis=1))
 
     def _ties(self, contacts: Sequence[Contact]) -> csr_matrix:
-        """Matrix `tied`: midside nodes of contact faces follow corners, cut faces follow others.
+        """Matrix `tied`: midside nodes of contact faces follow corners, cut faces follow cut faces.
 
-        Displacements that a support holds stay held; the others are marked in `free_rows`.
+        Displacements that a support holds stay held; the following ones are marked in `free_rows`.
         """
         ties = block_diag(self._midside_ties(contacts)).tocoo()
         d = self.points.shape[1]
@@ -327,9 +328,10 @@ class Assembly:
         ]
 
     def _let_follow(self, midside: Integers, corners: Integers) -> None:
-        """Free midside nodes that are held along oblique normals, if their corners are held so.
+        """Release midside nodes held along oblique normals, if their corners are held like them.
 
-        All of them then stay in the plane. Each link is a midside node and one of its corners.
+        Midside nodes then stay in the plane of their corners. Each link is a midside node and one
+        of its corners.
         """
         held = self.free_rows < 0
         for node in np.intersect1d(midside, self.oblique).tolist():
@@ -384,13 +386,13 @@ class Assembly:
         )
         self.contact = number[pairs]
         self.gap = np.asarray(means @ gap)
-        # The tip of a crack, which both faces share, adds no width to the next pair.
+        # At the tip of a crack both faces share a node, which adds no width to the next pair.
         self.width = np.asarray((means > 0) @ np.where(nodes == partners, 0.0, widths))
 
     def _all_pairs(
         self, contacts: Sequence[Contact]
     ) -> tuple[Integers, Integers, csr_matrix, Array, Array, Array]:
-        """Contact, node of body 1, row of places on body 2, normal, width and gap of all pairs."""
+        """Contact, node of body 1, place on body 2, normal, width and gap of all pairs."""
         nodes = []
         projections = []
         for contact, joint in zip(contacts, self.joints, strict=True):
@@ -409,7 +411,7 @@ class Assembly:
         )
 
     def _closed_cuts(self, cuts: Sequence[Cut]) -> list[Cut]:
-        """The cuts with nodes of the model; their far faces follow the near ones."""
+        """The cuts in node numbers of the model; their far faces follow the near ones."""
         closed = []
         taken = np.r_[self.pairs.opening.indices, self.sector.on_cuts]
         for cut in cuts:

@@ -1,6 +1,6 @@
 """Condensation of any sparse stiffness matrix to the contacts of its bodies."""
 
-from __future__ import annotations  # help() then says ArrayLike, not what it is the union of
+from __future__ import annotations  # so that help() shows the name ArrayLike
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,8 +41,8 @@ from .pair_checks import check_order, check_sides
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Factor, eliminate, nested_dissection
 
-# Largest number of displacements that a rotation is connected to, which are those of the elements
-# at its node. The amplitude of a mode is connected to more.
+# Largest number of displacements that a rotation is connected to: those of the elements at its
+# node. The amplitude of a mode is connected to more displacements.
 _MOST_OF_A_ROTATION = 300
 
 
@@ -72,8 +72,8 @@ def condense(
     ----------
     K
         (n, n) sparse symmetric stiffness, force per length; in the plane also per depth, like all
-        forces. A body is free if it is held with less than 1e-9 of its own stiffness, in the mean
-        of its nodes: a smaller stiffness is rounding.
+        forces. A body is free if the stiffness of its supports is below 1e-9 of its own stiffness,
+        in the mean of its nodes: this is rounding.
     loads
         Load case name -> (n,) nodal forces on the unknowns under the unit load.
         `ContactSystem.with_interference` adds interferences.
@@ -87,23 +87,25 @@ def condense(
         the plane the tangent is the normal turned by -90 degrees: normal +y, tangent +x. In space
         the first tangent is x minus its part along the normal (y if the normal is nearly x). The
         second tangent is the cross product of normal and first tangent: normal z has the tangents x
-        and y. Coordinates of few digits can wedge a body that is free to slide. If it opens no pair
-        by more than 1e-4 of its slip, the normals are therefore turned until it slides; a taper
-        below 1e-4 is lost. A body that slides in three ways, as on a plane in space or in a ball,
-        needs normals with all digits.
+        and y. Coordinates of few digits can wedge a body that is free to slide. If its motion opens
+        no pair by more than 1e-4 of the slip, the normals are therefore turned until it slides; a
+        taper below 1e-4 is lost. A body with three sliding motions, as on a plane in space or in a
+        ball, needs normals with all digits.
     unknowns
         (nodes, d) rows of K of the displacements of each node in x, y (and z). It is -1 if K has no
         row because the displacement is held at zero. It is -2 if K has no row because the
-        displacement follows others by an equation that K contains; a node of a contact must not.
+        displacement follows other ones by an equation that K contains; this is not allowed at nodes
+        of a contact.
     points
         (nodes, d) coordinates, length; d = 2 in the plane, 3 in space.
     held
         Rows of K whose displacements are zero. On a plane of symmetry, hold both nodes of a pair
-        across the plane: the pair does not slip across it, and its normal is put into the plane. If
-        nodes do not match, the same holds if the rest of the pair lies on one side of the plane.
+        across the plane: the pair does not slip across it, and its normal is put into the plane.
+        For nodes that do not match, this requires that the rest of the pair lies on one side of the
+        plane.
     generalised
         Rows of K that are generalised coordinates, such as rotations, and modal amplitudes of a
-        reduced model. They are free, and eliminated with the nodes; their loads count.
+        reduced model. They are free, and eliminated with the nodes; loads may act on them.
     projection
         (N, nodes) sparse matrix P for nodes that do not match: the node of body 1 of pair i is
         glued to a place of body 2 with the displacement `sum_j P_ij u_j`. Each row adds up to 1.
@@ -114,8 +116,8 @@ def condense(
         (N,) names of the contact that each pair belongs to; None: one contact, "contact".
     width
         (N,) tributary lengths, in space areas. None: in the plane half the distances to the
-        neighbours on the same contact, in space unknown. `MatrixJob.areas` finds them in a deck.
-        Wear, and tractions in tables, need them.
+        neighbours on the same contact, in space unknown. `MatrixJob.areas` computes them from a
+        deck. Wear, and tractions in tables, need them.
     progress
         Whether to show a progress bar after two seconds. Ctrl-C keeps nothing, because there is no
         partial result.
@@ -244,7 +246,7 @@ def _checked_forces(loads: Mapping[str, ArrayLike], held: ArrayLike, size: int) 
         force = finite_array(f"loads[{name!r}]", values, (size,))
         if force.any() and not np.delete(force, held_rows).any():
             raise ModelError(
-                f"loads[{name!r}]: acts on rows in `held` alone, so nothing feels it; load others, "
+                f"loads[{name!r}]: acts on rows in `held` alone, without effect; load others, "
                 "or hold fewer"
             )
         forces[name] = force
@@ -297,8 +299,8 @@ class Glued:
 def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str, Array], Array]:
     """Stiffness S (k, k) of the relative motions, bonded reactions (k,) of each load, compliance.
 
-    The k relative motions are counted direction by direction. The bonded reactions hold them at
-    zero. The compliance (loads, loads) is that of the glued bodies under the loads.
+    The k relative motions are ordered direction by direction. The bonded reactions hold them at
+    zero. The compliance (loads, loads) is that of the glued bodies.
     """
     K = glued.K
     interface = glued.interface
@@ -320,7 +322,7 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     is_relative = front < 0
     if motions.shape[1] < k:
         _check_rounding(float(stiffness.diagonal()[is_relative].max()), S)
-    # Across a plane of symmetry there is neither motion nor force: any stiffness will do.
+    # Across a plane of symmetry there is neither motion nor force, so any stiffness is right.
     motionless = np.asarray(abs(T).sum(axis=0)).ravel()[is_relative] == 0
     still = np.flatnonzero(motionless)
     S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
@@ -353,7 +355,7 @@ def _check_rounding(largest_before: float, S: Array) -> None:
 
 
 def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
-    """Matrix T of `u = T y`, and the front that eliminates each of the y, -1 if it is kept.
+    """Matrix T of `u = T y`, and number of the front that eliminates each y; -1: it is kept.
 
     The relative motions are kept.
     """
@@ -399,6 +401,6 @@ def eliminated(
         if len(nodes):
             unknown = f"{glued.name_of_node(int(nodes[0]))} at {place(glued.points[nodes[0]])}"
         raise ModelError(
-            f"stiffness: {unknown} has none left once its neighbours are free; support the bodies, "
-            "or bring the stiffness of bodies closer together"
+            f"stiffness: {unknown} has no stiffness left once its neighbours are free; support the "
+            "bodies, or bring the stiffness of bodies closer together"
         ) from error

@@ -40,20 +40,21 @@ class Contact:
     quadrilaterals.
 
     The face of body 1 lies within the face of body 2. Its nodes are the nodes of the contact, so it
-    should have the finer mesh. For round faces that do not match, body 1 should be the body that
-    turns, and its mesh should not be finer. Each facet of body 1 faces body 2 along its normal with
-    at least half of its length or area: round ends and rims may miss each other by their sag.
+    should have the finer mesh. For round faces whose meshes do not match, body 1 should be the
+    rotating body, and its mesh should not be finer. At least half of the length or area of each
+    facet of body 1 must face body 2 along its normal: ends and rims of round faces may miss each
+    other by their sag.
 
     Quadratic bodies meet in linear facets through their corner nodes, and the midside nodes follow
     the corners. The two faces of a crack are faces of one body; the node at its tip, which both
-    share, is in no pair. If a body is free to slide, a taper below 1e-4 is taken for rounding of
+    share, is in no pair. If a body is free to slide, a taper below 1e-4 is treated as rounding of
     the coordinates, see `normals` of `condense`.
 
     Parameters
     ----------
     body_1, body_2
-        Names of the bodies in the model. Slips, gaps and reactions are those of body 1 relative to,
-        or by, body 2.
+        Names of the bodies in the model. Slips and gaps are motions of body 1 relative to body 2;
+        reactions are forces of body 2 on body 1.
     boundary_1, boundary_2
         Names of the two faces, each a boundary of the mesh of its body.
     name
@@ -61,10 +62,10 @@ class Contact:
     gap
         None: the faces touch. A function of the coordinates (arrays): the initial gap at the nodes
         of faces that touch in the mesh, such as that of a rounded body. "measured": the distance of
-        the meshes along the normal is the initial gap. On curved faces it has the error of the
-        facets, and overlaps up to their sag count as touching. So mesh finely enough that the sag
-        is small beside the gap; else there is a `ModelWarning`. A distance below the last digit of
-        the coordinates is no gap.
+        the meshes along the normal is the initial gap. On curved faces the measured gap has the
+        error of the facets, and overlaps up to their sag are treated as touching. So mesh finely
+        enough that the sag is small beside the gap; else there is a `ModelWarning`. A distance
+        below the last digit of the coordinates is no gap.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see
         `ContactSystem.with_contact_stiffness`; inf: rigid.
@@ -100,7 +101,7 @@ class Contact:
         check_text("boundary_2", self.boundary_2, boundary)
         if (self.body_1, self.boundary_1) == (self.body_2, self.boundary_2):
             raise ModelError(
-                f"boundary_2: {self.boundary_2!r} is that of body_1 too; a face cannot touch "
+                f"boundary_2: {self.boundary_2!r} is also the face of body_1; a face cannot touch "
                 "itself, name two faces"
             )
         if self.name is None:
@@ -171,7 +172,7 @@ class Joint:
 def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> list[Array]:
     """(nodes of body 1, d) normals into body 1 of each contact.
 
-    Faces between the same two bodies that continue smoothly count as one face.
+    Faces between the same two bodies that continue smoothly are treated as one face.
     """
     contacts_of_bodies = defaultdict[tuple[str, str], list[int]](list)
     for number, contact in enumerate(contacts):
@@ -281,8 +282,8 @@ def _initial_gap(
 ) -> Array:
     """(n,) initial gap at nodes of body 1, from their distances (n,) to their places on body 2.
 
-    Distances up to `allowed` (n,) count as touching. A measured gap counts if it exceeds the error
-    (n,) of the coordinates.
+    Nodes at distances up to `allowed` (n,) touch. A measured gap below the error (n,) of the
+    coordinates is zero.
     """
     name = f"contact {contact.name!r}"
     if (i := first_of(distance < -allowed, -distance)) is not None:
@@ -295,7 +296,7 @@ def _initial_gap(
     if (i := first_of(distance > allowed, distance)) is not None:
         raise ModelError(
             f"{name}, at {place(points[i])}: the faces do not touch, they are {distance[i]:g} "
-            'apart; move them, or say gap="measured"'
+            'apart; move them, or give gap="measured"'
         )
     gap = values_at(f"{name}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
     if (i := first_of(gap < 0, -gap)) is not None:

@@ -13,8 +13,8 @@ from ..errors import ModelError
 from .bodies import Body
 from .clipping import common_parts, hat_functions, integration_points_of
 
-# Least share of a facet that faces another face: ends and rims of round faces miss each other by
-# their sag.
+# Smallest share of each facet that must face the other face: ends and rims of round faces miss each
+# other by their sag.
 FACED = 0.5
 
 
@@ -22,10 +22,11 @@ FACED = 0.5
 class FacingSettings:
     """Numbers of the search for facets that face each other."""
 
-    # Largest cosine of the angle between the normals of two facets: they lean by up to 60 degrees.
+    # Largest cosine of the angle between the normals of two facets: it allows deviations from
+    # opposite normals of up to 60 degrees.
     opposite: float = -0.5
-    # Steps towards the place where a normal meets the other face. Each step leaves a quarter of the
-    # distance if the faces lean by 30 degrees.
+    # Steps towards the place where a normal meets the other face. If the faces deviate by 30
+    # degrees, each step reduces the distance to a quarter.
     steps: int = 10
 
 
@@ -57,7 +58,8 @@ def unit_vectors(vectors: Array) -> Array:
 def areas_of(corners: Array) -> Array:
     """(facets, d) normals of facets (facets, corners, d), as long as the edge or the area.
 
-    The normal of an edge is the edge turned by 90 degrees; that of a polygon follows from its area.
+    The normal of an edge is the edge turned by 90 degrees; a polygon has the normal of its vector
+    area.
     """
     arms = corners - corners[:, :1]
     if corners.shape[2] == 2:
@@ -66,10 +68,10 @@ def areas_of(corners: Array) -> Array:
 
 
 def sag(facets: Integers, points: Array, errors: Array) -> Array:
-    """(nodes,) distance by which the facets at a node may miss the curved face they stand for.
+    """(nodes,) distance by which facets at a node may miss the curved face.
 
-    It follows from the angle that the facets turn at the node. The errors (nodes, d) of the
-    coordinates turn the facets of a flat face as well: their part is subtracted.
+    It follows from the angle between the facets at the node. The errors (nodes, d) of the
+    coordinates cause such an angle in flat faces, too; their part is subtracted.
     """
     corners = points[facets]
     normals = normals_of(corners)[:, None]
@@ -205,7 +207,7 @@ def mortar_projection(overlaps: Overlaps, nodes: Integers, count: int) -> tuple[
     D = np.asarray(weighted_psi.sum(axis=0)).ravel()
     M = weighted_psi.T @ _by_points(overlaps.chi, overlaps.nodes_2, count)
     P = csr_matrix(diags(1 / D) @ M)
-    P.data[np.abs(P.data) < ROUNDING / 10] = 0.0  # of neighbours, if faces match
+    P.data[np.abs(P.data) < ROUNDING / 10] = 0.0  # rounding at neighbours, if faces match
     P.eliminate_zeros()
     return P, D
 
@@ -226,7 +228,8 @@ def facet_overlaps(
     triangles or quadrilaterals, ordered so that their normals point into the body.
 
     A quadrilateral is four triangles around its middle, which moves by the mean of its corners. A
-    uniform traction then loads the corners as with bilinear functions, and all integrals are exact.
+    uniform traction then loads the corners as bilinear functions would, and all integrals are
+    exact.
     """
     corners = points_1[facets_1]
     d = corners.shape[2]
@@ -240,7 +243,8 @@ def facet_overlaps(
     i, j = _facing(parts_1, frames[facet, -1], parts_2)
     e = facet[i]
 
-    # Both parts in the plane of the facet of body 1; the corners of body 2 run the other way round.
+    # Project both parts onto the plane of the facet of body 1. The corners of body 2 are in the
+    # opposite order.
     a = np.einsum("mxd,mcd->mcx", frames[e, :-1], parts_1[i] - middles[e, None])
     b = np.einsum("mxd,mcd->mcx", frames[e, :-1], parts_2[j, ::-1] - middles[e, None])
     pair, common = common_parts(a, b)
@@ -283,7 +287,7 @@ def _facing(parts_1: Array, normals: Array, parts_2: Array) -> tuple[Integers, I
         distance, nearest = tree.query(foot)
         height = np.sum((middle_2[nearest] - middle_1) * normals, axis=1)
         foot = middle_1 + height[:, None] * normals
-    # A part that leans reaches further by the cosine of the angle.
+    # An inclined part reaches further by the inverse of the cosine of the angle.
     reach = (np.minimum(distance, radius_2.max()) + radius_1) / abs(SETTINGS.opposite)
     i, j = neighbours(foot, reach, middle_2, radius_2)
     is_opposite = np.sum(normals[i] * normals_of(parts_2)[j], axis=1) < SETTINGS.opposite

@@ -1,4 +1,4 @@
-"""Fields in the bodies of a model, at a state of its contact or over a steady cycle."""
+"""Fields in the bodies of a model, at a state of its contact or during a steady cycle."""
 
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ class Recoverable:
         net_force = case.forces - assembly.whole @ moved
         motion = joined(v, w - assembly.gap)
         if np.isfinite(self._springs).any():
-            # The motion of the bodies is that of their surfaces minus the deformation of the
-            # springs between them.
+            # The relative motion of the bodies is the motion of their surfaces minus the
+            # deformation of the springs between them.
             system = self._condensed
             forces = joined(*system.reaction(amplitudes)) + system.S @ motion
             tangential, normal = self._springs
@@ -149,8 +149,8 @@ class Recoverable:
     def _combined_case(self: Any, amplitudes: Mapping[str, float]) -> LoadCase:
         """The sum of the load cases, times their amplitudes.
 
-        The case of a locked bolt is a shortening of 1, but at amplitude 1 it is shortened to its
-        force in the glued bodies.
+        The load case of a locked bolt is computed for a shortening of 1. At amplitude 1 the bolt is
+        shortened until it has its force in the glued bodies.
         """
         assembly = self._parts
         has_locked_bolt = any(cut.bolt.locked for cut in assembly.cuts)
@@ -194,13 +194,13 @@ class Recoverable:
     def _over(
         self: Any, steady: Steady, *, every: bool
     ) -> Iterator[tuple[float, BodyFields, dict[str, Any]]]:
-        """Time, fields, and status and work at the contact, for states of a steady cycle.
+        """Time, fields, and contact values (status and work) for states of a steady cycle.
 
         The states are the corners, or with `every` all states. A node slips if it has slipped since
         the state before.
         """
         states = steady.states()
-        is_last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # of the states of one time
+        is_last = np.append(np.diff(states.time) > SIMULTANEOUS, True)  # last state of each time
         is_corner = np.abs(states.time - np.round(states.time)) <= SIMULTANEOUS
         before = 0
         for k in np.flatnonzero(is_last if every else is_last & is_corner).tolist():
@@ -217,7 +217,7 @@ class Recoverable:
             before = k
 
     def _fields_of_state(self: Any, states: Any, k: int) -> BodyFields:
-        """The fields of state k of a steady cycle, whose reactions must agree with the fields."""
+        """The fields of state k of a steady cycle; they must agree with its reactions."""
         stretch = states.system.stretch
         loads = {
             case: amplitude
@@ -231,7 +231,7 @@ class Recoverable:
         if error > EQUILIBRIUM * np.abs(states.p).max():
             raise ModelError(
                 f"model: its fields miss the reactions of the steady state by {error:.1e}; give "
-                "the one its system was condensed from"
+                "the model that its system was condensed from"
             )
         return fields
 

@@ -2,8 +2,8 @@
 
 A pair consists of a node of a body 1 and a place of a body 2, which is a weighted mean of nodes.
 The relative motions of all pairs along the axes are `Z = M u`, with the displacements u of all
-nodes. To keep these motions as unknowns, one node of each pair becomes dependent: its displacement
-is computed from Z and from the displacements of the independent nodes.
+nodes. To have these motions as unknowns, one node of each pair becomes dependent: its displacement
+follows from Z and from the displacements of the independent nodes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..base import ROUNDING, SAME_POINT, Array, Integers, first_of
 from ..contact.frames import frames_of
 from ..errors import ModelError
 
-# Squared sine of the largest angle between two normals that count as one normal.
+# Squared sine of the largest angle between two normals that are treated as one normal.
 ASKEW = 1e-6
 
 # A rigid motion slides along the contact if it opens no pair by more than this share of its slip.
@@ -44,8 +44,8 @@ class Interface:
     frames
         (N, d, d) orthonormal directions, `frames[i, r]` for pair i: tangents first, normal last.
     candidates
-        (N, all nodes) the entries of M at nodes that can be the dependent node of their pair, see
-        `guided_pairs`.
+        (N, all nodes) the entries of M at the candidates: nodes that can be the dependent node of
+        their pair, see `guided_pairs`.
     directions
         (all nodes, d, d) orthonormal directions of the unknowns of each node, in rows. None: the
         axes.

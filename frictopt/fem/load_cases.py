@@ -15,7 +15,7 @@ from .loads import Displacement, Pressure, Traction, values_at
 
 @dataclass(frozen=True, eq=False)
 class LoadCase:
-    """A load case, as vectors over all unknowns and pairs."""
+    """A load case, as vectors of all unknowns and of all pairs."""
 
     # (size,) nodal forces
     forces: Array
@@ -55,7 +55,7 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> LoadCase
 
 
 def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: Array) -> None:
-    """Enter a displacement into those of all unknowns, nan if not prescribed."""
+    """Enter a displacement into `prescribed`, the values of all unknowns; nan: not prescribed."""
     nodes = model.nodes(argument, load)
     for name in "xyz":
         amount = getattr(load, name)
@@ -121,7 +121,7 @@ def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Seque
 
 
 def _check_felt(model: Assembly, argument: str, loads: Sequence[Load], forces: Array) -> None:
-    """Check that supports do not take all the forces of a load case that acts on boundaries."""
+    """Check that supports do not carry all the forces of a load case that acts on boundaries."""
     on_boundaries = [load for load in loads if isinstance(load, Traction | Pressure)]
     largest = np.abs(forces).max()
     along_directions = np.einsum("nka,na->nk", model.directions, forces[model.rows])

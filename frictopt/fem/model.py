@@ -42,18 +42,18 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     supports
         Supports. With the contacts glued, they must prevent all rigid motions; a body that other
         bodies hold may be free. For symmetric bodies, model one half and hold it across the plane
-        of symmetry: nodes of a contact there, as on the axis of axisymmetric bodies, do not slip
-        across it. For a ring of equal sectors, model one sector, with a `Cyclic` for each body that
-        is cut.
+        of symmetry. Nodes of a contact on this plane, or on the axis of axisymmetric bodies, do not
+        slip across it. For a ring of equal sectors, model one sector, with a `Cyclic` for each body
+        that is cut.
     loads
         Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion,
         Displacement, Interference, BoltPreload, or the load of a mode (`Modes.load`).
     contacts
         The contacts, with different names. Without any, two bodies, the first of them body 1, meet
-        along the boundary "contact" of both. A corner node belongs to as many contacts as faces end
-        there. If its motion in the last contact follows from the others, the next node of that
-        contact stands for both. If the faces continue smoothly, the node belongs to the first
-        contact only.
+        along the boundary "contact" of both. A corner node belongs to all contacts whose faces end
+        there. If its motion in the last of them follows from its motions in the others, it has no
+        pair there, and the next node of that contact represents both. If the faces continue
+        smoothly, the node belongs to the first contact only.
     kinematics
         For plane meshes "plane_strain" (or None), "plane_stress", or "axisymmetric"; for meshes in
         space "space" (or None). In axisymmetric models x is the radius, and x = 0 the axis.
@@ -68,7 +68,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     ModelError
         A body or boundary is unknown. Two contacts have one name. Faces do not meet (see
         `Contact`), or all their nodes are corners of other contacts. Flat facets of two bodies
-        coincide without a contact. A load case has no loads, or supports take all of it. Meshes do
+        coincide without a contact. A load case has no loads, or supports carry all of it. Meshes do
         not fit each other or the kinematics.
 
     Examples
@@ -119,7 +119,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             self._warn_of(contact, joint)
 
     def _checked_contacts(self) -> Sequence[Contact]:
-        """The contacts; without any, that of the two bodies."""
+        """The contacts; if none is given, the contact of the two bodies."""
         contacts = listed_parts("contacts", self.contacts, Contact)
         if contacts:
             return contacts
@@ -149,12 +149,12 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         names = contact.body_1, contact.body_2
         for text in units_apart(names, [self.bodies[name] for name in names]):
             _warn(text)
-        # Edges of body 1 that are so much longer miss what happens between their nodes.
+        # Edges of body 1 that are this much longer cannot resolve the contact between their nodes.
         if joint.coarser > 4.0:
             _warn(
                 f"contacts: {contact.name!r}: the edges of body {names[0]!r} are "
-                f"{joint.coarser:.1f} times as long as those of body {names[1]!r}; the nodes of "
-                "body 1 are those of the contact: exchange the bodies, or mesh it finer"
+                f"{joint.coarser:.1f} times as long as those of body {names[1]!r}; the "
+                "contact has the nodes of body 1: exchange the bodies, or mesh it finer"
             )
         if joint.missed > 0.5:
             _warn(
@@ -188,7 +188,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             check_order(points, frames, contact)
         assembly.check_ends()
 
-        # Forces (size, cases) on the bodies if only the moved supports have moved.
+        # Forces (size, cases) on the bodies after the moved supports have moved and nothing else.
         force = np.column_stack([case.forces for case in self._cases.values()])
         moved = np.column_stack([case.displacements for case in self._cases.values()])
         net_force = force - assembly.whole @ moved
@@ -196,7 +196,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         with bar_of(progress, "condensation"):
             loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
             S, bonded, compliance = condensed(glued, loads)
-        # Moved supports, and bolts that are cut, move the loads as well.
+        # The loads also do work on the motions of moved supports and of cut bolts.
         compliance += force.T @ moved + moved.T @ net_force + net_force.T @ (D @ net_force)
         bonded, compliance, bolts = by_their_forces(self.loads, bonded, compliance)
 

@@ -1,4 +1,4 @@
-"""Normals at the nodes of faces: those of the curve or surface that the facets stand for."""
+"""Normals at the nodes of faces: estimates for the curve or surface that the facets approximate."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from ..base import ROUNDING, Array, Booleans, Integers
 from .faces import areas_of, normals_of, unit_vectors
 
-# Least cosine between the normal of a node and those of its facets, if they stand for one smooth
-# face.
+# Smallest cosine between the normal of a node and the normals of its facets in a smooth face.
 SMOOTH = 0.9
 
 
@@ -22,25 +21,27 @@ SMOOTH = 0.9
 class NormalSettings:
     """Numbers of the normals at rims, and on cylinders and cones."""
 
-    # Least cosine between two edges of one line that goes through a node of the rim.
+    # Smallest cosine between two edges of a line through a node of the rim.
     through: float = 0.8
-    # Least cosine between two edges of one line within the face.
+    # Smallest cosine between two edges of a line within the face.
     onward: float = 0.5
-    # Least share of its curvature that a curve has at the next node. At a corner of two flat faces
-    # the curvature there is zero.
+    # Smallest ratio of the curvature of a curve at the next node to its curvature here. At a corner
+    # of two flat faces the curvature at the next node is zero.
     bends_on: float = 1 / 3
-    # Most passes over the rim, whose nodes determine each other.
+    # Largest number of passes over the rim; the normals of its nodes depend on each other.
     passes: int = 40
     # Newton steps to a normal; each squares the error of an angle.
     steps: int = 6
-    # Least ratio of the squares of two directions among the tangents at a node.
+    # Smallest ratio of two eigenvalues of the tangents at a node at which both directions are
+    # determined.
     spanned: float = 0.05
     # Largest distance of a node from its surface, relative to the shortest edge: coordinates have
     # five digits.
     on_surface: float = 1e-4
-    # Normals lean if they differ by so many times this distance, more than the nodes leave open.
+    # Normals lean if they differ from the surface's by more than this many times the error of the
+    # fit in edges. A smaller difference may come from the places of the nodes.
     leans: float = 10.0
-    # Nodes on so many generators show that a face is round, and not two flat faces.
+    # Nodes on at least this number of generators show that a face is round, and not two flat faces.
     generators: int = 4
     # Nodes are on one generator if their angles differ by less than this share of the range.
     same_angle: float = 1e-3
@@ -53,9 +54,10 @@ def node_normals(facets: Integers, points: Array) -> Array:
     """(nodes, d) normals of facets (facets, corners) at their nodes (nodes, d), of any length.
 
     They are weighted as by Max (1999), which is exact on circles and spheres if facets surround a
-    node. At free ends and rims they follow from the lines of nodes that end there or go through, as
-    if these were arcs. If the nodes lie on a cylinder or a cone, the normals are those of this
-    surface; normals from facets lean, for instance on free triangles.
+    node. At free ends and rims they follow from the lines of nodes that end at the node or go
+    through it, as if these lines were arcs. If the nodes lie on a cylinder or a cone, the normals
+    are those of this surface, because normals from facets lean, for instance on unstructured
+    triangles.
     """
     weighted = _weighted(facets, points)
     of_facets = normals_of(points[facets])
@@ -74,7 +76,7 @@ def node_normals(facets: Integers, points: Array) -> Array:
     if points.shape[1] == 3:
         _put_on_surfaces(corrected, facets, points, of_facets)
 
-    # All other normals stay as they are: those of flat faces have exact zeros.
+    # All other normals are not changed, because normals of flat faces have exact zeros.
     changed = np.abs(corrected - normals).max(axis=1) > ROUNDING
     weighted[changed] = corrected[changed] * length[changed, None]
     return weighted
@@ -83,7 +85,7 @@ def node_normals(facets: Integers, points: Array) -> Array:
 def normals_of_faces(faces: Sequence[Integers], points: Array) -> list[Array]:
     """(nodes, d) normals at the nodes of each of several faces of one body.
 
-    Faces that continue smoothly count as one face.
+    Faces that continue smoothly are treated as one face.
     """
     units = [unit_vectors(_weighted(facets, points)) for facets in faces]
 
@@ -117,8 +119,8 @@ def _weighted(facets: Integers, points: Array) -> Array:
     """(nodes, d) weighted sums of the normals of facets.
 
     The weight is the sine of the angle at the node, divided by the lengths of its two edges. With
-    areas as weights, normals would lean if sizes, or the diagonals of triangles, differ from side
-    to side: round fits would wedge as they turn.
+    areas as weights, normals would lean if sizes, or diagonals of triangles, differ between the
+    sides of a node. Round fits would then wedge as they rotate.
     """
     corners = points[facets]
     ahead = np.roll(corners, -1, axis=1) - corners
@@ -208,8 +210,8 @@ def _surface_normals(
 ) -> Array | None:
     """(n, 3) unit normals at some nodes of facets, if all their nodes lie on one cylinder or cone.
 
-    None if they do not, or if `normals` (n, 3) lean from these normals by no more than the places
-    of the nodes leave open.
+    None if they do not, or if `normals` (n, 3) differ from these normals by no more than the error
+    of the places of the nodes.
     """
     all_nodes = np.unique(facets)
     if len(all_nodes) < 2 * SETTINGS.generators:
@@ -221,7 +223,8 @@ def _surface_normals(
     if np.abs(height).max() <= SETTINGS.on_surface * edge:
         return None  # flat
 
-    # The normals of the facets of a cone have one angle with its axis: they vary across it only.
+    # The normals of the facets of a cone have the same angle with its axis, so they vary only
+    # across it.
     of_facets = normals_of(points[facets])
     basis = np.linalg.svd(of_facets - of_facets.mean(axis=0), full_matrices=False)[2]
     cone = _Cone(arms, basis, edge)
@@ -244,7 +247,7 @@ def _surface_normals(
 
 
 def _count_generators(outward: Array, axis: Array, basis: Array) -> int:
-    """On how many generators of a cone the nodes lie, from unit vectors (n, 3) off its axis."""
+    """Number of generators of a cone with nodes, from unit vectors (n, 3) away from its axis."""
     mean = outward.mean(axis=0)
     if np.linalg.norm(mean) <= SMOOTH / 2:
         mean = basis[0]  # the nodes are all around
@@ -288,7 +291,7 @@ class _HalfEdges:
         """
         first = np.searchsorted(self.tail, nodes)
         count = np.searchsorted(self.tail, nodes, side="right") - first
-        # All edges of all nodes, in a row: `row` is the index of the node.
+        # All edges of all nodes are listed one after the other: `row` is the index of their node.
         row = np.repeat(np.arange(len(nodes)), count)
         edge = np.arange(len(row)) + np.repeat(first - np.cumsum(count) + count, count)
         cosine = np.sum(direction[row] * self.direction[edge], axis=1)
@@ -306,8 +309,9 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
     """(n, d) unit normals at nodes of the rim, from the lines of nodes that reach them.
 
     A line that goes through a node has the tangent of the circle through its neighbours. A line
-    that ends there is an arc to the next node: its chord has the same angle with both normals. If
-    it does not bend on beyond that node, as at a corner of two flat faces, it is straight.
+    that ends at the node is taken as an arc to the next node: its chord has the same angle with
+    both normals. If the line is not curved beyond the next node, as at a corner of two flat faces,
+    it is taken as straight.
 
     `normals` (nodes, d) are the unit normals of all nodes.
     """
@@ -319,7 +323,8 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
     second, goes_on = edges.onward(neighbour, edges.direction[first], SETTINGS.onward)
     third, goes_far = edges.onward(edges.head[second], edges.direction[second], SETTINGS.onward)
 
-    # Inverted at the node, the circle through its neighbours is a line along the tangent.
+    # An inversion at the node turns the circle through its neighbours into a line along the
+    # tangent.
     inverse, inverse_opposite = (
         edges.vector[edge] / edges.length[edge, None] ** 2 for edge in (first, opposite)
     )
@@ -333,7 +338,7 @@ def _at_rim(nodes: Integers, facets: Integers, points: Array, normals: Array) ->
         bends_on = (near * far > 0) & (np.abs(far) >= SETTINGS.bends_on * np.abs(near))
         curved = ~through & goes_on & goes_far & bends_on
         cosines = np.where(curved, -np.sum(tangents * normals[neighbour], axis=1), 0.0)
-        # Straight lines count if the others do not determine the normal.
+        # Straight lines are used if the other lines do not determine the normal.
         counts = through | curved
         counts |= ~_determine(tangents[counts], node[counts], normals[nodes])[node]
         before = normals[nodes]

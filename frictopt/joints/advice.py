@@ -12,7 +12,7 @@ from .report_parts import ReportParts, many_nodes_slip, mean_load_opens
 
 
 def kind_of_contact(parts: ReportParts) -> str:
-    """The nodes that the mean load and the steady cycle leave open, and what follows for limits."""
+    """The open nodes under the mean load and in the steady cycle, and their effect on limits."""
     mean, steady, system = parts.mean_state, parts.steady, parts.system
     if mean is None:
         return (
@@ -42,11 +42,11 @@ def kind_of_contact(parts: ReportParts) -> str:
 
 
 def advice_on(parts: ReportParts) -> Iterator[str]:
-    """What to do with the numbers of a report, in sentences."""
+    """Advice from the numbers of a report, in sentences."""
     if parts.mean_state is not None and parts.mean_state.open.all():
         yield "The mean load opens all nodes: press the contact."
         return
-    # Whether some friction would keep the contact stuck, as far as that is known.
+    # More friction helps, unless it is known that no friction keeps the contact stuck.
     friction_helps = parts.required is None or bool(np.isfinite(parts.required.required))
     if parts.gross_slip is not None:
         yield from _on_sliding(parts.gross_slip, friction_helps)
@@ -65,7 +65,7 @@ def advice_on(parts: ReportParts) -> Iterator[str]:
 
 
 def _on_sliding(gross_slip: GrossSlip, friction_helps: bool) -> Iterator[str]:
-    """Whether bodies slide off."""
+    """Advice on bodies that slide off."""
     if not gross_slip.load_factor * (1 + ROUNDING) >= 1:
         raise_friction = " raise friction," if friction_helps else ""
         yield (
@@ -88,7 +88,7 @@ def _on_sliding(gross_slip: GrossSlip, friction_helps: bool) -> Iterator[str]:
 
 
 def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
-    """The contact stops slipping from no slip."""
+    """Advice on a contact that stops slipping, if it starts without slip."""
     guaranteed = parts.guaranteed
     if (steady.friction == 0).any() and parts.contacts["slip_range"].max() > 0:
         yield "At your load no friction does work; nodes without friction slide to and fro."
@@ -101,7 +101,7 @@ def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
 
 
 def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> Iterator[str]:
-    """The contact slips in every cycle from no slip; what the limits add to that."""
+    """Advice on a contact that slips in every cycle, from the steady state and the limits."""
     contacts, limit, guaranteed = parts.contacts, parts.limit, parts.guaranteed
     place = ""
     if len(contacts) > 1:

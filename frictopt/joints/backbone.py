@@ -49,47 +49,49 @@ class BackboneCurve(Kept, Plotted):
     Attributes
     ----------
     load_factor, outcome
-        (K,) load factors, and the outcomes there: "SHAKEDOWN", "CYCLIC_SLIP" or "RATCHETING", see
+        (K,) load factors and their outcomes: "SHAKEDOWN", "CYCLIC_SLIP" or "RATCHETING", see
         `Outcome`; "SLIDES_OFF" if no forces within friction balance the loads, "FAILED" if no
-        steady state is found. `note` has the reason, and the numbers there are NaN.
+        steady state is found. For the last two the numbers are NaN, and `note` has the reason.
     work, exponent
         (K,) work of friction per cycle, and `d ln work / d ln load_factor` from the neighbouring
-        load factors, NaN where one of them has no work.
+        load factors; NaN if one of these has no work.
     slipping, slip_range
         (K,) share of the contact that slips, see `SteadyState.slipping_share`, and the largest
-        distance of two slips of a node while it is closed.
+        distance between two slips of a closed node during the cycle.
     displacement, stiffness
-        (K,) half the range of the displacement of the load over the cycle, and the load factor over
-        it, the secant stiffness. This displacement is the work of the load per load factor, see
-        `ContactSystem.displacements`: a length only of a single force of size 1 at load factor 1.
+        (K,) half the range of the displacement of the load in the cycle, and the secant stiffness,
+        which is the load factor divided by this displacement. The displacement is the work of the
+        load per load factor, see `ContactSystem.displacements`. It is a length only for a single
+        force of size 1 at load factor 1.
     damping
         (K,) damping ratio `work / (2 pi load_factor displacement)`.
     frequency
-        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, of the load of a
-        mass-normalised mode, which has a `natural_frequency`; NaN of every other load, for then the
-        stiffness is not that of a modal mass of 1.
+        (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, for the load of a
+        mass-normalised mode, which has a `natural_frequency`. NaN for all other loads, because
+        their stiffness does not belong to a modal mass of 1.
     steady_states
-        (K,) the steady states, None where there is none.
+        (K,) the steady states, None if there is none.
     by_contact
         DataFrame, one row for each load factor and contact: columns load_factor, contact, slipping,
         work, slip_range.
     gross_slip
         Load factor of `fo.gross_slip`, the end of the curve: above it the bodies slide off. NaN if
-        no load factor, or no solver, has one.
+        there is no such load factor, or if no solver finds it.
     self_stress
-        Whether contact forces balance themselves, as in a press fit: `gross_slip` is then the load
-        factor at which the transient from no slip slides off, if statics has no lower one.
+        Whether contact forces can balance themselves, as in a press fit. `gross_slip` is then the
+        load factor at which the transient from no slip slides off, unless statics gives a lower
+        one.
     least_damping, most_damping, least_frequency, most_frequency
-        (K,) the least and the largest values of all steady states found over the residual slips,
-        see `dissipation_range`: they occur; the true range may be wider. NaN without a range, and
-        the frequencies where `frequency` is.
+        (K,) the smallest and the largest values of all steady states found in a search over the
+        residual slips, see `dissipation_range`. These values occur, but the true range may be
+        wider. NaN without a range; the frequencies are also NaN where `frequency` is.
     guaranteed_limit, shakedown_limit
-        Load factors below which the damping is zero from every start, and above which it is from
-        none, while nodes stay closed and have friction. NaN without a range.
+        If nodes stay closed and have friction, the damping is zero from every start below the first
+        load factor, and from no start above the second. NaN without a range.
     natural_frequency
-        Frequency of the glued contact, at amplitude zero; NaN where none was given.
+        Frequency of the glued contact, at amplitude zero; NaN if it was not given.
     note
-        The values that are NaN, and the reasons, in words.
+        In words: the values that are NaN, and the reasons.
     system, cycle, friction, steps
         The input; friction is (N,).
     residual
@@ -139,9 +141,9 @@ class BackboneCurve(Kept, Plotted):
     def motion(self) -> Array:
         """(K,) half the range of the mean motion of the loaded region, along the load, length.
 
-        It is the displacement over the size of the load at load factor 1. NaN if that is not known:
-        of loads that are no tractions or forces per volume, and of systems that no model was
-        condensed to, see `load_size` of `ContactSystem`.
+        It is the displacement divided by the size of the load at load factor 1. NaN if this size is
+        not known: for loads that are neither tractions nor forces per volume, and for systems that
+        were not condensed from a model, see `load_size` of `ContactSystem`.
         """
         return self.displacement / load_size(self.system, self.cycle)
 
@@ -150,11 +152,11 @@ class BackboneCurve(Kept, Plotted):
     ) -> SteadyState:
         """The steady state near the load factor at which the slipping share or the work is given.
 
-        The load factor is interpolated between the two neighbours on the curve where the number
-        first rises to the given one: for the work, between the logarithms of both. One transient is
-        followed there. Its `slipping_share` and `dissipation` differ a little from the given
-        number: the share changes in steps of nodes, and between distant load factors work is no
-        power of the load.
+        The load factor is interpolated between the first two neighbours on the curve between which
+        the number rises to the given one; the work is interpolated in logarithms. A single
+        transient is followed at this load factor. Its `slipping_share` and `dissipation` differ a
+        little from the given number: the share changes in steps of nodes, and between distant load
+        factors the work is not exactly a power of the load.
 
         Parameters
         ----------
@@ -207,9 +209,9 @@ class BackboneCurve(Kept, Plotted):
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """The DataFrame of the load factors, one row each; `attrs["note"]` is the note.
+        """The DataFrame with a row for each load factor; `attrs["note"]` is the note.
 
-        Columns load_factor, outcome, .., most_frequency.
+        The columns are load_factor, outcome, ..., most_frequency.
         """
         names = [
             "load_factor",
@@ -257,13 +259,13 @@ def backbone_curve(
     steps: int | None = None,
     progress: bool = True,
 ) -> BackboneCurve:
-    """Work of friction, slipping share, slip, stiffness and damping of a joint over its load.
+    """Work of friction, slipping share, slip, stiffness and damping of a joint for rising loads.
 
     Each load factor has a quasi-static steady cycle, followed from no residual slip: no dynamics,
     no Masing's rule (Festjens et al. 2013, Allen et al. 2016). Work and slipping share of a bolted
-    joint settle with the mesh, also if its limits do not. For a mode of a structure the load is
-    that of `modal_load`: the load factor is then the modal force, the displacement the modal
-    amplitude. Then give the `natural_frequency` of the mode: other loads have no frequency.
+    joint converge with the mesh even if its limits do not. For a mode of a structure use the load
+    from `modal_load`, and give the `natural_frequency` of the mode. The load factor is then the
+    modal force and the displacement the modal amplitude. Other loads have no frequency.
     Displacement, stiffness and damping need two opposed corners around a mean load, and a
     `compliance`; the other columns need neither. Theory, "Joints".
 
@@ -272,16 +274,17 @@ def backbone_curve(
     system, cycle, friction
         The contact, its load cycle, and its coefficient of friction, one or one per node.
     load_factors
-        (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the sliding-off load.
+        (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the gross-slip load.
     natural_frequency
-        Natural frequency of the glued contact, or of the contact with the nodes open that the mean
-        load leaves open, in cycles per unit of time, if the load of amplitude 1 is that of a
-        mass-normalised mode. It may differ by 1 % from the frequency by the compliance, which
-        counts. None: no mode, no frequency.
+        Natural frequency in cycles per unit of time, if the load of amplitude 1 is that of a
+        mass-normalised mode. It is the frequency of the glued contact, in which the nodes that are
+        open under the mean load may be open. The compliance gives this frequency, too, and is used;
+        the two may differ by 1 %. None: no mode, no frequency.
     range
-        Whether to search the residual slips for the least and the most damping, and to find both
-        limits. Up to a guaranteed limit that is proven the damping is zero, and there is no search.
-        In space it takes hundreds of transients for each load factor, see `dissipation_range`.
+        Whether to search the residual slips for the smallest and the largest damping, and to
+        compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no
+        search. In space the search takes hundreds of transients for each load factor, see
+        `dissipation_range`.
     steps, progress
         Number of increments from corner to corner (None: the exact path in the plane, 20 in space),
         and whether to show a bar after two seconds.
@@ -290,12 +293,12 @@ def backbone_curve(
     ------
     ModelError
         Bad input: load factors that do not rise, or None if nothing slides off; with a natural
-        frequency or a range a load without displacement, and a natural frequency that contradicts
-        the compliance.
+        frequency or a range, a load without displacement; a natural frequency that contradicts the
+        compliance.
     NoContinuation, SolverError
-        No load factor has a steady state; see `gross_slip`, and with a range `shakedown_limit` and
-        `guaranteed_limit`. After Ctrl-C the attribute `curve` of the error has the load factors
-        that are finished.
+        No load factor has a steady state, or an error of `gross_slip` or, with a range, of
+        `shakedown_limit` and `guaranteed_limit`. After Ctrl-C the attribute `curve` of the
+        KeyboardInterrupt has the finished load factors.
 
     Examples
     --------
@@ -321,7 +324,7 @@ def backbone_curve(
     try:
         gross: GrossSlip | SolverError = gross_slip(system, cycle, coefficients)
     except SolverError as error:
-        gross = error  # given load factors have a curve without it
+        gross = error  # for given load factors the curve does not need it
     factors = _default_factors(gross) if load_factors is None else rising_factors(load_factors)
     limits: tuple[float, GuaranteedLimit] | None = None
     if with_range:
@@ -368,7 +371,7 @@ def curve_at(question: CurveQuestion, factors: Array, progress: bool) -> Backbon
 
 
 def _curve(question: CurveQuestion, cycles: Sequence[CurveCycle]) -> BackboneCurve:
-    """The curve of the load factors that are followed."""
+    """The curve of the load factors that have been followed."""
     table = pd.DataFrame([cycle.row for cycle in cycles]).reindex(
         columns=["load_factor", "outcome", "residual", *_MEASURES, *_RANGES]
     )

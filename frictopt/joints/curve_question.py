@@ -32,9 +32,9 @@ class CurveCycle:
 
 @dataclass(frozen=True)
 class CurveQuestion:
-    """The input of a curve, with its sliding-off load and, if it has a range, its limits.
+    """The input of a curve, with its gross-slip load and, if it has a range, its limits.
 
-    `gross` is the error if no solver finds a sliding-off load. `limits` are the load factor of the
+    `gross` is the error if no solver finds a gross-slip load. `limits` are the load factor of the
     shakedown limit, and the guaranteed limit.
     """
 
@@ -71,12 +71,12 @@ class CurveQuestion:
     def _range_at(
         self, factor: float, steady: SteadyState, measured: dict[str, float]
     ) -> dict[str, float]:
-        """Columns of the range over the residual slips, and the residual with it."""
+        """Columns of the range over the residual slips, and the residual with its transients."""
         assert self.limits is not None
         _, guaranteed = self.limits
         residual = steady.residual
         states = [measured]
-        # Below a guaranteed limit that is proven there is no work from any start.
+        # Up to a proven guaranteed limit no start leads to steady work.
         if not (guaranteed.proven and factor <= guaranteed.load_factor):
             span = dissipation_range(
                 self.system, self.cycle, self.friction, factor, steps=self.steps
@@ -93,7 +93,10 @@ class CurveQuestion:
         }
 
     def _slides_off(self, factor: float) -> bool:
-        """Whether statics proves it. If the mean load alone slides off, both limits are NaN."""
+        """Whether statics proves that the bodies slide off.
+
+        If they do so under the mean load alone, both load factors are NaN.
+        """
         if isinstance(self.gross, SolverError):
             return False
         return not self.gross.least <= factor <= self.gross.load_factor
@@ -114,7 +117,7 @@ class CurveQuestion:
         return notes
 
     def _notes_on_cycles(self, cycles: Sequence[CurveCycle]) -> list[str]:
-        """Load factors at which values are NaN, in words."""
+        """Notes on the load factors at which values are NaN."""
         notes = list[str]()
         sliding = [
             f"{cycle.row['load_factor']:g}"

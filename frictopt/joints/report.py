@@ -73,11 +73,11 @@ class Report(Kept, ReportParts):
     Attributes
     ----------
     system, cycle, friction
-        The input; friction is (N,). The user's load is that of load factor 1.
+        The input; friction is (N,). The load of the joint is the cycle at load factor 1.
     missing
-        Parts that have no answer, name -> reason.
+        Parts without an answer, name -> reason.
     mean_state
-        The state under the mean load alone, from no slip.
+        The state under the mean load, reached from a state without slip.
     gross_slip, curve, limit, guaranteed, required
         Results of `gross_slip`, `backbone_curve` (with both limits, for its picture),
         `shakedown_limit`, `guaranteed_limit`, `required_friction`; None if `missing` has a reason.
@@ -104,20 +104,20 @@ class Report(Kept, ReportParts):
 
     @property
     def kind(self) -> str:
-        """The kind of contact, in words: the nodes that open, and what follows for its numbers."""
+        """The kind of contact, in words: its open nodes, and their consequences for the numbers."""
         return kind_of_contact(self)
 
     @property
     def numbers(self) -> pd.DataFrame:
         """A row for each number: columns number, value, unit, settles, meaning.
 
-        The column settles says whether the number settles with the mesh, as elements shrink.
+        The column settles says whether the number converges as the mesh is refined.
         """
         return numbers_of(self)
 
     @property
     def advice(self) -> list[str]:
-        """What to do with these numbers, in sentences."""
+        """Advice from these numbers, in sentences."""
         return list(advice_on(self))
 
     def _sections(self) -> Iterator[_Section]:
@@ -187,16 +187,17 @@ class Report(Kept, ReportParts):
         return "\n".join(lines)
 
     def _lines_of_numbers(self) -> Iterator[str]:
-        """Two entries for each number: its value, and its meaning below."""
+        """Two texts for each number: its value, and its meaning."""
         for row in self.numbers.itertuples():
             yield f"{row.number}: {row.value:.5g} {row.unit}".rstrip()
             meaning = f"{row.meaning}. Settles with the mesh: {row.settles}."
             yield fill(meaning, WIDE, initial_indent="    ", subsequent_indent="    ")
 
     def save(self, path: str | Path) -> None:
-        """Write the report with its pictures into one HTML file, which needs no other file.
+        """Write the report with its pictures into a single HTML file.
 
-        Under a name that does not end in .html or .htm it is written as any result, to be loaded.
+        If the name does not end in .html or .htm, the report is saved as any other result, for
+        `results.load`.
 
         Raises
         ------
@@ -226,10 +227,11 @@ class Report(Kept, ReportParts):
 
 
 LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
-"""Load factors of the curve by default; scaled down if the contact slides off before the last."""
+"""Default load factors of the curve; they are reduced if the bodies slide off below the last one.
+"""
 
-# Share of the gross-slip load up to which the curve goes. Closer to it the slip needs many cycles
-# to become steady.
+# The default curve ends at this share of the gross-slip load. Closer to it the slip needs many
+# cycles to become steady.
 _BELOW_GROSS_SLIP = 0.95
 
 _PARTS = {  # name of a part -> attribute of the report
@@ -252,29 +254,31 @@ def report(
     steps: int | None = None,
     progress: bool = True,
 ) -> Report:
-    """All answers of frictopt about a joint; the user's load has the load factor 1.
+    """All answers of frictopt about a joint; its load has the load factor 1.
 
-    Its parts are: the nodes that the mean load leaves open; the load at which bodies slide off
-    (`gross_slip`); work, slip and stiffness over the load, from no slip (`backbone_curve`), with
-    the steady state at load factor 1; shakedown and guaranteed limit; the friction that would keep
-    the contact stuck (`required_friction`); and advice. A part without an answer has its reason.
+    Its parts are: the nodes that are open under the mean load; the load at which bodies slide off
+    (`gross_slip`); work, slip and stiffness as functions of the load, from no slip
+    (`backbone_curve`), with the steady state at load factor 1; shakedown and guaranteed limit; the
+    friction that would keep the contact stuck (`required_friction`); and advice. For a part without
+    an answer there is a reason.
 
-    If the mean load leaves nodes open in space, the shakedown limit is that with these nodes open.
-    Then guaranteed limit and required friction are left out, because they search for minutes: ask
-    `shakedown_limit`, `guaranteed_limit` and `required_friction` themselves. The last two do not
-    know a shear strength.
+    If nodes of a contact in space are open under the mean load, the shakedown limit is computed
+    with these open nodes only. Guaranteed limit and required friction are then left out, because
+    their search takes minutes. For full searches call `shakedown_limit`, `guaranteed_limit` and
+    `required_friction` themselves. The last two do not support a shear strength.
 
     Parameters
     ----------
     system, cycle, friction
         The contact, its load cycle, and its coefficient of friction, one or one per node.
     load_factors
-        (K,) load factors of the curve, > 0 and rising, to which 1 is added; None: 1/4, 1/2, 1 and
-        2, scaled down if 2 is above 95 % of the gross-slip load.
+        (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2,
+        reduced in proportion if 2 is above 95 % of the gross-slip load.
     steps, progress
-        Number of increments from corner to corner (None: the exact path in the plane, 2 in space,
-        whose `step_error` is their error), and whether to show a bar after two seconds. Ctrl-C
-        stays a KeyboardInterrupt with an attribute `report`, which holds the parts known so far.
+        Number of increments from corner to corner, and whether to show a bar after two seconds.
+        None: the exact path in the plane, 2 increments in space; `step_error` estimates their
+        error. Ctrl-C raises a KeyboardInterrupt whose attribute `report` holds the parts known so
+        far.
 
     Raises
     ------
@@ -291,7 +295,9 @@ def report(
     From assembly without slip the contact stops slipping at your load.
     """
     coefficients = np.array(friction_coefficients(friction, checked_system(system).nodes))
-    checked_cycle(cycle).corner_reactions(system)  # raises if it names an unknown load case
+    checked_cycle(cycle).corner_reactions(
+        system
+    )  # raises an error if the cycle names an unknown load case
     if steps is None and system.tangents == 2:
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
@@ -322,9 +328,9 @@ class _Parts:
         self._bar = bar
 
     def ask(self, part: str, question: Callable[[], Any]) -> Any:
-        """Keep the answer to a question; None, and the reason, if it has none."""
+        """Keep and return an answer; if there is none, keep the reason and return None."""
         left = ", ".join(self._left())
-        note = f"what is known by then is the attribute `report`, without {left}"
+        note = f"the parts known so far are in the attribute `report`, without {left}"
         self._bar.keep("report", self._interrupted, note, best=part)
         answer = None
         try:
@@ -353,7 +359,7 @@ class _Parts:
                 self.missing["steady state at load factor 1"] = curve.note
 
     def ask_limits(self, mean: ContactState | None) -> None:
-        """Both limits and the required friction, without long searches for open nodes in space."""
+        """Both limits and the required friction, except long searches for open nodes in space."""
         system, cycle, f = self.system, self.cycle, self.friction
         reason = ""
         if mean is not None and mean.open.any() and system.tangents == 2:
@@ -382,7 +388,7 @@ class _Parts:
             raise NoContinuation(str(error)) from error
 
     def report(self) -> Report:
-        """The report of the known parts; the curve has the limits for its picture."""
+        """The report of the known parts; the curve gets the limits for its picture."""
         known = dict(self.known)
         curve: BackboneCurve | None = known.get("curve")
         if curve is not None:

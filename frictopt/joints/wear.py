@@ -1,4 +1,4 @@
-"""Wear: how a contact changes over many load cycles, in jumps of cycles between steady states."""
+"""Wear of a contact in many load cycles, computed in jumps of cycles between steady states."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ class WearHistory(Worn):
     Attributes
     ----------
     steady
-        The last steady state. Its contact is worn, and can be used in every other question. Its
-        `step_error` is inf in space if an error ended the history.
+        The last steady state. Its contact is the worn one, and can be used in all other functions.
+        In space its `step_error` is inf if an error ended the history.
     depth, pressure
-        (J + 1, N) depth worn off at each node since the beginning, of both bodies together, length,
-        and normal force over width at the last corner of the steady cycle.
+        (J + 1, N) depth worn off at each node since the beginning, both bodies together, length;
+        and pressure (normal force divided by width) at the last corner of the steady cycle.
     reason, record
-        Why the history ends, in words, and the record of the solution; `residual` is the largest of
-        all steady states.
+        The reason for which the history ends, in words, and the record of the solution; `residual`
+        is the largest residual of all steady states.
 
     Examples
     --------
@@ -106,7 +106,7 @@ class WearHistory(Worn):
 
     @property
     def volume(self) -> float:
-        """Volume worn off in the end (per depth in the plane)."""
+        """Volume worn off at the end of the history (per depth in the plane)."""
         return float(self._table["volume"].iloc[-1])
 
     @property
@@ -116,10 +116,10 @@ class WearHistory(Worn):
         return bool(work.iloc[-1] <= SETTINGS.worn_in * work.max())
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for the unworn contact and one after each jump.
+        """A row for the unworn contact, and a row after each jump.
 
         Columns: cycles; work, of friction per cycle; largest_depth and volume worn off so far;
-        slipping, number of nodes that slip; stick_width, length (area in space) of those that
+        slipping, number of nodes that slip; stick_width, length (area in space) of the nodes that
         neither slip nor open; outcome, the name of an `Outcome`.
         """
         return self._table.copy()
@@ -147,38 +147,39 @@ def wear(
     """Follow a contact while it wears, in jumps of many load cycles between steady states.
 
     In each steady cycle node i loses the depth `coefficient / width_i` times the integral of `p_i
-    |dv_i|` (Archard), which is its work of friction over its coefficient of friction; a surface
-    that shears off at its strength wears by that work too. Depths add to the gap. The bodies stay
-    elastic and their stiffness stays, so depths must be small beside the contact. A jump is a step
-    of a Rosenbrock method of second order, linearly implicit: pressure that wears off slows wear
-    down within the jump. Its length follows from an estimate of its error. After each jump the
-    transient goes on from the state before it, while the wear is taken off, to the next steady
-    state, which is judged as every other. Theory, eq. (29).
+    |dv_i|` (Archard), which is its work of friction divided by its coefficient of friction. A
+    surface that shears at its strength also wears in proportion to this work. Depths are added to
+    the gap. The bodies remain elastic and their stiffness does not change, so depths must be small
+    relative to the contact. A jump is a step of a linearly implicit Rosenbrock method of second
+    order: wear lowers the pressure, which slows down the wear within the jump. The length of a jump
+    follows from an estimate of its error. After each jump the transient continues from the last
+    state, with the worn depth added to the gap, to the next steady state. This state has to pass
+    the usual checks. Theory, eq. (29).
 
-    Without `cycles` the history ends when the contact is worn in: when it slips no more, or its
-    work of friction per cycle is a thousandth of the largest. It also ends where wear goes on at
-    rates that never change, because it changes no pressure any more.
+    Without `cycles` the history ends when the contact is worn in: when it no longer slips, or its
+    work of friction per cycle is a thousandth of the largest. It also ends if wear no longer
+    changes any pressure, because it then continues at constant rates.
 
     Parameters
     ----------
     system, cycle, friction, load_factor
-        The contact, with its `width`, its load cycle, its coefficient of friction, one or one per
-        node, and the load factor, >= 0.
+        The contact, which needs its `width`; its load cycle; its coefficient of friction, one or
+        one per node; and the load factor, >= 0.
     coefficient
-        Archard's coefficient of wear, volume per normal force and way slid, of both bodies
-        together, one or one per node, >= 0: 1e-8 for 1e-8 mm^3/(N mm), where forces are in N and
-        lengths in mm. Lengths of another unit change it, see the tutorial. A volume per work of
-        friction becomes such a coefficient if it is multiplied by the coefficient of friction.
+        Archard's coefficient of wear, volume per normal force and sliding distance, both bodies
+        together, one or one per node, >= 0: 1e-8 for 1e-8 mm^3/(N mm), if forces are in N and
+        lengths in mm. Its number depends on the units, see the tutorial. A wear volume per work of
+        friction has to be multiplied by the coefficient of friction.
     cycles
         Number of load cycles, >= 1; None: until the contact is worn in.
     initial_state
-        A state to start from, such as `state` of an earlier history with its `system`, which goes
-        on from there; None: no slip.
+        Initial state; None: no slip. To continue an earlier history, give its `state` and its
+        `system`.
     tolerance
-        Estimated error of the depth that a jump may add, over the largest depth at its end. The
-        estimate is that of a method of first order. It is no bound of the error of the whole
-        history, to which all jumps add. Most histories have a smaller error, some a several times
-        larger one: repeat the history with a quarter of the tolerance to see.
+        Largest estimated error of the depth that a jump adds, relative to the largest depth at its
+        end. The estimate is that of a method of first order. It does not bound the error of the
+        whole history, to which all jumps contribute. Most histories have a smaller error, some an
+        error several times larger. To check, repeat the history with a quarter of the tolerance.
     steps, progress
         Number of increments from corner to corner, see `steady_state`, and whether to show the
         progress after two seconds.
@@ -186,12 +187,12 @@ def wear(
     Raises
     ------
     ModelError
-        Bad input, a contact without width, or without friction at a node with a coefficient of
-        wear, where wear does not follow from the work.
+        Bad input, a contact without width, or a node with a coefficient of wear and without
+        friction, whose wear does not follow from its work.
     NoContinuation, SolverError
-        A worn contact has no steady state, or none that passes the checks. If wear has begun, the
-        attribute `history` of the error holds the history so far. So does that of a
-        KeyboardInterrupt (Ctrl-C).
+        A worn contact has no steady state, or its steady state does not pass the checks. If wear
+        has begun, the attribute `history` of the error, or of a KeyboardInterrupt (Ctrl-C), holds
+        the history so far.
 
     Notes
     -----
@@ -233,7 +234,8 @@ def wear(
             bar.update()
             reason = course.end(most_cycles)
         if course.steady.steps:
-            # The error of the increments takes two more transients, so only the last state has it.
+            # The error of the increments needs two more transients, so it is computed only for the
+            # last state.
             course.steady = steady_state(
                 course.steady.system,
                 cycle,

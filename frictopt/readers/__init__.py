@@ -1,8 +1,8 @@
 """Readers of the decks, meshes and matrices of other codes.
 
-Files come in. Out goes a mesh with named boundaries and subdomains, for `split_bodies`; or a
-`MatrixJob`, which has the arguments of `condense`: a stiffness K, the labels (n, 2) node and
-direction of its rows, and a `Deck` of nodes, sets, elements and constraints.
+A reader returns a mesh with named boundaries and subdomains, for `split_bodies`, or a `MatrixJob`.
+This has the arguments of `condense`: a stiffness K, the labels (n, 2) of its rows (node and
+direction), and a `Deck` of nodes, sets, elements and constraints.
 
 The readers, and the class that they return:
 
@@ -19,8 +19,8 @@ Decks, from the text to the `Deck`:
 - `keywords.py`: the tables of keywords that are kept and refused, and `read_deck`.
 - `keyword_blocks.py`, `constraint_blocks.py`: a function for each keyword that is kept.
 - `listing.py`: numbers and names that the blocks list, resolved to a `Deck`.
-- `deck.py`, `constraints.py`, `element_types.py`: the `Deck`, displacements that are held or follow
-  others, and the types of elements.
+- `deck.py`, `constraints.py`, `element_types.py`: the `Deck`, displacements that are held or that
+  follow other ones, and the types of elements.
 
 To add a keyword, see `keywords.py`. A new reader is one function that returns a `MatrixJob`:
 `deck_of_points` of `listing.py` makes its `Deck` of nodes, elements and sets.

@@ -21,9 +21,9 @@ from .element_types import (
     shape_of,
 )
 
-# Faces of a surface: numbers of elements, and which face of these (1 for S1), in pairs.
+# Faces of a surface, as pairs: numbers of elements, and the number of their face (1 for S1).
 Faces: TypeAlias = tuple[tuple[Integers, int], ...]
-# Stands for the number of a face: all faces of an element that lie on the outline of the mesh.
+# Number of a face that means: all faces of an element that lie on the outline of the mesh.
 FREE = 0
 
 
@@ -75,7 +75,7 @@ class Deck(Shown):
         }
 
     def nodes(self, where: str | ArrayLike) -> Integers:
-        """Rows of `points` of the nodes of a set; or the rows that are given, each once.
+        """Rows of `points` of the nodes of a set, or given rows, which are checked and must differ.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class Deck(Shown):
         Raises
         ------
         ModelError
-            Sections of several thicknesses, or of one that varies.
+            Sections of several thicknesses, or a section whose thickness varies.
         """
         if not self.thicknesses:
             return 1.0
@@ -116,9 +116,9 @@ class Deck(Shown):
 
     @property
     def faces(self) -> list[tuple[Integers, Integers]]:
-        """Numbers (m,) and nodes (m, k) of the elements that only name faces, block by block.
+        """Numbers (m,) and nodes (m, k) of elements that only serve to name faces, block by block.
 
-        In the plane these are lines, without their midside nodes, in space plane elements.
+        In the plane these elements are lines, without their midside nodes; in space they are plane.
         """
         if self._in_space:
             return [
@@ -134,7 +134,7 @@ class Deck(Shown):
 
     @property
     def midsides(self) -> Integers:
-        """Rows of the nodes amid edges of quadratic elements."""
+        """Rows of the midside nodes of quadratic elements."""
         rows = [np.zeros(0, dtype=np.intp)]
         for block in self.elements:
             corners = CORNERS.get(str(shape_of(block.kind)))
@@ -144,12 +144,12 @@ class Deck(Shown):
 
     @property
     def corners(self) -> Integers:
-        """Rows of all other nodes."""
+        """Rows of all nodes that are no midside nodes."""
         return np.setdiff1d(np.arange(len(self.numbers)), self.midsides)
 
     @property
     def unclear(self) -> list[Elements]:
-        """Elements some nodes of which may lie amid edges, though it is not known which."""
+        """Elements that may have midside nodes, but whose midside nodes are not known."""
         return [
             block for block in self.elements if may_have_midsides(block.kind, block.nodes.shape[1])
         ]
@@ -161,13 +161,13 @@ class Deck(Shown):
     def shaped(self) -> Elements:
         """All elements with faces, which have one shape: its name in meshio, numbers and nodes.
 
-        Beside solids, plane elements only name faces, and are left out.
+        If there are solids, plane elements only serve to name faces, and are left out.
 
         Raises
         ------
         ModelError
-            No elements, elements of several shapes, or others than triangles, quadrilaterals,
-            tetrahedra and hexahedra, linear or quadratic.
+            No elements, elements of several shapes, or elements that are not triangles,
+            quadrilaterals, tetrahedra or hexahedra, linear or quadratic.
         """
         left_out = (*FACELESS, *PLANES) if self._in_space else FACELESS
         solids = [block for block in self.elements if not block.kind.startswith(left_out)]

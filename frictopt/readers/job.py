@@ -32,22 +32,23 @@ class MatrixJob(LabelledMatrix):
     Parameters
     ----------
     K
-        (n, n) stiffness, symmetric and sparse, without displacements that the job holds, or that
-        follow others.
+        (n, n) stiffness, symmetric and sparse, without rows of displacements that the job holds or
+        that follow other ones.
     labels
-        (n, 2) number of the node, and direction, of each unknown: 1, 2 and 3 are its displacements.
-        Any other one, or a number that is not positive, is that of a generalised coordinate.
+        (n, 2) number of the node and direction of each unknown; the directions 1, 2 and 3 are
+        displacements. Any other direction, or a number that is not positive, marks a generalised
+        coordinate.
     deck
-        Nodes, sets, elements and constraints, as a reader finds them; or number of a node -> its
-        coordinates; None: not known.
+        Nodes, sets, elements and constraints, as a reader returns them; or a mapping from the
+        number of a node to its coordinates; None: not known.
     M
         (n, n) mass matrix, symmetric and sparse, for `modal_load`; None: not known.
 
     Raises
     ------
     ModelError
-        K or M that is not symmetric or not of the size of the labels, labels that are given twice
-        or are none of displacements.
+        K or M that is not symmetric or not of the size of the labels, labels that are given twice,
+        no label of a displacement.
 
     Examples
     --------
@@ -71,16 +72,16 @@ class MatrixJob(LabelledMatrix):
     def matching_faces(self) -> list[Integers]:
         """Pairs (N, 2) of each connected face at which two bodies lie on each other, node by node.
 
-        They are proposals for `pairs` of `condense`.
-        The body of the lower number is body 1. In the plane the pairs are in the order of the face,
-        body 1 on the left. Bodies that only touch at a point or an edge have no face there. Without
-        elements (those of a reduced model are gone) the nodes alone decide, in space.
+        They are proposals for `pairs` of `condense`. Body 1 is the body with the lower number. In
+        the plane the pairs are in the order of the face, with body 1 on the left. Bodies that only
+        touch at a point or an edge have no face there. In space a deck may have no elements, as for
+        a reduced model; the pairs then follow from the nodes alone.
 
         Raises
         ------
         ModelError
-            A node that lies on several of one other body, nodes amid edges that move on their own;
-            in the plane a deck without elements.
+            A node that lies on several nodes of one other body, midside nodes that do not follow
+            their corners; in the plane a deck without elements.
 
         Examples
         --------
@@ -97,7 +98,7 @@ class MatrixJob(LabelledMatrix):
         return faces
 
     def with_linear_faces(self, *faces: str | ArrayLike) -> MatrixJob:
-        """The job in which nodes amid edges of contact faces follow the corners.
+        """The job in which midside nodes of contact faces follow the corners.
 
         Only corners make pairs then; see theory, "Quadratic elements".
 
@@ -110,8 +111,8 @@ class MatrixJob(LabelledMatrix):
         Raises
         ------
         ModelError
-            Nodes without a facet between them, corners that follow others, a node more than a tenth
-            of its edge off the middle.
+            Nodes without a facet between them, corners that follow other nodes, a midside node more
+            than a tenth of its edge off the middle.
 
         Examples
         --------
@@ -155,7 +156,7 @@ class MatrixJob(LabelledMatrix):
     def _midside_terms(
         self, facets: Integers
     ) -> tuple[Integers, Integers, Integers, Integers, Array]:
-        """How nodes amid edges of some facets follow the corners, if the matrix has them.
+        """Terms by which midside nodes of some facets follow the corners, if the matrix has them.
 
         Each term is a node of the deck and its axis, a corner and its axis, and a weight.
         """
@@ -180,7 +181,7 @@ class MatrixJob(LabelledMatrix):
         )
 
     def _check_midsides(self, corners: Integers) -> None:
-        """Check that nodes amid edges of contact faces, between some corners, follow others."""
+        """Check that midside nodes of contact faces between these corners follow the corners."""
         deck = self._known
         for kind, _, nodes in deck.unclear:
             common = np.intersect1d(corners, nodes)
@@ -216,9 +217,9 @@ class MatrixJob(LabelledMatrix):
         return np.setdiff1d(self.nodes(where), self._known.midsides, assume_unique=True)
 
     def pairs(self, first: str | ArrayLike, second: str | ArrayLike) -> Integers:
-        """(N, 2) pairs of corner nodes on two faces, each with the nearest one.
+        """(N, 2) pairs of corner nodes on two faces; each node is paired with the nearest one.
 
-        In a plane job they are in the order of the face, body 1 on the left.
+        In a plane job the pairs are in the order of the face, with body 1 on the left.
 
         Parameters
         ----------
@@ -229,8 +230,8 @@ class MatrixJob(LabelledMatrix):
         ------
         ModelError
             Faces of different numbers of nodes or with nodes in common, a node that is nearest to
-            two others, nodes amid edges that move on their own, quadratic elements of other types
-            than `Deck.shaped` takes; see `nodes`.
+            two other nodes, midside nodes that do not follow their corners, quadratic elements of
+            types that `Deck.shaped` does not accept; see `nodes`.
         """
         one = self._corners(first)
         two = self._corners(second)
@@ -262,7 +263,7 @@ class MatrixJob(LabelledMatrix):
     def normals(self, face: str | ArrayLike) -> Array:
         """(N, d) unit normals that point out of the body at the corner nodes on a face.
 
-        They are those of the circle or sphere through the nodes around, Max (1999).
+        The normals are exact if the node and its neighbours lie on a circle or sphere, Max (1999).
 
         Parameters
         ----------
@@ -280,16 +281,16 @@ class MatrixJob(LabelledMatrix):
         return frozen(-inward / np.linalg.norm(inward, axis=1)[:, None])
 
     def areas(self, face: str | ArrayLike) -> Array:
-        """(N,) area of each corner node on a face, in the plane length: `width` of `condense`.
+        """(N,) area of each corner node on a face, in the plane length, for `width` of `condense`.
 
         It is the area of its part of the facets through the corners, because contact faces are
-        linear between them.
+        linear between corners.
 
         Parameters
         ----------
         face
-            The nodes of one whole face, see `nodes`, in the order of the areas: for `condense`
-            those of the pairs, `pairs[:, 1]`.
+            The nodes of one whole face, see `nodes`; the areas are in their order. For `condense`
+            use the nodes of the pairs, `pairs[:, 1]`.
 
         Raises
         ------
@@ -331,12 +332,14 @@ class MatrixJob(LabelledMatrix):
     ) -> Array:
         """(n,) nodal forces of one load, given in one of four ways.
 
-        Forces on displacements that follow others go to these, on held ones to the ground.
+        Forces on displacements that follow other ones are passed on to these; forces on held
+        displacements are dropped.
 
         Parameters
         ----------
         where
-            The nodes, see `nodes`: of a face for the first three, any for the last one.
+            The nodes, see `nodes`: nodes of a face for traction, pressure and total, any nodes for
+            nodal forces.
         traction
             (d,) components of a uniform traction on the outline between the nodes, force per area.
         pressure
@@ -352,9 +355,9 @@ class MatrixJob(LabelledMatrix):
         ------
         ModelError
             None or several of the four, nodes that no facet of the outline joins, values that are
-            not finite, axisymmetric elements (in which codes count forces per angle in ways of
-            their own); a force on a displacement of which neither the matrix nor the deck says
-            where it goes, such as that of a tied node. See `nodes` too.
+            not finite, axisymmetric elements (for these the codes define forces per angle
+            differently). Also a force on a displacement that is not in the matrix and whose
+            constraint is not in the deck, such as that of a tied node. See also `nodes`.
 
         Examples
         --------
@@ -405,7 +408,8 @@ class MatrixJob(LabelledMatrix):
     def _integrals(self, nodes: Integers) -> Array:
         """(nodes, d + 1) integrals of each node's shape function over the outline between nodes.
 
-        The first d are those of the function times the outward normal, the last one its own.
+        The first d integrals are of the function times the outward normal, the last one is of the
+        function alone.
         """
         facets = between(self.mesh, nodes)
         mesh, origin = self._whole

@@ -1,4 +1,4 @@
-"""Keywords of decks: which are kept, and which are refused. All others are without effect.
+"""Keywords of decks that are read and keywords that are refused. All others have no effect.
 
 To keep one more keyword, write its function in `keyword_blocks.py` and add a row to `KEPT`. If it
 constrains nodes, its function and row are in `constraint_blocks.py`. To refuse a keyword, add a row
@@ -32,7 +32,10 @@ KEPT: dict[str, Callable[[DeckListing, Block], None]] = {
 
 
 class Refusal(NamedTuple):
-    """A keyword that is refused if its block is so; `in_meshes`: also where only a mesh is read."""
+    """A keyword that is refused if `is_refused` holds for its block.
+
+    With `in_meshes` it is refused also if only a mesh is read.
+    """
 
     keyword: str
     is_refused: Callable[[Block], object]
@@ -97,9 +100,9 @@ REFUSED = (
 def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
     """Read a deck and the files that it includes.
 
-    A mesh alone does not depend on the directions of loads and supports. meshio reads decks too,
-    but without the numbers of the nodes, with the last block of nodes only, and without elements of
-    plane strain.
+    With `mesh_alone` keywords are accepted that only change the directions of loads and supports.
+    meshio also reads decks, but it loses the numbers of the nodes and all blocks of nodes except
+    the last, and it has no elements of plane strain.
     """
     listing = DeckListing()
     for block in blocks(path):

@@ -1,4 +1,4 @@
-"""A stiffness matrix of another code, with labels and deck; and the load of a mode of vibration."""
+"""A stiffness matrix of another code with labels and deck, and the load of a mode of vibration."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def modal_load(
     natural_frequency: float | None = None,
     glued: ArrayLike | None = None,
 ) -> Array:
-    """The load that moves a structure in one of its modes alone, `M mode`, for `condense`.
+    """The load that moves a structure only in one of its modes, `M mode`, for `condense`.
 
     The displacement under the load is the amplitude of the mode.
 
@@ -58,16 +58,16 @@ def modal_load(
         (n, n) mass matrix of the separate bodies, sparse; or, with a natural frequency, their
         stiffness as `condense` takes it.
     mode
-        (n,) shape of a mode of the glued structure, of any size: it is normalised to unit modal
-        mass.
+        (n,) shape of a mode of the glued structure, of any size, because it is normalised to unit
+        modal mass.
     natural_frequency
-        Frequency of the mode in cycles per unit of time, where `M` is the stiffness: `K mode` is
-        `omega^2 M mode`, and the forces by which the glued bodies hold each other. None: it is the
-        mass.
+        Frequency of the mode in cycles per unit of time, if `M` is the stiffness. `K mode` is the
+        sum of `omega^2 M mode` and of the forces by which the glued bodies hold each other. None:
+        `M` is the mass matrix.
     glued
-        With a natural frequency (m, 2) rows that are glued to each other, such as
-        `job.unknowns[pairs].transpose(0, 2, 1).reshape(-1, 2)`; -1 where one is held. The forces
-        between them cancel in their sum, of which each gets one half.
+        With a natural frequency: (m, 2) rows that are glued to each other, such as
+        `job.unknowns[pairs].transpose(0, 2, 1).reshape(-1, 2)`; -1 for a held row. The glue forces
+        cancel in the sum of both rows, and each row gets one half of the sum.
 
     Returns
     -------
@@ -188,9 +188,10 @@ class LabelledMatrix(Shown):
     def unknowns(self) -> Integers:
         """(nodes, d) row of K of each displacement of each node.
 
-        It is -1 if `*BOUNDARY` holds the displacement, and -2 if K lacks it otherwise: it follows
-        others. If the job has no deck that tells held displacements, those that K lacks are -2:
-        such a node carries no contact until you say -1.
+        It is -1 if `*BOUNDARY` holds the displacement, and -2 if K does not have it for another
+        reason, because it follows other displacements. If the deck does not list held
+        displacements, all that are not in K are -2: such a node carries no contact until you set
+        -1.
 
         Raises
         ------
@@ -201,7 +202,7 @@ class LabelledMatrix(Shown):
 
     @property
     def generalised(self) -> Integers:
-        """(m,) rows of K that are no displacement of a node, which `condense` eliminates.
+        """(m,) rows of K that are not displacements of nodes; `condense` eliminates them.
 
         They are rotations, modal unknowns and scalar points.
         """
@@ -211,7 +212,7 @@ class LabelledMatrix(Shown):
     def bodies(self) -> Integers:
         """(nodes,) number of the body that each node belongs to; -1 for nodes without a row in K.
 
-        K joins the nodes of a body.
+        A body consists of the nodes that K connects.
         """
         _, body = connected_components(
             node_graph(self.K, self.unknowns, self.generalised), directed=False
@@ -230,14 +231,14 @@ class LabelledMatrix(Shown):
 
     @cached_property
     def _whole(self) -> tuple[Mesh, csr_matrix]:
-        """The mesh with the nodes amid edges, and the matrix of its nodes by those of the deck."""
+        """The mesh with midside nodes, and the matrix of its nodes as means of deck nodes."""
         return with_midsides(self.mesh, self._known.shaped().nodes, self._known.points)
 
     def _matching(self) -> list[Integers]:
         """Pairs (N, 2) of each connected face at which two bodies lie on each other.
 
-        Both bodies have the nodes of the face, and the facets between them. In space, without
-        elements, nodes alone decide, and all nodes that two bodies share are one face.
+        Both bodies have the nodes of the face, and the facets between these nodes. In space,
+        without elements, all nodes that two bodies share are one face.
         """
         body = self.bodies
         needs_mesh = bool(self._known.elements) or self._directions == 2
@@ -255,7 +256,7 @@ class LabelledMatrix(Shown):
             two = upper[between_both]
             self._check_each_once(one)
             self._check_each_once(two)
-            # Node of body b -> the node of body a on it, or -1.
+            # Node of body b -> the node of body a at the same place, or -1.
             image = np.full(len(self.points), -1)
             image[two] = one
             faces += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
@@ -281,8 +282,8 @@ class LabelledMatrix(Shown):
         Raises
         ------
         ModelError
-            The deck names no such set, or it is empty; numbers that are no rows of `points`; a
-            surface without faces, or between whose nodes there are other facets.
+            The deck has no such set, or it is empty; numbers that are no rows of `points`; a
+            surface without faces, or with further facets between its nodes.
         """
         deck = self._known
         name = where.upper() if isinstance(where, str) else ""
@@ -301,16 +302,16 @@ class LabelledMatrix(Shown):
     def modes(self, path: str | Path) -> tuple[Array, Array]:
         """Natural frequencies (m,) and shapes (m, n) of the modes that CalculiX printed.
 
-        Frequencies are in cycles per unit of time; shapes are those that `modal_load` takes. The
-        file `NAME.dat` is that of a step of `*FREQUENCY` with `*NODE PRINT` of the
-        displacements U of all nodes. Its deck has the nodes of this job, with the contact glued: by
-        `*TIE`, by equations, or by nodes that the bodies share.
+        Frequencies are in cycles per unit of time; the shapes are for `modal_load`. The file
+        `NAME.dat` comes from a step `*FREQUENCY` with `*NODE PRINT` of the displacements U of all
+        nodes. Its deck must have the nodes of this job, with the contact glued: by `*TIE`, by
+        equations, or by shared nodes.
 
         Raises
         ------
         ModelError
-            A file that is missing or holds no modes, or none of a node of the matrix; unknowns that
-            are no displacements.
+            A file that is missing, has no modes, or has no node of the matrix; unknowns that are
+            not displacements.
 
         Examples
         --------
@@ -325,9 +326,10 @@ class LabelledMatrix(Shown):
 
 
 def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
-    """Nodes of each connected face of the outline whose images are a face of the outline too.
+    """Nodes of each connected face of the outline whose images are also a face of the outline.
 
-    `image` (nodes,) is -1 for a node without one. Without a mesh all nodes with images are a face.
+    `image` (nodes,) is -1 for a node without an image. Without a mesh all nodes with images are one
+    face.
     """
     if not (image >= 0).any():
         return []
@@ -344,7 +346,8 @@ def _faces(mesh: Mesh | None, image: Integers) -> list[Integers]:
         lines = lines_along(mesh, outline[matches], "matching_faces: the outline")
         return [line for line, _ in lines]
 
-    # Facets that share a node belong to one face: the first corner of each is linked to the others.
+    # Facets that share a node belong to one face: the first corner of each facet is linked to its
+    # other corners.
     corners = corners[:, matches]
     links = (np.tile(corners[0], len(corners) - 1), corners[1:].ravel())
     face = parts_of(links, len(image))[corners[0]]

@@ -1,4 +1,4 @@
-"""What the blocks of a deck list, by numbers and names; and the deck made of it, by rows."""
+"""The content of the blocks of a deck, by numbers and names, and the deck made from it, by rows."""
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -20,8 +20,9 @@ def deck_of_points(
 ) -> Deck:
     """A deck of nodes, and perhaps of elements, node sets and held displacements.
 
-    `points` are number of a node -> coordinates (2,) or (3,), `solids` type of elements -> number
-    and nodes of each, `held` node and direction, from 1, of each held displacement.
+    `points` maps the number of a node to its coordinates, (2,) or (3,). `solids` maps a type of
+    elements to the number and nodes of each element. `held` lists node and direction, from 1, of
+    each held displacement.
     """
     listing = DeckListing()
     for name, point in points.items():
@@ -65,10 +66,10 @@ class Sets:
     def numbers(
         self, members: Iterable[str | range], owner: str, above: tuple[str, ...] = ()
     ) -> list[int]:
-        """Numbers that some members stand for, each once, in their order.
+        """Numbers of some members, each once, in their order.
 
-        `owner` has the members, for errors. It is inside the sets `above`, which it must not name.
-        Of a range, both codes take the numbers that exist.
+        Error messages call the list `owner`. It is part of the sets `above`, so it must not name
+        them. A range stands for those of its numbers that exist, as in both codes.
         """
         numbers: list[int] = []
         for member in members:
@@ -87,7 +88,7 @@ class Sets:
 
 
 class DeckListing:
-    """What the blocks of a deck list.
+    """The content of the blocks of a deck.
 
     Blocks may use numbers and names that are listed further down; `deck` resolves them at the end.
     """
@@ -101,7 +102,7 @@ class DeckListing:
         self.elements_by_type: list[tuple[str, list[list[int]]]] = []
         self.node_sets = Sets(self.nodes)
         self.element_sets = Sets(self.elements)
-        # node set, and an element set whose nodes it has too
+        # node set, and an element set whose nodes also belong to it
         self.node_sets_of_elements: list[tuple[str, str]] = []
         # surface of nodes -> nodes and node sets
         self.node_surfaces: dict[str, list[str]] = {}
@@ -109,12 +110,12 @@ class DeckListing:
         self.faces: dict[str, list[tuple[str, int]]] = {}
         # surface of elements -> surfaces that it combines
         self.unions: dict[str, list[str]] = {}
-        # element set (none: all elements), and its thickness (nan: one that varies)
+        # element set (None: all elements), and its thickness (nan: it varies)
         self.thicknesses: list[tuple[str | None, float]] = []
         self.constraint_blocks: list[Block] = []
 
     def deck(self) -> Deck:
-        """The deck, in which rows of the nodes stand for their numbers."""
+        """The deck, with rows of nodes in place of numbers of nodes."""
         row_of_node = {node: row for row, node in enumerate(self.nodes)}
         points = frozen([(*point, 0.0, 0.0, 0.0)[:3] for point in self.nodes.values()])
         sets = self._sets(row_of_node)
@@ -144,7 +145,10 @@ class DeckListing:
         )
 
     def _sets(self, row_of_node: Mapping[int, int]) -> dict[str, Integers]:
-        """Rows of the nodes of each surface of nodes, and of each node set, which goes first."""
+        """Rows of the nodes of each surface of nodes, and of each node set.
+
+        A node set replaces a surface of the same name.
+        """
         for name, elements in self.node_sets_of_elements:
             nodes = self._nodes_of_elements(elements, f"node set {name!r}")
             self.node_sets.add(name, map(str, nodes))
@@ -158,7 +162,7 @@ class DeckListing:
         return sets
 
     def _nodes_of_elements(self, elements: str, owner: str) -> list[int]:
-        """Numbers of the nodes of the elements of a set, which `owner` names."""
+        """Numbers of the nodes of the elements of a set; error messages mention its `owner`."""
         numbers = self.element_sets.numbers([elements], owner)
         nodes = [node for number in numbers for node in self.elements.get(number, [])]
         return list(dict.fromkeys(nodes))
@@ -184,9 +188,9 @@ class DeckListing:
         return tuple(dict.fromkeys(thicknesses))
 
     def _faces_of(self, name: str, above: tuple[str, ...]) -> list[tuple[Integers, int]]:
-        """The faces of a surface of elements, and of those that it combines.
+        """The faces of a surface of elements, and of the surfaces that it combines.
 
-        The surfaces `above` combine this one; it must not combine these.
+        The surfaces `above` combine this surface, so it must not combine them.
         """
         if name in above or (name not in self.faces and name not in self.unions):
             raise ModelError(

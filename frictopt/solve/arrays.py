@@ -1,4 +1,4 @@
-"""A program as solvers take it, and its exact solution next to a rough one.
+"""A program in the form for solvers, and the polish of a rough solution to an exact one.
 
 It has a cost, sparse rows and one dense block, in cones.
 """
@@ -19,17 +19,18 @@ from ..base import ROUNDING, STALLED, Array, Integers
 class PolishSettings:
     """Numbers of the polish."""
 
-    # Singular directions of the equations, over the largest: there the solution stays as it is.
+    # Singular values up to this share of the largest one count as zero; along their directions the
+    # solution is not changed.
     not_unique: float = ROUNDING / 10
-    # Error of the equations of active cones that no step makes smaller.
+    # Error of the equations of active cones below which no step reduces it.
     polished: float = 1e-3 * ROUNDING
-    # Largest number of Newton's steps; mostly three are enough.
+    # Largest number of Newton steps; usually three are enough.
     steps: int = 8
-    # Gaps between ratios of multiplier to slack that are tried.
+    # Number of gaps between ratios of multiplier to slack that are tried.
     gaps: int = 4
-    # Revisions of the active rows and cones from one such gap.
+    # Largest number of revisions of the active rows and cones for each gap.
     revisions: int = 4
-    # Ratios below it, and above its inverse, are alike.
+    # Ratios are clipped to this number and its inverse.
     least_ratio: float = 1e-12
 
 
@@ -69,7 +70,7 @@ class Arrays(RowsInCones):
 
     @cached_property
     def matrix(self) -> csr_array:
-        """All rows on x alone."""
+        """The matrix of all rows as functions of x only."""
         if not len(self.block):
             return self.sparse
         width = self.block.shape[1]
@@ -99,7 +100,8 @@ class Arrays(RowsInCones):
     def off(self, x: Array, y: Array) -> float:
         """Largest violation of the optimality conditions.
 
-        These are the cones of the slacks, and the balance of the multipliers and their work.
+        The conditions are: slacks in their cones, the balance of the multipliers, and zero work of
+        the multipliers on the slacks.
         """
         if not (np.isfinite(x).all() and np.isfinite(y).all()):
             return np.inf
@@ -123,7 +125,7 @@ class Arrays(RowsInCones):
         )
 
     def admissible(self, y: Array) -> Array:
-        """The multipliers nearby that are in their cones."""
+        """Multipliers near y that are in their cones."""
         y = y.copy()
         for cone in self.cones:
             y[cone[y[cone[:, 0]] < 0]] = 0.0
@@ -136,15 +138,15 @@ def polish(
 ) -> tuple[Array, Array]:
     """Move a solution onto its active rows and cones, by Newton's method on their equations.
 
-    Which are active is read from the ratios of multiplier to slack, which solvers leave large for
-    active rows and cones and small for the others. If the widest gap between the ratios does not
-    part them rightly, the next ones are tried; rows and cones that the solution contradicts change
-    sides. The answer is the point that breaks the conditions of the whole program least; whether it
-    is good enough is for a residual to say.
+    The ratio of multiplier to slack shows whether a row or cone is active: solvers leave it large
+    if it is active and small if not. The widest gap between the ratios separates the two sets. If
+    this is wrong, the next gaps are tried, and the sets are revised by the solution. The answer is
+    the point with the smallest violation of the optimality conditions. The caller judges its
+    residual.
     """
     best = x, program.admissible(y)
     least = program.off(*best)
-    with np.errstate(all="ignore"):  # a step of a wrong guess may go anywhere, and `off` judges it
+    with np.errstate(all="ignore"):  # a wrong guess may overflow, and `off` rejects it
         for share in _shares(program, x, y, settings):
             for solution in _revised(program, x, y, share, settings):
                 off = program.off(*solution)
@@ -159,10 +161,10 @@ def polish(
 def _revised(
     program: Arrays, x: Array, y: Array, share: float, settings: PolishSettings
 ) -> Iterator[tuple[Array, Array]]:
-    """Solutions with what is active, as long as it changes.
+    """Solutions for the active rows and cones, which are revised until they no longer change.
 
-    If more is active than there are unknowns, the multipliers are not unique: those of the rough
-    solution may be as good.
+    If there are more active equations than unknowns, the multipliers are not unique, and the rough
+    ones may be as good.
     """
     at, slopes = x, y
     before: list[Integers] | None = None
@@ -177,9 +179,9 @@ def _revised(
 
 
 def _shares(program: Arrays, x: Array, y: Array, settings: PolishSettings) -> list[float]:
-    """Ratios of multiplier to slack in the widest gaps between those of all rows and cones.
+    """Ratios of multiplier to slack that separate active from inactive rows and cones.
 
-    Each is the middle of its gap. The widest gap comes first.
+    Each is the middle of one of the widest gaps between the ratios; the widest gap comes first.
     """
     s = program.slack(x)
     sides = [side for cone in program.cones for side in _sides(s[cone], y[cone])]
@@ -200,17 +202,17 @@ def _sides(s: Array, y: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]
 
 
 def _directed(vectors: Array) -> tuple[Array, Array]:
-    """Lengths and directions of vectors, (n, d); 1 and 0 of one that vanishes."""
+    """Lengths and directions of vectors, (n, d); 1 and 0 for a zero vector."""
     radius = np.linalg.norm(vectors, axis=1)
     radius = np.where(radius > 0, radius, 1.0)
     return radius, vectors / radius[:, None]
 
 
 class _Active:
-    """What is active at a point: `rows` whose slacks vanish, and cones on their boundary.
+    """The active rows and cones at a point: slacks that vanish, and cones on their boundary.
 
-    Slacks vanish in equations, and in cones at their apex. Of the list `rows` these are the first
-    entry; each further one, (n, d), holds cones on their boundary.
+    Slacks vanish in equations and in cones at their apex; `rows[0]` lists these rows. Each further
+    entry of `rows`, (n, d), holds the rows of cones on their boundary.
     """
 
     def __init__(self, program: Arrays, x: Array, y: Array, share: float) -> None:
@@ -218,7 +220,7 @@ class _Active:
         s = program.slack(x)
         vanishing = [np.arange(program.zero)]
         on_boundary = list[Integers]()
-        # As many equations as unknowns fix the unknowns, and prove it.
+        # If there are as many equations as unknowns, the equations alone determine the unknowns.
         cones = program.cones if program.zero < len(x) else []
         for cone in cones:
             (slack, slid), (tip, excess) = _sides(s[cone], y[cone])
@@ -232,7 +234,7 @@ class _Active:
     def _equations(self, x: Array, m: Array) -> tuple[Array, Array, Array]:
         """Values of the active rows and cones, their gradients, and a Hessian.
 
-        The Hessian, negative, is that of their sum weighted by the multipliers m.
+        The Hessian is the negative one of the sum of these values, weighted by the multipliers m.
         """
         vanishing, *on_boundary = self.rows
         matrix = self._program.matrix
@@ -257,7 +259,7 @@ class _Active:
         return np.concatenate(values), np.vstack(gradients), hessian
 
     def solved(self, x: Array, y: Array, settings: PolishSettings = POLISH) -> tuple[Array, Array]:
-        """The x and multipliers that solve the equations of what is active, by Newton's method."""
+        """The x and multipliers that solve the equations of the active set, by Newton's method."""
         vanishing, *on_boundary = self.rows
         cost = self._program.cost
         m = np.concatenate([y[vanishing], *(y[cone[:, 0]] for cone in on_boundary)])
@@ -281,7 +283,7 @@ class _Active:
         return best[0], self._multipliers(*best, len(y))
 
     def _multipliers(self, x: Array, m: Array, count: int) -> Array:
-        """Multipliers of all rows, from those of what is active."""
+        """Multipliers of all rows, from those of the active set."""
         vanishing, *on_boundary = self.rows
         s = self._program.slack(x)
         multipliers = np.zeros(count)
@@ -296,7 +298,7 @@ class _Active:
 
 
 def _least(matrix: Array, right: Array, not_unique: float) -> Array:
-    """The solution of symmetric equations, the least one if they have several."""
+    """The solution of symmetric equations, the smallest one if there are several."""
     factor, order, _ = dsytrf(matrix, lwork=int(dsytrf_lwork(len(matrix))[0]))
     if dsycon(factor, order, np.abs(matrix).sum(axis=0).max())[0] > not_unique:
         return np.asarray(dsytrs(factor, order, right)[0])

@@ -1,4 +1,4 @@
-"""The way of a linear or cone program to its answer.
+"""The solution of a linear or cone program, step by step.
 
 A program is compiled, reduced, solved, polished, proven, and put back into the cvxpy problem.
 """
@@ -35,12 +35,12 @@ from .solvers import (
 
 # Number of unknowns above which our interior point is faster than Clarabel.
 _LARGE = 400
-# A proof that there is no answer holds for unknowns up to `1 / FAR / RESIDUAL` times their units.
+# A proof that there is no answer holds for unknowns up to `1 / (_FAR RESIDUAL)` times their units.
 _FAR = 1e3
 
 
 class NoAnswer(NamedTuple):
-    """Why a program has no optimum.
+    """The proof that a program has no optimum.
 
     Either the rows with the ids `ruling` contradict each other, or the unknowns z grow without end.
     """
@@ -51,20 +51,21 @@ class NoAnswer(NamedTuple):
 
 
 class Chain:
-    """A problem with what it takes to solve it.
+    """A problem with its units, its compiled and its reduced program, and the solution of these.
 
-    `units` are the units of its variables, one or one for each entry, in the units of the problem;
-    those of other variables follow from the rows. `unit` is that of the objective, and `changes`
-    are changes of variables. All three may be set anew for each solution.
+    `units` are the units of variables, one number or one for each entry, in the units of the
+    problem. Units of other variables follow from the rows. `unit` is the unit of the objective, and
+    `changes` are changes of variables. All three may be set anew for each solution.
 
-    With `simplify` redundant rows are left out. With `defines` equations define unknowns; a balance
-    of unknowns that are in cones of their own is better kept, see `flipped`.
+    With `simplify` redundant rows are left out. With `defines` unknowns are eliminated by
+    equations. This is not useful if the equations balance unknowns that are in cones of their own,
+    see `flipped`.
     """
 
     proof: Proof
-    """What the multipliers in the problem prove."""
+    """The bound that the multipliers in the problem prove."""
     violation: float
-    """Largest violation of a compiled row by the values in the problem, over its terms."""
+    """Largest violation of a compiled row by the values in the problem, relative to its terms."""
 
     def __init__(
         self,
@@ -104,8 +105,9 @@ class Chain:
     ) -> tuple[C, SolveRecord]:
         """Solve with the first solver whose answer has a residual within the tolerance.
 
-        `judged` makes the claim of what stands in the problem. If a solver finds no optimum,
-        `no_optimum` makes it. A solver may stop once the objective is surely not `above` a number.
+        `judged` builds the claim from the values and multipliers in the problem. If a solver finds
+        no optimum, `no_optimum` builds the claim. A solver may stop once it has proven that the
+        objective is not `above` this number.
         """
         started = perf_counter()
         attempts = list[Attempt]()
@@ -113,7 +115,7 @@ class Chain:
         self._reduced = None
         reduced = self.reduced
         kind = kind_of(reduced.arrays)
-        # It depends on the program and not on the solver, so it is asked for once.
+        # This claim depends only on the program, so it is computed once for all solvers.
         claim_of_none = cache(no_optimum or (lambda: None))
         agreed = True
         for way in _ways(reduced.arrays, solver):
@@ -155,17 +157,17 @@ class Chain:
         attempts.append(Attempt(way.solver, OPTIMAL, claim.residual))
         if not way.polished or claim.residual <= enough:
             return claim
-        # The digits that interior points leave cost little in small programs.
+        # In small programs it costs little to gain the digits that interior points lack.
         refined = self._claim(*way.refined(x, y), judged)
         linear = kind_of(self.reduced.arrays) == LP
         outcome = "refined on the vertex" if linear else "refined on the active cones"
         attempts.append(Attempt(way.solver, outcome, refined.residual))
         if claim.residual < refined.residual:
-            return self._claim(*rough, judged)  # it has to stand in the problem again
+            return self._claim(*rough, judged)  # the rough answer is put back into the problem
         return refined
 
     def _claim(self, x: Array, y: Array, judged: Callable[[], C]) -> C:
-        """The claim of an answer of the reduced program, which then stands in the problem."""
+        """Put an answer of the reduced program into the problem, and return its claim."""
         reduced = self.reduced
         z, multipliers = reduced.back(x, y)
         self.violation = self._compiled.violation(z, reduced.z_unit)
@@ -175,7 +177,7 @@ class Chain:
 
     @contextmanager
     def kept(self) -> Iterator[None]:
-        """Put the values and multipliers of the problem back afterwards."""
+        """Restore the values and multipliers of the problem afterwards."""
         values = standing(self.problem)
         try:
             yield
@@ -183,7 +185,7 @@ class Chain:
             put_back(values)
 
     def value_along(self, growth: NoAnswer, variable: cp.Variable) -> Any:
-        """The part of a variable in unknowns that grow without end."""
+        """The entries of a variable in the direction in which the unknowns grow without end."""
         assert growth.z is not None
         part = growth.z[self._compiled.place(variable)]
         values = part.reshape(variable.shape, order="F")
@@ -192,8 +194,8 @@ class Chain:
     def contradiction(self) -> NoAnswer | None:
         """Proof that no values of the variables obey all rows (Farkas's lemma), or None.
 
-        Its multipliers stand in the rows then. Along unknowns that can grow without end, it must
-        hold to the last digits of its terms.
+        If there is one, its multipliers are put into the rows. Along unknowns that can grow without
+        end, the proof must hold up to rounding of its terms.
         """
         excess = _least_excess(self.reduced.arrays)
         if excess is None or not excess[0] > RESIDUAL:
@@ -214,7 +216,7 @@ class Chain:
     def _contradicts(self, multipliers: Array, ray: Array | None) -> float:
         """The error of a contradiction by multipliers; inf if they prove none.
 
-        It holds for unknowns up to many times their units, and all along a ray.
+        A contradiction must hold for unknowns up to many times their units, and along a whole ray.
         """
         compiled = self._compiled
         balance = compiled.matrix.T @ multipliers
@@ -234,8 +236,8 @@ class Chain:
     def ray(self) -> tuple[Array, float] | None:
         """A direction z in which the objective grows without end, and its error, or None.
 
-        It holds from any values that obey all rows. The error is how far z leaves a row of the
-        program as it was compiled, over the terms of z in that row.
+        The direction is valid from any point that obeys all rows. The error is the largest
+        violation of a row of the compiled program by z, relative to the terms of z in that row.
         """
         program, compiled = self.reduced.arrays, self._compiled
         for along in _inside(program, np.zeros(len(program.right)), program.cost):
@@ -304,7 +306,7 @@ def kind_of(program: Arrays) -> str:
 def _ways(program: Arrays, solver: str | None = None) -> list[_Way]:
     """Forms and solvers in the order in which they are tried."""
     kind = kind_of(program)
-    # Clarabel factors a large program of few entries faster, and the polish takes far longer.
+    # For a large program of few entries Clarabel is faster, and the polish would take far longer.
     sparse = kind == LARGE_SOCP and not len(program.block)
     names = solver_order(solver, SOCP if sparse else kind)
     plain = Plain(program)
@@ -318,16 +320,16 @@ def _ways(program: Arrays, solver: str | None = None) -> list[_Way]:
 
 
 def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterator[Array]:
-    """Values whose slacks, with this right side, lie as deep in their cones as solvers find.
+    """Values whose slacks, for this right side, are as deep inside their cones as possible.
 
-    The depth is at most 1. With a cost they also have `-cost @ x >= 1`. They may lie outside; the
-    caller judges them.
+    The depth is at most 1. With a cost the values also have `-cost @ x >= 1`. Slacks may still lie
+    outside of their cones; the caller checks this.
     """
     parts, width = program.block.shape
     linear = program.linear
     raised = _raised(program.sparse, width, program.heads)
     bounds = np.zeros((1 if cost is None else 2, width + 1 + parts))
-    bounds[0, width] = -1.0  # the depth, minus the raise, is at most 1
+    bounds[0, width] = -1.0  # the depth, which is minus the raise, is at most 1
     bound_right = [1.0]
     if cost is not None:
         bounds[1, :width] = cost
@@ -376,7 +378,7 @@ def _least_excess(program: Arrays) -> tuple[float, Array] | None:
 
 
 def _proven_excess(arrays: Arrays, x: Array, y: Array) -> float | None:
-    """The least excess if the multipliers prove it, or prove that there is one; else None."""
+    """The least excess, if the multipliers prove it or prove that it is above zero; else None."""
     value = float(arrays.cost @ x)
     bound = -float(arrays.right @ y)
     off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
@@ -395,9 +397,9 @@ def _raised(sparse: csr_array, width: int, heads: Integers) -> csr_array:
 
 
 def _least_raise(program: Arrays, sparse: csr_array, right: Array, zero: int) -> Arrays:
-    """The program to minimise the last unknown, over these rows in the cones of another program.
+    """The program that minimises the last unknown under these rows, with the cones of `program`.
 
-    `zero` of the rows are equations; others that the program has not are linear.
+    The first `zero` rows are equations. Further rows, which `program` does not have, are linear.
     """
     parts, width = program.block.shape
     cones = program.sizes[program.sizes > 1]
@@ -413,9 +415,9 @@ def _least_raise(program: Arrays, sparse: csr_array, right: Array, zero: int) ->
 
 
 def _clean(values: Array) -> Array:
-    """Values with 0 for what is rounding beside the largest one.
+    """Values, with 0 for those that are rounding relative to the largest one.
 
-    At the end of a cone, rounding lies outside of it.
+    At the apex of a cone, rounding errors lie outside of it.
     """
     size = np.abs(values)
     return np.where(size > CONDENSATION * size.max(initial=0.0), values, 0.0)

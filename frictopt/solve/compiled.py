@@ -1,6 +1,7 @@
-"""A cvxpy problem as cvxpy compiles it, with its dense equations as blocks.
+"""The compiled form of a cvxpy problem, with its dense equations as blocks.
 
-Here the answer is put back into the problem, and `proof` says what its multipliers prove.
+The answer is put back into the problem here, and `proof` computes the bound that its multipliers
+prove.
 """
 
 import warnings
@@ -17,9 +18,9 @@ from scipy.sparse import csr_array, hstack
 
 from ..base import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
 
-# Rounding of a sum, over the size of its terms.
+# Rounding of a sum, relative to the size of its terms.
 _EXACT = ROUNDING / 100
-# Solver whose order of rows and columns the arrays have; it takes linear rows and cones.
+# cvxpy compiles for this solver, which accepts linear rows and cones.
 _SOLVER = "CLARABEL"
 
 
@@ -27,8 +28,8 @@ _SOLVER = "CLARABEL"
 class Block:
     """Equations `z[defined] = matrix @ z[of]` of one dense matrix, which is not copied.
 
-    `rows` and `sources` are where the rows of `z[defined]` and of `z[of]` stand in the compiled
-    matrix; `sign` is the sign that cvxpy gave them.
+    `rows` and `sources` are the places of the rows of `z[defined]` and of `z[of]` in the compiled
+    matrix; `sign` is the sign that cvxpy gave these rows.
     """
 
     row: cp.Constraint
@@ -45,9 +46,9 @@ class Change:
     """A change of variables of a dense equation `row`, `z[defined] = square @ z[of]`.
 
     With the new unknowns x, `z[of] = matrix @ x`, and `z[defined] = product @ x` is sparse. `unit`
-    (n,) holds the units of x. `blocks` are the matrices by which other dense equations of the same
-    unknowns follow from x. The first of x are the values `loaded` of the left side, in their units.
-    The others are what no value resists.
+    (n,) holds the units of x. `blocks` are the matrices of other dense equations of the same
+    unknowns, as functions of x. The first entries of x are the values `loaded` of the left side, in
+    their units. The other entries are motions that the matrix does not resist.
     """
 
     row: cp.Constraint
@@ -65,9 +66,9 @@ class Compiled:
     >= 0, and cones `|s[1:]| <= s[0]` of the sizes `soc` follow. The values of a variable begin in z
     at `columns[its id]`.
 
-    Equations `x == Constant @ y` of two variables are `blocks`. No dense matrix goes through cvxpy,
-    which compiles `x == 0` and `y == 0` in their place; the rows of these are the first
-    `sparse_zero`. The problem is compiled once; `read` reads the values of its parameters.
+    Equations `x == Constant @ y` of two variables are `blocks`. To keep dense matrices out of
+    cvxpy, it compiles `x == 0` and `y == 0` in place of them; these are the first `sparse_zero`
+    rows. The problem is compiled once; `read` reads the values of its parameters.
     """
 
     def __init__(self, problem: cp.Problem) -> None:
@@ -80,7 +81,7 @@ class Compiled:
         ]
         self._skeleton = cp.Problem(problem.objective, [*self._parts, *others])
         for variable in problem.variables():
-            # cvxpy carries values over to unknowns that it adds, and refuses NaN.
+            # cvxpy copies values to unknowns that it adds, and raises an error for NaN.
             if variable.value is not None and not np.isfinite(variable.value).all():
                 variable.save_value(None)
         self.read()
@@ -107,7 +108,7 @@ class Compiled:
     def read(self) -> None:
         """Read the values of all parameters."""
         with warnings.catch_warnings():
-            # cvxpy warns of how it takes expressions of three dimensions.
+            # cvxpy warns about its treatment of expressions with three dimensions.
             warnings.simplefilter("ignore")
             data, self._chain, self._inverse = self._skeleton.get_problem_data(
                 _SOLVER, enforce_dpp=True, solver_opts={}
@@ -127,38 +128,38 @@ class Compiled:
         return np.concatenate([np.ones(self.nonneg, dtype=int), np.array(self.soc, dtype=int)])
 
     def place(self, variable: cp.Variable) -> slice:
-        """Where the values of a variable stand in z."""
+        """The place of the values of a variable in z."""
         first = int(self.columns[variable.id])
         return slice(first, first + variable.size)
 
     def whole(self, y: Array) -> Array:
-        """Complete multipliers, in place: those of the rows of `z[of]` follow from their blocks."""
+        """Complete multipliers in place; those of the rows of `z[of]` follow from their blocks."""
         for block in self.blocks:
             y[block.sources] = -(block.matrix.T @ y[block.rows])
         return y
 
     def violation(self, z: Array, units: Array) -> float:
-        """Largest violation of a row by values, over the sizes of its terms.
+        """Largest violation of a row by the values z, relative to the sizes of its terms.
 
-        In these an unknown counts at least with its unit.
+        In these sizes each unknown has at least its unit.
         """
         terms = np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right)
         return self._largest(z, self.right, terms, np.zeros_like(terms))
 
     def leaving(self, z: Array, sizes: Array) -> float:
-        """How far a direction leaves a row at most, beyond rounding, over its terms in that row.
+        """Largest violation of a row by a direction, beyond rounding, relative to its terms.
 
-        Its values are sums of terms of these `sizes`.
+        The values of the direction are sums of terms of these `sizes`.
         """
         terms = np.abs(self.matrix)
         rounding = _EXACT * (terms @ sizes)
         return self._largest(z, np.zeros_like(self.right), terms @ np.abs(z), rounding)
 
     def _largest(self, z: Array, right: Array, terms: Array, rounding: Array) -> float:
-        """Largest violation of a row of this right side, beyond its rounding, over its terms."""
+        """Largest violation of a row for this right side, as in `violation` and `leaving`."""
         s = right - self.matrix @ z
         for block in self.blocks:
-            # Dense equations are put in; the referee counts their errors.
+            # Dense equations hold by substitution; the referee checks their errors.
             s[block.rows] = 0.0
             s[block.sources] = 0.0
         zero = self.zero
@@ -172,9 +173,9 @@ class Compiled:
         return float(np.max((off - rounding) / np.where(terms > 0, terms, 1.0), initial=0.0))
 
     def outside(self, y: Array) -> Array:
-        """How far the multipliers of each row or cone lie outside of the dual cone.
+        """Distances of the multipliers of each row or cone from the dual cone.
 
-        For a cone this stands at its first row.
+        The distance of a cone is at its first row.
         """
         linear = slice(self.zero, self.zero + self.nonneg)
         heads = linear.stop + np.cumsum([0, *self.soc])[:-1]
@@ -220,7 +221,7 @@ class Compiled:
 def _dense_rows(problem: cp.Problem) -> list[cp.Constraint]:
     """Dense equations of a problem, at most one for each variable that they define.
 
-    A variable that one of them defines stands on the right side of none.
+    A variable that one of these equations defines is on the right side of none of them.
     """
     by_variable = dict[int, cp.Constraint]()
     for row in problem.constraints:
@@ -233,10 +234,11 @@ def _dense_rows(problem: cp.Problem) -> list[cp.Constraint]:
 
 @dataclass(frozen=True)
 class Proof:
-    """What multipliers prove of a largest objective.
+    """The bound of an objective to be maximised that multipliers prove.
 
-    `bound` is an upper bound of the `value`, up to the `defect`: so much it may be off for all z of
-    the size of this one, or of their unit, because the multipliers do not quite balance.
+    `bound` is an upper bound of the `value`, up to the error `defect`, because the multipliers
+    balance only up to rounding. The error holds for all z of the size of the solution, or of their
+    units.
     """
 
     value: float
@@ -246,7 +248,7 @@ class Proof:
 
     @property
     def gap(self) -> float:
-        """Distance of the bound from the value, and the defect, over the size of the value.
+        """Distance of the bound from the value plus the defect, relative to the size of the value.
 
         This size is at least a thousandth of the unit.
         """
@@ -257,7 +259,8 @@ class Proof:
 def proof(compiled: Compiled, z: Array, y: Array, units: Array, unit: float) -> Proof:
     """The bound that multipliers in their cones prove by weak duality on the compiled program.
 
-    It has the sense of the problem's objective, whose value is that of z.
+    It is an upper bound if the problem maximises and a lower one if it minimises. The value of the
+    problem's objective is the one at z.
     """
     sense = -1.0 if isinstance(compiled.problem.objective, cp.Maximize) else 1.0
     cost = float(compiled.cost @ z)
@@ -306,23 +309,24 @@ def _chooses(factor: cp.Expression) -> bool:
 
 
 def unresisted(square: Array, others: Array, along: Array, across: Array) -> tuple[Array, Array]:
-    """What a symmetric, positive semi-definite matrix (t, t) does not resist, and its inverse.
+    """Null vectors of a symmetric, positive semi-definite matrix (t, t), and its inverse.
 
-    The first are orthonormal vectors x (t, k) that neither the matrix nor the `others` (o, t)
-    resist. The inverse (t, t) is that on all other vectors. Each x counts in units of 1 over
-    `along` (t,), and each of the others in `across` (o,), so that a soft unknown beside stiff ones
-    is not taken for a free one. An x that changes one of the others is resisted, however little.
+    The null vectors are orthonormal x (t, k) for which the products with the matrix and with
+    `others` (o, t) vanish. The inverse (t, t) is taken on all vectors normal to them. The entries
+    of x are scaled by 1 / `along` (t,) and the rows of `others` by `across` (o,), so that a soft
+    unknown beside stiff ones is not mistaken for a free one. An x with a product with `others`
+    above rounding is no null vector.
     """
     t = len(along)
     scaled = square / np.outer(along, along)
     pressure = others / np.outer(across, along)
-    # An unknown that nothing feels is free by itself, so that the others stay exact.
+    # An unknown without entries is a null vector by itself, so that the other vectors stay exact.
     idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0, initial=0.0) > RIGID))
     scaled[idle, idle] = 1.0
     values, soft = _soft_vectors(scaled)
     soft[idle] = 0.0
     held = (values > 0) & (np.abs(pressure @ soft).max(axis=0, initial=0.0) > RIGID)
-    # With the soft vectors added the matrix is well conditioned; they have the stiffness 1 + value.
+    # With the soft vectors added the matrix is well conditioned: their stiffness becomes 1 + value.
     root = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)
     inverse = np.tril(dpotri(root, lower=1, overwrite_c=1)[0])
     share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
@@ -336,8 +340,9 @@ def unresisted(square: Array, others: Array, along: Array, across: Array) -> tup
 def _soft_vectors(matrix: Array) -> tuple[Array, Array]:
     """Eigenvalues up to `RIGID` and their orthonormal eigenvectors (t, k) of a matrix (t, t).
 
-    They are found by four steps of inverse iteration of more vectors than there are soft ones,
-    which many small eigenvalues cannot slow: of eight at first, and twice as many if all are soft.
+    They are found by four steps of inverse iteration with more vectors than there are soft ones, so
+    that many small eigenvalues do not slow it. The iteration begins with eight vectors. If all of
+    them are soft, their number is doubled.
     """
     t = len(matrix)
     factor = lu_factor(matrix + RIGID * np.eye(t))
@@ -363,12 +368,13 @@ def by_inverse(
     unit: Array,
     sizes: Array,
 ) -> Change:
-    """The change of a dense equation of a square matrix to its values and what it does not resist.
+    """The change of a dense equation of a square matrix to its values and its null vectors.
 
-    The values balance each other on `free` (t, k): those of k rows follow from the others. The
-    first of the `others`, dense equations of the same unknowns, does not feel the free vectors.
-    What the rest may feel of them is turned so that each is felt, or not at all. `unit` (t,) are
-    the units of the values, `sizes` (k,) those of the free vectors.
+    The values do no work on the null vectors `free` (t, k): the values of k rows follow from the
+    other rows. `others` are dense equations of the same unknowns. The first of them does not change
+    by the null vectors. For all others the null vectors are rotated, so that each either changes
+    them or does not. `unit` (t,) are the units of the values, `sizes` (k,) those of the null
+    vectors.
     """
     count = free.shape[1]
     basis, loaded = _balanced(unit[:, None] * free)
@@ -392,9 +398,10 @@ def by_inverse(
 
 
 def _balanced(free: Array) -> tuple[Array, Integers]:
-    """Values (t, t - k) that balance each other on `free` (t, k), and the rows of their units.
+    """Basis (t, t - k) of the values that do no work on `free` (t, k), and the rows of its units.
 
-    Each is 1 in one of these rows, and balanced in as many other rows as there are free vectors.
+    Each basis vector is 1 in one of these rows, 0 in the other ones, and balanced in k further
+    rows.
     """
     t, count = free.shape
     pivots = qr(free.T, mode="r", pivoting=True)[1] if count else np.arange(t)

@@ -11,7 +11,7 @@ from .arrays import Arrays
 class Condensed:
     """The rows `right - A y` in cones, and `objective @ y + constant`.
 
-    The equations of the program are solved for as many unknowns, which are eliminated.
+    Each equation of the program eliminates one unknown.
     """
 
     def __init__(self, program: Arrays) -> None:
@@ -33,8 +33,8 @@ class Condensed:
         dense = program.block[:, self._pivots]
         remaining = csr_array(rows[:, self._remaining])
         eliminated = (rows[:, width:], rows[:, self._pivots])
-        # Rows with more than a fifth of the unknowns, as of nodes that balance free bodies, would
-        # fill the sparse products. They count as dense.
+        # Rows with more than a fifth of the unknowns would fill the sparse products, so they are
+        # treated as dense. Nodes that balance free bodies have such rows.
         long = np.diff(remaining.indptr) > 0.2 * len(self._remaining)
         count = int(long.sum())
         chosen = csr_array(

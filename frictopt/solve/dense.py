@@ -18,7 +18,7 @@ from .program import Program, Step
 
 
 def program_of(compiled: Compiled, units: Mapping[cp.Variable, Any]) -> Program:
-    """A compiled program without the rows that stand in the place of its dense equations."""
+    """A compiled program without the rows that replaced its dense equations for cvxpy."""
     unit = np.zeros(len(compiled.cost))
     for variable, size in units.items():
         if variable.id in compiled.columns:
@@ -39,8 +39,8 @@ def program_of(compiled: Compiled, units: Mapping[cp.Variable, Any]) -> Program:
 class Changed(Step[Program]):
     """A dense equation of a square matrix is changed to the unknowns x of a `Change`.
 
-    They are put in before the unknown number `start`. The values of the equation are then sparse in
-    x, and its unknowns are defined by a dense equation of x.
+    The unknowns x are inserted before the unknown number `start`. The left side of the equation is
+    then sparse in x, and its other unknowns are defined by a dense equation of x.
     """
 
     def __init__(self, program: Program, change: Change, start: int) -> None:
@@ -51,10 +51,10 @@ class Changed(Step[Program]):
         self.end = start + count
         self._new = np.arange(start, self.end)
         old = np.arange(len(program.cost))
-        self._old = np.where(old < start, old, old + count)  # where the unknowns before stand after
+        self._old = np.where(old < start, old, old + count)  # new numbers of the old unknowns
 
     def apply(self) -> Program:
-        """The program in the unknowns before it and in x."""
+        """The program in the remaining old unknowns and in x."""
         program, change, square = self._before, self._change, self.square
         n, width = len(program.cost), len(program.cost) + len(self._new)
         stays = np.ones(n, dtype=bool)
@@ -64,7 +64,7 @@ class Changed(Step[Program]):
         data = np.r_[np.ones(len(stays)), product.data]
         rows = np.r_[stays, square.defined[product.row]]
         columns = np.r_[self._old[stays], self._new[product.col]]
-        before = csr_array((data, (rows, columns)), shape=(n, width))  # z = before @ z of after
+        before = csr_array((data, (rows, columns)), shape=(n, width))  # old z = before @ new z
         unit = np.empty(width)
         unit[self._old] = program.unit
         unit[self._new] = change.unit
@@ -79,7 +79,7 @@ class Changed(Step[Program]):
         )
 
     def _moved(self, block: Block) -> Block:
-        """Another dense equation, of x in place of the unknowns of the square one."""
+        """Another dense equation, with x in place of the unknowns of the square equation."""
         change = self._change
         shared, of_block, of_square = np.intersect1d(block.of, self.square.of, return_indices=True)
         defined = self._old[block.defined]
@@ -108,7 +108,7 @@ class Changed(Step[Program]):
 
 
 class Stacked(Step[Arrays]):
-    """Unknowns x that rows or cost need, and one dense block for all that they need besides.
+    """Unknowns x, and one dense block for all other unknowns that rows or cost need.
 
     The rows are then about `[x, block @ x]`.
     """
@@ -179,11 +179,11 @@ def dense_multipliers(
     cost: Array,
     sizes: Array,
 ) -> Array:
-    """The multipliers of all compiled rows, from those of the sparse ones, for this cost.
+    """The multipliers of all compiled rows, from those of the sparse rows, for this cost.
 
-    Those of a dense equation balance the unknowns that it defines. If the rounding of an inverse
-    leaves the other unknowns out of balance, the multipliers of the changed equations are
-    corrected, if that helps. `sizes` (n,) weigh the balances.
+    The multipliers of a dense equation balance the unknowns that it defines. Rounding of an inverse
+    may leave the other unknowns out of balance. The multipliers of the changed equations are then
+    corrected, if this reduces the error. `sizes` (n,) are the weights of the balances.
     """
     multipliers = np.r_[np.zeros(compiled.sparse_zero), y]
     off = compiled.matrix.T @ multipliers + cost

@@ -1,4 +1,4 @@
-"""Unknowns that single rows define are eliminated: bounds of abs and norm, and what equations say.
+"""Elimination of unknowns that single rows define: rows of abs and norm, and equations.
 
 cvxpy compiles `abs(q) <= f p` to `q <= t`, `-q <= t` and `t <= f p` with an unknown t of its own.
 Only the last row bounds t, and a larger t relaxes the others. So t may be replaced by `f p`.
@@ -31,10 +31,11 @@ NO_DEFINITIONS = Definitions(np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.
 
 
 class Eliminated(Step[Program]):
-    """Unknowns are replaced by what `bounds`, rows of abs and norm, and equations define them as.
+    """Unknowns are replaced by the expressions that single rows define for them.
 
-    With the rows that define them they leave the program: `z = follows @ z + start`. Their columns
-    stay, empty. `rows` are the rows that are left.
+    The rows are `bounds` of abs and norm, and equations. They leave the program, and the unknowns
+    follow: `z = follows @ z + start`. The columns of these unknowns remain, but are empty. `rows`
+    are the remaining rows.
     """
 
     def __init__(self, program: Program, by_equations: bool) -> None:
@@ -57,7 +58,7 @@ class Eliminated(Step[Program]):
         sparse = csr_array(rows @ self._follows)
         sparse.eliminate_zeros()
         sparse.sort_indices()
-        bounds = len(self.bounds.rows)  # linear rows, which stand before the cones
+        bounds = len(self.bounds.rows)  # linear rows come before the cones
         return replace(
             program,
             sparse=sparse,
@@ -81,7 +82,7 @@ class Eliminated(Step[Program]):
         return np.where(self._remaining | (self.before.unit > 0), unit, derived)
 
     def multipliers(self, y: Array, cost_factor: float) -> Array:
-        """Those of the defining rows balance the unknowns that they define."""
+        """All multipliers; those of the defining rows balance the unknowns that the rows define."""
         program = self.before
         multipliers = np.zeros(len(program.right))
         multipliers[self.rows] = y
@@ -96,8 +97,8 @@ def _substitution(
 ) -> tuple[csr_array, Array]:
     """The matrix `follows` (n, n) and the vector `start` (n,) with `z = follows @ z + start`.
 
-    Unknowns of a later round stand in the rows of an earlier one, but never the other way round.
-    So the last round is put in first.
+    The rows of a round may contain unknowns of later rounds, but none of earlier rounds. So the
+    last round is substituted first.
     """
     n = len(program.cost)
     places = np.flatnonzero(remaining)
@@ -114,9 +115,10 @@ def _substitution(
 
 
 def bounds_of_norms(program: Program) -> Definitions:
-    """Unknowns `t <= b - a @ z` that one linear row bounds and whose growth relaxes all others.
+    """Unknowns `t <= b - a @ z` that one linear row bounds and that relax all other rows.
 
-    Those of abs and norm are such. At most one unknown is taken for each row.
+    The unknowns that cvxpy adds for abs and norm are of this kind. At most one unknown is taken for
+    each row.
     """
     entries = program.sparse.tocoo()
     width = len(program.cost)
@@ -158,9 +160,10 @@ def _rounds_of_equations(program: Program) -> Iterator[Definitions]:
 
 
 def defined_unknowns(program: Program, equations: Integers) -> Definitions:
-    """Unknowns that stand in one of these equations alone; in each equation the heaviest of them.
+    """Unknowns that occur in only one of these equations, one unknown from each equation.
 
-    No coefficient may be rounding, as it stands or times the unit of the unknown.
+    It is the unknown with the largest coefficient times unit in the equation. The
+    coefficient itself, or its product with the unit, must be well above rounding.
     """
     entries = csr_array(program.sparse[equations]).tocoo()
     unit = np.where(program.unit > 0, program.unit, 1.0)
@@ -180,7 +183,7 @@ def defined_unknowns(program: Program, equations: Integers) -> Definitions:
 
 
 def _is_large(size: Array, row: Integers) -> Booleans:
-    """Which entries are more than rounding beside the largest entry of their row."""
+    """Which entries are above rounding, relative to the largest entry of their row."""
     largest = np.zeros(row.max(initial=-1) + 1)
     np.maximum.at(largest, row, size)
     return np.asarray(size > _PIVOT * largest[row])

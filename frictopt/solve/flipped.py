@@ -1,13 +1,14 @@
 """The dual of a program whose unknowns are themselves in cones.
 
-It is as small as the equations that tie the unknowns together. The forces of a balance are of this
-kind: two or three unknowns a node, in a cone of their own, and few equations for each body. Many of
-these cones are at their end in the solution, where interior points lose digits. In the multipliers
-of the few equations they keep them.
+The dual has about as many unknowns as there are equations that couple the unknowns. The forces of a
+balance are of this kind: each node has two or three unknowns in a cone of their own, and each body
+has few equations. In the solution many of these cones are at their apex, where interior points lose
+digits. The multipliers of the few equations keep their digits.
 
-With the slacks `right - matrix @ x` in cones, the multipliers y obey `matrix' y = -cost`. A row
-about an unknown of its own *owns* this unknown: the multiplier of the row follows from the others,
-so that only these are unknowns of the dual. Its multipliers are the slacks, which tell x.
+With the slacks `right - matrix @ x` in cones, the multipliers y obey `matrix' y = -cost`. Some rows
+*own* an unknown, see `_owners`: their multipliers follow from the other ones, so that only these
+are unknowns of the dual. The multipliers of the dual are the slacks of the program, from which x
+follows.
 """
 
 from collections.abc import Mapping
@@ -24,13 +25,13 @@ from .solvers import INFEASIBLE, UNBOUNDED
 
 @dataclass(frozen=True, eq=False)
 class Plain:
-    """A program as it stands, with the methods of `Flipped`."""
+    """A program itself, not its dual, with the methods of `Flipped`."""
 
     arrays: Arrays
     said: ClassVar[Mapping[str, str]] = {}
 
     def above(self, value: float) -> float:
-        """The number that the objective has to be above; else a solver may stop."""
+        """The number at which a solver may stop, because the objective does not exceed it."""
         return value
 
     def back(self, x: Array, y: Array) -> tuple[Array, Array]:
@@ -51,18 +52,18 @@ class Flipped:
     multiplier_rows: Integers
     """Rows whose multipliers are the unknowns."""
     following: Integers
-    """Rows whose multipliers follow; those of one entry come first."""
+    """Rows whose multipliers follow; rows of one entry come first."""
     owned: Integers
     """The unknown that each of these rows owns."""
     free: Integers
     """Unknowns that no row owns."""
     share: Array
-    """Factor of the slacks of the dual over the multipliers of the program."""
+    """Ratio of the slacks of the dual to the multipliers of the program."""
     said: ClassVar[Mapping[str, str]] = {INFEASIBLE: UNBOUNDED, UNBOUNDED: INFEASIBLE}
-    """What a status of the dual says of the program."""
+    """Status of the dual -> status of the program."""
 
     def above(self, value: float) -> float:
-        """No number: the dual is bounded from the other side."""
+        """The number is -inf, because the dual bounds the objective from the other side."""
         return -np.inf
 
     def back(self, y: Array, slacks: Array) -> tuple[Array, Array]:
@@ -96,8 +97,8 @@ def flipped(program: Arrays) -> Flipped | None:
     pivots, alone = _pivots(program, following, owned)
     columns = csr_array(program.matrix.T)
 
-    # The multipliers that follow are constant + slopes @ y. Unknowns that one row owns may stand
-    # in rows that own others: `across` adds what these rows carry of them.
+    # The multipliers that follow are constant + slopes @ y. An owned unknown may also occur in the
+    # row of another owner: `across` adds these terms.
     over_pivots = _diagonal(-1 / pivots)
     later = _diagonal((~alone).astype(float))
     across = over_pivots @ (csr_array(columns[owned][:, following]) - _diagonal(pivots)) @ later
@@ -116,7 +117,7 @@ def flipped(program: Arrays) -> Flipped | None:
         multiplier_rows[in_cones] - zero, np.flatnonzero(in_cones), (inside, len(multiplier_rows))
     )
     of_cones = np.repeat(program.sizes, program.sizes) > 1
-    share = np.where(of_cones, np.count_nonzero(program.sizes > 1), 1.0)  # cones share one load
+    share = np.where(of_cones, np.count_nonzero(program.sizes > 1), 1.0)  # cones share the load
     arrays = Arrays(
         sparse=csr_array(vstack([columns[free][:, multiplier_rows], -(_diagonal(share) @ rows)])),
         block=np.zeros((0, len(multiplier_rows))),
@@ -131,8 +132,8 @@ def flipped(program: Arrays) -> Flipped | None:
 def _owners(program: Arrays) -> tuple[Integers, Integers]:
     """Rows that own an unknown each, and these unknowns.
 
-    Rows of one entry come first. Then come cones whose rows have one entry each besides the
-    unknowns of these.
+    Rows of one entry come first. Then come cones whose rows have one entry each, besides the
+    unknowns of the first kind.
     """
     matrix = program.matrix
     owner = np.full(len(program.cost), -1)

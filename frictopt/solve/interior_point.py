@@ -1,16 +1,16 @@
-"""Large cone programs by an interior point on condensed normal equations.
+"""An interior-point method for large cone programs, with condensed normal equations.
 
-Such a program has one dense block of rows and many small cones. A contact in space is one: the
-block says what tractions a slip makes, and there is a cone for each node at each corner. With
-`min c'y` over the `s = h - A y` in cones, whose multipliers z are in cones too, and with W the
-scaling of s and z, a step solves::
+Such a program has one dense block of rows and many small cones. A contact in space is an example:
+the block holds the tractions due to slips, and there is a cone for each node at each corner. The
+program is `min c'y` with `s = h - A y` in cones, and its multipliers z are in cones too. With the
+scaling W of s and z, a step solves::
 
     A' z = u,   A y - W^2 z = v   by   (A' W^-2 A) y = u + A' W^-2 v,   A y = sparse [y, block y]
 
-Whatever the number of cones, there is one dense matrix of the size of y, one product and one
-Cholesky factorisation. Their errors are corrected in the equations on the left. The steps are those
-of Mehrotra on the homogeneous embedding, which also finds that there is no optimum (Andersen, Roos
-& Terlaky 2003), with the scaling of Nesterov & Todd (1997).
+Whatever the number of cones, a step needs one dense matrix of the size of y, one product and one
+Cholesky factorisation. Rounding errors are corrected in the equations on the left. The steps are
+Mehrotra's, on the homogeneous embedding, which also detects that there is no optimum (Andersen,
+Roos & Terlaky 2003). The scaling is that of Nesterov & Todd (1997).
 """
 
 from dataclasses import dataclass
@@ -33,34 +33,38 @@ class Settings:
     steps: int = 100
     # Error at which the program counts as solved.
     enough: float = 1e-11
-    # Largest error of an answer if rounding leaves no further step. Others judge it. It is also
-    # that of a proof that there is no optimum if rounding is all that the proof lacks.
+    # Largest error of an answer if rounding prevents further steps; the caller checks its residual.
+    # It is also the largest error of a proof that there is no optimum, if tau has vanished.
     nearly: float = 1e-7
-    # The error accepted, over `enough`, after up to so many steps that do not halve the least one.
+    # After one to `patience` steps that do not halve the smallest error, an error of `slack` times
+    # `enough` is accepted.
     slack: float = 5.0
     patience: int = 4
-    # The two objectives may differ by so many errors: a tenth of what an answer may.
+    # The relative difference of the two objectives may be this many times `enough`.
     objectives_apart: float = 10.0
-    # Work of the cones, over `enough`, below which the rounding of a step is corrected by itself.
+    # The rounding of a step is corrected separately if the work of the cones, relative to the
+    # objective, is below this many times `enough`.
     mended: float = 100.0
-    # tau over kappa below which there is no optimum.
+    # Ratio of tau to kappa below which there is no optimum.
     no_optimum: float = 1e-12
-    # Share of the way to the boundary of the cones that a step goes.
+    # Length of a step, relative to the step that reaches the boundary of the cones.
     stay: float = 0.98
-    # A bound must bear its own error so many times: it holds for unknowns so many times as large.
+    # The error of a bound is multiplied by this number, so that the bound also holds for unknowns
+    # this many times larger.
     surely: float = 1e6
-    # Shifts of the diagonal of a step's matrix, over itself: the first is taken with which the
-    # matrix has a factor.
+    # Relative increases of the diagonal of a step's matrix; the first one is used with which the
+    # Cholesky factorisation succeeds.
     shifts: tuple[float, ...] = (1e-14, 1e-13, 1e-12, 1e-11)
-    # Error of the equations of a step, over their right side, below which it is not corrected.
+    # Error of the equations of a step, relative to their right side, below which it is not
+    # corrected.
     correct: float = 1e-13
-    # A correction helps if it leaves less than this share of the error; else all is rounding.
+    # Corrections go on as long as each reduces the error below this share of it.
     helps: float = 0.1
-    # Rows in a part of the matrix product, of which only the lower triangle is computed.
+    # Number of rows in a block of the matrix product, of which only the lower triangle is computed.
     rows: int = 250
 
     def accepted(self, stalled: int) -> float:
-        """The error accepted after so many steps that do not halve the least error."""
+        """The error accepted after `stalled` steps that do not halve the smallest error."""
         if stalled > self.patience:
             return self.nearly
         return self.enough * (self.slack if stalled else 1.0)
@@ -72,13 +76,13 @@ SETTINGS = Settings()
 def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
     """Status in Clarabel's words, x and multipliers.
 
-    It ends early if these prove that the largest `-cost @ x` is not `above` a number.
+    It ends early if the multipliers prove that the largest `-cost @ x` is not `above` this number.
     """
     try:
         condensed = Condensed(program)
         with np.errstate(over="raise", divide="raise", invalid="raise"):  # an ArithmeticError
             status, y, z, _ = _solved(condensed, Cones(program.sizes), above + condensed.constant)
-    # Rounding ends the steps, or equations depend on each other.
+    # Rounding has stopped the steps, or equations are linearly dependent.
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         return str(error), np.zeros(len(program.cost)), np.zeros(len(program.right))
     return status, *condensed.whole(y, z)
@@ -97,14 +101,14 @@ class Cones:
         self.degree = len(sizes)
         self.unit = (np.arange(self.size) == self.heads[self.of]).astype(float)
         self.tail = 1.0 - self.unit  # mask of all parts but the first
-        self.turned = 2 * self.unit - 1.0  # signs that turn these parts
+        self.turned = 2 * self.unit - 1.0  # signs that reverse these parts
 
     def sums(self, x: Array) -> Array:
         """The sum over the parts of each cone."""
         return np.asarray(np.add.reduceat(x, self.heads))
 
     def square(self, x: Array) -> Array:
-        """`x[0]^2 - |x[1:]|^2` of each cone, with so little rounding that no point lies outside."""
+        """`x[0]^2 - |x[1:]|^2` of each cone, kept positive in spite of rounding."""
         first = x[self.heads]
         size = np.sqrt(self.sums(self.tail * x**2))
         least = np.finfo(float).eps * first**2
@@ -127,13 +131,14 @@ class Cones:
 class Scaling:
     """The symmetric W with `W z = W^-1 s = point`, for s and z within the cones.
 
-    For each cone W is `eta (2 v v' - J)` with some v, J the reflection that turns all but the first
-    part; `w = W e / eta` is its unit vector. At the end of a cone W is an ArithmeticError.
+    For each cone W is `eta (2 v v' - J)` with some v. J is the reflection that reverses all parts
+    but the first, and `w = W e / eta` is the unit vector of the scaling. ArithmeticError if a point
+    is at the boundary of a cone.
     """
 
     def __init__(self, cones: Cones, s: Array, z: Array) -> None:
         if not min(s[cones.heads].min(), z[cones.heads].min()) > 0:
-            raise ArithmeticError("rounding leaves the point at the end of a cone")
+            raise ArithmeticError("rounding has put the point on the boundary of a cone")
         self._cones = cones
         s_size = np.sqrt(cones.square(s))
         z_size = np.sqrt(cones.square(z))
@@ -162,7 +167,7 @@ class Scaling:
     def inverse_square(self, sparse: csr_array) -> csr_array:
         """`sparse' W^-2 sparse`.
 
-        For each cone W^-2 is `(2 v v' - J) / eta^2` with the v that w is when turned.
+        For each cone W^-2 is `(2 v v' - J) / eta^2` with `v = J w`.
         """
         cones = self._cones
         over_eta = 1 / self._eta[cones.of]
@@ -188,7 +193,7 @@ class Scaling:
 class Equations:
     """The equations `A' z = u` and `A y - W^2 z = v` of a step.
 
-    If they have no factor, this is an ArithmeticError.
+    ArithmeticError if their matrix cannot be factorised.
     """
 
     def __init__(self, program: Condensed, scaling: Scaling) -> None:
@@ -205,7 +210,7 @@ class Equations:
         self._factor = _factor(matrix.T)
 
     def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
-        """The y and z, whose errors are corrected in the equations themselves."""
+        """The y and z, improved by iterative refinement in the original equations."""
         program, over, times = self._program, self._scaling.over, self._scaling.times
         y, z = np.zeros(len(u)), np.zeros(len(v))
         left, right = u, v
@@ -227,18 +232,18 @@ def _largest(u: Array, v: Array) -> float:
 
 
 def _factor(matrix: Array) -> Array:
-    """The Cholesky factor, upper, of the upper triangle of a matrix in the order of columns."""
+    """The upper Cholesky factor of a matrix stored by columns; only its upper triangle is used."""
     diagonal = matrix.diagonal().copy()
     for shift in SETTINGS.shifts:
         np.fill_diagonal(matrix, diagonal * (1 + shift))
         factor, failed = dpotrf(matrix)
         if not failed:
             return np.asarray(factor)
-    raise ArithmeticError("the equations of a step have no factor")
+    raise ArithmeticError("the equations of a step cannot be factorised")
 
 
 class _Point(NamedTuple):
-    """A point of the embedding: y, s, z, and its two numbers, one of which vanishes in the end."""
+    """A point of the embedding: y, s, z, tau and kappa, of which one vanishes at the end."""
 
     y: Array
     s: Array
@@ -257,10 +262,11 @@ class _Point(NamedTuple):
 
 
 class _Residuals:
-    """By how much a point misses the equations of the embedding, and the mean work of its cones.
+    """Errors of a point in the equations of the embedding, and the mean work of its cones.
 
-    `bound` is what its multipliers prove if they balance, `proven` what they surely prove. `error`
-    is that of the point as a solution. `lack` is its error as a proof of `without_optimum`.
+    `bound` is the bound that its multipliers prove if they balance exactly; `proven` includes their
+    error of balance. `error` is the error of the point as a solution. `lack` is its error as a
+    proof of the status `without_optimum`.
     """
 
     def __init__(self, program: Condensed, point: _Point, degree: int, settings: Settings) -> None:
@@ -305,7 +311,7 @@ class _Best(NamedTuple):
 
 
 class _NoOptimum(NamedTuple):
-    """The best proof so far that there is no optimum: what it proves, by a point, and its lack."""
+    """The best proof so far that there is no optimum: its status, its point, and its error."""
 
     status: str
     point: _Point
@@ -364,7 +370,7 @@ class _Newton:
         if at.tau < at.kappa:
             self._y, self._z = self._solve(-program.objective, program.right)
         else:
-            # The same; near an optimum the line above would lose all digits in its own rounding.
+            # These are the same y and z. Near an optimum the equation above would lose all digits.
             y, z = self._solve(-off.dual, 2 * at.s - off.primal)
             self._y = (at.y + y) / at.tau
             self._z = (at.z + z) / at.tau
@@ -378,9 +384,9 @@ class _Newton:
         return self._at.moved(way, min(1.0, self._settings.stay * self._longest(way)))
 
     def _direction(self, share: float, ahead: _Point | None = None) -> _Point:
-        """The direction to the point whose cones all have this share of their mean work.
+        """The direction to the point at which the work of each cone is this share of the mean work.
 
-        It takes account of the curvature that the direction `ahead` has met.
+        It takes account of the curvature along the direction `ahead`.
         """
         at, off, program = self._at, self._off, self._program
         scaling, cones = self._scaling, self._cones
@@ -395,14 +401,15 @@ class _Newton:
         tau = float(misses + program.objective @ y + program.right @ z) / self._slope
         y = y + tau * self._y
         z = z + tau * self._z
-        # s follows from the rows: computed from z it would have the rounding of z.
+        # s is computed from the rows, because computed from z it would have the rounding of z.
         s = tau * program.right - (1 - share) * off.primal - program.rows(y)
         return _Point(y, s, z, tau, -(number + at.kappa * tau) / at.tau)
 
     def corrected(self, at: _Point, off: _Residuals, above: float) -> tuple[_Point, _Residuals]:
-        """A later point and its residuals, near the end without what it misses of its rows.
+        """A point and its residuals; near the end its rows and multipliers are corrected.
 
-        A direction for the rows and multipliers alone is not lost in the rounding of a whole step.
+        A direction that only corrects rows and multipliers is not lost in the rounding of a whole
+        step.
         """
         settings = self._settings
         late = off.apart <= settings.mended * settings.enough or off.bound <= above
@@ -411,7 +418,7 @@ class _Newton:
         try:
             mended = self._mended(at, off)
             residuals = _Residuals(self._program, mended, self._cones.degree, settings)
-        except ArithmeticError:  # at the end of a cone
+        except ArithmeticError:  # at the boundary of a cone
             return at, off
         return min(
             (at, off),
@@ -420,7 +427,7 @@ class _Newton:
         )
 
     def _mended(self, at: _Point, off: _Residuals) -> _Point:
-        """The point without what it misses of rows and multipliers."""
+        """The point after a correction of the errors of its rows and multipliers."""
         y, z = self._solve(-off.dual, -off.primal)
         way = _Point(y, -off.primal - self._program.rows(y), z, 0.0, 0.0)
         longest = _longest_in_cones(Scaling(self._cones, at.s, at.z), way)

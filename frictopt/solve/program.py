@@ -1,4 +1,4 @@
-"""A program on its way through a reduction, and what each step of the reduction offers."""
+"""A program during its reduction, and the interface of the steps of the reduction."""
 
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -31,7 +31,7 @@ class Program(RowsInCones):
 
     @property
     def in_blocks(self) -> Booleans:
-        """Which unknowns stand in dense equations."""
+        """Which unknowns occur in dense equations."""
         mask = np.zeros(len(self.cost), dtype=bool)
         for block in self.blocks:
             mask[block.defined] = True
@@ -40,10 +40,10 @@ class Program(RowsInCones):
 
 
 class Step(Generic[After]):
-    """A step of a reduction: it turns a program into a smaller one, and answers of that one back.
+    """A step of a reduction, with the way back for the answer.
 
-    A step is made of the program before it; `apply` returns the program after it. By default
-    values and multipliers are the same before and after.
+    The constructor takes the program before the step; `apply` returns the program after it. By
+    default values and multipliers are the same before and after.
     """
 
     def apply(self) -> After:
@@ -57,7 +57,7 @@ class Step(Generic[After]):
     def multipliers(self, y: Array, cost_factor: float) -> Array:
         """The multipliers of the program before the step, from those of the program after it.
 
-        `cost_factor` is 1 for multipliers that balance the cost, and 0 for those of a
-        contradiction, which balance nothing.
+        `cost_factor` is 1 for multipliers of an optimum, which balance the cost. It is 0 for
+        multipliers that prove a contradiction, in whose balance there is no cost.
         """
         return y

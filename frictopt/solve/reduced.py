@@ -1,7 +1,7 @@
-"""A compiled program made small and well scaled, step by step, and the way back for its answer.
+"""The reduction of a compiled program, step by step, and the way back for its answer.
 
-Each step turns a program into a smaller one of the same kind, and its answer back, see `Step`. No
-step knows what a program is about.
+Each step makes the program smaller or better scaled, and maps the answer back, see `Step`. No step
+depends on the meaning of the program.
 
 1. Unknowns that single rows define are eliminated (`eliminated.py`).
 2. Redundant rows are left out (`redundant.py`).
@@ -29,7 +29,7 @@ After = TypeVar("After")
 
 
 class Reduced:
-    """A compiled program in as few and as well-scaled unknowns and rows as it has.
+    """A compiled program with few and well-scaled unknowns and rows.
 
     `arrays` is the reduced program, and `cost_unit` the unit of its cost. `z_unit` are the units of
     the unknowns z of the compiled program. `left_out` counts the redundant rows.
@@ -62,7 +62,7 @@ class Reduced:
         return step.apply()
 
     def _without_redundant_rows(self, program: Program, simplify: bool) -> Program:
-        """The program without the rows that others imply; if not `simplify`, without empty rows."""
+        """The program without redundant rows; without `simplify` only empty rows are left out."""
         if not simplify:
             return self._after(RowsLeftOut(program, empty(program)))
         whole = self._eliminated
@@ -72,7 +72,7 @@ class Reduced:
         return self._after(RowsLeftOut(program, np.union1d(by_rows, empty(program))))
 
     def _scaled(self, program: Program) -> Arrays:
-        """The program in its last unknowns and units, as solvers take it."""
+        """The program in its final unknowns and units, for the solvers."""
         new_unknowns = 0
         changes = list[Changed]()
         for change, _ in self._changes:
@@ -116,8 +116,8 @@ class Reduced:
     def direction(self, x: Array) -> tuple[Array, Array]:
         """A direction of the compiled program from one of this program, and the sizes of its terms.
 
-        The size of a value is that of the terms that it is the sum of. Dense equations compute the
-        values that they define, as in the user's problem; changes of variables do not.
+        The size of a value is the sum of the sizes of its terms. Dense equations compute the values
+        that they define, as in the user's problem; changes of variables do not.
         """
         z = self._remaining(x)
         sizes = np.abs(z)
@@ -129,7 +129,7 @@ class Reduced:
     def multipliers(self, y: Array, sizes: Array, cost_factor: float = 1.0) -> Array:
         """The multipliers of the compiled program, from those of this one.
 
-        `sizes` weigh by how much they do not balance. For `cost_factor`, see `Step`.
+        `sizes` are the weights of the errors of their balance. For `cost_factor`, see `Step`.
         """
         for step in reversed(self._steps):
             y = step.multipliers(y, cost_factor)

@@ -12,7 +12,7 @@ from .arrays import Arrays
 from .eliminated import Definitions
 from .program import Program, Step
 
-# If f is less, `abs(q) <= f p` keeps `p >= 0` to fewer digits, and the row `p >= 0` stays.
+# For smaller f the row `abs(q) <= f p` implies `p >= 0` only to a few digits, so `p >= 0` is kept.
 _CLEAR = 0.01
 
 P = TypeVar("P", Program, Arrays)
@@ -66,7 +66,7 @@ def implied_by_norms(program: Program, bounds: Definitions) -> Integers:
 
 
 def implied_by_cones(program: Program) -> Integers:
-    """Linear rows that follow from a first slack >= 0 of a cone, if one unknown alone is in it."""
+    """Linear rows that the first slack >= 0 of a cone implies, if it contains a single unknown."""
     heads = program.heads[program.sizes > 1]
     heads = heads[np.diff(program.sparse.indptr)[heads] == 1]
     linear = np.arange(program.zero, program.linear)
@@ -76,7 +76,7 @@ def implied_by_cones(program: Program) -> Integers:
 def _implied_by(
     sources: csr_array, source_right: Array, program: Program, linear: Integers
 ) -> Integers:
-    """Those of the rows `linear` that are multiples of a source with no smaller right side."""
+    """The rows of `linear` that are multiples of a source and whose right side is not smaller."""
     if not sources.shape[0]:
         return linear[:0]
     source_keys, source_limits, _ = _keys(sources, source_right)
@@ -108,8 +108,8 @@ def _never_negative(program: Program, unknowns: Integers) -> Booleans:
 def _keys(rows: csr_array, right: Array) -> tuple[Array, Array, Array]:
     """Keys of rows, their scaled right sides, and their scales, which are their largest entries.
 
-    A key is the product of the scaled row with a random complex vector: rows that differ in scale
-    alone have equal keys, up to 12 digits.
+    A key is the product of the scaled row with a random complex vector. Rows that are multiples of
+    each other have equal keys, up to 12 digits.
     """
     sizes = largest_entries(rows)
     scale = np.where(sizes > 0, sizes, 1.0)
@@ -122,7 +122,7 @@ def largest_entries(rows: csr_array) -> Array:
     """The size of the largest entry of each row, 0 of an empty one."""
     if not rows.shape[0]:
         return np.zeros(0)
-    entries = np.r_[np.abs(rows.data), 0.0]  # one more, where empty last rows begin
+    entries = np.r_[np.abs(rows.data), 0.0]  # a last entry, for empty rows at the end
     largest = np.maximum.reduceat(entries, rows.indptr[:-1])
     return np.asarray(largest * (np.diff(rows.indptr) > 0))
 
@@ -130,7 +130,8 @@ def largest_entries(rows: csr_array) -> Array:
 def dominated(program: Program) -> Integers:
     """Linear rows that another row implies for an unknown x >= 0.
 
-    They are equal to it except for the coefficient of x and the right side, and weaker in both.
+    Such rows differ from the other row only in the coefficient of x and in the right side, and are
+    weaker in both.
     """
     linear = slice(program.zero, program.linear)
     matrix = csr_array(program.sparse[linear])
@@ -150,10 +151,10 @@ def dominated(program: Program) -> Integers:
     coefficient[entries.row[in_column]] = entries.data[in_column]
     vectors = np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
     vectors[unknown] = 0.0
-    mark = matrix @ vectors  # equal for equal rows, and for others only by chance
+    mark = matrix @ vectors  # equal for equal rows; for different rows equal only by chance
 
-    # In each group of equal marks, rows stand in the order of falling coefficients. A row is
-    # stronger than all before it only if its right side is less.
+    # In each group of equal marks the rows are ordered by falling coefficients. A row is stronger
+    # than all rows before it only if its right side is smaller.
     order = np.lexsort([right, -coefficient, mark[:, 1], mark[:, 0]])
     begins = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
     rank = np.unique(right[order], return_inverse=True)[1]
@@ -172,7 +173,7 @@ def empty(program: Program) -> Integers:
 
 
 def dependent(program: Arrays) -> Integers:
-    """Equations that the others imply. Those that contradict the others are none of them."""
+    """Equations that other equations imply. Contradicting equations are not among them."""
     zero = program.zero
     width = program.block.shape[1]
     if not zero:

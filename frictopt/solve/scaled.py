@@ -1,4 +1,4 @@
-"""Units in which the unknowns, the rows and the cost of a program are near one."""
+"""Scaling of unknowns, rows and cost of a program to sizes near one."""
 
 from dataclasses import replace
 
@@ -12,10 +12,11 @@ from .redundant import largest_entries
 
 
 class ScaledUnknowns(Step[Arrays]):
-    """Unknowns in units of their own.
+    """The unknowns are scaled by their units.
 
-    `unit` holds those of `[x, block @ x]`; units that are 0 follow from the rows. The first
-    `changed` unknowns stem from changes: their units are such that no entry of the block exceeds 1.
+    `unit` holds the units of `[x, block @ x]`; units that are 0 follow from the rows. The first
+    `changed` unknowns come from changes of variables. Their units are reduced until no entry of the
+    block exceeds 1.
     """
 
     def __init__(self, program: Arrays, unit: Array, changed: int) -> None:
@@ -45,10 +46,10 @@ class ScaledUnknowns(Step[Arrays]):
 
 
 def _derived(unit: Array, sizes: csr_array, constant: Array) -> Array:
-    """Units of the unknowns: an unknown one is the largest that the rows allow, or 1.
+    """Units of the unknowns; a missing unit is the largest that the rows allow, or 1.
 
-    `sizes` are the sizes of the entries of the rows, `constant` those of their right sides. A row
-    allows an unknown what its other terms, in their units, add up to.
+    `sizes` are the sizes of the entries of the rows, `constant` the sizes of their right sides. A
+    row allows a term to be as large as the sum of its other terms in their units.
     """
     entries = sizes.tocoo()
     while (unit == 0).any():
@@ -66,7 +67,7 @@ def _derived(unit: Array, sizes: csr_array, constant: Array) -> Array:
 
 
 class Felt(Step[Arrays]):
-    """Unknowns that neither a row nor the cost feels leave the program; their values are zero."""
+    """Unknowns that occur neither in rows nor in the cost leave the program with values of zero."""
 
     def __init__(self, program: Arrays) -> None:
         self._before = program
@@ -76,7 +77,7 @@ class Felt(Step[Arrays]):
         self._felt = np.flatnonzero(felt)
 
     def apply(self) -> Arrays:
-        """The program of the unknowns that are felt."""
+        """The program of the remaining unknowns."""
         program = self._before
         if len(self._felt) == self._width:
             return program
@@ -135,7 +136,7 @@ class ShutCones(Step[Arrays]):
 
 
 def _shut(program: Arrays) -> Booleans:
-    """Which cones have a first slack of rounding size beside their other slacks."""
+    """Which cones have a first slack that is rounding, relative to their other slacks."""
     if program.sizes.max(initial=1) == 1:
         return np.zeros(len(program.sizes), dtype=bool)
     heads = program.heads - program.zero

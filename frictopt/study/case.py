@@ -42,7 +42,7 @@ class Case:
 
     @cached_property
     def loads(self) -> str:
-        """Digest of the loads of the cycle by their names, for any contact."""
+        """Digest of the load case names and amplitudes of the cycle, without the contact."""
         parts: list[Mapping[str, float] | None] = [self.cycle.mean, *self.cycle.corners, None]
         parts += self.cycle.fixed or ()
         content = repr([part and sorted(part.items()) for part in parts])
@@ -60,7 +60,7 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One transient: its case, its load factor and its start."""
+    """A transient of a study: its case, its load factor and its start."""
 
     case: Case
     load_factor: float
@@ -70,8 +70,8 @@ class Run:
     def key(self) -> str:
         """Digest of the content.
 
-        A multiple of the safe slip enters as this number, because solvers may find different safe
-        slips.
+        For a start at a multiple of the safe slip, the digest uses the multiple, because solvers
+        may find different safe slips.
         """
         start = self.start
         state = start.state
@@ -85,7 +85,7 @@ class Run:
 
 
 def _digest(*values: ArrayLike | None) -> bytes:
-    """Digest of numbers and arrays, by the digest of each, so that none runs into the next."""
+    """Digest of the digests of numbers and arrays, so that it depends on their boundaries."""
     parts = list[bytes]()
     for value in values:
         content = b"-"

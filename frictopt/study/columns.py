@@ -1,9 +1,9 @@
 """The columns of a study, in their order. A new column is one more line of `COLUMNS`.
 
-A column is *stored* in the file of the study, *shown* in its table, or both. Its value follows from
-the run, from the steady state, or from the row of the other columns. The columns without a function
-are measured while the run is followed (`runs.py`). The docstring of `dissipation_study` says what
-each column means. If the stored columns change, so does the version in `store.py`.
+A column is *stored* in the file of the study, *shown* in its table, or both. Its value is computed
+by a function: from the run, from the steady state, or from the other columns of the row. Columns
+without a function are filled by `runs.py`. The docstring of `dissipation_study` explains each
+column. If you change the stored columns, change the version in `store.py`, too.
 """
 
 from collections.abc import Callable
@@ -36,7 +36,7 @@ class Column:
 
 
 def _friction(run: Run) -> float:
-    """Mean coefficient of friction. If it is uniform, it has no rounding of a mean."""
+    """Mean coefficient of friction; a uniform one is returned without the rounding of a mean."""
     friction = run.case.friction
     uniform = np.ptp(friction) == 0
     return float(friction[0] if uniform else friction.mean())
@@ -118,8 +118,8 @@ def row_of_steady(steady: SteadyState) -> Row:
 def shown_row(run: Run, row: Row) -> Row:
     """The row of the table of a study, from a row that may come from a store.
 
-    A store may have kept the run under another name of its start or load cycle: the names of this
-    study count.
+    A store may have kept the run under other names of its start and load cycle. The row has the
+    names of this study.
     """
     named = row | row_of_run(run)
     derived = {

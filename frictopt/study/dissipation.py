@@ -56,61 +56,62 @@ def dissipation_study(
     """Follow a transient to its steady state for each friction, load cycle, load factor and start.
 
     The method is that of Flicek et al. 2015, section 5. A run that fails is a row with its error.
-    The executor changes only the column seconds. Ctrl-C stays a KeyboardInterrupt; its attribute
-    `table` has the finished runs. The store is closed then and holds them too.
+    The executor changes only the column seconds. Ctrl-C raises a KeyboardInterrupt whose attribute
+    `table` has the finished runs. The store also holds them, and is closed.
 
     Parameters
     ----------
     system, load_factors
         The contact, and load factors, each >= 0.
     cycle
-        Its load cycle; or several, label -> load cycle, such as one for each preload or phase. Then
-        the load cycles are an axis of the study.
+        The load cycle, or several as a mapping label -> load cycle, such as a load cycle for each
+        preload or phase. The load cycles are then an axis of the study.
     friction
         Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
         nodes, or a frozen distribution of `scipy.stats`. From a distribution each node draws its
         coefficient: `[stats.norm(0.5, 0.05)] * 20` is twenty contacts of scattered friction. A flat
-        list of as many numbers as the contact has nodes is refused, because it may mean both: give
-        `[field]`, or a column of numbers (F, 1).
+        list of as many numbers as the contact has nodes is refused, because it may mean a field or
+        several frictions. Give `[field]`, or a column of numbers (F, 1).
     starts
-        Starts, as `fo.starts` makes them (add their lists); or an array of residual slips (S, N),
-        in space (S, N, 2), length; None: no slip. Slips that stress the contact more than 1e18
-        times as much as the loads fail.
+        A list of starts from `fo.starts` (such lists can be added), or an array of residual slips
+        (S, N), in space (S, N, 2), length; None: no slip. A run fails if its slips stress the
+        contact 1e18 times as much as the loads.
     rng
-        Seed or generator of the distributions among the frictions, which draw one after the other.
-        The same seed gives the same table.
+        Seed or generator for the distributions among the frictions, in their order. The same seed
+        gives the same table.
     shard
-        (k, n): follow only the k-th of n parts of the runs, k from 1 to n, each n-th run. Parts
-        with stores of their own need no shared file; the command `frictopt merge` puts the stores
+        (k, n): follow only part k of n, k from 1 to n, which consists of every n-th run. Parts with
+        stores of their own need no shared file; the command `frictopt merge` puts the stores
         together. None: all runs.
     executor
         Any executor with the interface of `concurrent.futures`, such as a `ProcessPoolExecutor` or
         a dask client's `get_executor()`; None: this process. It gets at most 256 tasks at a time. A
-        task ends with the run in which its first second is over. A run that the executor loses is a
-        row that says so.
+        task ends with the run during which its first second is over. The row of a run that the
+        executor loses has this as its error.
     store
-        File that keeps each run by its content when its task ends. If the study is started again,
-        also after it was killed, it follows only the missing runs and those that failed. Shakedown
-        limits are computed in each call. Several studies may share the file on a disk of this
-        machine. `results.read_store` reads it.
+        File that keeps each run when its task ends; a run is identified by its content. A study
+        that is started again, also after it was killed, follows only runs that are missing or
+        failed. Shakedown limits are computed in each call. Several studies may share the file on a
+        disk of this machine. `results.read_store` reads it.
     progress
-        Show count, rate and time left, on a terminal and in a notebook.
+        Whether to show count, rate and remaining time in a terminal or notebook.
 
     Returns
     -------
     DataFrame
         One row for each run, ordered by friction, load cycle, load factor and start as given.
         Columns: friction, the number or the mean over the nodes; friction_std, its standard
-        deviation over the nodes; friction_number, its place in the list; cycle, the label, "" of a
-        single one; load_factor; load_ratio, over the shakedown limit (NaN if that is not finite);
-        shakedown_limit, of this friction and cycle (NaN if no solver proves one); start, family,
-        seed, see `Start`; amplitude, root mean square of the initial slip; outcome, the name of an
-        `Outcome`, or "FAILED"; dissipation, work of friction per cycle in the steady state;
-        dissipation_scaled, `W E* / P^2` with P the total normal force of the mean load (NaN if
-        `E_star` is not known, and in space); first_cycle, work in the first cycle; largest_share,
-        that of the node that dissipates most; cycles followed; slipping and open, numbers of nodes;
-        residual; engine; seconds; error, the text for a run that failed, else empty. `attrs` holds
-        "missing", the number of runs without a row in the table of an error.
+        deviation over the nodes; friction_number, its place in the list; cycle, its label, "" for a
+        single load cycle; load_factor; load_ratio, the load factor divided by the shakedown limit
+        (NaN if the limit is not finite); shakedown_limit, of this friction and cycle (NaN if no
+        solver proves one); start, family, seed, see `Start`; amplitude, root mean square of the
+        initial slip; outcome, the name of an `Outcome`, or "FAILED"; dissipation, work of friction
+        per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal
+        force of the mean load (NaN if `E_star` is not known, and in space); first_cycle, work in
+        the first cycle; largest_share, the share of the node with the largest dissipation; cycles,
+        the number followed; slipping and open, numbers of nodes; residual; engine; seconds; error,
+        the text for a run that failed, else empty. `attrs` holds "missing", the number of runs
+        without a row in the table of an error.
 
     Raises
     ------
@@ -118,8 +119,8 @@ def dissipation_study(
         Bad input, or an executor that takes no runs.
     StoreError
         The store is damaged, is not a store of frictopt, has runs of another load cycle under the
-        same label, or cannot be written; once runs have begun, `table` of the error holds the
-        finished ones.
+        same label, or cannot be written. After runs have begun, the attribute `table` of the error
+        holds the finished runs.
 
     Examples
     --------
@@ -169,7 +170,7 @@ def dissipation_study(
 
 
 class _Study:
-    """The runs of a study, in their order, and the rows that are known of them, key -> row."""
+    """The runs of a study, in their order, and their known rows, key -> row."""
 
     def __init__(self, system: ContactSystem, runs: list[Run], file: Store | None) -> None:
         self.units = system.units
@@ -243,7 +244,7 @@ def _checked_shard(shard: object) -> slice:
 
 
 def checked_cycles(cycle: object) -> dict[str, LoadCycle]:
-    """The load cycles of a study by their labels, "" of a single one."""
+    """The load cycles of a study by their labels; a single load cycle has the label ""."""
     if not isinstance(cycle, Mapping):
         return {"": checked_cycle(cycle)}
     if not cycle:
@@ -292,7 +293,7 @@ def _check_start(start: object, slip_shape: tuple[int, ...]) -> None:
 
 
 def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
-    """(N,) coefficients of each friction, of one or of a list; see `dissipation_study`."""
+    """(N,) coefficients of a single friction, or of each in a list; see `dissipation_study`."""
     is_list = np.iterable(friction) and not isinstance(friction, str | bytes | Mapping)
     items = list(friction) if is_list else [friction]
     if not items:

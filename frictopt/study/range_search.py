@@ -27,31 +27,33 @@ from .range_starts import shortened
 class SearchSettings:
     """Numbers of the search."""
 
-    # Least gain of work in a step, relative.
+    # Smallest relative gain of work in a step.
     least_gain: float = 100 * RESIDUAL
-    # First and last radius of the trust region, over the spread of the slips of the orbit.
+    # First and last radius of the trust region, relative to the spread of the slips of the orbit.
     first_radius: float = 0.25
     last_radius: float = 0.25e-5
-    # Transients of one climb.
+    # Largest number of transients in a climb.
     climb_transients: int = 20
     # A climb stops if this many times its next gain would not reach the best work found elsewhere.
     leap: float = 400.0
-    # Random starts around an orbit, at least and at most.
+    # Smallest and largest number of random starts around an orbit.
     least_around: int = 8
     most_around: int = 200
-    # Between these bounds, nodes of all random starts together: with many nodes a transient costs
-    # more, and the works of the starts differ less.
+    # Between these bounds, the number of random starts times the number of nodes: with many nodes a
+    # transient is slower, and the works of the starts differ less.
     nodes_around: int = 1000
-    # Distances of the random starts, over the spread of the slips of the orbit.
+    # Largest and smallest distance of random starts, relative to the spread of the slips of the
+    # orbit.
     widest: float = 2.0
     narrowest: float = 0.05
-    # Cycles after which a transient is given up. Some need thousands.
+    # Number of cycles after which a transient is given up. Some transients need thousands.
     most_cycles: int = 200
-    # Increments of a rough search from corner to corner, a quarter of the usual ones.
+    # Increments from corner to corner in a rough search, a quarter of the usual number.
     rough_steps: int = 5
-    # Least gain of work in a rough search, and least later change of a work, relative.
+    # Smallest relative gain of work in a rough search, and largest relative change of work in the
+    # later cycles that it leaves out.
     rough_share: float = 1e-3
-    # Works of a rough transient from which the later change is estimated.
+    # Number of works of a rough transient from which the later change is estimated.
     rough_works: int = 4
 
 
@@ -65,10 +67,10 @@ FAR = "far from the end of the range, and with a step hardly nearer"
 class Orbit:
     """The transient from one start, and the steady state that it leads to.
 
-    `name` is that of the start with which the search began; `start` is the slip, (N,) or (N, 2),
-    length. The steady state, and the path that has reached it, at the last corner, are None if the
-    transient has no result. `end` says why the search from this orbit ended: "followed" if there
-    was no search.
+    `name` is the name of the first start of the search; `start` is the slip, (N,) or (N, 2),
+    length. `state` and `path`, which has reached this state at the last corner, are None if the
+    transient has no result. `end` says why the search from this orbit ended; it is "followed"
+    without a search.
     """
 
     name: str
@@ -84,7 +86,7 @@ class Orbit:
 
 
 def levels_of(orbits: Iterable[Orbit]) -> list[Orbit]:
-    """An orbit of each level of work, the least first."""
+    """An orbit of each level of work, in the order of rising work."""
     levels = list[Orbit]()
     results = [orbit for orbit in orbits if orbit.state is not None]
     for orbit in sorted(results, key=lambda orbit: orbit.work):
@@ -94,10 +96,10 @@ def levels_of(orbits: Iterable[Orbit]) -> list[Orbit]:
 
 
 class Search:
-    """Transients of one contact at one load factor, counted, and the orbits that they reach.
+    """Transients of one contact at one load factor, their number, and the orbits that they reach.
 
-    `count_one` is called for each transient. A rough search ends a transient when later cycles
-    change its work by less than a thousandth, before its state comes back.
+    `count_one` is called for each transient. A rough search ends a transient before its state
+    repeats: when later cycles change its work by less than a thousandth.
     """
 
     def __init__(
@@ -138,8 +140,9 @@ class Search:
     ) -> Orbit:
         """Follow the transient from a start for at most `most` cycles.
 
-        It is given up if two cycles one after the other have less work than `least`: the work of a
-        transient falls from cycle to cycle, up to some 2 % in a thousand random ones.
+        It is given up if two successive cycles have less work than `least`, because the work of a
+        transient usually falls from cycle to cycle. In a thousand random transients it rose by at
+        most some 2 %.
         """
         self.transients += 1
         self._count_one()
@@ -157,7 +160,8 @@ class Search:
             if settled is None and self.rough:
                 settled = _nearly_settled(run)
             if len(run.works) == 1:
-                # From the same state after one cycle a transient goes on as the earlier one did.
+                # If the state after one cycle was met before, the transient continues as the
+                # earlier one.
                 after_one_cycle = path.state.u / path.length
                 for state, orbit in self._met:
                     if np.abs(after_one_cycle - state).max() <= PERIODIC:
@@ -171,7 +175,7 @@ class Search:
         return orbit
 
     def further(self, starts: list[tuple[str, Array]]) -> list[Orbit]:
-        """Orbits from named starts in turn, until one leads to a state that was met before."""
+        """Orbits from named starts in turn, until a start leads to a state that was met before."""
         orbits = list[Orbit]()
         for name, start in starts:
             known = len(self._met)
@@ -181,7 +185,7 @@ class Search:
         return orbits
 
     def final_state(self, orbit: Orbit) -> SteadyState:
-        """The steady state of an orbit, with its step error if it is followed in increments."""
+        """The steady state of an orbit; an orbit followed in increments gets its step error."""
         assert orbit.state is not None
         if not orbit.state.steps:
             return orbit.state
@@ -199,7 +203,7 @@ class Search:
     def around(self, orbit: Orbit, least: float) -> list[Orbit]:
         """Orbits with a work of at least `least` from random starts around one orbit.
 
-        Without a least work no transient ends early. Then there are no starts if the contact has
+        Without `least` no transient ends early, so there are no random starts if the contact has
         many nodes.
         """
         assert orbit.path is not None
@@ -217,10 +221,10 @@ class Search:
         return [near for near in orbits if near.work >= least]
 
     def climb(self, orbit: Orbit, sense: int) -> Orbit:
-        """The orbit with more (sense 1) or less (sense -1) work that linear programs lead to.
+        """Climb from an orbit by linear programs to more (sense 1) or less (sense -1) work.
 
-        The radius of the trust region doubles after a step that gains work, and is a quarter after
-        one that does not.
+        The radius of the trust region is doubled after a step that gains work, and divided by four
+        after any other step.
         """
         last_transient = self.transients + SETTINGS.climb_transients
         best = max(sense * known.work for known in self.orbits)
@@ -259,7 +263,7 @@ class Search:
         radius: float,
         best: float,
     ) -> str:
-        """Why no transient follows from a step: "" if one does."""
+        """The reason to end a climb before a step is tried; "" if there is none."""
         gain = 0.0 if step is None else step[1]
         if not gain > self._least_gain * orbit.work or radius < SETTINGS.last_radius:
             self._extremes.append(orbit.work)
@@ -286,9 +290,10 @@ class Search:
 
 
 def _nearly_settled(run: Run) -> Settled | None:
-    """The last cycle as the steady state, if later ones change its work by less than a thousandth.
+    """The last cycle as the steady state, if its work is final up to a thousandth.
 
-    The later change is estimated from the last works, without the cycle from the mean load.
+    The later change is estimated from the last works; the first cycle, from the mean load, is not
+    used.
     """
     works = run.works[1:][-SETTINGS.rough_works :]
     if run.period > 1 or len(works) < SETTINGS.rough_works or not run.last:
@@ -303,5 +308,5 @@ def _nearly_settled(run: Run) -> Settled | None:
 
 
 def _spread(slip: Array, path: Transient) -> float:
-    """Largest less least slip; the slip scale of the mean load if all slips are equal."""
+    """Largest minus smallest slip; the slip scale of the mean load if all slips are equal."""
     return float(np.ptp(slip, axis=0).max()) or path.force / path.system.stiffness_scale

@@ -1,4 +1,4 @@
-"""Runs of a study are followed, here or by the tasks of an executor, and become rows."""
+"""Runs of a study are followed in this process or by the tasks of an executor, and become rows."""
 
 import time
 from collections import deque
@@ -23,25 +23,27 @@ from .starts import root_mean_square
 
 @dataclass(frozen=True)
 class TaskSettings:
-    """How the runs of a study are shared out to an executor."""
+    """Numbers for the distribution of the runs of a study to an executor."""
 
-    # Tasks at a time. Each holds the arrays of its contact.
+    # Largest number of tasks at a time. Each task holds the arrays of its contact.
     most_tasks: int = 256
-    # Seconds after which a task begins no other run.
+    # Seconds after which a task begins no further run.
     seconds: float = 1.0
-    # Seconds that an interrupt waits for the tasks at work.
+    # Seconds for which an interrupt waits for running tasks.
     patience: float = 3.0
 
 
 SETTINGS = TaskSettings()
-_blas_libraries = cache(ThreadpoolController)  # looking for them takes time, once in a process
+_blas_libraries = cache(
+    ThreadpoolController
+)  # The search for the libraries is slow, so it is done once in a process.
 
 Keep = Callable[[list[Row], bool], None]
-"""Takes rows as they finish, and whether they are results of their runs: not if they were lost."""
+"""Receives finished rows, and whether they are results; rows of lost runs are not."""
 
 
 def execute(runs: Sequence[Run], executor: Executor | None, keep: Keep) -> None:
-    """Follow runs, here or by an executor; `keep` gets their rows as they finish, in any order.
+    """Follow runs in this process or by an executor; `keep` receives their rows in any order.
 
     An error or an interrupt cancels the runs that have not begun. After an interrupt, tasks at work
     have a moment to hand over the rows that they have finished.
@@ -58,7 +60,7 @@ def execute(runs: Sequence[Run], executor: Executor | None, keep: Keep) -> None:
             tasks.submit()
             tasks.collect(keep)
     except KeyboardInterrupt:
-        # A terminal sends it to all processes, so a task may raise it too.
+        # A terminal sends the interrupt to all processes, so a task may raise it, too.
         tasks.cancel()
         keep(tasks.finished_rows(), True)
         raise
@@ -77,7 +79,7 @@ class _Tasks:
     begun: bool = False
 
     def submit(self) -> None:
-        """Give the executor as many tasks as it may have, with equal shares of the waiting runs."""
+        """Fill the executor with tasks that have equal shares of the waiting runs."""
         while self.waiting and len(self.at_work) < SETTINGS.most_tasks:
             share = ceil(len(self.waiting) / (SETTINGS.most_tasks - len(self.at_work)))
             batch = [self.waiting.popleft() for _ in range(share)]
@@ -86,7 +88,7 @@ class _Tasks:
             future.add_done_callback(self.ended.put)
 
     def _submit_batch(self, batch: list[Run]) -> Future[list[Row]]:
-        """The task of a batch. If the executor dies after its first task, the task fails."""
+        """Submit the task of a batch; it fails if the executor has died after earlier tasks."""
         try:
             future = self.executor.submit(_follow, batch)
         except Exception as error:
@@ -101,7 +103,7 @@ class _Tasks:
         return future
 
     def collect(self, keep: Keep) -> None:
-        """Wait until a task ends, keep the rows of all ended tasks, and take back other runs."""
+        """Wait until a task ends, keep the rows of all ended tasks, put unfinished runs back."""
         # A store may be slower than the tasks, so it gets the rows of all ended tasks at once.
         futures = [self.ended.get()]
         futures += [self.ended.get() for _ in range(self.ended.qsize())]
@@ -117,7 +119,8 @@ class _Tasks:
             rows += finished
             self.waiting.extend(batch[len(finished) :])
         keep(rows, True)
-        # Not before the rows are kept: an interrupt asks all tasks at work once more.
+        # Tasks are deleted only after their rows are kept, because an interrupt asks all listed
+        # tasks.
         for future in futures:
             del self.at_work[future]
 
@@ -128,7 +131,7 @@ class _Tasks:
                 future.cancel()
 
     def finished_rows(self) -> list[Row]:
-        """The rows that the tasks at work finish within a moment, or had before an interrupt."""
+        """The rows that running tasks finish within `patience`, or finished before an interrupt."""
         rows = list[Row]()
         end = time.perf_counter() + SETTINGS.patience
         for future in self.at_work:
@@ -139,11 +142,10 @@ class _Tasks:
 
 
 def _follow(runs: Sequence[Run]) -> list[Row]:
-    """Follow the first run, and more until the time of a task is over.
+    """Follow the first run, and further runs until the time of a task is over.
 
-    BLAS has one thread, so that no value depends on the machine, except for the seconds. An
-    interrupt has the finished rows as its attribute `rows`, also when it comes from another
-    process.
+    BLAS has one thread, so that only the seconds depend on the machine. The attribute `rows` of an
+    interrupt holds the finished rows, also if the interrupt is sent to another process.
     """
     rows = list[Row]()
     end = time.perf_counter() + SETTINGS.seconds
@@ -160,7 +162,7 @@ def _follow(runs: Sequence[Run]) -> list[Row]:
 
 
 def _row(run: Run) -> Row:
-    """Follow one run to its steady state; the row of an error if there is none."""
+    """Follow a run to its steady state, and return its row, or the row of its error."""
     began = time.perf_counter()
     case = run.case
     start = run.start

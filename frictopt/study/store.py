@@ -21,7 +21,7 @@ _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key))
 _VERSION = 5  # of the meaning of the columns
 _WAIT_FOR_WRITER = 60  # seconds to wait for another writer
 
-# A row with the same key is replaced, unless the new one failed and the old one did not.
+# A row with the same key is replaced, unless the new run failed and the old run did not.
 _WRITE = (
     f"INSERT INTO runs VALUES ({', '.join('?' * (len(STORED) + 1))}) "
     "ON CONFLICT (key) DO UPDATE SET "
@@ -38,15 +38,15 @@ class DamagedRows(UserWarning):
 class Store:
     """An open file of sqlite with one row for each run; its key is a digest of the run's content.
 
-    `make` creates the file if there is none, and allows to write; else the file is only read. Rows
-    that become known together are one transaction. So sqlite protects the file if a writer is
-    killed, or if several write at the same time.
+    With `make` the file is created if there is none, and may be written; else it is only read. Rows
+    that are written together are one transaction. So sqlite protects the file if a writer is
+    killed, or if there are several writers at the same time.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, make: bool = True) -> None:
         with _store_errors(path):
             self.path = Path(path).expanduser().absolute()
-            # Another study may make the file between two questions: ask first whether it exists.
+            # Check first whether the file exists, because another study may create it after that.
             usable = self.path.is_file() if self.path.exists() else make
             if not usable:
                 raise FileNotFoundError("there is no such file")
@@ -77,8 +77,8 @@ class Store:
         version = self._connection.execute("PRAGMA user_version").fetchone()
         if schema != [(_SCHEMA,)] or version != (_VERSION,):
             raise sqlite3.DatabaseError(
-                "it is of another program, or of another version of frictopt, and its columns mean "
-                "something else"
+                "it is the file of another program or of another version of frictopt, and its "
+                "columns mean something else"
             )
 
     def read(self) -> pd.DataFrame:
@@ -112,9 +112,9 @@ class Store:
                 )
 
     def write(self, rows: Iterable[Row]) -> None:
-        """Write rows, all or none, with NULL for missing values.
+        """Write rows in one transaction, with NULL for missing values.
 
-        A row replaces one with the same key, but a run that failed never replaces a result.
+        A row replaces a row with the same key, but a failed run never replaces a result.
         """
         with _store_errors(self.path), self._connection:
             self._connection.execute("BEGIN IMMEDIATE")
@@ -138,7 +138,7 @@ def _connect(path: Path, make: bool) -> sqlite3.Connection:
 
 @contextmanager
 def _store_errors(path: object) -> Iterator[None]:
-    """Raise a StoreError for each error of the file. A RuntimeError is that of an unknown home."""
+    """Raise a StoreError for each error of the file. An unknown home folder is a RuntimeError."""
     try:
         yield
     except (sqlite3.Error, OSError, TypeError, ValueError, RuntimeError) as error:
@@ -149,7 +149,7 @@ def _store_errors(path: object) -> Iterator[None]:
 
 
 def _values(row: Row) -> list[Any]:
-    """The values of a row in sqlite, which has neither NaN nor a sign of zero."""
+    """The values of a row for sqlite, which stores neither NaN nor the sign of zero."""
     values = list[Any]()
     for name, dtype in STORED.items():
         value: Any = row.get(name)
@@ -166,15 +166,15 @@ def _checksum(values: list[Any]) -> int:
 
 
 def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
-    """All runs of a file that `dissipation_study` got as `store`, also while a study writes to it.
+    """All runs of a `store` of `dissipation_study`, even while a study writes to it.
 
     Returns
     -------
     DataFrame
         One row for each run, ordered by key. Columns: key, digest of the run's content (contact,
-        cycle, friction, load factor and start); loads, digest of the loads of its cycle; the others
-        as in the table of `dissipation_study`. Start and cycle have the names of the study that
-        kept the run.
+        cycle, friction, load factor and start); loads, digest of the loads of its cycle; further
+        columns as in the table of `dissipation_study`. Start and cycle have the names of the study
+        that kept the run.
 
     Raises
     ------
@@ -198,10 +198,10 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
-    """Write all runs of some stores, such as those of shards, into one; return its number of runs.
+    """Write all runs of some stores, such as stores of shards, into one; return its number of runs.
 
-    The file may exist, and keeps its runs. A run that several stores hold counts once, with a
-    result if one of them has it.
+    The file may exist; its runs are kept. A run that is in several stores is written once, as a
+    result if any store has its result.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Verification of the guaranteed limit by transients.
 
-They start from its witness just above the limit, and from many slips just below.
+Just above the limit the transients start from its witness; just below, from many slips.
 """
 
 from __future__ import annotations
@@ -35,23 +35,26 @@ NO_OUTCOME = "NO_CONTINUATION"
 class CheckSettings:
     """Numbers of the verification."""
 
-    # Load factor of the tests below, as a share of the way from the least safe one to the limit.
+    # Load factor of the tests below the limit, as a share of the interval from the least safe load
+    # factor to the limit.
     below: float = 0.98
-    # Largest change of the slip of a moved witness, over its largest slip.
+    # Largest change of the slip of a moved witness, relative to its largest slip.
     moved: float = 1e-3
-    # If the limit is the least safe load factor: load factor of the tests just above it, on the way
-    # to lambda_2, or to where the cyclic reactions reach the mean pressures.
+    # If the limit is the least safe load factor: distance of the tests above it, as a share of the
+    # interval up to lambda_2, or up to the load factor at which the cyclic reactions reach the mean
+    # pressures.
     small_load: float = 0.02
-    # Multiples of that way that are also tested. If the load presses the contact, a smaller load
-    # can be worse.
+    # Multiples of the distance above the limit that are also tested. If the load presses the
+    # contact, a smaller load can be worse.
     near: tuple[float, float] = (0.9, 1.1)
-    # Share of the starts that are vertices of the set of safe slips. As many are multiples of them,
-    # at most the largest.
+    # Share of the starts that are vertices of the set of safe slips. The same number of starts are
+    # multiples of these vertices, up to `largest_multiple`.
     vertices: float = 0.2
     largest_multiple: float = 3.0
-    # Powers of ten of the size of random slips, over the largest slip of the witness.
+    # Powers of ten between which the size of random slips lies, relative to the largest slip of the
+    # witness.
     decades: tuple[float, float] = (-1.0, 2.0)
-    # Increments from corner to corner in space. Their number does not change whether slip goes on.
+    # Increments from corner to corner in space. Their number does not affect whether slip persists.
     steps: int = 2
 
 
@@ -67,12 +70,12 @@ class GuaranteeCheck(Kept):
     limit
         The limit that is verified.
     runs
-        DataFrame, one row for each transient. Columns: load_factor; share, load factor over the
-        limit (inf if the limit is 0); start, "witness", "moved witness", "vertex", "beyond vertex"
-        or "random"; moved, for a witness the largest change of slip over the largest slip; outcome,
-        the name of an `Outcome`, or "NO_CONTINUATION" if the path ends early or its slip is too
-        small; dissipation, work of friction per cycle in the steady state; cycles; residual.
-        Dissipation and residual are NaN without a steady state.
+        DataFrame, one row for each transient. Columns: load_factor; share, load factor divided by
+        the limit (inf if the limit is 0); start, "witness", "moved witness", "vertex", "beyond
+        vertex" or "random"; moved, for a witness the largest change of slip relative to the largest
+        slip; outcome, the name of an `Outcome`, or "NO_CONTINUATION" if the path ends early or its
+        slip is too small; dissipation, work of friction per cycle in the steady state; cycles;
+        residual. Dissipation and residual are NaN without a steady state.
     starts
         (rows of runs, N) or (rows of runs, N, 2) the initial slips, length.
 
@@ -93,12 +96,12 @@ class GuaranteeCheck(Kept):
 
     @property
     def dies_out(self) -> bool:
-        """Whether every transient below the limit that has an outcome stops slipping."""
+        """Whether no transient below the limit slips for ever; some may have no outcome."""
         return not self._persisting(below=True).any()
 
     @property
     def persists(self) -> bool:
-        """Whether a transient from the witness, or from a slip close to it, slips for ever above.
+        """Whether above the limit a transient from the witness or close to it slips for ever.
 
         If the limit is lambda_2 (`limit.node` is None), there is no witness, and a contact that
         lifts off may stop slipping above it.
@@ -126,7 +129,7 @@ class GuaranteeCheck(Kept):
         return {"load_factor": self.limit.load_factor, "runs": len(self.runs), **answer}
 
     def _persisting(self, *, below: bool) -> np.ndarray:
-        """Which runs below the limit, or above, slip for ever."""
+        """Which runs slip for ever, either below the limit or above it."""
         slips = ~self.runs["outcome"].isin([Outcome.SHAKEDOWN.name, NO_OUTCOME])
         is_below = self.runs["share"] < 1
         return np.asarray(slips & (is_below == below))
@@ -151,39 +154,42 @@ def verify(
 ) -> GuaranteeCheck:
     """Follow transients from the witness just above the limit, and from many starts just below.
 
-    Each transient begins at the mean of the load corners, where a contact with a safe slip sticks;
-    the mean load may be another load. The starts below the limit are vertices of the set of safe
-    slips (at the load factor, and under the mean load alone), up to three times these vertices, and
-    random slips of a tenth to a hundred times the size of the witness. If none of them slips for
-    ever, this is evidence, not a proof. If the mean load alone is not safe, half of them are next
-    to the least safe load factor: load factors below it are not tested.
+    Each transient begins at the mean of the load corners, where a contact with a safe slip sticks.
+    The mean load may differ from this mean. The starts below the limit are vertices of the set of
+    safe slips (at the load factor, and under the mean load alone), up to three times these
+    vertices, and random slips of a tenth to a hundred times the size of the witness. If none of
+    them slips for ever, this is evidence, not a proof. If the mean load alone is not safe, half of
+    the starts are tested just above the least safe load factor. Load factors below it are not
+    tested.
 
-    If nodes are open, all starts below the limit are random. If the closed nodes can hold a slip,
-    the transient begins with the gaps of the open nodes under this slip, else with all nodes
-    closed. Starts from which nodes open and close in every cycle may slip for ever below the limit.
+    If nodes are open, all starts below the limit are random. If friction at the closed nodes can
+    hold a slip, the transient begins with the gaps that the open nodes have under this slip. Else
+    it begins with all nodes closed. Starts from which nodes open and close in every cycle may slip
+    for ever below the limit.
 
     Parameters
     ----------
     limit
-        A guaranteed limit, of `guaranteed_limit` or `GuaranteedModel`.
+        A guaranteed limit, from `guaranteed_limit` or `GuaranteedModel`.
     starts, seed
-        Number of starts below the limit, and the seed of the random ones.
+        Number of starts below the limit, and the seed of the random starts.
     moved
         Number of starts above the limit that differ from the witness by up to a thousandth of its
         largest slip.
     above
-        Load factor of the test above the limit, over the limit. The test below is at 98 % of the
-        way from the least safe load factor to the limit. If the limit is the least safe load
-        factor, mostly 0, there is no test below. Then the test above is higher by 2 % of the way to
-        lambda_2, or of the load factor at which the cyclic reactions reach the mean pressures if
-        that is less. There only some starts near the witness slip for ever. So a slip that makes
-        the node critical at this load factor is followed too, at 0.9 and 1.1 times the way.
+        Load factor of the tests above the limit, divided by the limit. The tests below are at 98 %
+        of the interval from the least safe load factor to the limit. If the limit is the least safe
+        load factor, usually 0, there are no tests below. The tests above are then at 2 % of the
+        interval from the limit to lambda_2, or to the load factor at which the cyclic reactions
+        reach the mean pressures, if that is less. At this load factor only some starts near the
+        witness slip for ever. So a slip that makes the node critical there is also followed, at 0.9
+        and 1.1 times the distance from the limit.
 
     Raises
     ------
     ModelError, SolverError
         Bad input, a limit that is not finite, a contact without safe slip at any load above 0; a
-        transient does not pass its checks.
+        transient whose result does not pass its checks.
 
     Examples
     --------
@@ -241,7 +247,7 @@ def _load_sizes(limit: GuaranteedLimit) -> tuple[float, float]:
 def _tests_below(
     rng: np.random.Generator, limit: GuaranteedLimit, count: int, size: float
 ) -> list[_Test]:
-    """Tests just below the limit; half of them just above `least` if the mean load is not safe."""
+    """Tests just below the limit; if the mean load is not safe, half of them just above `least`."""
     least = limit.least
     shares = [SETTINGS.below] if least == 0 else [SETTINGS.below, 1 - SETTINGS.below]
     tests = list[_Test]()
@@ -259,7 +265,7 @@ def _tests_at(
     shape = limit.system.slip_shape
     wanted = 0 if limit.open.any() else int(SETTINGS.vertices * count)
     directions = rng.normal(size=(wanted, *shape))
-    # Half of the vertices are those under the mean load, if that is safe.
+    # Half of the vertices are for the mean load alone, if it is safe.
     under_mean = 0.0 if limit.least == 0 else load_factor
     half = wanted // 2
     vertices = list[Array]()
@@ -277,7 +283,7 @@ def _tests_at(
 
 
 def _row(limit: GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:
-    """Follow a transient; its row in the table of runs."""
+    """Follow a transient, and return its row in the table of runs."""
     above_zero = limit.load_factor > 0
     is_witness = "witness" in test.kind
     row: dict[str, Any] = {
@@ -303,15 +309,16 @@ def _row(limit: GuaranteedLimit, size: float, test: _Test) -> dict[str, Any]:
 
 
 def _beginning(limit: GuaranteedLimit, test: _Test) -> dict[str, Any]:
-    """Argument of `steady_state` for the beginning of a transient, at the mean of the corners.
+    """Argument of `steady_state` for a transient that begins at the mean of the corners.
 
-    It is a slip; or, if nodes are open and the closed ones can hold the slip, a state.
+    It is a state if nodes are open and the closed nodes can hold the slip, else a slip.
     """
     question = limit._question
     system = question.system
     if not limit.open.any():
         return {"initial_slip": test.slip}
-    # States are linear in the load, so that of the mean of the corners is the mean of the states.
+    # States are linear in the load, so the state at the mean load of the corners is the mean of the
+    # states.
     u, r = question.states(test.load_factor, test.slip)
     bonded = reactions(system, limit.cycle.at(test.load_factor))
     (v, w), (q, p), load = (
@@ -325,7 +332,7 @@ def _beginning(limit: GuaranteedLimit, test: _Test) -> dict[str, Any]:
 
 
 def from_its_middle(cycle: LoadCycle, load_factor: float) -> LoadCycle:
-    """The corners at a load factor as a cycle with load factor 1 about the mean of its corners."""
+    """The loads at a load factor, as a cycle at load factor 1 about the mean of its corners."""
     corners = cycle.at(load_factor)
     names = sorted({name for loads in corners for name in loads})
     middle = {name: float(np.mean([corner.get(name, 0.0) for corner in corners])) for name in names}

@@ -262,7 +262,7 @@ def test_foreign_and_damaged_files_are_no_results(tmp_path):
     for name in ("system", "foreign", "objects", "text", "none"):
         with pytest.raises(
             fo.ModelError,
-            match=f"path: .*{name}.npz' is not a result .*; give one that `save` of a result wrote",
+            match=f"path: .*{name}.npz' is not a result .*; give a file that `save` of a result wrote",
         ):
             fo.results.load(tmp_path / f"{name}.npz")
     with pytest.raises(fo.ModelError, match="is not a contact system"):

@@ -221,7 +221,7 @@ def test_no_answer_changes_by_the_points_left_out():
         {},
         r"history\['time'\]: the time decreases or is missing",
     ),
-    (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' stands twice"),
+    (pd.DataFrame([[1.0, 2.0]], columns=["a", "a"]), {}, "the column 'a' occurs twice"),
     (pd.DataFrame([[1.0]]), {}, "history: load case name 0"),
     (
         pd.DataFrame({"time": [0.0], "a": [1.0], "b": [2.0]}).set_index(["time", "a"]),

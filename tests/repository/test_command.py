@@ -296,7 +296,7 @@ BAD = {
     "no npz": (
         ["look", str(FLAT.with_name("flat_glued.dat"))],
         2,
-        "(File is not a zip file); give one of `frictopt condense`",
+        "(File is not a zip file); give a file that `frictopt condense`",
     ),
     "picture of a job": (
         ["look", str(FLAT), "--picture", "job.png"],

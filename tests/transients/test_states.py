@@ -127,7 +127,7 @@ def one_node():
         ("violates the contact law by", lambda: fo.ContactState([5.0], [0.0], [0.0], [1.0])),
         ("violates the contact law by", lambda: fo.ContactState([0.0], [1.0], [0.0], [1.0])),
         (
-            r"its slip has the shape \(2,\), that of the contact \(1,\)",
+            r"its slip has the shape \(2,\), a slip of the contact \(1,\)",
             lambda: fo.ContactState([0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]),
         ),
         (
