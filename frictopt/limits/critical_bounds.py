@@ -1,8 +1,8 @@
-"""Lower bounds of the load factor at which each node can be critical, which need no program.
+"""Lower bounds of the load factor at which each node can be critical, computed without a program.
 
-One slip mechanism for each node j gives a bound. For multipliers with `A d + B^T (f a) = 0`,
-`a = abs(d)` at all other nodes and a_j = -1, the sum of `d q + f a p` is that of the mean load.
-With h(d) the largest `-(d q1 + f abs(d) p1)` of a corner::
+One slip mechanism for each node j gives a bound. Its multipliers obey `A d + B^T (f a) = 0`, with
+`a = abs(d)` at all other nodes and a_j = -1. Then no residual slip changes the sum of `d q + f a
+p`. Let h(d) be the largest `-(d q1 + f abs(d) p1)` over the corners::
 
     resistance = sum of d q0 + f a p0   >=   load_factor drive
     drive = d_j c - f rho + sum of h(d) over the others
@@ -29,17 +29,17 @@ class ScreeningSettings:
 
     # Largest number of iterations.
     iterations: int = 300
-    # Change of a mechanism, over its size, that counts as none.
+    # A mechanism has converged if its relative change is at most this.
     settled: float = RESIDUAL
-    # Share by which a mechanism slips more than it must, to be admissible before it settles.
+    # Relative excess of the slips of a mechanism, so that it is admissible before it converges.
     spare: float = 1e3 * RESIDUAL
-    # A mechanism of this size is on its way to infinity.
+    # A mechanism of this size diverges.
     large: float = 1e6
-    # Means over rigid slides in one iteration; with more the bounds hardly rise.
+    # Number of weighted means over rigid slides in one iteration; more hardly raise the bounds.
     means: int = 3
-    # Share of the largest slip that smaller ones count as in these means, which settle then.
+    # In the weights, slips below this share of the largest are raised to it: the means converge.
     near: float = 1e-2
-    # Relative rounding of a bound, which feels the errors of the data.
+    # Relative rounding error of a bound, due to the errors of the data.
     rounding: float = CONDENSATION
 
 
@@ -49,7 +49,7 @@ SCREENING = ScreeningSettings()
 def load_factor_bounds(question: Question) -> Array:
     """(N,) lower bounds of the load factor at which each node can be critical.
 
-    0 if nothing is known, inf if the node never can be critical.
+    A bound is 0 if nothing is known, and inf if the node can never be critical.
     """
     nodes = len(question.friction)
     if question.fixed:
@@ -102,10 +102,10 @@ def _work(d: Array, q: Array) -> Array:
 
 
 def _net_slips(question: Question, change: Change) -> Callable[[Array], Array]:
-    """A function: the net slips (t, N, N) that balance given total slips (N, N).
+    """A function that returns the net slips (t, N, N) in balance with given total slips (N, N).
 
-    Rigid slides, which nothing resists, go until friction resists: by means over the nodes,
-    weighted by the slips before.
+    Elasticity does not determine rigid slides. They follow from friction: as means of the slips
+    over the nodes, with weights from the previous slips.
     """
     n = question.system.nodes
     t = question.system.tangents

@@ -1,13 +1,14 @@
 """Search for the open nodes of a state of rest, and for nodes that open and close in each cycle.
 
 The search stays near the settled mean load (theory, "Contacts that open"). The largest limit over
-all sets is no design number: sets far from the settled state obey the law too, and nothing leads
-there. The limit of a given set never falls as friction grows, so that the open nodes at less
-friction are good starts; those at more friction are a start from the other side. A new order of
-events has the order before as its limiting case, so that the load factors in between are safe too.
+all sets is not useful for design: sets far from the settled state also obey the contact law, but no
+usual start leads to them. The limit of a given set never falls as friction grows, so that the open
+nodes at less friction are good starts. The open nodes at more friction are starts from the other
+side. The previous order of events is a limiting case of a new order. So the load factors between
+the limits of the two are safe, too.
 
-The search calls a function that returns a limit, and does not know its program. Every limit is
-judged as any other; its bound is that of its own open nodes.
+The search calls a function that returns a limit; it does not depend on the program behind it. Each
+limit passes the usual checks, and its bound holds for its own open nodes only.
 """
 
 from __future__ import annotations
@@ -35,18 +36,18 @@ class SearchSettings:
 
     # Shares of the friction with which the mean load may open other nodes.
     frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
-    # Part of the largest motion of the mechanism from which on a node governs the limit.
+    # A node governs the limit if its motion in the mechanism is above this share of the largest.
     governs: float = 0.02
-    # The same for a node that may open or close at an end of the way between the corners.
+    # The same share for a node that may open or close at a corner.
     governs_event: float = 1e-6
-    # Relative gain of a limit that counts; less is rounding.
+    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
     gain: float = 1e-7
     # Largest number of programs of one search.
     programs: int = 60
-    # Largest number of programs times unknown slips, in which an order of events is searched, or
-    # sets next to a second start.
+    # Largest number of programs times unknown slips, in a search of the order of events; up to it,
+    # a search of sets climbs from a second start.
     work: int = 20_000
-    # In space, more than so many governing nodes are flipped in groups of so many.
+    # In space, more than `few` governing nodes are flipped in groups of `group` nodes.
     few: int = 16
     group: int = 4
 
@@ -65,13 +66,13 @@ def best_pattern(
 ) -> L:
     """The best limit over sets of open nodes that the search finds.
 
-    `closed` is the limit with all nodes closed. It is the answer if it is safe from the mean load
-    on and no node that governs it wants to open. `limit_of(question, above)` computes the limit of
-    a question with other open nodes; it may raise an error once that is not `above` a load factor.
+    `closed` is the limit with all nodes closed. It is the answer if the mean load is safe and no
+    governing node tends to open. `limit_of(question, above)` computes the limit of a question with
+    other open nodes; it may raise an error if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
-    The first limit not below `enough` ends the search. Under a static load no node is opened beside
-    those of the mean load: sets would go on until a body slides off.
+    The first limit that reaches `enough` ends the search. Under a static load only the nodes that
+    the mean load opens are tried: a search would open more nodes until a body slides off.
     """
     question = closed._question
     moves = not closed._question.static
@@ -93,14 +94,14 @@ def best_pattern(
                 starts.append(limit)
         if starts:
             search.climb(max(starts, key=lambda limit: limit.load_factor))
-            # The last start is of the least friction. From there other sets are near.
+            # The last start has the least friction. Other sets are close to it.
             if len(search.tried) * closed.slip.size < SEARCH.work:
                 search.climb(starts[-1])
     return search.best
 
 
 def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
-    """Whether some load factor is safe, and the safe ones begin no later than `start_by`."""
+    """Whether some load factor is safe, and the least safe one is at most `start_by`."""
     return not (np.isnan(limit.load_factor) or limit.least > start_by)
 
 
@@ -126,7 +127,7 @@ class _PatternSearch(Generic[L]):
         self._moves = moves
 
     def climb(self, start: L) -> None:
-        """Go from a set to one next to it with a higher limit, as long as there is one."""
+        """Move to a neighbouring set with a higher limit, as long as there is one."""
         here: L | None = start
         while here and self._moves and self._goes_on():
             above = here.load_factor * (1 + SEARCH.gain)
@@ -137,7 +138,7 @@ class _PatternSearch(Generic[L]):
         return _counts(self.best, self._start_by) and self.best.load_factor < self._enough
 
     def limit(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
-        """The limit of a set that is new, if it counts and is above a load factor; else None."""
+        """The limit of a new set; None if it does not count or is at most `above`."""
         if open_nodes.tobytes() in self.tried or len(self.tried) > SEARCH.programs:
             return None
         self.tried.add(open_nodes.tobytes())
@@ -158,7 +159,7 @@ class _PatternSearch(Generic[L]):
         return None
 
     def _compared(self, limit: L) -> bool:
-        """Keep the better limit; False if load factors between the two are not safe."""
+        """Keep the better limit; False if load factors between both limits are not safe."""
         best = self.best
         if not _counts(best, self._start_by):
             self.best = limit
@@ -188,15 +189,16 @@ def _bar(what: str, search: _PatternSearch[L] | _OrderSearch[L]) -> AbstractCont
 def _settled(question: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
     """Open nodes under the mean load, for the given friction, for more and for less.
 
-    If the mean load opens none with the given friction, other frictions are tried only if a node
-    `wants` to open. `safe`: whether some set is known to be safe.
+    If the mean load opens no node with the given friction, other frictions are tried only if
+    `wants`: a governing node tends to open. `safe`: whether some set is known to be safe.
     """
     for share in SEARCH.frictions:
         try:
             opened = open_under_mean(question, share * question.friction)
         except SolverError:
-            # The way to the mean load is not known, and there is one start less. If nothing else is
-            # known to rest, that is no proof that nothing rests. A body that slides off has no way.
+            # The state under the mean load is not known, so that this start is missing. If no other
+            # state of rest is known, raise: a failed solver does not prove that none exists. A body
+            # that slides off has no such state.
             if share == 1.0 and not safe and not _slides_off(question):
                 raise
             continue
@@ -214,11 +216,12 @@ def _slides_off(question: Question) -> bool:
 
 
 def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
-    """Sets next to one: some of the nodes that govern its limit opened or closed.
+    """Neighbouring sets of open nodes: some governing nodes of the limit are opened or closed.
 
-    First all of them, then those at the border between open and closed nodes. In the plane also the
-    whole border from outside or from inside, for a mechanism may govern on one side only. Then one
-    by one, in space in small groups, those at the border first.
+    First all governing nodes change, then only the ones at the border between open and closed
+    nodes. In the plane the whole border follows, from outside or from inside, because a mechanism
+    may govern on one side only. Then governing nodes change one by one, in space in small groups,
+    beginning at the border.
     """
     question = limit._question
     open_nodes = question.open_nodes
@@ -242,7 +245,11 @@ def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
 
 
 def _governing(limit: ShakedownAnswer) -> Integers:
-    """Nodes that govern a limit, largest motion first; with all closed, those that want to open."""
+    """Nodes that govern a limit, largest motion first.
+
+    If all nodes are closed, only governing nodes that tend to open: without pressure, or pulled by
+    the mean load.
+    """
     question = limit._question
     motion = limit._motion.parts(question.system).sum(axis=(0, 1))  # (N,)
     count = int((motion > SEARCH.governs * motion.max()).sum())
@@ -260,11 +267,11 @@ def best_order(
     best: L,
     enough: float = np.inf,
 ) -> L:
-    """The best limit with nodes that open and close in each cycle, from one with nodes that do not.
+    """The best limit with nodes that open and close in each cycle, starting from `best`.
 
-    It is `best` itself if no order is better. `limit_of(question, above)` computes the limit of an
-    order; it may raise an error once that is not `above` a load factor. The first limit not below
-    `enough` ends the search.
+    The result is `best` itself if no order is better. `limit_of(question, above)` computes the
+    limit of an order; it may raise an error if this limit is at most `above`. The first limit that
+    reaches `enough` ends the search.
     """
     search = _OrderSearch(limit_of, best)
     with _bar("events", search) as search.bar:
@@ -293,7 +300,7 @@ class _OrderSearch(Generic[L]):
         return with_open(self._question, among(nodes, self._question.system.nodes))
 
     def gains(self, order: Order) -> bool:
-        """Whether a new order has a higher limit, which is the best one then."""
+        """Whether a new order has a higher limit. If so, it becomes the best one."""
         if order in self._tried or len(self._tried) >= self._programs:
             return False
         self._tried.add(order)
@@ -313,7 +320,7 @@ class _OrderSearch(Generic[L]):
 
 
 def check_events(events: object, question: Question, restricted: bool) -> None:
-    """Refuse to search nodes that open and close in each cycle if there is no such search.
+    """ModelError if the search for nodes that open and close in each cycle cannot be used.
 
     `restricted`: whether the user gives open nodes, constraints or an objective.
     """
@@ -338,7 +345,7 @@ def _nodes(chosen: Booleans) -> Nodes:
 
 
 def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
-    """Orders next to one: nodes that govern at a corner open or close there."""
+    """Neighbouring orders: nodes that govern at a corner open or close there."""
     start, events = order
     open_first = order.between[0]
     open_last = order.between[-1]
@@ -358,7 +365,7 @@ def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
 
 
 def _at_ends(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
-    """Governing nodes without pressure, and those without gap, at the first and last corner."""
+    """Governing nodes without pressure, and governing nodes without gap, at both corners."""
     question = limit._question
     u, r = question.states(limit.load_factor, limit.slip)
     motion: Array = limit._motion.parts(question.system).sum(axis=0)[[0, -1]]  # (2, N)
@@ -371,7 +378,7 @@ def _at_ends(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
 
 
 def _together_and_alone(nodes: Nodes) -> list[Nodes]:
-    """All of the nodes at once, then each alone; none for no nodes."""
+    """All of the nodes at once, then each alone; an empty list if there are no nodes."""
     if len(nodes) < 2:
         return [nodes] if nodes else []
     return [nodes, *(Nodes({node}) for node in sorted(nodes))]

@@ -1,8 +1,8 @@
 """A limit question as data: system, load cycle, friction, open nodes, and all arrays that follow.
 
 `pose` checks the input and computes the arrays of a question with all nodes closed. `with_open` and
-`with_friction` compute those of the same question with some nodes open or other friction.
-`Question.violation` is the referee: it says how far a residual slip is from being safe.
+`with_friction` change the open nodes or the friction, and compute the arrays anew.
+`Question.violation` is the referee: it measures how far a residual slip is from being safe.
 """
 
 from collections.abc import Mapping
@@ -32,13 +32,15 @@ from ..contact.diagnosis import in_contact
 from ..contact.stiffness import following
 from ..errors import ModelError
 
-# Largest mean shear force, in mean normal forces: rounding of more would hide the pressure.
+# Largest ratio of the mean shear force to the mean normal force. With a larger ratio, rounding
+# errors of the shear would hide the pressure.
 _LARGEST_MEAN_SHEAR = 1e6
 
-# Least friction in the unit of a margin of the pressure, which stays finite without friction.
+# The unit of pressure margins is a friction bound divided by the friction, at least by this one, so
+# that it is finite without friction.
 _LEAST_FRICTION_OF_MARGIN = 0.01
 
-# Least force unit of a node, in mean normal forces: answers have errors of this size.
+# Least force unit of a node, divided by the mean normal force: answers have errors of this size.
 _LEAST_NODE_UNIT = 1e-6
 
 
@@ -59,23 +61,24 @@ class Question:
     simplify: bool  # whether to leave out corners and rows that cannot change the answer
     started: float  # time at which the question was posed, seconds
 
-    # Reactions of all nodes, all gaps pressed shut: (K0, M) at load factor 0, (K, M) added by 1.
+    # Reactions of all nodes with all gaps pressed shut: (K0, M) at load factor 0, and the (K, M)
+    # reactions of the scaled loads at load factor 1.
     bonded: tuple[Array, Array]
     fixed: bool  # whether the corners differ at load factor 0
     static: bool  # whether all corners are the same load
 
     compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
-    S: Array  # (M, M) stiffness of the closed nodes, which the open ones follow without force
-    W: Array  # (O, t N) gaps of the open nodes by slip of the closed nodes
+    S: Array  # (M, M) stiffness of the closed nodes, with the open nodes free of force
+    W: Array  # (O, t N) gaps of the open nodes due to unit slips of the closed nodes
 
-    # Reactions of the closed nodes at load factor 0, and those that a load factor of 1 adds.
+    # Reactions of the closed nodes: index 0 at load factor 0, index 1 of the scaled loads.
     r0: Array  # (K0, t + 1, N) force, normal ones last
     r1: Array  # (K, t + 1, N)
     q0: Array  # (K0, N) or (K0, N, 2) shear forces
     p0: Array  # (K0, N) normal forces
     q1: Array  # (K, N) or (K, N, 2)
     p1: Array  # (K, N)
-    # Gaps of the open nodes without slip, likewise.
+    # Gaps of the open nodes without slip, with the same two indices.
     w0: Array  # (K0, O) length
     w1: Array  # (K, O)
 
@@ -86,7 +89,7 @@ class Question:
     load_unit: float  # load factor at which the cyclic reactions reach the mean friction bound
     node_unit: Array  # (N,) force at each node
     shear_unit: Array  # (N,) shear force at each node
-    clearance: float  # gap, length, at which the mean friction bound would close it
+    clearance: float  # unit of gaps, length: closing it needs a force of `mean_bound`
 
     # Files hold the input alone, and the arrays are computed anew.
     KEPT_FIELDS: ClassVar[tuple[str, ...]] = (
@@ -113,12 +116,12 @@ class Question:
 
     @property
     def A(self) -> Array:
-        """(t N, t N) shear forces by slip."""
+        """(t N, t N) stiffness matrix: shear forces due to unit slips."""
         return self.S[: -self.system.nodes, : -self.system.nodes]
 
     @property
     def B(self) -> Array:
-        """(N, t N) normal forces by slip."""
+        """(N, t N) stiffness matrix: normal forces due to unit slips."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
     def loads(self, k: int) -> dict[str, Array]:
@@ -147,11 +150,15 @@ class Question:
         """The slip of the closed nodes, completed by the slip of the open ones at the mean load."""
         if self.compliance is None:
             return slip
-        u, _ = Question.states(self, 0.0, slip)  # not those of a LiftOff
+        # A LiftOff has other states: here the same nodes are open at all corners.
+        u, _ = Question.states(self, 0.0, slip)
         return np.asarray(u[0, :-1].T.reshape(slip.shape))
 
     def excess_over_slip_bound(self, slip: Array) -> float:
-        """Largest excess of the slip over its bound, over the largest size; <= 0 if it has none."""
+        """Largest excess of the slip over its bound, relative to the largest bound or slip.
+
+        It is 0 or negative if the slip is within the bound.
+        """
         if self.slip_bound is None:
             return 0.0
         sizes = np.where(self.open_nodes, 0.0, lengths(slip, self.slip_bound))
@@ -182,22 +189,28 @@ class Question:
         return self.bonded[0] + load_factor * self.bonded[1]
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the instants, shared out to the corners whose loads act on them."""
+        """Motions at the corners. The motion at an event is divided between two corners."""
         return moves
 
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
-        """(K, N) or (1, N) which nodes stick at each instant, and which are open; others touch."""
+        """(K, N) or (1, N) masks of the nodes that stick at each instant, and of the open ones.
+
+        Nodes in neither mask touch without force.
+        """
         return ~self.open_nodes[None], self.open_nodes[None]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the instants: their loads."""
+        """Names of the instants, which list their loads."""
         return self.cycle.corner_names
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
-        """Node, "opens" or "closes", place between the corners (0 to 1), and loads there."""
+        """A tuple for each event: node, "opens" or "closes", place (0 to 1) and its loads.
+
+        The place is the position between the two corners.
+        """
         return []
 
     @property
@@ -236,8 +249,9 @@ def pose(
 ) -> Question:
     """Check a limit question and pose it with all nodes closed; ModelError for bad input.
 
-    `slip_bound` is one largest slip, one per node, or None. `strong`: whether the question knows a
-    shear strength of the surface. A mean load whose shear hides its pressure is refused.
+    `slip_bound` is one largest slip, one per node, or None. `strong`: whether a shear strength of
+    the surface is allowed. A mean load is refused if its shear is so large that rounding hides its
+    pressure.
     """
     started = perf_counter()
     if strong:
@@ -267,8 +281,8 @@ def pose(
         node = int(shear.max(axis=0).argmax())
         raise ModelError(
             f"mean: its shear force at node {node}{in_contact(system, node)} is "
-            f"{shear.max() / force:.1e} times the mean normal force {force:.3g}, and rounding of "
-            "the one hides the other; press the contact, or check the units of the load cases"
+            f"{shear.max() / force:.1e} times the mean normal force {force:.3g}, so that rounding "
+            "hides the pressure; press the contact, or check the units of the load cases"
         )
     return question
 
@@ -288,7 +302,7 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
 
 
 def with_friction(question: Question, friction: ArrayLike) -> Question:
-    """The question with other friction, posed now; ModelError for bad friction."""
+    """The question with other friction, and its time starts anew; ModelError for bad friction."""
     coefficients = friction_coefficients(friction, question.system.nodes)
     return _changed(question, friction=coefficients, started=perf_counter())
 
@@ -315,7 +329,7 @@ def _question(
     axes = system.tangents + 1
     static = not any(np.ptp(part, axis=0).any() for part in bonded)
 
-    # The closed nodes, which the open nodes follow without force.
+    # Arrays of the closed nodes. The open nodes are free of force.
     S = _stiffness_of_closed(system, open_nodes, compliance)
     r0 = _carried(system, open_nodes, compliance, bonded[0])
     r1 = _carried(system, open_nodes, compliance, bonded[1])
@@ -336,7 +350,8 @@ def _question(
     load_unit = _load_unit(r0, r1, friction, closed, force)
     node_unit = np.where(open_nodes, force, _node_unit(r0, r1, force))
 
-    # In space the cones of friction end at the friction bound, if it is less than the pressure.
+    # In space the radius of a friction cone is the friction bound: it is the unit if it is less
+    # than the pressure.
     small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
     shear_unit = node_unit * np.where(small_cones, friction, 1.0)
 
@@ -376,7 +391,7 @@ def _question(
 
 
 def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
-    """Bonded reactions (K0, M) at load factor 0, all gaps pressed shut, and (K, M) of the rest."""
+    """Bonded reactions (K0, M) at load factor 0, all gaps shut, and (K, M) of the scaled loads."""
     unscaled = cycle.unscaled
     if all(loads == unscaled[0] for loads in unscaled):
         unscaled = unscaled[:1]  # fixed parts that do not differ are a mean load
@@ -411,7 +426,10 @@ def _carried(
 def motion_of_open_nodes(
     system: ContactSystem, open_nodes: Booleans, compliance: Array | None, rows: Integers
 ) -> Array:
-    """(R, t N) slips or gaps of the open nodes by slips of the closed ones; `rows` (R,) of M."""
+    """(R, t N) slips or gaps of the open nodes due to unit slips of the closed ones.
+
+    `rows` (R,) are the wanted entries of the motions (M,).
+    """
     columns = len(system.S) - system.nodes
     if compliance is None:
         return np.zeros((0, columns))
@@ -441,7 +459,7 @@ def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
 
 
 def _mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
-    """Mean friction bound at load factor 0; `force` if it is rounding, as under a shear alone."""
+    """Mean friction bound at load factor 0; `force` if it is only rounding (no pressure)."""
     if not closed.any():
         return force
     bound = float((friction * r0[:, -1])[:, closed].mean())
@@ -465,7 +483,7 @@ def _load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: f
 
 
 def _node_unit(r0: Array, r1: Array, force: float) -> Array:
-    """(N,) pressure of each node under the mean load; if it has none, the other forces on it."""
+    """(N,) pressure of each node under the mean load, or its largest other force if it has none."""
     least = _LEAST_NODE_UNIT * force
     pressure = np.abs(r0[:, -1]).max(axis=0)
     shear = np.linalg.norm(r0[:, :-1], axis=1).max(axis=0)

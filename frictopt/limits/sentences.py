@@ -1,4 +1,4 @@
-"""The sentences in which limits give their reasons: each stands once, with what it assumes.
+"""The sentences of the reasons of limits: each occurs once, with the condition that it assumes.
 
 The functions below the table choose and complete the sentences of one answer.
 """
@@ -17,7 +17,7 @@ from .shakedown_answer import ShakedownAnswer
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence with places for values, and when it is true."""
+    """A sentence with placeholders for values, and the condition under which it is true."""
 
     text: str
     assumes: str
@@ -145,7 +145,10 @@ def shakedown_reason(limit: ShakedownAnswer) -> str:
 
 
 def governing_node(limit: ShakedownAnswer) -> str:
-    """The sentence on the node that governs a finite limit: the mesh, or slip that presses it."""
+    """A warning about the node that governs a finite limit, if one is due.
+
+    The limit may depend on the mesh, or only residual slip may press the node.
+    """
     question = limit._question
     if limit.kind is not LimitKind.FINITE:
         return ""
@@ -160,14 +163,14 @@ def governing_node(limit: ShakedownAnswer) -> str:
     return ""
 
 
-# Nodes within so many distances of the nearest node are neighbours.
+# Nodes are neighbours within this multiple of the distance to the nearest node.
 _NEIGHBOURS = 1.5
 
 
 def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
     """Whether a closed node is beside open ones and carries less than the mean pressure.
 
-    At the border of the closed nodes the pressure falls to 0, or is highest at an edge.
+    At the border of the closed nodes the pressure falls to 0, unless it peaks at an edge.
     """
     system = limit.system
     opened = limit._question.open_nodes
@@ -183,7 +186,7 @@ def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
 
 
 def _slip(limit: ShakedownAnswer) -> str:
-    """The slips that the limit is about."""
+    """The kind of slip that the limit covers, in words."""
     slip = "residual slip"
     if limit._question.slip_bound is not None:
         slip += " within the slip bound"
@@ -193,14 +196,14 @@ def _slip(limit: ShakedownAnswer) -> str:
 
 
 def _mean_load(limit: ShakedownAnswer) -> str:
-    """What is wrong with the mean load."""
+    """Diagnosis of the mean load, in words."""
     question = limit._question
     advice = "" if question.slip_bound is None else "a larger slip_bound may leave one; "
     return advice + unscaled_diagnosis(question.system, question.cycle, question.friction)
 
 
 def _nothing_safe(limit: ShakedownAnswer) -> str:
-    """Why no load factor is safe, or none above 0."""
+    """The reason that no load factor is safe, or no load factor above 0."""
     question = limit._question
     at_zero = limit.kind is LimitKind.FINITE
     return NOTHING_SAFE(
@@ -212,7 +215,7 @@ def _nothing_safe(limit: ShakedownAnswer) -> str:
 
 
 def _weak_node(limit: ShakedownAnswer) -> str:
-    """The node that holds no cyclic load, if there is one."""
+    """The sentence on a node that resists no cyclic load, or an empty string."""
     question = limit._question
     node = limit._ruling
     contact = in_contact(question.system, node)
@@ -227,7 +230,7 @@ def _weak_node(limit: ShakedownAnswer) -> str:
 
 
 def _start(limit: ShakedownAnswer) -> tuple[str, str]:
-    """From which load factor on slips are safe, and the sentence on those below."""
+    """Two phrases: the load factor at which safe slips begin, and the load factors below it."""
     least = limit.least
     if np.isnan(least):
         return " from some on", START_UNKNOWN()
@@ -243,7 +246,7 @@ def _start(limit: ShakedownAnswer) -> tuple[str, str]:
 
 
 def _others(limit: ShakedownAnswer) -> str:
-    """The states that a finite limit leaves out."""
+    """Phrases on the states of rest that a finite limit does not cover."""
     others = ""
     if limit.open.any():
         others += OTHERS_OPEN()
@@ -257,10 +260,10 @@ def _others(limit: ShakedownAnswer) -> str:
 def guaranteed_reason(
     shakedown: ShakedownAnswer, best: NodeClaim | None, uncoupled: bool, coincide: int
 ) -> str:
-    """Why a guaranteed limit is what it is, and what it leaves open.
+    """The reason of a guaranteed limit, and a warning of starts that it does not cover.
 
-    `best` is the critical node that has the limit; `coincide` is how many nodes are critical at the
-    least safe load factor alone.
+    `best` is the critical node of the limit, if any; `coincide` is the number of nodes that are
+    critical only at the least safe load factor.
     """
     if best is not None:
         reason = _critical_node(shakedown, best)
@@ -278,7 +281,7 @@ def guaranteed_reason(
 
 
 def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
-    """Where the node is on its bound, and what that means."""
+    """The corners at which the critical node is on its bound, and the consequences."""
     question = shakedown._question
     node = best.state.node
     contact = in_contact(question.system, node)
@@ -297,7 +300,7 @@ def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
 
 
 def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
-    """The bounds that a critical node is on, by the loads of the corners."""
+    """The bounds that a critical node reaches, with the loads of the corners."""
     *first, last = (f"({names[corner]})" for corner in best.state.corners)
     if best.slip.ndim == 1:
         return BOTH_BOUNDS(first=first[0], last=last)
@@ -306,7 +309,7 @@ def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
 
 
 def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
-    """Whether friction is above the critical value of a node, in space perhaps."""
+    """Whether friction exceeds the critical value of a node (in space: whether it may)."""
     system = shakedown.system
     *along, normal = (axis * system.nodes + node for axis in range(system.tangents + 1))
     coupling = np.linalg.norm(system.S[normal, along])

@@ -325,11 +325,11 @@ FAULTS = (
         "an objective grows without a word",
         old=(
             "if chosen:\n    raise ModelError('objective: it grows without end over the safe "
-            "slips; subtract what it costs, or bound it by a constraint')"
+            "slips; subtract a penalty, or bound it by a constraint')"
         ),
         new=(
             "if False:\n    raise ModelError('objective: it grows without end over the safe "
-            "slips; subtract what it costs, or bound it by a constraint')"
+            "slips; subtract a penalty, or bound it by a constraint')"
         ),
         tests="own_constraints",
     ),
