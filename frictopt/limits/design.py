@@ -31,11 +31,11 @@ from .question import Question, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
 
 _STOPS = (
-    "{opened}larger designs are better{pattern}, but under their mean load others open: "
+    "{opened}larger designs are better{pattern}, but under their mean load other nodes open: "
     "the search stops before them"
 )
 _BEST = "{opened}no design that the constraints admit is better{pattern}"
-_OTHERS_OPEN = "; with others open one may be"
+_OTHERS_OPEN = "; with other nodes open one may be"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

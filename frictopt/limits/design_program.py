@@ -35,13 +35,13 @@ _MOST_NAMES = 4
 
 _ROUNDING = (
     "preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others of up "
-    "to {largest:.1e}; leave it out if it does nothing at the contact, else give the load case a "
-    "larger unit, or others a smaller one"
+    "to {largest:.1e}; leave it out if it has no effect on the contact, else give this load case a "
+    "larger unit, or the others a smaller one"
 )
 _NONE_SAFE = "no design is safe at any load factor with all nodes closed"
 _CONTRADICT = "they contradict each other"
 _NONE_SAFE_AT_ALL = (
-    "preloads: {why}; press nodes that are open, or ask `shakedown_limit` of designs of your own"
+    "preloads: {why}; press nodes that are open, or call `shakedown_limit` for designs of your own"
 )
 _NONE_OBEYS = "{names}: {why} under these constraints; drop or relax one"
 _GROWS = (
@@ -50,7 +50,7 @@ _GROWS = (
 )
 _GROWS_WITH_DESIGN = (
     "{goal}: it grows without end with the design: {directions}; bound them by constraints, "
-    "or say what they cost"
+    "or subtract their cost"
 )
 
 

@@ -143,7 +143,7 @@ class DesignSearch(Generic[D]):
         """Attribute of an interrupt: the best design so far."""
         if self.best is None:
             return None
-        return "design", self.best.design, "the best by then is in the attribute `design`"
+        return "design", self.best.design, "the best design so far is in the attribute `design`"
 
     def alternate(self, open_nodes: OpenNodes | None) -> None:
         """Compute the best design and its open nodes in turn, until the open nodes are not new."""

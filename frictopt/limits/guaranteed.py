@@ -48,8 +48,8 @@ from .shakedown import ShakedownLimit, ShakedownLimits
 # The reason that some nodes needed no program, after their number.
 _LEFT_OUT = {
     NOT_NEEDED: (
-        "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load "
-        "factors lie between"
+        "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
+        "load factors lie between"
     ),
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
     ONE_CORNER: "can only lift off where they are critical, or have no friction",
@@ -273,8 +273,8 @@ class GuaranteedLimits(SafeModel):
             if not bar.count:
                 return None
             message = (
-                f"it is at most {nodes.least:.6g}; what is known of {bar.count} nodes is in the "
-                "attribute `table`"
+                f"it is at most {nodes.least:.6g}; the load factors of {bar.count} nodes are in "
+                "the attribute `table`"
             )
             return "table", nodes.table(order[: bar.count]), message
 

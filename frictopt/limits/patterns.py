@@ -181,7 +181,7 @@ def _bar(what: str, search: _PatternSearch[L] | _OrderSearch[L]) -> AbstractCont
         return "none safe so far" if np.isnan(reached) else f"at least {reached:.4g} so far"
 
     def kept(_: object) -> tuple[str, object, str]:
-        return "limit", search.best, "the best limit by then is in the attribute `limit`"
+        return "limit", search.best, "the best limit so far is in the attribute `limit`"
 
     return bar_of(True, what, "program", best=so_far, keeps=kept)
 
@@ -327,17 +327,17 @@ def check_events(events: object, question: Question, restricted: bool) -> None:
     if not flag("events", events):
         return
     reasons = {
-        "the load cycle has not two corners, between which it goes to and fro": (
+        "the load cycle does not go to and fro between two corners": (
             len(question.cycle.corners) != 2
         ),
         "its corners differ at load factor 0 (fixed)": question.fixed,
         "the slip is bounded": question.slip_bound is not None,
         "the surface has a shear strength": question.system.capped,
-        "open, constraints and objectives are about nodes that stay as they are": restricted,
+        "they cannot be combined with open, constraints or an objective": restricted,
     }
     for reason, holds in reasons.items():
         if holds:
-            raise ModelError(f"events: {reason}; ask without events")
+            raise ModelError(f"events: {reason}; pass events=False")
 
 
 def _nodes(chosen: Booleans) -> Nodes:

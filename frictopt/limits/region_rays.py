@@ -21,8 +21,8 @@ from .shakedown import ShakedownLimit, shakedown_limit
 _MOST_SIDES = 1000
 
 _MANY_SIDES = (
-    "safe region: more than {most} sides; {advice}, or ask for the limit of each proportion by "
-    "itself"
+    "safe region: more than {most} sides; {advice}, or compute the limit of each ratio of the "
+    "amplitudes separately"
 )
 
 # The corners of each of two loads, at amplitude 1.

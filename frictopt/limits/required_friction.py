@@ -33,13 +33,13 @@ _NONE_NEEDED = (
 )
 _LESS_IS_NOT_SAFE = "no residual slip{within} is safe with less, {pattern}: see the mechanism"
 _WITH_EVENTS = (
-    "; with this friction nodes open and close in each cycle, with less the search finds none that "
-    "rest so"
+    "; with this friction nodes open and close in each cycle; with less friction the search finds "
+    "no such state of rest"
 )
 _NONE_IS_ENOUGH = "no friction is enough to keep all nodes closed: {why}"
 _LOADS_OPEN = (
-    "whatever slips{within}, the loads open one of {count} nodes ({where}) at some corner; "
-    "press them"
+    "under any residual slip{within}, the loads open one of {count} nodes ({where}) at some "
+    "corner; press them"
 )
 _NONE_FOUND = (
     "required friction: none up to {largest:g} is enough, although no node need open: the best "
@@ -51,9 +51,9 @@ _NEXT_TO_ZERO = (
     "take it as 0"
 )
 _UNDECIDED = (
-    "required friction: no slip is safe with {less:g}, one of up to {slip:.3g} is with {more:g}, "
-    "and rounding leaves it open what is enough between them; give a {smaller}slip_bound if that "
-    "slip is more than assembly can leave, or check for reactions of very different sizes"
+    "required friction: no slip is safe with {less:g}, a slip of up to {slip:.3g} is safe with "
+    "{more:g}, and rounding hides the least friction between the two; give a {smaller}slip_bound "
+    "if this slip is more than assembly can leave, or check for reactions of very different sizes"
 )
 
 

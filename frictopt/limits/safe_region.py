@@ -41,7 +41,7 @@ _NONE_SAFE = "no amplitudes are safe: {limit}"
 _ALL_SAFE = "all amplitudes are safe: {limit}"
 _ONE_UNLIMITED = "the amplitude of {load!r} has no limit: it shears no node beyond its bound"
 _SIDES = "{opened}beyond each side its mechanism slips for ever{pattern}"
-_GAP = "; between points and sides, up to {gap:.1e} apart, nothing is said"
+_GAP = "; amplitudes between points and sides, up to {gap:.1e} apart, are undecided"
 _DIFFER = (
     "safe region: its sides and vertices differ by {error:.1e}; check for reactions of very "
     "different sizes"

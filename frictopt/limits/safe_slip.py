@@ -37,12 +37,12 @@ _EVENTS = (
 )
 _SAFE = "this slip{within} keeps {closed} closed and stuck at every corner{opened}"
 _NONE_SAFE = (
-    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit says which "
-    "have one; without residual slip {mean}"
+    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit gives the load "
+    "factors with a safe slip; without residual slip {mean}"
 )
 _OTHERS_OPEN = (
-    " with all nodes closed, or with the {opened} open that the search finds; with others open one "
-    "may be"
+    " with all nodes closed, or with the {opened} open nodes that the search finds; with other "
+    "nodes open one may be"
 )
 
 

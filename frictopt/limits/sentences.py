@@ -53,21 +53,21 @@ BOUND_COVERS = Sentence(
     "; the dual bound covers them", assumes="the user has constraints, and they are named before"
 )
 STATIC = Sentence(
-    "; under this static load it may open nodes and rest above it, up to where a body slides off "
-    "(bound_for_all)",
+    "; under this static load the contact may open nodes and rest above the limit, until a body "
+    "slides off (bound_for_all)",
     assumes="all corners are one load, without constraints of the user",
 )
 UNSAFE_BELOW = Sentence(
     "; {pattern}none is safe below {least:.6g}", assumes="the least safe load factor is above 0"
 )
 START_UNKNOWN = Sentence(
-    "; rounding hides from where on: take friction further from its critical value, or loads of "
-    "like size",
+    "; rounding hides the load factor at which safe slips begin: take friction further from its "
+    "critical value, or loads of similar size",
     assumes="no solver proved the least safe load factor",
 )
 CHOSEN = Sentence(
-    "no safe residual slip makes the objective larger; the load factor is the one that it "
-    "chooses, no limit",
+    "no safe residual slip makes the objective larger; the load factor belongs to this slip, and "
+    "is no limit",
     assumes="the user has an objective",
 )
 CONTRADICTED = Sentence(
@@ -75,12 +75,12 @@ CONTRADICTED = Sentence(
     assumes="constraints of the user are among the rows that contradict each other",
 )
 ONLY_SLIP_PRESSES = Sentence(
-    "; residual slip alone presses node {node}{contact}, which governs",
+    "; only residual slip presses node {node}{contact}, which governs the limit",
     assumes="all nodes are closed, and the mean load would pull this one open",
 )
 BELONGS_TO_MESH = Sentence(
-    "; node {node}{contact} beside the open ones governs, where pressure falls to zero: the limit "
-    "belongs to the mesh, and falls as elements shrink there",
+    "; node {node}{contact} governs, next to open nodes, where pressure falls to zero: the limit "
+    "depends on the mesh, and falls as elements shrink there",
     assumes="the node is next to open nodes, and its pressure is below the mean",
 )
 
@@ -103,22 +103,22 @@ AT_EVERY_LOAD = Sentence(
 )
 UNLOADED = Sentence(
     ": a residual slip of up to {size:.3g} can unload it completely under the mean load; then any "
-    "cyclic load makes it slip. If assembly and overloads leave less slip, ask with a "
-    "`slip_bound`: `after_overload()` has the limit with the largest slip that one overload leaves",
+    "cyclic load makes it slip. If assembly and overloads leave less slip, pass a `slip_bound`: "
+    "`after_overload()` has the limit with the largest slip that one overload leaves",
     assumes="the limit is 0, and the corners do not differ at load factor 0",
 )
 WEDGED = Sentence(
-    "; friction is above the critical value A/|B| of the node, which may wedge itself so that all "
+    "; friction is above the critical value A/|B| of the node: it may wedge itself, so that all "
     "slip stops above the limit, too",
     assumes="one slip may relieve all bounds of the node",
 )
 ONLY_AT_LEAST = Sentence(
-    "; {count} nodes are critical at the least safe load factor {least:.6g} alone, and this does "
-    "not cause slip",
+    "; {count} nodes are critical only at the least safe load factor {least:.6g}, which does not "
+    "cause slip",
     assumes="the load factors at which these nodes are critical are one number",
 )
 SAME_LIMIT = Sentence(
-    "lambda_1 is lambda_2, for {cause}: {reason}", assumes="no node is critical below lambda_2"
+    "lambda_1 is lambda_2, because {cause}: {reason}", assumes="no node is critical below lambda_2"
 )
 LIFTING = Sentence(
     "; starts from which nodes open and close in every cycle may slip for ever below it",

@@ -145,13 +145,13 @@ class ShakedownAnswer(Rated):
         if question.events:
             raise ModelError(
                 "least_slip: nodes open and close at the limit, whose multipliers bound no slip; "
-                "ask shakedown_limit without events"
+                "use shakedown_limit without events"
             )
         finite = np.isfinite(self.load_factor)
         if not finite or self.constraints or question.slip_bound is not None:
             constrained = " under constraints on the slip" if finite else ""
             raise ModelError(
                 f"least_slip: the limit (load factor {self.load_factor:g}{constrained}) bounds no "
-                "slip from below; ask a finite limit without slip bound and constraints"
+                "slip from below; use a finite limit without slip bound and constraints"
             )
         return least_slip(question, self._motion, self.bound, load_factor, self.residual)

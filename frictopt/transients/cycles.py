@@ -53,17 +53,16 @@ GIVEN_UP = (
     "(the slip changes by {change:.1e} slip scales {span}); {hint}"
 )
 LITTLE_WORK = (
-    "its work of friction, {work:.1e} a cycle, is too little beside forces of {force:.1e} to tell "
-    "slip from none: take a load factor further from the limit, or loads that are closer together"
+    "its work of friction, {work:.1e} per cycle, is too little for forces of {force:.1e} to tell "
+    "slip from rest: take a load factor further from the limit, or loads of more similar size"
 )
 SLOW_DRIFT = (
-    "from one cycle to the next this changes by only {decay:.1e} of itself: slow ratcheting, or a "
-    "body that rolls or that nothing guides; guide it by a Support, or follow its drift with "
-    "march{drift}"
+    "from cycle to cycle this change differs by only a share of {decay:.1e}: slow ratcheting, or a "
+    "body that rolls or has no guide; guide it by a Support, or follow its drift with march{drift}"
 )
 SAME_DRIFT = (
-    "; a cycle from where the drift leads in {left} more cycles has the same events, changes gaps, "
-    "and drifts by {change:.1e}"
+    "; a cycle from the state that the drift reaches in {left} more cycles has the same events, "
+    "changes gaps, and drifts by {change:.1e}"
 )
 
 

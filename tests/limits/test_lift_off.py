@@ -243,7 +243,10 @@ def test_cycles_and_questions_without_events_are_refused(pin):
         fo.LoadCycle(PIN.mean, PIN.corners, fixed=[{}, {"Fy": 1e-3}]),
     )
     for asked, why in (
-        (lambda: fo.shakedown_limit(contact, three, 0.8, events=True), "not two corners"),
+        (
+            lambda: fo.shakedown_limit(contact, three, 0.8, events=True),
+            "not go to and fro between two corners",
+        ),
         (lambda: fo.shakedown_limit(contact, fixed, 0.8, events=True), "differ at load factor 0"),
         (
             lambda: fo.shakedown_limit(contact, PIN, 0.8, slip_bound=1.0, events=True),

@@ -429,7 +429,7 @@ def test_a_static_load_opens_no_node_for_a_higher_limit():
     assert (
         limit.load_factor == pytest.approx(1.0)
         and not limit.open.any()
-        and "up to where a body slides off" in limit.reason
+        and "until a body slides off" in limit.reason
     )
     assert (
         fo.steady_state(pair, fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}]), 0.5, 1.5).outcome

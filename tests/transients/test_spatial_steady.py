@@ -110,7 +110,7 @@ def test_a_walk_against_a_weak_spring_is_called_a_drift_once_an_extrapolation_fa
     with pytest.raises(fo.NoContinuation) as told:
         fo.steady_state(*problem, steps=4, most_cycles=most)
     drift = re.search(
-        r"changes by only (\S+) of itself: .*; guide it by a Support", str(told.value)
+        r"differs by only a share of (\S+): .*; guide it by a Support", str(told.value)
     )
     assert (
         (float(drift[1]) == pytest.approx(decay, rel=0.05))
