@@ -360,7 +360,7 @@ class Rated(Proven):
         """
         cycle = self.cycle
         moves = self._question.by_corner(self._motion.moves)  # (K, t + 1, N)
-        net = moves.sum(axis=0)
+        net_motion = moves.sum(axis=0)
         rows = list[dict[str, Any]]()
 
         def add(loads: Mapping[str, float], part: str, moves: Array, factor: float = 1.0) -> None:
@@ -370,7 +370,7 @@ class Rated(Proven):
                 rows.append({"load": case, "part": part, "amplitude": amplitude, "rate": rate})
 
         absent = {case: 0.0 for case in self.system.bonded if case not in cycle.mean}
-        add({**cycle.mean, **absent}, "mean", net)
+        add({**cycle.mean, **absent}, "mean", net_motion)
         for k, loads in enumerate(cycle.fixed or ()):
             add(loads, f"fixed at {cycle.corner_names[k]}", moves[k])
         for k, loads in enumerate(cycle.corners):

@@ -196,10 +196,10 @@ def _claimed(program: Program, state: CriticalState, least_so_far: float) -> Nod
     load_factor = program.load_factor
     proof = program.chain.proof
     q, p = question.reactions_of_slip(slip)
-    reached = np.r_[q[state.node], p[state.node]]
-    wanted = state.at_zero + load_factor * state.rate
-    off = float(np.abs(reached - wanted).max()) / question.force
-    violations = [question.violation(load_factor, slip), off, proof.gap, program.own_violation]
+    added = np.r_[q[state.node], p[state.node]]
+    critical_reaction = state.at_zero + load_factor * state.rate
+    distance = float(np.abs(added - critical_reaction).max()) / question.force
+    violations = [question.violation(load_factor, slip), distance, proof.gap, program.own_violation]
     residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     bound = proof.bound - proof.defect
     if not residual <= RESIDUAL and least_so_far < bound < np.inf:
@@ -220,8 +220,8 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     question = program.question
     node = state.node
     corners = list(state.corners)
-    others = program.motion
-    moves = -others.moves
+    mechanism = program.motion
+    moves = -mechanism.moves
 
     labels = ("critical_q", "critical_p")
     rows = [row for row in program.problem.constraints if row.label in labels]
@@ -241,7 +241,7 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     if question.compliance is not None:
         follow = node_moves.reshape(len(node_moves), -1) @ question.system.S @ question.compliance
         node_moves -= follow.reshape(node_moves.shape)
-    return replace(others, moves=moves + node_moves)
+    return replace(mechanism, moves=moves + node_moves)
 
 
 class CriticalNodes:

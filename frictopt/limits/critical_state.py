@@ -41,9 +41,9 @@ def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
     fp1 = friction * p1
     if q1.ndim == 3:
         return smallest_discs(-q1.transpose(1, 0, 2), -fp1.T)
-    ahead = (-q1 - fp1).max(axis=0)
-    back = (q1 - fp1).max(axis=0)
-    return (ahead - back) / 2, (ahead + back) / 2
+    forward_demand = (-q1 - fp1).max(axis=0)
+    backward_demand = (q1 - fp1).max(axis=0)
+    return (forward_demand - backward_demand) / 2, (forward_demand + backward_demand) / 2
 
 
 def critical_states(question: Question) -> list[list[CriticalState]]:
@@ -131,12 +131,12 @@ def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
     corners = [corner]
     nodes = [node]
     while node.size:
-        gain = rate[:, node] - rate[corner, node]
+        rate_gain = rate[:, node] - rate[corner, node]
         lead = constant[corner, node] - constant[:, node]
-        meets = np.where(gain > 0, lead / np.where(gain > 0, gain, 1.0), np.inf)
-        further = np.isfinite(meets.min(axis=0))
-        corner = meets.argmin(axis=0)[further]
-        node = node[further]
+        crossing = np.where(rate_gain > 0, lead / np.where(rate_gain > 0, rate_gain, 1.0), np.inf)
+        crosses = np.isfinite(crossing.min(axis=0))
+        corner = crossing.argmin(axis=0)[crosses]
+        node = node[crosses]
         corners.append(corner)
         nodes.append(node)
     return np.concatenate(corners), np.concatenate(nodes)
@@ -228,28 +228,28 @@ def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
     smallest disc around these four is found by trying all subsets.
     """
     cases = np.arange(len(radii))
-    touch = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
-    centre = centres[cases, touch[:, 0]]
+    touching = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
+    centre = centres[cases, touching[:, 0]]
     radius = radii.max(axis=1)
     spread = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2))
     size = spread + np.abs(radii).max(axis=1)
     for _ in range(_EXCHANGES * radii.shape[1]):
-        reach = _reach(centres, radii, centre)
-        out = np.flatnonzero(reach.max(axis=1) > radius + ROUNDING * size)
-        if not len(out):
+        far_ends = _reach(centres, radii, centre)
+        sticks_out = np.flatnonzero(far_ends.max(axis=1) > radius + ROUNDING * size)
+        if not len(sticks_out):
             break
-        four = np.column_stack([reach.argmax(axis=1), touch])[out]
-        four_centres = centres[out[:, None], four]
-        four_radii = radii[out[:, None], four]
-        radius[out] = np.inf
+        four_discs = np.column_stack([far_ends.argmax(axis=1), touching])[sticks_out]
+        four_centres = centres[sticks_out[:, None], four_discs]
+        four_radii = radii[sticks_out[:, None], four_discs]
+        radius[sticks_out] = np.inf
         for subset in _SUBSETS:
-            for tried in _touching(four_centres[:, subset], four_radii[:, subset]):
-                holds = _reach(four_centres, four_radii, tried).max(axis=1)
-                less = holds < radius[out]  # False for nan: no such disc
-                centre[out[less]] = tried[less]
-                radius[out[less]] = holds[less]
+            for candidate in _touching(four_centres[:, subset], four_radii[:, subset]):
+                radius_around = _reach(four_centres, four_radii, candidate).max(axis=1)
+                is_smaller = radius_around < radius[sticks_out]  # False for nan: no such disc
+                centre[sticks_out[is_smaller]] = candidate[is_smaller]
+                radius[sticks_out[is_smaller]] = radius_around[is_smaller]
                 # A subset of one disc is repeated three times; of two discs, the first is repeated.
-                touch[out[less]] = four[less][:, (subset * 3)[:3]]
+                touching[sticks_out[is_smaller]] = four_discs[is_smaller][:, (subset * 3)[:3]]
     return centre, _reach(centres, radii, centre).max(axis=1)
 
 
@@ -264,17 +264,21 @@ def _touching(centres: Array, radii: Array) -> list[Array]:
     `centres` (n, m, 2), `radii` (n, m). NaN if there is none.
     """
     first = centres[:, 0]
-    apart = centres[:, 1:] - centres[:, :1]
-    larger = radii[:, 1:] - radii[:, :1]
-    right = np.stack([((apart**2).sum(axis=-1) - larger**2) / 2, larger], axis=-1)
-    u, w = np.moveaxis(np.linalg.pinv(apart) @ right, 2, 0)
+    offsets = centres[:, 1:] - centres[:, :1]
+    radius_steps = radii[:, 1:] - radii[:, :1]
+    right_side = np.stack(
+        [((offsets**2).sum(axis=-1) - radius_steps**2) / 2, radius_steps], axis=-1
+    )
+    u, w = np.moveaxis(np.linalg.pinv(offsets) @ right_side, 2, 0)
     a = 1 - (w**2).sum(axis=-1)
     b = (u * w).sum(axis=-1)
     c = (u**2).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        if apart.shape[1] == 1:
+        if offsets.shape[1] == 1:
             # If the larger disc nearly contains the smaller one, rounding spoils a.
-            distance = np.linalg.norm(apart[:, 0], axis=-1)
-            return [first + apart[:, 0] * ((distance + larger[:, 0]) / (2 * distance))[:, None]]
+            distance = np.linalg.norm(offsets[:, 0], axis=-1)
+            return [
+                first + offsets[:, 0] * ((distance + radius_steps[:, 0]) / (2 * distance))[:, None]
+            ]
         root = b + np.copysign(np.sqrt(b**2 + a * c), b)
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]

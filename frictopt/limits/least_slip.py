@@ -134,8 +134,8 @@ def least_slip(
     axes = system.tangents + 1
     # Forces (K, M) that the motions cause at each corner, and the size of their largest term.
     forces = motion.moves.reshape(len(motion.moves), -1) @ system.S
-    moved = motion.size + motion.opening
-    terms = np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)
+    sizes = motion.size + motion.opening
+    terms = np.tile(sizes, axes - 1) @ np.abs(system.A) + sizes @ np.abs(system.B)
     largest = float(terms.max())
 
     g, h = parted(forces, axes)
@@ -149,10 +149,10 @@ def least_slip(
 
     # Weights that are only rounding are set to zero.
     g = np.where(np.abs(g) > ROUNDING * largest, g, 0.0)
-    sizes = lengths(g, h)
-    many_corners = (sizes > 0).sum(axis=0) > 2
+    weights = lengths(g, h)
+    many_corners = (weights > 0).sum(axis=0) > 2
     in_circle = many_corners & (system.tangents > 1)
-    weight = sizes.sum(axis=0) / np.where(in_circle, np.sqrt(3.0), 2.0)
+    weight = weights.sum(axis=0) / np.where(in_circle, np.sqrt(3.0), 2.0)
     return LeastSlip(
         load_factor,
         load_factor - limit,

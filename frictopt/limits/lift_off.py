@@ -166,8 +166,8 @@ class LiftOff(Question):
             np.abs(r[m][:, sorted(nodes)]).max() / self.force
             for m, nodes in enumerate(self.order.events, start=1)
         ]
-        off = np.max([super().violation(load_factor, slip), *touching, -np.diff(self.way).min()])
-        return float(np.nan_to_num(off, nan=np.inf))
+        worst = np.max([super().violation(load_factor, slip), *touching, -np.diff(self.way).min()])
+        return float(np.nan_to_num(worst, nan=np.inf))
 
 
 def _fields_of(question: Question) -> dict[str, Any]:
@@ -221,8 +221,8 @@ class Ordered(Program):
         self.way = [cp.Variable(name=f"way[{m}]") for m in self.corners[1:-1]]
         self._parts = list[Program]()
         for number, question in enumerate(dict.fromkeys(lift_off.sets)):
-            here = [m for m in instants if lift_off.sets[m] is question]
-            self._parts.append(self._part(question, here, number, friction))
+            at_instants = [m for m in instants if lift_off.sets[m] is question]
+            self._parts.append(self._part(question, at_instants, number, friction))
 
         touching = {m: sorted(nodes) for m, nodes in enumerate(lift_off.order.events, start=1)}
         self.rows = [row for part in self._parts for row in part.rows]
@@ -254,10 +254,10 @@ class Ordered(Program):
         for part in "qpw":
             change = loads_last[f"{part}1[1]"] - loads_first[f"{part}1[0]"]
             changes.append(constant(change, f"d{part}{suffix}"))
-        more = {}
+        event_loads = {}
         for m in instants:
             if 0 < m < last:
-                more[m] = [times(self.way[m - 1], change) for change in changes]
+                event_loads[m] = [times(self.way[m - 1], change) for change in changes]
         x = replace(
             unknowns(question.system.slip_shape, (), self.x.load_factor, suffix),
             slip=self.x.slip,
@@ -270,7 +270,7 @@ class Ordered(Program):
             W=question.W,
             loads=lambda m: loads_last if m == last else loads_first,
         )
-        rows = rest(contact, x, instants, more)
+        rows = rest(contact, x, instants, event_loads)
         return Program(question, x, self.f, instants, rows + friction(x, self.f, instants))
 
     @property

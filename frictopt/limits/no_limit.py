@@ -34,9 +34,9 @@ def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
     `bare` is the problem without constraints and objective of the user. `chosen`: whether an
     objective of the user is maximized. ModelError if this objective grows without end.
     """
-    nothing = _nothing_is_safe(program, bare, chosen)
-    if nothing is not None:
-        return nothing
+    proof = _nothing_is_safe(program, bare, chosen)
+    if proof is not None:
+        return proof
     growth = program.chain.growth()
     if not growth:
         return None

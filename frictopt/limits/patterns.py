@@ -75,20 +75,20 @@ def best_pattern(
     the mean load opens are tried: a search would open more nodes until a body slides off.
     """
     question = closed._question
-    moves = not closed._question.static
+    may_change = not closed._question.static
     counts = _counts(closed, start_by)
 
-    wants = False
-    if moves and counts and closed.load_factor < enough:
-        wants = any(opened.any() for opened in _next_to(closed))
-    if not wants and closed.least <= 0:
+    tends_to_open = False
+    if may_change and counts and closed.load_factor < enough:
+        tends_to_open = any(opened.any() for opened in _next_to(closed))
+    if not tends_to_open and closed.least <= 0:
         return closed
 
-    search = _PatternSearch(limit_of, closed, start_by, enough, moves)
+    search = _PatternSearch(limit_of, closed, start_by, enough, may_change)
     with _bar("open nodes", search) as search.bar:
         search.climb(closed)
         starts: list[L] = []
-        for open_nodes in _settled(question, wants, _counts(search.best, start_by)):
+        for open_nodes in _settled(question, tends_to_open, _counts(search.best, start_by)):
             limit = search.limit(open_nodes)
             if limit is not None:
                 starts.append(limit)
@@ -116,7 +116,7 @@ class _PatternSearch(Generic[L]):
         closed: L,
         start_by: float,
         enough: float,
-        moves: bool,
+        may_change: bool,
     ) -> None:
         self.best = closed
         self.tried = {closed.open.tobytes()}
@@ -124,15 +124,15 @@ class _PatternSearch(Generic[L]):
         self._limit_of = limit_of
         self._start_by = start_by
         self._enough = enough
-        self._moves = moves
+        self._moves = may_change
 
     def climb(self, start: L) -> None:
         """Move to a neighbouring set with a higher limit, as long as there is one."""
-        here: L | None = start
-        while here and self._moves and self._goes_on():
-            above = here.load_factor * (1 + SEARCH.gain)
-            neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(here))
-            here = next(filter(None, neighbours), None)
+        current: L | None = start
+        while current and self._moves and self._goes_on():
+            above = current.load_factor * (1 + SEARCH.gain)
+            neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(current))
+            current = next(filter(None, neighbours), None)
 
     def _goes_on(self) -> bool:
         return _counts(self.best, self._start_by) and self.best.load_factor < self._enough
@@ -186,11 +186,11 @@ def _bar(what: str, search: _PatternSearch[L] | _OrderSearch[L]) -> AbstractCont
     return bar_of(True, what, "program", best=so_far, keeps=kept)
 
 
-def _settled(question: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
+def _settled(question: Question, tends_to_open: bool, safe: bool) -> Iterator[Booleans]:
     """Open nodes under the mean load, for the given friction, for more and for less.
 
-    If the mean load opens no node with the given friction, other frictions are tried only if
-    `wants`: a governing node tends to open. `safe`: whether some set is known to be safe.
+    If the mean load opens no node with the given friction, other frictions are tried only if some
+    governing node `tends_to_open`. `safe`: whether some set is known to be safe.
     """
     for share in SEARCH.frictions:
         try:
@@ -203,7 +203,7 @@ def _settled(question: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
                 raise
             continue
         yield from opened
-        if share == 1.0 and not (opened or wants):
+        if share == 1.0 and not (opened or tends_to_open):
             return
 
 
@@ -227,8 +227,8 @@ def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
     open_nodes = question.open_nodes
     plane = question.system.tangents == 1
     governing = _governing(limit)
-    near = np.roll(open_nodes, 1) != open_nodes
-    border = near | np.roll(near, -1)
+    changes = np.roll(open_nodes, 1) != open_nodes
+    border = changes | np.roll(changes, -1)
     edge = governing[border[governing]]
     inner = governing[~border[governing]]
 
@@ -258,8 +258,8 @@ def _governing(limit: ShakedownAnswer) -> Integers:
         return governing
     pressed = limit.reactions[1].min(axis=0) > TOUCHES * question.force
     pulled = question.r0[:, -1].max(axis=0) < 0
-    wants: Booleans = ~pressed | pulled
-    return np.asarray(governing[wants[governing]])
+    tends_to_open: Booleans = ~pressed | pulled
+    return np.asarray(governing[tends_to_open[governing]])
 
 
 def best_order(
@@ -370,10 +370,10 @@ def _at_ends(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
     u, r = question.states(limit.load_factor, limit.slip)
     motion: Array = limit._motion.parts(question.system).sum(axis=0)[[0, -1]]  # (2, N)
     governs = motion > SEARCH.governs_event * motion.max()
-    bare = r[:, -1] <= TOUCHES * question.force
-    shut = u[:, -1] <= TOUCHES * question.clearance
-    opening = [_nodes(bare[k] & governs[k]) for k in (0, -1)]
-    closing = [_nodes(shut[k] & governs[k]) for k in (0, -1)]
+    unpressed = r[:, -1] <= TOUCHES * question.force
+    touching = u[:, -1] <= TOUCHES * question.clearance
+    opening = [_nodes(unpressed[k] & governs[k]) for k in (0, -1)]
+    closing = [_nodes(touching[k] & governs[k]) for k in (0, -1)]
     return opening, closing
 
 

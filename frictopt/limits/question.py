@@ -395,8 +395,8 @@ def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
     unscaled = cycle.unscaled
     if all(loads == unscaled[0] for loads in unscaled):
         unscaled = unscaled[:1]  # fixed parts that do not differ are a mean load
-    shut = system.S[:, -system.nodes :] @ system.gap
-    return reactions(system, unscaled) - shut, reactions(system, cycle.corners)
+    closing_forces = system.S[:, -system.nodes :] @ system.gap
+    return reactions(system, unscaled) - closing_forces, reactions(system, cycle.corners)
 
 
 def _stiffness_of_closed(
@@ -406,9 +406,9 @@ def _stiffness_of_closed(
     if compliance is None:
         return system.S
     opened = np.tile(open_nodes, system.tangents + 1)  # (M,)
-    across = system.S[np.ix_(opened, ~opened)]
-    follow = compliance[np.ix_(opened, opened)] @ across
-    reduced = system.S[np.ix_(~opened, ~opened)] - across.T @ follow
+    coupling = system.S[np.ix_(opened, ~opened)]
+    follow = compliance[np.ix_(opened, opened)] @ coupling
+    reduced = system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow
     S = np.zeros_like(system.S)
     S[np.ix_(~opened, ~opened)] = (reduced + reduced.T) / 2
     return S
@@ -484,9 +484,9 @@ def _load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: f
 
 def _node_unit(r0: Array, r1: Array, force: float) -> Array:
     """(N,) pressure of each node under the mean load, or its largest other force if it has none."""
-    least = _LEAST_NODE_UNIT * force
+    smallest = _LEAST_NODE_UNIT * force
     pressure = np.abs(r0[:, -1]).max(axis=0)
     shear = np.linalg.norm(r0[:, :-1], axis=1).max(axis=0)
     cyclic = np.maximum(np.linalg.norm(r1[:, :-1], axis=1), np.abs(r1[:, -1])).max(axis=0)
-    others = np.maximum(np.maximum(shear, cyclic), least)
-    return np.asarray(np.where(pressure > least, pressure, others))
+    other_forces = np.maximum(np.maximum(shear, cyclic), smallest)
+    return np.asarray(np.where(pressure > smallest, pressure, other_forces))

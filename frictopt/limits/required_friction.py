@@ -256,9 +256,10 @@ class SafeSlips:
     def bracket(self) -> tuple[float, float]:
         """The largest friction proven too little, and the smallest one proven enough."""
         enough = [friction for (friction, _), safe in self._solved.items() if safe.exists]
-        more = min(enough, default=np.inf)
+        least_enough = min(enough, default=np.inf)
         too_little = [friction for (friction, _), safe in self._solved.items() if not safe.exists]
-        return max((friction for friction in too_little if friction < more), default=0.0), more
+        below = (friction for friction in too_little if friction < least_enough)
+        return max(below, default=0.0), least_enough
 
     def largest_slip(self, friction: float) -> float:
         """Size of the first safe slip that was found with a friction."""
@@ -315,22 +316,22 @@ def _root_of_margin(safe_slips: SafeSlips, enough: float, open_nodes: Booleans) 
     Newton's method is used: the multipliers give the rate of the margin with friction. If a step
     leaves the bracket, or is longer than half of the step before, bisection replaces it.
     """
-    less, more = 0.0, enough
+    low, high = 0.0, enough
     friction = enough
     last_step = np.inf
     safe = safe_slips.at(enough)
     while friction >= SEARCH.smallest:
         if safe.margin >= 0:
-            more = friction
+            high = friction
         else:
-            less = friction
+            low = friction
         rate = safe.friction_rate
         step = -safe.margin / rate if rate > 0 else np.inf
-        if abs(step) <= RESIDUAL * friction or more - less <= SEARCH.proof * friction:
+        if abs(step) <= RESIDUAL * friction or high - low <= SEARCH.proof * friction:
             break
-        inside = max(less, SEARCH.smallest) < friction + step < more
+        inside = max(low, SEARCH.smallest) < friction + step < high
         if not inside or abs(step) >= last_step / 2:
-            step = (less + more) / 2 - friction
+            step = (low + high) / 2 - friction
         friction += step
         last_step = abs(step)
         try:

@@ -318,8 +318,8 @@ class SafeSlipModel(SafeModel):
     def _friction_with_margin(self, x: models.Unknowns, corners: list[int]) -> list[Row]:
         spare = dict.fromkeys(corners, models.times(self.margin, self._mean_bound))
         press = dict.fromkeys(corners, models.times(self.margin, self._mean_pressure))
-        apart = self.margin * self._clearance
-        return models.inside(x, self._f, corners, spare, press, apart)
+        gap_margin = self.margin * self._clearance
+        return models.inside(x, self._f, corners, spare, press, gap_margin)
 
     def _raise_contradiction(self, program: Program, load_factor: float) -> None:
         """ModelError if the user's constraints admit no slip at all, safe or not."""
@@ -347,10 +347,10 @@ class SafeSlipModel(SafeModel):
             pressure = models.constant(question.mean_pressure * sticks, f"mean_pressure[{m}]")
             spare[m] = models.times(margin, bound)
             press[m] = models.times(margin, pressure)
-        apart = models.times(margin, models.constant(question.clearance, "clearance"))
+        gap_margin = models.times(margin, models.constant(question.clearance, "clearance"))
 
         def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int]) -> list[Row]:
-            return models.inside(x, f, instants, spare, press, apart)
+            return models.inside(x, f, instants, spare, press, gap_margin)
 
         program = Ordered(
             question,
@@ -419,17 +419,19 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     sticks, opened = question.statuses
     q = np.linalg.norm(r[:, :-1], axis=1)
     p = r[:, -1]
-    held = np.minimum((question.friction * p - q) / question.mean_bound, p / question.mean_pressure)
+    reserves = np.minimum(
+        (question.friction * p - q) / question.mean_bound, p / question.mean_pressure
+    )
     reserve = min(
-        np.min(held, where=sticks, initial=np.inf),
+        np.min(reserves, where=sticks, initial=np.inf),
         np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance,
     )
 
     proof = program.chain.proof
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
-    off = question.violation(load_factor, slip) if question.events else 0.0
+    violation = question.violation(load_factor, slip) if question.events else 0.0
     excess = question.excess_over_slip_bound(slip)
-    residual = np.max([gap, value - reserve, off, excess, program.own_violation])
+    residual = np.max([gap, value - reserve, violation, excess, program.own_violation])
     return SafeSlip(
         load_factor=load_factor,
         slip=slip,

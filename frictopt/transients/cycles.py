@@ -235,25 +235,25 @@ class Run:
         """
         latest = self.last[-1]
         drift = latest.after - latest.before
-        left = (self.most_cycles - self.cycles) // self.period
+        cycles_left = (self.most_cycles - self.cycles) // self.period
         decay = bend(self.last)
-        if left <= 0 or latest.change <= PERIODIC:
+        if cycles_left <= 0 or latest.change <= PERIODIC:
             return ""
-        if decay.max() >= min(SETTINGS.slow_decay, 1 / left) * latest.change:
+        if decay.max() >= min(SETTINGS.slow_decay, 1 / cycles_left) * latest.change:
             return ""
         # Lower bound of the change of each gap in the last of the remaining cycles.
-        gap_drift = (np.abs(drift) - left * decay)[self.path.nodes :]
+        gap_drift = (np.abs(drift) - cycles_left * decay)[self.path.nodes :]
         if not gap_drift.max() > PERIODIC * np.abs(drift).max():
             return ""
         try:
-            ahead = self.follow(self.path.at(latest.after + left * drift))
+            cycle_ahead = self.follow(self.path.at(latest.after + cycles_left * drift))
         except NoContinuation:
             return ""
-        drift_ahead = ahead.after - ahead.before
+        drift_ahead = cycle_ahead.after - cycle_ahead.before
         changed = 2 * np.abs(drift_ahead - drift).max()
-        if ahead.events != latest.events or not changed < latest.change:
+        if cycle_ahead.events != latest.events or not changed < latest.change:
             return ""
-        return SAME_DRIFT.format(left=left, change=ahead.change)
+        return SAME_DRIFT.format(left=cycles_left, change=cycle_ahead.change)
 
     def _given_up(self, latest: Cycle, drift: str) -> NoContinuation:
         """The error of a run without a steady state, with the state after the latest return."""

@@ -286,19 +286,19 @@ def extrapolate(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
     uses all these cycles; later limits use fewer, because the first cycles may have another map,
     due to the same events in another order.
     """
-    same = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
-    for count in range(len(same), SETTINGS.least_cycles - 1, -2):
+    latest = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
+    for count in range(len(latest), SETTINGS.least_cycles - 1, -2):
         states = [last[-count].before, *(cycle.after for cycle in last[-count:])]
         affine = limit_of(np.array(states))
         if affine is None:
             continue
         limit, modes = affine
         moves = [(last[-1].before - limit, last[-1].after - limit), *modes]
-        close = []
+        close_moves = []
         for before, after in moves:
             share = SETTINGS.near / max(SETTINGS.near, np.abs(before - after).max())
-            close.append((share * before, share * after))
-        yield limit, [*close, *modes]
+            close_moves.append((share * before, share * after))
+        yield limit, [*close_moves, *modes]
 
 
 def limit_of(iterates: Array) -> tuple[Array, Moves] | None:

@@ -138,11 +138,11 @@ def with_worst_planes(
 
 def _cycles_of(fields: object) -> list[list[Any]]:
     """The fields of each cycle, at two or more states; ModelError if they are not given so."""
-    given = listed("fields", fields if np.iterable(fields) else [])
-    if given and _is_field(given[0]):
-        cycles = [given]
+    entries = listed("fields", fields if np.iterable(fields) else [])
+    if entries and _is_field(entries[0]):
+        cycles = [entries]
     else:
-        cycles = [listed("fields", cycle if np.iterable(cycle) else []) for cycle in given]
+        cycles = [listed("fields", cycle if np.iterable(cycle) else []) for cycle in entries]
     for cycle in cycles or [[]]:
         if len(cycle) < 2 or not all(_is_field(state) for state in cycle):
             raise ModelError(

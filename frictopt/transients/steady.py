@@ -147,7 +147,7 @@ def steady_state(
     """
     whole_number("most_cycles", most_cycles, least=1)
     flag("progress", progress)
-    extra = None if overload is None else finite_number("overload", overload, least=0.0)
+    overload_factor = None if overload is None else finite_number("overload", overload, least=0.0)
     problem = system, cycle, friction, load_factor, initial_slip, initial_state
     path = path_of(*problem, steps=steps)
     run = Run(path, most_cycles)
@@ -168,13 +168,13 @@ def steady_state(
                 first_states.append(path.state.u)
 
         run.tell = count
-        path.start(extra)
+        path.start(overload_factor)
         settled = run.settled()
         error = 0.0
         if path.steps:
             try:
                 finer, parts = SteppedPath("newton", path.steps, *problem).finer()
-                error = _step_error(run, settled, first_states, finer.start(extra), parts)
+                error = _step_error(run, settled, first_states, finer.start(overload_factor), parts)
             except (NoContinuation, SolverError):
                 error = np.inf
         return reported(run, settled, error)
@@ -199,12 +199,12 @@ def _step_error(
     refined = path.finer()[0].at(slips / path.unit)
     if refined is None:
         return np.inf
-    again = Run(refined, run.most_cycles, run.tell, run.period)
+    finer_run = Run(refined, run.most_cycles, run.tell, run.period)
     lacking, missed = _work_in_doubt(path, settled.cycle)
     total = float(settled.cycle.work.sum())
     if not total:
-        return np.inf if missed or again.settled().cycle.work.any() else 0.0
-    change = _change_of_work(again, settled.cycle)
+        return np.inf if missed or finer_run.settled().cycle.work.any() else 0.0
+    change = _change_of_work(finer_run, settled.cycle)
     error = SETTINGS.safety * parts / (parts - 1) * change + SETTINGS.cancelled * lacking
     return float(max(error, missed)) / total
 

@@ -74,8 +74,8 @@ class SteppedPath(Transient):
     def __init__(self, engine: str, steps: int | None, *parameters: Any) -> None:
         self.engine = engine
         self.steps = whole_number("steps", _SETTINGS.steps if steps is None else steps, least=1)
-        fewer = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
-        self.coarser = sorted(fewer, reverse=True)
+        smaller_counts = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
+        self.coarser = sorted(smaller_counts, reverse=True)
         self.shares = np.arange(1, self.steps + 1) / self.steps
         super().__init__(*parameters)
 
@@ -86,8 +86,8 @@ class SteppedPath(Transient):
         self._increment = getattr(increments, ENGINES[self.engine])(self.system, self.friction)
         self.unit = np.tile(self.scales.length, self.system.tangents)
         status = np.where(opened, OPEN, STICK).astype(np.int8)
-        nothing = np.zeros(self.nodes)
-        self.state = Point(self.bonded, u, r, status, nothing, nothing)
+        zeros = np.zeros(self.nodes)
+        self.state = Point(self.bonded, u, r, status, zeros, zeros)
 
     def checked(self) -> Self:
         """Return the transient itself if its mean load presses and friction can hold all loads.
@@ -146,8 +146,8 @@ class SteppedPath(Transient):
         If a body slides off under the load, the message names this as the cause.
         """
         system = self.system
-        held = not rigid_motions(system.S, system.own_stiffness).size
-        if isinstance(error, NoContinuation) or held:
+        is_supported = not rigid_motions(system.S, system.own_stiffness).size
+        if isinstance(error, NoContinuation) or is_supported:
             return type(error)(f"{where}: {error}")
         statics = Statics(system, self.friction)
         slides = statics.slides_off("the load there", load + system.S @ self.state.u)
@@ -159,10 +159,10 @@ class SteppedPath(Transient):
         """A copy with finer increments, and the number of parts of each increment."""
         parts = max(_SETTINGS.parts, -(-_SETTINGS.finest // self.steps))
         count = parts * self.steps
-        even = np.arange(1, count + 1) / count
-        tail = 1 - _TAIL / self.steps
+        equal_ends = np.arange(1, count + 1) / count
+        last_ends = 1 - _TAIL / self.steps
         copied = copy(self)
-        copied.shares = np.unique(np.r_[even, tail].round(12))
+        copied.shares = np.unique(np.r_[equal_ends, last_ends].round(12))
         return copied, parts
 
     def cycle_on(self, count: int) -> Cycle:
@@ -193,13 +193,13 @@ class SteppedPath(Transient):
 
         `place` is the other slip, in slip scales. None if there is no such state.
         """
-        elsewhere = copy(self)
+        copied = copy(self)
         u = np.r_[place * self.unit, self.state.u[-self.nodes :]]
-        elsewhere.state = self.state._replace(u=u)
-        elsewhere.shares = np.ones(1)
+        copied.state = self.state._replace(u=u)
+        copied.shares = np.ones(1)
         try:
-            elsewhere.follow_to(self.bonded, "the load at hand")
+            copied.follow_to(self.bonded, "the load at hand")
         except (NoContinuation, SolverError):
             return None
-        elsewhere.shares = self.shares
-        return elsewhere
+        copied.shares = self.shares
+        return copied
