@@ -365,7 +365,7 @@ FAULTS = (
         "limits/critical_search.py",
         "a bound below the least load factor found leaves a node out",
         old="least_so_far < bound < np.inf",
-        new="least < found",
+        new="bound < np.inf",
         tests="limit_checks guaranteed_space",
     ),
     Fault(
