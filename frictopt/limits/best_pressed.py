@@ -31,7 +31,7 @@ class Pressing:
     @property
     def impossible(self) -> bool:
         """Whether no slip presses every node at every corner."""
-        # A pressure within the error of an answer counts as none.
+        # A tension within the error of an answer is no proof.
         return self.least < -RESIDUAL
 
 

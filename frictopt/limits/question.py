@@ -36,8 +36,8 @@ from ..errors import ModelError
 # errors of the shear would hide the pressure.
 _LARGEST_MEAN_SHEAR = 1e6
 
-# The unit of pressure margins is a friction bound divided by the friction, at least by this one, so
-# that it is finite without friction.
+# Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced by
+# it, so that the unit is finite.
 _LEAST_FRICTION_OF_MARGIN = 0.01
 
 # Least force unit of a node, divided by the mean normal force: answers have errors of this size.

@@ -229,7 +229,7 @@ def returns_after(path: Transient, cycle: Cycle) -> int:
 def distance_left(changes: Sequence[float], rounding: float) -> float:
     """Estimated sum of all later changes, if each is smaller by the largest ratio of the last ones.
 
-    If the last change is at most `rounding`, it is returned itself. inf: the changes do not decay.
+    A last change of at most `rounding` is returned as it is. inf: the changes do not decay.
     """
     if changes[-1] <= rounding:
         return changes[-1]

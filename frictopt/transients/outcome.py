@@ -85,7 +85,7 @@ class SteadyState(Recorded, Plotted):
     cycles
         Number of cycles followed, including those of proofs and of failed extrapolations.
     events
-        Number of changes of status; in increments, of changes between successive increments.
+        Number of changes of status. In increments, the ends of successive increments are compared.
     record
         How the state was found. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law at the corners or increments of the proving cycle; the change

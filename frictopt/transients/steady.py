@@ -96,9 +96,9 @@ def steady_state(
 
     The state may come back after two cycles (`period`), or its slip may drift by the same amount in
     each return. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
-    friction, a periodic state with negligible work of friction also counts as shakedown: at each
-    node at most the work of a slip of 1e-9 slip scales under the node's largest pressure. Theory,
-    eq. (14).
+    friction, a periodic state with negligible work of friction also counts as shakedown. Negligible
+    is, at each node, the work of a slip of 1e-9 slip scales under the node's largest pressure.
+    Theory, eq. (14).
 
     Parameters
     ----------
