@@ -30,7 +30,8 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     left.set_ylim(-1.12, 1.12)
     left.set_ylabel("$q / (f p)$")
     left.set_title(
-        f"$f = {table['friction'].iloc[0]:g}$,  $\\sigma_0 = {table['load_factor'].iloc[0]:.3f}\\,P / 2a$",
+        f"$f = {table['friction'].iloc[0]:g}$,  $\\sigma_0 = "
+        f"{table['load_factor'].iloc[0]:.3f}\\,P / 2a$",
         loc="right",
     )
     right.set_ylabel(r"slip $v\,E^* / (a\,P / 2a)$")

@@ -42,7 +42,8 @@ QUICK = Parameters(elements=16, points=13)
 _LETTERS, _NARROW = (
     84,
     9,
-    # of a line as wide as the picture, and of one that is turned upright if there is no room for more
+    # of a line as wide as the picture, and of one that is turned upright if there is no room for
+    # more
 )
 _NAMES = {
     "onset of slip": "onset",
@@ -129,7 +130,8 @@ def _questions(
         first = fo.onset(system, LOADS, friction)
         return (
             first.slip.load_factor,
-            f"the bonded contact slips first at x / a = {system.x[first.slip.node] / system.x[-1]:.3g}",
+            "the bonded contact slips first at x / a = "
+            f"{system.x[first.slip.node] / system.x[-1]:.3g}",
             first.residual,
         )
 

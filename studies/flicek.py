@@ -215,7 +215,8 @@ def _transients(runs: pd.DataFrame, lower: pd.DataFrame) -> list[tuple[str, ...]
         lambda ratio: ratio.index.get_level_values("load_ratio") > 1
     ].groupby("friction")
     said = "; ".join(
-        f"f = {f:g}: {part.max():.3g} at {part.idxmax()[1]:g} of the limit, {part.iloc[-1]:.3g} at {part.index[-1][1]:g} of the limit"
+        f"f = {f:g}: {part.max():.3g} at {part.idxmax()[1]:g} of the limit, {part.iloc[-1]:.3g} at "
+        f"{part.index[-1][1]:g} of the limit"
         for f, part in spread
     )
     cycles = runs.loc[rests, "cycles"]

@@ -175,7 +175,8 @@ _SLIP = {
 }
 _PROTOCOLS = {
     "protocol": "'nothing', 'overload' (sigma to 2 lambda_2 and back), 'unload' (P to 0.2 and back), 'unload at tension' (P to 0.3 and back at "
-    "sigma = +lambda), each from the worst start; 'assembled' (P grows from zero), 'safe' (the slip that is safe at lambda_2)",
+    "sigma = +lambda), each from the worst start; 'assembled' (P grows from zero), 'safe' (the "
+    "slip that is safe at lambda_2)",
     "ratio": "load factor up to which the contact comes to rest, `load_factor`, over lambda_2",
     "monotonic": "whether it comes to rest at no larger load factor that was tried",
 }

@@ -160,7 +160,8 @@ class Table(Generic[P]):
         )
         if missing or more:
             raise ValueError(
-                f"table {self.name}: described columns {sorted(missing)} are not computed, computed ones {sorted(more)} not described"
+                f"table {self.name}: described columns {sorted(missing)} are not computed, "
+                f"computed ones {sorted(more)} not described"
             )
         return found.reset_index(drop=True)
 
@@ -299,7 +300,8 @@ class Study:
                     )
         except KeyboardInterrupt:
             print(
-                f"{self.module}: interrupted; finished tables, and finished runs in a store, are kept",
+                f"{self.module}: interrupted; finished tables, and finished runs in a store, are "
+                "kept",
                 file=sys.stderr,
             )
             return INTERRUPTED
@@ -326,7 +328,8 @@ class Study:
             made[table.name] = table.make(table.parameters(options.quick), folder, **own)
             rows, seconds = made[table.name], made[table.name].attrs["seconds"]
             print(
-                f"{table.path(folder)}: {len(rows)} rows, worst residual {rows['residual'].max():.1e}, {seconds:.1f} s"
+                f"{table.path(folder)}: {len(rows)} rows, worst residual "
+                f"{rows['residual'].max():.1e}, {seconds:.1f} s"
             )
         return made
 

@@ -135,7 +135,8 @@ def _milliseconds(row: Any) -> str:
 
 _SAVED = {
     "scene": "'paper': square punch, alternating bulk stress; 'with shear': a shear load in addition, not symmetric; 'uncoupled': B = 0; 'sampled': "
-    "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; 'slippery middle': f = 0.001 on a fifth of it",
+    "the paper's cycle, sampled at many corners; 'ellipse': bulk stress and shear out of phase; "
+    "'slippery middle': f = 0.001 on a fifth of it",
     "corners": "corners of the load cycle",
     "computation": "shakedown limit, or safe slip below it",
     "seconds_all": "processor time of one call with simplify=False, one thread, median of the repetitions that 2 s allow, at least one",

@@ -121,7 +121,8 @@ def lower_bound(
     least, found, status = _least(problem, time_limit)
     if witnessed and np.isinf(least) and least > 0:
         raise fo.SolverError(
-            f"lower bound: {status}, although a sequence exists at load factor {highest:g}; a derived bound or the solver is wrong"
+            f"lower bound: {status}, although a sequence exists at load factor {highest:g}; a "
+            "derived bound or the solver is wrong"
         )
     slips = (
         problem.var_dict["slip"].value * oracles.units(system, cycle)[1]

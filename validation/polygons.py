@@ -11,7 +11,8 @@ _SIDES, _CUTS, _EXCESS = (
     24,
     40,
     1e-10,
-    # sides of each polygon at first, rounds that add sides, and the excess over a circle that counts as
+    # sides of each polygon at first, rounds that add sides, and the excess over a circle that
+    # counts as
     # none
 )
 # need of pressure beyond what keeps a node from lifting off, over its loads, that counts as none

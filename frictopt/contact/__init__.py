@@ -19,6 +19,7 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
 
 from .components import joined, parted, runs
 from .cycle import LoadCycle, checked_cycle
+from .frames import frames_of
 from .given_parts import checked_springs, compliances
 from .law import (
     BoundTerm,

@@ -7,7 +7,8 @@ at a load factor if one residual slip v keeps every node closed and stuck at all
 
 The largest such load factor is the shakedown limit. Its dual is a slip mechanism, which proves it.
 
-- `question.py`: a question as data: all its arrays, and the referee of its answers.
+- `question.py`: a question as data: all its arrays, and the referee of its answers; `units.py`: the
+  units of its unknowns.
 - `models.py`: all programs, as cvxpy expressions in the symbols of the paper.
 - `programs.py`: the rows of a question, compiled, and its solution read back.
 - `safe_model.py`: the models that users extend by constraints of their own.
@@ -30,6 +31,7 @@ from .gross_slip import GrossSlip, gross_slip
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .guaranteed_model import GuaranteedModel
 from .least_slip import LeastSlip
+from .question import Question, pose, with_open
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlip, SafeSlipModel, safe_slip

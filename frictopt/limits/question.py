@@ -31,6 +31,7 @@ from ..contact import (
 from ..contact.diagnosis import in_contact
 from ..contact.stiffness import following
 from ..errors import ModelError
+from . import units
 
 # Largest ratio of the mean shear force to the mean normal force. With a larger ratio, rounding
 # errors of the shear would hide the pressure.
@@ -39,9 +40,6 @@ _LARGEST_MEAN_SHEAR = 1e6
 # Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced by
 # it, so that the unit is finite.
 _LEAST_FRICTION_OF_MARGIN = 0.01
-
-# Least force unit of a node, divided by the mean normal force: answers have errors of this size.
-_LEAST_NODE_UNIT = 1e-6
 
 
 @kept
@@ -344,11 +342,11 @@ def _question(
 
     # Units, from the reactions of the closed nodes.
     closed = ~open_nodes
-    force = _mean_force(r0, r1, closed)
-    mean_bound = _mean_bound(r0, friction, closed, force)
+    force = units.mean_force(r0, r1, closed)
+    mean_bound = units.mean_bound(r0, friction, closed, force)
     mean_pressure = mean_bound / np.maximum(friction, _LEAST_FRICTION_OF_MARGIN)
-    load_unit = _load_unit(r0, r1, friction, closed, force)
-    node_unit = np.where(open_nodes, force, _node_unit(r0, r1, force))
+    load_unit = units.load_unit(r0, r1, friction, closed, force)
+    node_unit = np.where(open_nodes, force, units.node_unit(r0, r1, force))
 
     # In space the radius of a friction cone is the friction bound: it is the unit if it is less
     # than the pressure.
@@ -443,50 +441,3 @@ def _gaps_of_open(r: Array, open_nodes: Booleans, compliance: Array | None) -> A
     if compliance is None:
         return np.zeros((len(r), 0))
     return np.asarray(-(r @ compliance)[:, -len(open_nodes) :][:, open_nodes])
-
-
-def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
-    """Mean normal force at load factor 0; a force of the same size if there is none."""
-    if not closed.any():
-        return 1.0
-    pressure = float(np.abs(r0[:, -1, closed]).mean())
-    if pressure:
-        return pressure
-    shear = np.linalg.norm(r0[:, :-1, closed], axis=1)
-    cyclic_shear = np.linalg.norm(r1[:, :-1, closed], axis=1)
-    cyclic_pressure = np.abs(r1[:, -1, closed])
-    return float(max(shear.mean(), cyclic_shear.mean(), cyclic_pressure.mean())) or 1.0
-
-
-def _mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
-    """Mean friction bound at load factor 0; `force` if it is only rounding (no pressure)."""
-    if not closed.any():
-        return force
-    bound = float((friction * r0[:, -1])[:, closed].mean())
-    size = float((friction * np.abs(r0[:, -1]))[:, closed].mean())
-    return bound if bound > CONDENSATION * size else force
-
-
-def _load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: float) -> float:
-    """Load factor at which the cyclic reactions reach the mean friction bound."""
-    if not closed.any():
-        return 1.0
-    f = friction[closed]
-    shear = np.linalg.norm(r1[:, :-1, closed], axis=1)
-    pressure = np.abs(r1[:, -1, closed])
-    without_friction = float(pressure[:, f == 0].sum()) / int(closed.sum())
-    demand = float(shear.mean() + (f * pressure).mean()) + without_friction
-    if not demand > 0:
-        return 1.0
-    bound = float((friction * np.abs(r0[:, -1]))[:, closed].mean())
-    return (bound or force) / demand
-
-
-def _node_unit(r0: Array, r1: Array, force: float) -> Array:
-    """(N,) pressure of each node under the mean load, or its largest other force if it has none."""
-    smallest = _LEAST_NODE_UNIT * force
-    pressure = np.abs(r0[:, -1]).max(axis=0)
-    shear = np.linalg.norm(r0[:, :-1], axis=1).max(axis=0)
-    cyclic = np.maximum(np.linalg.norm(r1[:, :-1], axis=1), np.abs(r1[:, -1])).max(axis=0)
-    other_forces = np.maximum(np.maximum(shear, cyclic), smallest)
-    return np.asarray(np.where(pressure > smallest, pressure, other_forces))

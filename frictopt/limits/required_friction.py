@@ -296,8 +296,7 @@ def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Boolea
     """Root of the margin as a function of friction, and the open nodes there.
 
     The margin grows with friction while the same nodes are open. Less friction may be enough with
-    other open nodes. If a search just below the root finds such a pattern, its root is computed,
-    too.
+    other open nodes: if a search just below the root finds such nodes, their root is computed.
     """
     while True:
         open_nodes = safe_slips.at(enough).open

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..base import LEVEL, Array, Kept, Plotted, bar_of, finite_number, frozen, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
 from ..errors import NoContinuation
-from ..limits.question import pose
+from ..limits import pose
 from ..transients import SteadyState
 from ..transients.steady import MOST_CYCLES
 from .range_search import FAR, STOPPED, Orbit, Search, levels_of

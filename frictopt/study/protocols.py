@@ -25,8 +25,7 @@ from ..base import (
 from ..base.checks import listed_parts
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, NoContinuation, SolverError
-from ..limits import shakedown_limit
-from ..limits.question import pose
+from ..limits import pose, shakedown_limit
 from ..transients.cycles import Run
 from ..transients.march import path_of
 from ..transients.steady import MOST_CYCLES, reported

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base import LEVEL, PERIODIC, RESIDUAL, Array, Outcome, kept
 from ..errors import NoContinuation, SolverError
-from ..limits.question import Question
+from ..limits import Question
 from ..transients import SteadyState, steady_state
 from ..transients.classify import Settled, distance_left
 from ..transients.cycles import Run

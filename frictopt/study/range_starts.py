@@ -9,10 +9,9 @@ import numpy as np
 from ..base import RESIDUAL, ROUNDING, Array
 from ..contact import ContactSystem, LoadCycle, lengths, reactions
 from ..errors import ModelError, SolverError
-from ..limits import guaranteed_limit, shakedown_limit
+from ..limits import Question, guaranteed_limit, pose, shakedown_limit, with_open
 from ..limits.open_nodes import open_under_mean
 from ..limits.programs import free_slips
-from ..limits.question import Question, pose, with_open
 from ..limits.safe_vertices import furthest
 
 # Corners of a long history at which starts are looked for, those furthest apart.

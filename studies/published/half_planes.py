@@ -180,7 +180,8 @@ def _varying_normal_force(
         "Mindlin & Deresiewicz 1953",
         "the same where the shear force changes by less than f times the normal force",
         over,
-        f"{parameters.cells} cells, Q = {parameters.still_shear:g} f P: what has slipped once rests, so no work in either",
+        f"{parameters.cells} cells, Q = {parameters.still_shear:g} f P: what has slipped once "
+        "rests, so no work in either",
         (parameters.still_swing,),
         lambda _: 0.0,
         (rest.dissipation / _GROSS**2,),
@@ -239,7 +240,8 @@ def _out_of_phase(cylinder: fo.ContactSystem, parameters: Parameters) -> Case:
         "Putignano, Ciavarella & Barber 2011",
         "work of friction per cycle of a cylinder under loads out of phase, W E* / (f P)^2",
         "phase of the normal force, degrees",
-        f"{how}; theirs: superposition in steps of {360 / _STEPS:g} degrees with {parameters.springs} springs",
+        f"{how}; theirs: superposition in steps of {360 / _STEPS:g} degrees with "
+        f"{parameters.springs} springs",
         parameters.phases,
         lambda phase: work_of_springs(swing, share, phase, parameters.springs),
         [one.dissipation / _GROSS**2 for one in steady],

@@ -159,9 +159,11 @@ def _layered_beam(parameters: Parameters) -> Case:
     unit = beam_work(2.0, length)
     return Case(
         "Goodman & Klumpp 1956",
-        "work of friction per cycle of a cantilever of two layers / that at twice the force of first slip",
+        "work of friction per cycle of a cantilever of two layers / that at twice the force of "
+        "first slip",
         "tip force / that of first slip",
-        f"finite elements, {parameters.beam_elements} by 4 quadratic ones in a layer of L / h = {length:g}; theirs is beam theory",
+        f"finite elements, {parameters.beam_elements} by 4 quadratic ones in a layer of L / h = "
+        f"{length:g}; theirs is beam theory",
         parameters.beam_loads,
         lambda over: beam_work(over, length) / unit,
         [one.dissipation / unit for one in steady],
@@ -272,7 +274,8 @@ def _corner_law(parameters: Parameters) -> Case:
         "Comninou 1976, Churchman & Hills 2006",
         "power of the corner element with which the shakedown limit of a square punch falls",
         "f",
-        "finite elements, two corners a decade apart; theirs: exponents of the sliding and of the bonded corner",
+        "finite elements, two corners a decade apart; theirs: exponents of the sliding and of the "
+        "bonded corner",
         parameters.law_frictions,
         lambda f: sliding_corner_exponent(f) - bonded_corner()[0].exponent,
         [float(power) for power in powers],

@@ -59,7 +59,8 @@ def _sheared(meshes: list[fo.ContactSystem], parameters: Parameters) -> Case:
         "Mindlin & Deresiewicz 1953",
         "work of friction per cycle of a sphere / theirs",
         "Q / (f P)",
-        f"{_told(parameters)}; edges of contact and stick cut square cells, and the error changes sign from mesh to mesh",
+        f"{_told(parameters)}; edges of contact and stick cut square cells, and the error changes "
+        "sign from mesh to mesh",
         parameters.shears,
         lambda _: 1.0,
         ratios,

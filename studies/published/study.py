@@ -144,7 +144,8 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
             table["quantity"].str.startswith(f"work of friction per cycle of {what}")
         ].set_index("at")
         ends = (
-            f"{name} at {work['theirs'].agg(which):g} (theirs) and {work['ours'].agg(which):g} (ours)"
+            f"{name} at {work['theirs'].agg(which):g} (theirs) and {work['ours'].agg(which):g} "
+            "(ours)"
             for name, which in _ENDS.items()
         )
         said.append(f"{', '.join(ends)} of {' '.join(what.split()[:2])}")

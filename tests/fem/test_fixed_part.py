@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits.question import pose
+from frictopt.limits import pose
 from frictopt.study.case import Case
 from frictopt.transients.exact.path import turning_corners
 from helpers.cases import few

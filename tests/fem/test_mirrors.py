@@ -8,7 +8,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact import joined
-from frictopt.limits.question import pose
+from frictopt.limits import pose
 from helpers.cases import few
 
 SEEDS = pytest.mark.parametrize("seed", few(range(6)))

@@ -48,7 +48,7 @@ LIBRARIES: dict[str, set[str]] = {
 """Room -> libraries that its files may import, beyond those of drawing."""
 
 DRAWING = {"matplotlib", "mpl_toolkits", "pandas", "skfem", "pyvista"}
-DRAWS = {"pictures", "views", "face", "strip", "draw", "style", "plot_study"}
+DRAWS = {"pictures", "views", "face", "triangles", "strip", "draw", "style", "plot_study"}
 """Names of the files that may import libraries of drawing. In `base` a function asks whether
 matplotlib is there."""
 

@@ -5,8 +5,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 import frictopt as fo
-from frictopt.contact import joined, parted
-from frictopt.contact.frames import frames_of
+from frictopt.contact import frames_of, joined, parted
 
 CYCLE = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
 PULL, SHEAR = (fo.LoadCycle({"P": 1.0}, [{name: -1.0}, {name: 1.0}]) for name in ("sigma", "Q"))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.transients.steady import reported
 from helpers.refused import refused
 from helpers.systems import PULL
 from helpers.worn import F, cylinder, driven_punch, plain_rate
@@ -228,19 +227,21 @@ def test_increments_tell_their_error_of_the_last_state_which_stays_that_of_the_l
 @pytest.mark.parametrize("error", [KeyboardInterrupt, fo.NoContinuation, fo.SolverError])
 def test_what_stops_wear_keeps_what_is_done(error, monkeypatch):
     asked = []
+    wear = import_module("frictopt.joints.wear")
+    proven = wear.reported
 
     def stops(*args):
         asked.append(args)
         if len(asked) == 20:
             raise error("stop")
-        steady = reported(*args)
+        steady = proven(*args)
         return (
             replace(steady, record=replace(steady.record, residual=5e-10))
             if len(asked) == 1
             else steady
         )
 
-    monkeypatch.setattr(import_module("frictopt.joints.wear"), "reported", stops)
+    monkeypatch.setattr(wear, "reported", stops)
     with pytest.raises(error) as caught:
         fo.wear(*COARSE, coefficient=1e-3)
     history = caught.value.history

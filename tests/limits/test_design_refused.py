@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits.question import Question
+from frictopt.limits import Question
 from helpers.liars import misread
 from helpers.refused import refused
 from helpers.spatial import cycle, random_contact

@@ -3,12 +3,12 @@ both its bounds, for they coincide."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.study.verify import from_its_middle
 from helpers.cases import few
+from helpers.motions import about_its_middle
 from helpers.systems import random_system
 from validation import oracles
 
@@ -27,7 +27,7 @@ def two_nodes(own, other):
 def follow(contact, cycle, friction, load_factor, slip):
     """From the mean of the corners, so that no start is carried off before the first corner."""
     return fo.steady_state(
-        contact, from_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip
+        contact, about_its_middle(cycle, load_factor), friction, 1.0, initial_slip=slip
     )
 
 
@@ -109,13 +109,14 @@ def test_random_contacts_with_a_node_that_carries_nothing(seed, nodes, f, diagon
     )
     assert whole.load_factor == pytest.approx(limit.load_factor, rel=1e-8, abs=1e-9)
     least = oracles.least_on_both_bounds(contact, cycle, np.full(nodes, f))
+    assume(least is not None)  # the plain solver of the oracle gives no answer
     assert limit.load_factor == pytest.approx(
         min(least, limit.shakedown.load_factor), rel=1e-6, abs=1e-8
     )
     if limit.load_factor > 0:
         for share in (0.1, 0.5, 0.95):
             slip = rng.normal(size=nodes) * 10 ** rng.uniform(-3, 0.5)
-            about = from_its_middle(cycle, share * min(limit.load_factor, 3.0))
+            about = about_its_middle(cycle, share * min(limit.load_factor, 3.0))
             steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
             if steady.outcome is not fo.Outcome.SHAKEDOWN:
                 path = fo.march(contact, about, f, 1.0, initial_slip=steady.slip, cycles=2)
@@ -151,7 +152,7 @@ def test_a_limit_that_is_tiny_beside_the_loads_is_not_taken_for_the_coincidence_
 
 
 def test_the_middle_of_a_cycle_is_the_mean_of_its_corners():
-    about = from_its_middle(fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 3.0}]), 2.0)
+    about = about_its_middle(fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 3.0}]), 2.0)
     assert about == fo.LoadCycle(
         {"P": 1.0, "Q": 4.0}, [{"P": 0.0, "Q": -2.0}, {"P": 0.0, "Q": 2.0}]
     )

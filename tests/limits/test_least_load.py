@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits.shakedown import ShakedownLimits
-from frictopt.study.verify import from_its_middle
 from helpers.cases import few
 from helpers.liars import misread
+from helpers.motions import about_its_middle
 from helpers.systems import (
     CYCLE,
     NODE,
@@ -256,7 +256,7 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
         for share in (0.02, 0.5):
             load_factor = least + share * (min(limit.load_factor, 3 * least) - least)
             about, slip = (
-                from_its_middle(cycle, load_factor),
+                about_its_middle(cycle, load_factor),
                 rng.normal(size=nodes) * 10 ** rng.uniform(-2, 0.5),
             )
             steady = fo.steady_state(contact, about, f, 1.0, initial_slip=slip)
@@ -266,7 +266,7 @@ def test_the_guaranteed_limit_of_an_interval(seed, nodes, corners, f):
     elif largest > 1.001 * least:
         at, slip = limit.witness_above_least(1.05 * least)
         assert least < at <= 1.05 * least and "at every load factor just above" in limit.reason
-        ends = [from_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
+        ends = [about_its_middle(cycle, least + share * (at - least)) for share in (0.9, 1.1)]
         assert fo.Outcome.CYCLIC_SLIP in [
             fo.steady_state(contact, about, f, 1.0, initial_slip=slip).outcome for about in ends
         ]

@@ -11,8 +11,8 @@ import pytest
 
 import frictopt as fo
 from frictopt.base import progress
+from frictopt.limits import Question, pose
 from frictopt.limits.lift_off import Ordered
-from frictopt.limits.question import Question, pose
 from helpers.cases import few
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests

@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
+from frictopt.limits import pose
 from frictopt.limits.critical_bounds import load_factor_bounds
-from frictopt.limits.question import pose
 from frictopt.limits.shakedown import upper_bound
 from frictopt.solve import chain
 from frictopt.solve import solvers as policy

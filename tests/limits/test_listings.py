@@ -17,10 +17,9 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import models
+from frictopt.limits import models, pose
 from frictopt.limits.best_pressed import best_pressed
 from frictopt.limits.critical_state import critical_states
-from frictopt.limits.question import pose
 from frictopt.transients.increments import programs as increments
 from helpers.cases import ALL_CASES, few
 from helpers.spatial import CORNERS, random_contact

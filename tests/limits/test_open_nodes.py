@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from frictopt.limits.question import pose
+from frictopt.limits import pose
 from helpers.cases import few
 from helpers.guaranteed import check as of_witness
 from helpers.oracle import Oracle

@@ -9,8 +9,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
+from frictopt.limits import pose, with_open
 from frictopt.limits.patterns import _settled
-from frictopt.limits.question import pose, with_open
 from frictopt.solve import interior_point
 from helpers import spatial
 from helpers.cases import few

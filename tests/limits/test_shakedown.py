@@ -3,7 +3,7 @@ import pytest
 from scipy.linalg import block_diag
 
 import frictopt as fo
-from frictopt.limits.question import pose
+from frictopt.limits import pose
 from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
 
 EXACT = 1e-9

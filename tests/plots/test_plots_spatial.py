@@ -9,7 +9,7 @@ from matplotlib.collections import TriMesh
 from matplotlib.quiver import Quiver
 
 import frictopt as fo
-from frictopt.contact.frames import frames_of
+from frictopt.contact import frames_of
 from helpers.spatial import cycle, random_contact
 from helpers.systems import at_corners
 

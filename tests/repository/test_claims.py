@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits import pose, with_open
 from frictopt.limits.open_nodes import open_under_mean
-from frictopt.limits.question import pose, with_open
 from helpers.separation import open_in_space, pulled_system, resting_starts
 from helpers.systems import CYCLE, random_system, system
 

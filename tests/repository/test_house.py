@@ -102,6 +102,18 @@ def test_no_test_imports_another():
         )  # a process of its own may import the file itself
 
 
+def test_few_tests_know_the_inside_of_a_room():
+    """Most tests ask what is public, or what a room hands to the others by its door."""
+    doors = {"transients.exact", "transients.increments", "study.starts"}
+    inside = []
+    for path in sorted(Path(__file__).parents[1].rglob("test_*.py")):
+        text = path.read_text(encoding="utf-8")
+        modules = re.findall(r"^\s*(?:from|import) frictopt\.(\w+\.[\w.]+)", text, re.MULTILINE)
+        if set(modules) - doors:
+            inside.append(path.name)
+    assert len(inside) <= 45, inside
+
+
 def test_the_recipe_asks_for_the_versions_of_the_package():
     asked = tomllib.loads((PACKAGE.parent / "pyproject.toml").read_text())["project"][
         "dependencies"

@@ -6,7 +6,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.base import Bar
-from frictopt.limits.question import pose
+from frictopt.limits import pose
 from frictopt.study.range_search import Search
 from helpers.cases import few
 from helpers.paths import followed

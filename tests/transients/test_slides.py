@@ -6,8 +6,8 @@ import pytest
 from scipy.optimize import linprog
 
 import frictopt as fo
+from frictopt.limits import pose, with_open
 from frictopt.limits.programs import free_slips
-from frictopt.limits.question import pose, with_open
 from frictopt.solve import chain
 from helpers.cases import few
 from helpers.liars import persuasive, unpolished

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.contact import joined, parted
-from frictopt.limits.question import pose
+from frictopt.limits import pose
 from helpers.cases import few
 from helpers.spatial import cycle, random_contact, vectors
 from validation.fuzz.embedded import embedded

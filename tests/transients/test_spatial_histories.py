@@ -9,7 +9,7 @@ import pytest
 from matplotlib.collections import PathCollection
 
 import frictopt as fo
-from frictopt.limits.question import pose
+from frictopt.limits import pose
 from frictopt.study.ascent import _tangents, increment_map
 from frictopt.study.range_search import Search, SearchSettings
 from frictopt.study.starts import LoadStep, smooth_modes

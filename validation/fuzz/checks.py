@@ -20,7 +20,8 @@ from validation.open_patterns import largest_with_open
 _WITHIN_STRETCH, _SHORT = (
     4,
     1e-4,
-    # increments within the shortest stretch between events; stretches that are shorter are not followed
+    # increments within the shortest stretch between events; stretches that are shorter are not
+    # followed
     # so
 )
 _STEPS = (
@@ -28,7 +29,8 @@ _STEPS = (
     30,
     131,
     1009,
-    # increments from corner to corner; without common divisors, so that not all of them miss the same
+    # increments from corner to corner; without common divisors, so that not all of them miss the
+    # same
     # event
 )
 _FEW = 3  # nodes up to which all statuses are tried

@@ -125,8 +125,9 @@ class Scene(Asked):
         if not float(off.max(initial=0.0)) <= tolerance * unit:
             node = int(off.argmax())
             raise Wrong(
-                f"{what} {np.ravel(found)[node]!r}, expected {np.ravel(expected)[node]!r} (entry {node}; off by {off.max() / unit:.1e}; "
-                f"{self.case.family}, {self.n} nodes, load factor {self.load_factor!r})"
+                f"{what} {np.ravel(found)[node]!r}, expected {np.ravel(expected)[node]!r} (entry "
+                f"{node}; off by {off.max() / unit:.1e}; {self.case.family}, {self.n} nodes, load "
+                f"factor {self.load_factor!r})"
             )
 
 

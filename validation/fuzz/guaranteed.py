@@ -37,7 +37,8 @@ def guaranteed(known: Known) -> tuple[float, bool]:
     limit = known.answered_guarantee
     if not (limit.load_factor <= limit.shakedown.load_factor or np.isnan(limit.load_factor)):
         raise Wrong(
-            f"guaranteed limit {limit.load_factor!r} above the shakedown limit {limit.shakedown.load_factor!r}"
+            f"guaranteed limit {limit.load_factor!r} above the shakedown limit "
+            f"{limit.shakedown.load_factor!r}"
         )
     if limit.open.any():
         same(
@@ -94,7 +95,8 @@ def _against_sequences(known: Known, limit: fo.results.GuaranteedLimit) -> None:
         and not bound.lifts_off
     ):  # at 0 a node without reaction is on both bounds
         raise Wrong(
-            f"a sequence of increments dissipates at {bound.found:.9g}, below the limit {limit.load_factor:.9g}"
+            f"a sequence of increments dissipates at {bound.found:.9g}, below the limit "
+            f"{limit.load_factor:.9g}"
         )
 
 
@@ -126,7 +128,8 @@ def followed(known: Known) -> tuple[float, bool]:
             known, float(check.runs["load_factor"].iloc[number]), check.starts[number]
         ):
             raise Wrong(
-                f"persists below the limit {limit.load_factor:.6g} with all nodes closed, from {check.starts[number].tolist()}"
+                f"persists below the limit {limit.load_factor:.6g} with all nodes closed, from "
+                f"{check.starts[number].tolist()}"
             )
     if limit.node is not None and not check.persists:
         if limit.load_factor <= limit.least:
@@ -140,7 +143,8 @@ def followed(known: Known) -> tuple[float, bool]:
             )
         if (check.runs.loc[check.runs["share"] > 1, "outcome"] == "NO_CONTINUATION").all():
             raise fo.NoContinuation(
-                "all transients from next to the witness end before they have an outcome; lower the friction"
+                "all transients from next to the witness end before they have an outcome; lower "
+                "the friction"
             )
         if _persists_next_to(known, limit, [1.2 * limit.load_factor]):
             return limit.residual, True

@@ -15,7 +15,8 @@ _ALIKE = (
 )
 _BELOW = (
     1 - 1e-9
-    # at the limit itself nodes may stand at their bounds, where above the critical friction the path
+    # at the limit itself nodes may stand at their bounds, where above the critical friction the
+    # path
     # goes on in several ways
 )
 

@@ -161,6 +161,7 @@ def best_design(known: Asked) -> tuple[float, bool]:
         other = fo.shakedown_limit(shaped, fo.LoadCycle(mean, cycle.corners), friction)
         if not other.open.any() and other.load_factor > design.load_factor * (1 + _SAME) + _SAME:
             raise Wrong(
-                f"a design within the bounds has the limit {other.load_factor:.9g}, the best one {design.load_factor:.9g}"
+                f"a design within the bounds has the limit {other.load_factor:.9g}, the best one "
+                f"{design.load_factor:.9g}"
             )
     return max(design.residual, again.residual), True

@@ -29,7 +29,8 @@ _SAME = 1e-7
 _CRITICAL, _ZERO = (
     1e-4,
     1e-3,
-    # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that are
+    # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that
+    # are
     # about 0
 )
 _ROUNDING = 1e-14  # of a slip, over the slips before and after
@@ -239,7 +240,8 @@ def _required(subject: _Subject) -> tuple[float, bool]:
             return found.residual, False
         if enough != (not np.isnan(most) and least * (1 - _SAME) <= factor <= most * (1 + _SAME)):
             raise Wrong(
-                f"{share:g} of the required friction {found.required:.9g} keeps {least:.9g} to {most:.9g} safe, asked is {factor:.9g}"
+                f"{share:g} of the required friction {found.required:.9g} keeps {least:.9g} to "
+                f"{most:.9g} safe, asked is {factor:.9g}"
             )
     return found.residual, True
 

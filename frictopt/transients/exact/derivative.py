@@ -181,7 +181,8 @@ class _Growth:
             pivot = K[k, k] - row @ column
             if not abs(pivot) > CONDENSATION * self.S[self.order[k], self.order[k]]:
                 raise NoContinuation(
-                    "derivative of a cycle: friction is critical at a node that slips, so that its rates are not unique"
+                    "derivative of a cycle: friction is critical at a node that slips, so that "
+                    "its rates are not unique"
                 )
             lower[k, :k] = -row @ lower[:k, :k]
             upper[:k, k], upper[k, k] = upper[:k, :k] @ column / -pivot, 1 / pivot

@@ -100,7 +100,8 @@ class ExactIncrement(ByProgram):
             largest = max(largest, self._reach * _size(_moved(posed, found)))
         elif _size(_moved(posed, found)) >= _TOUCHES * largest:
             raise SolverError(
-                f"mixed-integer increment: the state that was found touches {within}; give a larger reach than {self._reach:g}"
+                f"mixed-integer increment: the state that was found touches {within}; give a "
+                f"larger reach than {self._reach:g}"
             )
         booleans = {
             name: (found.status == status).astype(np.float64) for name, status in _BOOLEANS.items()
@@ -121,8 +122,9 @@ class ExactIncrement(ByProgram):
             return NewtonIncrement(self.system, self.friction)._solved(posed)
         except SolverError as error:
             raise SolverError(
-                f"mixed-integer increment: {why}, and Newton's method finds no state either, which is no proof that there is none (reach "
-                f"{self._reach:g}); {self._remedy}, or give another reach"
+                f"mixed-integer increment: {why}, and Newton's method finds no state either, which "
+                f"is no proof that there is none (reach {self._reach:g}); {self._remedy}, or give "
+                "another reach"
             ) from error
 
     def _most(self, motion: float, force: float) -> dict[str, Array]:

@@ -134,8 +134,10 @@ class FrozenBoundIncrement(ByProgram):
                 found = self._found(posed, kind, bound=bound)
             except SolverError as error:
                 raise SolverError(
-                    f"friction increment: no state of rest is found with the friction bound frozen at {bound.sum():.3g} mean normal forces in sum "
-                    f"(where slip would raise the pressure enough to hold it, another increment may find the state); {self._remedy}"
+                    "friction increment: no state of rest is found with the friction bound frozen "
+                    f"at {bound.sum():.3g} mean normal forces in sum (where slip would raise the "
+                    "pressure enough to hold it, another increment may find the state); "
+                    f"{self._remedy}"
                 ) from error
             attempts += found.record.attempts
             if found.residual <= RESIDUAL:
@@ -156,9 +158,10 @@ class FrozenBoundIncrement(ByProgram):
                 kind = SOCP
             bound = bound + step
         raise SolverError(
-            f"friction increment: did not converge in {sweep} sweeps with frozen bound; the bound still changes by {np.abs(step).max():.1e} of the "
-            f"mean normal force, most at node {int(np.abs(step).argmax())}, and the residual is {found.residual:.1e}; {self._remedy}, or another "
-            "increment"
+            f"friction increment: did not converge in {sweep} sweeps with frozen bound; the bound "
+            f"still changes by {np.abs(step).max():.1e} of the mean normal force, most at node "
+            f"{int(np.abs(step).argmax())}, and the residual is {found.residual:.1e}; "
+            f"{self._remedy}, or another increment"
         )
 
     def _motions(self) -> Array:
