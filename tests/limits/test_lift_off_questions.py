@@ -189,7 +189,7 @@ def test_questions_without_events_are_refused(pin):
             lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),
             "slip is bounded",
         ),
-        (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "stay as they are"),
+        (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "cannot be combined"),
     ):
         with pytest.raises(fo.ModelError, match=why):
             asked()

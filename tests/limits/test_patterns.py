@@ -93,7 +93,7 @@ def test_an_open_node_that_presses_the_one_that_rules_is_not_taken_for_slip():
     assert (
         limit.load_factor == pytest.approx(0.15)
         and limit.open.tolist() == [True, False]
-        and "residual slip alone" not in limit.reason
+        and "only residual slip presses" not in limit.reason
     )
 
 

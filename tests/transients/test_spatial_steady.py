@@ -148,7 +148,7 @@ WALKING = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}, {"X": 0.1}], fixed=[{"Y": 0.1}, 
 @refused(
     (
         lambda: fo.guaranteed_limit(single(), WALKING, 0.5),
-        "cycle: its fixed parts differ, of a contact in space",
+        "cycle: its fixed parts differ, and the contact is in space",
     ),
     (
         lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"),
