@@ -443,7 +443,10 @@ def test_the_search_begins_with_what_the_mean_load_opens_with_less_friction():
     """A mean shear of 1 slips node 0 where f < 1, by 1 - f, and that lifts node 1, pressed by 0.1,
     by half of it."""
     pair = system(np.eye(2), [[0.0, 0.0], [0.5, 0.0]], [1.0, 0.0], [1.0, 0.1], [0.1, 0.0], 0.0)
-    starts = [opened.tolist() for opened in _settled(pose(pair, CYCLE, 1.2), wants=True, safe=True)]
+    starts = [
+        opened.tolist()
+        for opened in _settled(pose(pair, CYCLE, 1.2), tends_to_open=True, safe=True)
+    ]
     assert (
         fo.march(pair, CYCLE, 1.2, 0.0, cycles=1).gap.max()
         == 0.0
@@ -456,7 +459,10 @@ def test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction
     """Node 0 slips where f < 1, by 1 - f, and that presses node 1, pulled by 0.05, by half of
     it."""
     pair = system(np.eye(2), [[0.0, 0.0], [-0.5, 0.0]], [1.0, 0.0], [1.0, -0.05], [0.1, 0.0], 0.0)
-    starts = [opened.tolist() for opened in _settled(pose(pair, CYCLE, 0.7), wants=True, safe=True)]
+    starts = [
+        opened.tolist()
+        for opened in _settled(pose(pair, CYCLE, 0.7), tends_to_open=True, safe=True)
+    ]
     assert (
         fo.march(pair, CYCLE, 1.05, 0.0, cycles=1).gap[-1, 1]
         > 0.0
