@@ -1,7 +1,8 @@
 """Base classes of the answers to limit questions: a state under a residual slip, and its proof.
 
-`Mechanism` is the slip mechanism that the multipliers of a program are. `Answered` is an answer by
-a slip at a load factor, `Proven` one that a mechanism proves, `Rated` one with rates by the loads.
+`Mechanism` is the slip mechanism that the multipliers of a program form. `Answered` is the base of
+answers that consist of a slip at a load factor. `Proven` adds the proof by a mechanism, and `Rated`
+the rates of the limit with the loads.
 """
 
 from __future__ import annotations
@@ -43,20 +44,21 @@ _OF_CORNER = re.compile(r"(?:q|p|gap|stuck|strength|pressed|apart)(?:_\d+)?\[(\d
 @kept
 @dataclass(frozen=True, eq=False)
 class Mechanism:
-    """A closed cycle of slips and lifts of node i at corner k, as multipliers of safe slips are.
+    """A slip mechanism: a closed cycle of slips and lifts of node i at corner k.
 
-    The net motion stresses nothing, `A d + B^T l = 0` with the sums d of the slips and l of the
-    lifts, so that no residual slip helps against it (Bjorkman & Klarbring 1987). Under a slip bound
-    it may stress nodes that the bound holds.
+    The multipliers of a safe slip form it. Its net motion causes no stress: `A d + B^T l = 0` with
+    the sums d of the slips and l of the lifts. So no residual slip resists it (Bjorkman & Klarbring
+    1987). Under a slip bound it may stress nodes whose slip is at the bound.
 
     Attributes
     ----------
     moves
-        (K, t + 1, N) slips along the tangents, in any one unit, and lifts, at least friction times
-        the slip; more where the node opens without slip, less where the surface shears off.
+        (K, t + 1, N) slips along the tangents, and lifts, all in one arbitrary unit. The lift is
+        friction times the size of the slip; more if the node opens, and less if the surface shears
+        off.
     friction, open
-        (N,) coefficients of friction; nodes that are open and follow the others without force, None
-        if none is.
+        (N,) coefficients of friction; mask of the open nodes, which follow the others without
+        force (None if all are closed).
     """
 
     moves: Array
@@ -74,7 +76,7 @@ class Mechanism:
         return np.asarray((self.moves[:, -1] - self.friction * self.size).clip(0.0))
 
     def parts(self, system: ContactSystem) -> Array:
-        """(2, K, N) sizes of the slips, and of the openings, or of the touching of open nodes."""
+        """(2, K, N) sizes of the slips and of the openings; of open nodes, how far they touch."""
         along = self.size
         opening = self.opening
         if self.open is not None:
@@ -91,9 +93,10 @@ class Mechanism:
     def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
         """A row for each motion, largest first; `corners` are the names of the K corners.
 
-        Columns node, contact (where there are several), x (x, y, z in space), corner and its loads,
-        direction (+1 slip along +x, -1 against it, 0 opening, or touching of an open node; in space
-        slip1 and slip2, a unit vector, zero for an opening), share of all.
+        Columns: node, contact (if several), x (x, y, z in space), corner, its loads, direction,
+        share of the sum of all motions. The direction is +1 for slip along +x, -1 for slip against
+        it, 0 for an opening or the touching of an open node. In space it is a unit vector (slip1,
+        slip2), zero for an opening.
         """
         sizes = self.parts(system)  # (2, K, N): slips, openings
         share = sizes / (float(sizes.sum()) or 1.0)
@@ -189,9 +192,9 @@ class Answered(Recorded, Plotted):
     def events(self) -> pd.DataFrame:
         """The nodes that open and close between the first and the last corner, in order.
 
-        On the way back the order is reversed. Columns node, contact (if several), x (x, y, z in
-        space), event ("opens" or "closes"), way (place between the corners, 0 to 1), loads (there,
-        at load factor 1). Mostly empty.
+        On the way back the order is reversed. Columns: node, contact (if several), x (x, y, z in
+        space), event ("opens" or "closes"), way (place between the corners, 0 to 1), loads (at this
+        place, for load factor 1). Empty for a limit without `events`.
         """
         columns = {"node": int, "event": str, "way": float, "loads": str}
         table = pd.DataFrame(self._question.events, columns=list(columns)).astype(columns)
@@ -238,18 +241,18 @@ class Answered(Recorded, Plotted):
     def traction_ratios(self) -> Array:
         """(K, N) ratios `|q| / (f p)` at the corners under the slip.
 
-        NaN without a slip, and where the pressure or the friction vanishes. If the surface has a
-        shear strength below f p, the ratio is that to the strength.
+        NaN without a slip, and if pressure or friction vanishes. If the surface has a shear
+        strength below f p, q is divided by the strength.
         """
         q, p = self.reactions
         f = self.friction
-        # Less has the error of the answer, so that its ratio is rounding.
+        # Smaller bounds have the size of the error of the answer.
         pressed = f * p > 10 * RESIDUAL * self._question.mean_bound
         bound = np.where(pressed, most_shear(self.system, f, p), 1.0)
         return np.where(pressed, lengths(q, p) / bound, np.nan)
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each node: node, its place, its slip, and if some are open whether it is."""
+        """A row for each node: node, its place, its slip, and, if any node is open, `open`."""
         return frame(self._places(), units=self.system.units)
 
     def _places(self) -> dict[str, object]:
@@ -265,7 +268,7 @@ class Answered(Recorded, Plotted):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Proven(Answered, Explained):
-    """Base of answers that a mechanism proves, maybe under constraints of the user's own."""
+    """Base of answers that a mechanism proves, possibly under constraints of the user."""
 
     _motion: Mechanism
     constraints: tuple[str, ...] = field(default=(), kw_only=True)
@@ -276,12 +279,13 @@ class Proven(Answered, Explained):
     def multipliers(self) -> pd.DataFrame:
         """Multipliers of the rows of `problem`, in its units.
 
-        Columns row (its label), corner, node, component, multiplier. Those of rows `q[k] == ...`
-        and `p[k] == ...` are slips and lifts of the mechanism, over force for a load factor; those
-        of `stuck[k]` are sizes of these slips, and of `strength[k]` sizes of the slips in which the
-        surface shears off. A row without a label is named by its left side, or its right side if
-        the left is constant. In your own rows, node is the first index of an entry and component
-        the others. Empty without a program.
+        Columns: row (its label), corner, node, component, multiplier. The multipliers of `q[k] ==
+        ...` and `p[k] == ...` are slips and lifts of the mechanism (1 / force if the goal is a load
+        factor). The multipliers of `stuck[k]` are the sizes of these slips; the multipliers of
+        `strength[k]` are the sizes of slips at which the surface shears off. A row without a label
+        has the name of its left side, or of its right side if the left is constant. In your own
+        rows, node is the first index of an entry and component the other indices. Empty without a
+        program.
         """
         if not self._duals:
             kinds = {"row": str, "corner": int, "node": int, "component": int, "multiplier": float}
@@ -308,7 +312,7 @@ class Proven(Answered, Explained):
     def _by_friction(self) -> Array:
         """(N,) rate with the friction of each node: multipliers of its bounds times pressures."""
         _, _, p = self._instants
-        # Of rows with one name the first counts: those of the user come last.
+        # If several rows have the same name, the first counts: rows of the user come last.
         rows = dict(reversed(self._duals))
         rates = [np.maximum(rows.get(f"stuck[{k}]", 0.0), 0.0) * p[k] for k in range(len(p))]
         return np.asarray(np.sum(rates, axis=0))
@@ -336,7 +340,7 @@ def answered(claim: A, record: SolveRecord, program: Any) -> A:
 
 
 class Rated(Proven):
-    """Base of limits whose motion gives their rates with the loads."""
+    """Base of limits whose mechanism gives the rates of the limit with the loads."""
 
     @property
     def _rated(self) -> bool:
@@ -346,16 +350,17 @@ class Rated(Proven):
     def load_rates(self) -> pd.DataFrame:
         """Rate of the limit with each amplitude of the load cycle.
 
-        Columns load, part ("mean", or the loads of a corner), amplitude, rate. The mean part has
-        all load cases of the system, so that the bolt to tighten is the row with the largest rate.
-        The rates of a guaranteed limit are those of the critical state of `node`. If several nodes,
-        such as mirror images, are critical first, or more corners than needed, the limit has a
-        kink, and this is the rate of one side. NaN without a finite limit, if a guaranteed limit is
-        `least`, and under constraints of your own, which may change with the loads.
+        Columns: load, part ("mean", or the loads of a corner), amplitude, rate. The mean part lists
+        all load cases of the system, also unused ones: the bolt to tighten is the row with the
+        largest rate. The rates of a guaranteed limit belong to the critical state of `node`. The
+        limit has a kink if several nodes, such as mirror images, are critical at once, or at more
+        corners than needed; then the rate is that of one side. NaN without a finite limit, if a
+        guaranteed limit is `least`, and under constraints of your own: these may depend on the
+        loads.
         """
         cycle = self.cycle
         moves = self._question.by_corner(self._motion.moves)  # (K, t + 1, N)
-        net = moves.sum(axis=0)
+        net_motion = moves.sum(axis=0)
         rows = list[dict[str, Any]]()
 
         def add(loads: Mapping[str, float], part: str, moves: Array, factor: float = 1.0) -> None:
@@ -365,7 +370,7 @@ class Rated(Proven):
                 rows.append({"load": case, "part": part, "amplitude": amplitude, "rate": rate})
 
         absent = {case: 0.0 for case in self.system.bonded if case not in cycle.mean}
-        add({**cycle.mean, **absent}, "mean", net)
+        add({**cycle.mean, **absent}, "mean", net_motion)
         for k, loads in enumerate(cycle.fixed or ()):
             add(loads, f"fixed at {cycle.corner_names[k]}", moves[k])
         for k, loads in enumerate(cycle.corners):
@@ -374,9 +379,9 @@ class Rated(Proven):
 
     @cached_property
     def interference_rate(self) -> Array:
-        """(N,) rate of the limit with an interference at each node, 1 over length.
+        """(N,) rate of the limit with an interference at each node, 1 / length.
 
-        That with a profile is minus this. NaN if `load_rates` is.
+        The rate with a gap (profile) has the opposite sign. NaN if `load_rates` is NaN.
         """
         rate = self.system.S[-self.system.nodes :] @ self._motion.moves.sum(axis=0).ravel()
         return frozen(rate if self._rated else np.full_like(rate, np.nan))

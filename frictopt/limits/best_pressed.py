@@ -1,4 +1,4 @@
-"""The slip that presses best, and the proof that no slip presses every node at every corner."""
+"""The slip with the largest least pressure, or the proof that no slip presses all nodes."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from .question import pose
 
 @dataclass(frozen=True)
 class Pressing:
-    """The least normal reaction under a slip, over the mean normal force, at most 1.
+    """The least normal reaction under the best slip, with its proof.
 
-    If it is negative, the motion opens nodes and proves it. `residual` is the error of both.
+    `least` is divided by the mean normal force, and at most 1. If it is negative, `motion` is the
+    proof: a mechanism that opens nodes. `residual` is the error of both.
     """
 
     least: float
@@ -30,14 +31,14 @@ class Pressing:
     @property
     def impossible(self) -> bool:
         """Whether no slip presses every node at every corner."""
-        # A pressure within the error of an answer counts as none.
+        # A tension within the error of an answer is no proof.
         return self.least < -RESIDUAL
 
 
 def best_pressed(
     system: ContactSystem, cycle: LoadCycle, load_factor: float, slip_bound: Any
 ) -> tuple[Pressing, SolveRecord]:
-    """The slip that makes the least normal reaction over nodes and corners as large as possible."""
+    """The largest least normal reaction over nodes and corners that a residual slip can give."""
     question = pose(system, cycle, 0.0, slip_bound=slip_bound)
     least = cp.Variable(name="least")
     factor = cp.Parameter(nonneg=True, name="load_factor", value=load_factor)

@@ -1,8 +1,8 @@
-"""Lower bounds of the load factor at which each node can be critical, which need no program.
+"""Lower bounds of the load factor at which each node can be critical, computed without a program.
 
-One slip mechanism for each node j gives a bound. For multipliers with `A d + B^T (f a) = 0`,
-`a = abs(d)` at all other nodes and a_j = -1, the sum of `d q + f a p` is that of the mean load.
-With h(d) the largest `-(d q1 + f abs(d) p1)` of a corner::
+One slip mechanism for each node j gives a bound. Its multipliers obey `A d + B^T (f a) = 0`, with
+`a = abs(d)` at all other nodes and a_j = -1. Then no residual slip changes the sum of `d q + f a
+p`. Let h(d) be the largest `-(d q1 + f abs(d) p1)` over the corners::
 
     resistance = sum of d q0 + f a p0   >=   load_factor drive
     drive = d_j c - f rho + sum of h(d) over the others
@@ -29,17 +29,17 @@ class ScreeningSettings:
 
     # Largest number of iterations.
     iterations: int = 300
-    # Change of a mechanism, over its size, that counts as none.
+    # A mechanism has converged if its relative change is at most this.
     settled: float = RESIDUAL
-    # Share by which a mechanism slips more than it must, to be admissible before it settles.
+    # Relative excess of the slips of a mechanism, so that it is admissible before it converges.
     spare: float = 1e3 * RESIDUAL
-    # A mechanism of this size is on its way to infinity.
+    # A mechanism of this size diverges.
     large: float = 1e6
-    # Means over rigid slides in one iteration; with more the bounds hardly rise.
+    # Number of weighted means over rigid slides in one iteration; more hardly raise the bounds.
     means: int = 3
-    # Share of the largest slip that smaller ones count as in these means, which settle then.
+    # In the weights, slips below this share of the largest are raised to it: the means converge.
     near: float = 1e-2
-    # Relative rounding of a bound, which feels the errors of the data.
+    # Relative rounding error of a bound, due to the errors of the data.
     rounding: float = CONDENSATION
 
 
@@ -49,7 +49,7 @@ SCREENING = ScreeningSettings()
 def load_factor_bounds(question: Question) -> Array:
     """(N,) lower bounds of the load factor at which each node can be critical.
 
-    0 if nothing is known, inf if the node never can be critical.
+    A bound is 0 if nothing is known, and inf if the node can never be critical.
     """
     nodes = len(question.friction)
     if question.fixed:
@@ -57,43 +57,43 @@ def load_factor_bounds(question: Question) -> Array:
         return np.zeros(nodes)
     unit = question.node_unit[:, None]
     net_slips = _net_slips(question, tractions(question))
-    total, done = _settled_mechanisms(net_slips, unit)
+    total_slip, admissible = _settled_mechanisms(net_slips, unit)
 
-    d = net_slips(total) / unit  # (t, N, N) slips, by node and mechanism
-    a = total / unit  # (N, N)
-    fa = question.friction[:, None] * total / unit
+    d = net_slips(total_slip) / unit  # (t, N, N) slips, by node and mechanism
+    a = total_slip / unit  # (N, N)
+    fa = question.friction[:, None] * total_slip / unit
     shear, bound = needed(question.friction, question.q1, question.p1)
-    held = np.array([_work(d, question.q0[0]), fa * question.p0[0][:, None]])
-    driven = _work(d, shear) + a * bound[:, None]
+    resistance_terms = np.array([_work(d, question.q0[0]), fa * question.p0[0][:, None]])
+    drive_terms = _work(d, shear) + a * bound[:, None]
     if nodes > 1:
         corners = zip(question.q1, question.p1, strict=True)
-        others = np.max([-_work(d, q) - fa * p[:, None] for q, p in corners], axis=0)
-        driven = np.where(np.eye(nodes, dtype=bool), driven, others)
-    resistance = held.sum(axis=(0, 1))
-    drive = driven.sum(axis=0)
-    terms = np.abs(held).sum(axis=(0, 1))
+        drive_of_others = np.max([-_work(d, q) - fa * p[:, None] for q, p in corners], axis=0)
+        drive_terms = np.where(np.eye(nodes, dtype=bool), drive_terms, drive_of_others)
+    resistance = resistance_terms.sum(axis=(0, 1))
+    drive = drive_terms.sum(axis=0)
+    terms = np.abs(resistance_terms).sum(axis=(0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
         bounds = np.where(drive < 0, resistance / drive, np.inf) * (1 - SCREENING.rounding)
-    proven = done & (resistance < -SCREENING.rounding * terms)
+    proven = admissible & (resistance < -SCREENING.rounding * terms)
     return np.asarray(np.where(proven, bounds, 0.0))
 
 
 def _settled_mechanisms(net_slips: Callable[[Array], Array], unit: Array) -> tuple[Array, Booleans]:
     """Total slips a (N, N) of the mechanisms, in columns, and which of them are admissible."""
-    total = -np.eye(len(unit))
+    total_slip = -np.eye(len(unit))
     for _ in range(SCREENING.iterations):
-        net = np.linalg.norm(net_slips(total), axis=0)
-        size = unit * np.abs(total / unit).max(axis=0)
-        following = (1 + SCREENING.spare) * net + SCREENING.settled * size
-        np.fill_diagonal(following, -1.0)
+        net = np.linalg.norm(net_slips(total_slip), axis=0)
+        size = unit * np.abs(total_slip / unit).max(axis=0)
+        next_total = (1 + SCREENING.spare) * net + SCREENING.settled * size
+        np.fill_diagonal(next_total, -1.0)
         np.fill_diagonal(net, -1.0)
-        rests = (np.abs(following - total) <= SCREENING.settled * size).all(axis=0)
-        done: Booleans = (net <= total).all(axis=0) & rests
-        lost = ~(total.max(axis=0) < SCREENING.large)
-        if (done | lost).all():
+        converged = (np.abs(next_total - total_slip) <= SCREENING.settled * size).all(axis=0)
+        admissible: Booleans = (net <= total_slip).all(axis=0) & converged
+        diverges = ~(total_slip.max(axis=0) < SCREENING.large)
+        if (admissible | diverges).all():
             break
-        total = np.where(done | lost, total, following)
-    return total, done
+        total_slip = np.where(admissible | diverges, total_slip, next_total)
+    return total_slip, admissible
 
 
 def _work(d: Array, q: Array) -> Array:
@@ -102,10 +102,10 @@ def _work(d: Array, q: Array) -> Array:
 
 
 def _net_slips(question: Question, change: Change) -> Callable[[Array], Array]:
-    """A function: the net slips (t, N, N) that balance given total slips (N, N).
+    """A function that returns the net slips (t, N, N) in balance with given total slips (N, N).
 
-    Rigid slides, which nothing resists, go until friction resists: by means over the nodes,
-    weighted by the slips before.
+    Elasticity does not determine rigid slides. They follow from friction: as means of the slips
+    over the nodes, with weights from the previous slips.
     """
     n = question.system.nodes
     t = question.system.tangents
@@ -117,28 +117,30 @@ def _net_slips(question: Question, change: Change) -> Callable[[Array], Array]:
     pressure_of_traction = normal[:, : len(loaded)] / question.node_unit[:, None]
 
     # Slips that follow the total slips, and rigid slides by their free components.
-    others = np.setdiff1d(np.arange(t * n), loaded)
-    right = np.hstack([pressure_of_traction.T * question.friction, shear_of_traction[others].T])
-    solved = -np.linalg.solve(shear_of_traction[loaded].T, right)
+    free_rows = np.setdiff1d(np.arange(t * n), loaded)
+    right_side = np.hstack(
+        [pressure_of_traction.T * question.friction, shear_of_traction[free_rows].T]
+    )
+    solved = -np.linalg.solve(shear_of_traction[loaded].T, right_side)
     follow = np.zeros((t * n, n))
     follow[loaded] = solved[:, :n]
     rigid = np.zeros((t * n, free))
     rigid[loaded] = solved[:, n:]
-    rigid[others] = np.eye(free)
+    rigid[free_rows] = np.eye(free)
     pairs = (rigid[:, :, None] * rigid[:, None]).reshape(t * n, -1)
     bound = question.friction * question.r0[0, -1] / question.node_unit
-    hold = np.tile(np.maximum(bound, 0.0), t)[:, None]
+    positive_bound = np.tile(np.maximum(bound, 0.0), t)[:, None]
 
     def net_slips(total: Array) -> Array:
         slips = follow @ total
         for _ in range(SCREENING.means if free else 0):
             size = np.linalg.norm(slips.reshape(t, n, n), axis=0)
             floor = SCREENING.near * size.max() or 1.0
-            weight = hold / np.tile(np.maximum(size, floor), (t, 1))
+            weight = positive_bound / np.tile(np.maximum(size, floor), (t, 1))
             # The slides s with the least sum of `weight (slips - rigid s)^2`.
             square = (weight.T @ pairs).reshape(n, free, free)
-            right = (rigid.T @ (weight * slips)).T[..., None]
-            slides = (np.linalg.pinv(square, hermitian=True) @ right)[..., 0].T
+            right_side = (rigid.T @ (weight * slips)).T[..., None]
+            slides = (np.linalg.pinv(square, hermitian=True) @ right_side)[..., 0].T
             slips = slips - rigid @ slides
         return np.asarray(slips.reshape(t, n, n))
 

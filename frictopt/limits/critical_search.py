@@ -1,4 +1,4 @@
-"""The least load factor at which a node is critical: its programs, and the claims they give."""
+"""Programs of the least load factor at which a node is critical, and their results, the claims."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -15,10 +15,10 @@ from .models import Row, Unknowns, at_node, constant, critical, stuck
 from .programs import Program, listed_rows
 from .question import Question
 
-# Dimensionless load factors up to this cannot be told from zero: residuals move them so far.
+# Dimensionless load factors up to this are zero up to the errors of an answer.
 _COINCIDE = 1e3 * RESIDUAL
 
-# How the load factor of a node is known.
+# Labels: the source of the load factor of a node.
 SOLVED = "solved"
 NEVER = "never critical"
 COINCIDE_ALONE = "only at the least safe load factor"
@@ -32,29 +32,29 @@ OPEN = "open"
 class NodeClaim:
     """The least load factor at which a node is critical under a safe slip, and that slip.
 
-    Without such a slip the load factor is inf and the slip NaN.
+    Without such a slip the load factor is inf or a lower bound, and the slip is NaN.
     """
 
     state: CriticalState
     load_factor: float
     slip: Array
     residual: float
-    # The rates of the load factor, see `critical_motion`; None if another node has less.
+    # The rates of the load factor, see `critical_motion`; None if another node has a lower one.
     motion: Mechanism | None = None
-    # The program that was solved, and the values in its variables; None without a slip.
+    # The solved program (None without a slip), and the values of its variables.
     program: Program | None = None
     values: Mapping[cp.Variable, Array] = field(default_factory=dict)
     solver: str = ""
     how: str = SOLVED
-    # If the claim is the least safe load factor: a larger load factor, and the slip there. Between
-    # the two a mean of both slips makes the node critical.
+    # If the load factor is the least safe one: a larger load factor and its slip. At load factors
+    # between the two, a weighted mean of both slips makes the node critical.
     above: tuple[float, Array] | None = None
 
 
 class CriticalSearch:
     """The critical programs of all nodes of a question, compiled once for any friction.
 
-    `records` are those of all programs solved, in order.
+    `records` has the records of all solved programs, in order.
     """
 
     def __init__(
@@ -76,28 +76,28 @@ class CriticalSearch:
         self._programs: dict[bool, Program] = {}
 
     def ask(self, question: Question) -> None:
-        """Set the question, of another friction."""
+        """Set the question, which may have another friction."""
         self._question = question
         self.records = []
 
     def solve(
         self, state: CriticalState, ends: tuple[float, float], least_so_far: float
     ) -> NodeClaim:
-        """The claim of a node that passes its checks, or that it is not below `least_so_far`.
+        """The claim of a node: its critical slip, or the proof that it is above `least_so_far`.
 
         `ends` are the least and the largest safe load factor.
         """
         least, largest = ends
         unit = self._question.load_unit
-        # Small beside the interval of safe load factors.
+        # The step is small compared with the interval of safe load factors.
         step = _COINCIDE * min(unit, largest - least)
         indistinct = least + step
         claim = self._solved(state, least_so_far)
         if claim.load_factor > (indistinct if least > 0 else 0.0):
             return claim
 
-        # It cannot be told from the least safe load factor, and counts if the node can be critical
-        # above that too. The load factors at which it can are an interval: the program is convex.
+        # The load factor equals the least safe one up to errors. It counts if the node can also be
+        # critical above it: the program is convex, so critical load factors form an interval.
         self._most.value = unit + least
         highest = self._solved(state, np.inf, highest=True)
         if highest.load_factor > max(indistinct, claim.load_factor + step):
@@ -105,7 +105,7 @@ class CriticalSearch:
         return _without_slip(self._question, state, np.inf, highest.residual, COINCIDE_ALONE)
 
     def restore(self, claim: NodeClaim) -> None:
-        """Put an answer into its program, which may have been solved for other nodes since."""
+        """Put an answer back into its program, which may have been solved for other nodes."""
         self._set(claim.state)
         put_back(claim.values)
 
@@ -144,10 +144,10 @@ class CriticalSearch:
         return program
 
     def _compiled(self, highest: bool) -> Program:
-        """The program of the node that is marked.
+        """The program of the marked node.
 
-        Its own constraints hold by construction, unless a part of the cycle is fixed. They are
-        relaxed so that the program has interior points.
+        The friction rows of this node hold by construction, unless a part of the cycle is fixed.
+        They are relaxed, so that the program has interior points.
         """
         question = self._question
         x = self._x
@@ -186,20 +186,20 @@ def _without_slip(
 
 
 def _claimed(program: Program, state: CriticalState, least_so_far: float) -> NodeClaim:
-    """The claim that stands in a program.
+    """The claim from a solved program.
 
-    If it does not pass, but the multipliers prove that the node is not critical below
-    `least_so_far`, it is the claim of that.
+    If its slip fails the checks, but the multipliers prove that the node is not critical up to
+    `least_so_far`, the claim is this proof.
     """
     question = program.question
     slip = program.slip
     load_factor = program.load_factor
     proof = program.chain.proof
     q, p = question.reactions_of_slip(slip)
-    reached = np.r_[q[state.node], p[state.node]]
-    wanted = state.at_zero + load_factor * state.rate
-    off = float(np.abs(reached - wanted).max()) / question.force
-    violations = [question.violation(load_factor, slip), off, proof.gap, program.own_violation]
+    added = np.r_[q[state.node], p[state.node]]
+    critical_reaction = state.at_zero + load_factor * state.rate
+    distance = float(np.abs(added - critical_reaction).max()) / question.force
+    violations = [question.violation(load_factor, slip), distance, proof.gap, program.own_violation]
     residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     bound = proof.bound - proof.defect
     if not residual <= RESIDUAL and least_so_far < bound < np.inf:
@@ -212,15 +212,16 @@ def _claimed(program: Program, state: CriticalState, least_so_far: float) -> Nod
 def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     """The rates of a node's load factor with all reactions, as slips and lifts of either sign.
 
-    They are read from the multipliers. Those of the other nodes are the mechanism of their rows,
-    reversed. The node itself slips along or against `q_k` at its corners, and opens by friction.
-    The multiplier across two opposite corners moves the state between them by its lever.
+    They follow from the multipliers. The motions of the other nodes are the reversed mechanism of
+    their rows. The node itself slips along or against `q_k` at its corners, and lifts by friction
+    times its slip. With two opposite corners, the part of the multiplier across their line is
+    divided between the corners by the lever rule.
     """
     question = program.question
     node = state.node
     corners = list(state.corners)
-    others = program.motion
-    moves = -others.moves
+    mechanism = program.motion
+    moves = -mechanism.moves
 
     labels = ("critical_q", "critical_p")
     rows = [row for row in program.problem.constraints if row.label in labels]
@@ -240,11 +241,11 @@ def critical_motion(program: Program, state: CriticalState) -> Mechanism:
     if question.compliance is not None:
         follow = node_moves.reshape(len(node_moves), -1) @ question.system.S @ question.compliance
         node_moves -= follow.reshape(node_moves.shape)
-    return replace(others, moves=moves + node_moves)
+    return replace(mechanism, moves=moves + node_moves)
 
 
 class CriticalNodes:
-    """What is known of each node, and the critical node with the least load factor so far."""
+    """Load factors of all nodes, and the critical node with the least load factor so far."""
 
     def __init__(self, question: Question, load_factor: float) -> None:
         nodes = question.system.nodes
@@ -259,12 +260,12 @@ class CriticalNodes:
         self.how[self.may_be_critical] = LEFT_OUT
 
     def need_no_program(self) -> None:
-        """The guaranteed limit is the shakedown limit."""
+        """Mark all nodes as not needed: the guaranteed limit is the shakedown limit."""
         self.load_factor[self.may_be_critical] = self.least
         self.how[self.may_be_critical] = NOT_NEEDED
 
     def add(self, claim: NodeClaim) -> None:
-        """Keep a claim of a node, if it is its first one or has less than the others."""
+        """Keep a claim of a node if it is its first one, or if its load factor is the least."""
         node = claim.state.node
         if claim.load_factor < self.load_factor[node] or claim.state is self.states[node][0]:
             self.load_factor[node] = claim.load_factor
@@ -274,6 +275,6 @@ class CriticalNodes:
             self.least = claim.load_factor
 
     def table(self, order: list[int]) -> pd.DataFrame:
-        """What is known of some nodes."""
+        """Table of the load factors of some nodes."""
         load_factors = self.load_factor[order]
         return pd.DataFrame({"node": order, "load_factor": load_factors, "how": self.how[order]})

@@ -1,10 +1,10 @@
-"""The critical states of nodes: the mean traction at which the cyclic load leaves a node no room.
+"""The critical states of nodes: the cyclic load takes a node to its friction bound from all sides.
 
-The node is then on its friction bound at two opposite corners, or at three that enclose it. The
-shear c and the pressure rho that it needs are in the theory, eq. (10): the smallest disc that holds
-the discs with centres `-q1_k` and radii `-f p1_k` has the centre c and the radius `f rho`. If a
-part of the cycle is fixed, each two corners that govern at some load factor have a state of their
-own, affine in it.
+A critical node is on its friction bound at two opposite corners, or at three that enclose its mean
+traction. Theory, eq. (10), has the shear c and the pressure rho that the node needs: the smallest
+disc that holds the discs with centres `-q1_k` and radii `-f p1_k` has the centre c and the radius
+`f rho`. If a part of the cycle is fixed, each pair of corners that govern at some load factor has
+its own critical state, affine in the load factor.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ from .question import Question
 class CriticalState:
     """The reactions that a slip adds at a node where it is critical, affine in the load factor.
 
-    `[A v, B v] = at_zero + load_factor rate`, each (t + 1,), force. `corners` are those at which
-    the node is on its bound; in the plane one of forward and one of backward slip.
+    `[A v, B v] = at_zero + load_factor rate`, each (t + 1,), force. At `corners` the node is on its
+    bound; in the plane first of forward, then of backward slip.
     """
 
     node: int
@@ -37,23 +37,20 @@ class CriticalState:
 
 
 def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
-    """Shear c (N,) or (N, 2) and friction bound `f rho` (N,) that the cyclic loads of nodes need.
-
-    At load factor 1.
-    """
+    """Shear c (N,) or (N, 2) and friction bound `f rho` (N,) that nodes need at load factor 1."""
     fp1 = friction * p1
     if q1.ndim == 3:
         return smallest_discs(-q1.transpose(1, 0, 2), -fp1.T)
-    ahead = (-q1 - fp1).max(axis=0)
-    back = (q1 - fp1).max(axis=0)
-    return (ahead - back) / 2, (ahead + back) / 2
+    forward_demand = (-q1 - fp1).max(axis=0)
+    backward_demand = (q1 - fp1).max(axis=0)
+    return (forward_demand - backward_demand) / 2, (forward_demand + backward_demand) / 2
 
 
 def critical_states(question: Question) -> list[list[CriticalState]]:
     """The critical states of each node.
 
-    A node has none if it has no friction or only lifts off; with fixed parts one for each pair of
-    corners, else one.
+    A node has no critical state if it has no friction or only lifts off. It has one for each pair
+    of governing corners if the corners differ at load factor 0, and else a single one.
     """
     if question.fixed:
         return _states_of_pairs(question)
@@ -113,7 +110,10 @@ def _governs(constant: Array, rate: Array) -> Any:
 
 
 def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
-    """(2,) shear and pressure to add so that two corners have forward and backward slip."""
+    """(2,) shear and pressure that put a node on its forward bound at one corner, then backward.
+
+    They are added to the reactions `q` (2,) and `p` (2,) of the two corners.
+    """
     q_k, q_j = q
     b_k, b_j = friction * p
     return -np.array([q_k + q_j + b_k - b_j, (q_k - q_j + b_k + b_j) / friction]) / 2
@@ -122,8 +122,8 @@ def _at_both_bounds(friction: float, q: Array, p: Array) -> Array:
 def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
     """Corners and nodes (R,) of the rows that govern `x >= constant_k + load_factor rate_k`.
 
-    A row, of (K, N), governs if it is the largest of its node at some load factor >= 0. From the
-    largest row at 0 the loop follows the upper envelope to the next row that meets it.
+    A row (k, node) governs if it is the largest of its node at some load factor >= 0. The loop
+    starts with the largest row at load factor 0, and follows the upper envelope from row to row.
     """
     highest = constant == constant.max(axis=0)
     corner = np.where(highest, rate, -np.inf).argmax(axis=0)
@@ -131,22 +131,22 @@ def ruling(constant: Array, rate: Array) -> tuple[Integers, Integers]:
     corners = [corner]
     nodes = [node]
     while node.size:
-        gain = rate[:, node] - rate[corner, node]
+        rate_gain = rate[:, node] - rate[corner, node]
         lead = constant[corner, node] - constant[:, node]
-        meets = np.where(gain > 0, lead / np.where(gain > 0, gain, 1.0), np.inf)
-        further = np.isfinite(meets.min(axis=0))
-        corner = meets.argmin(axis=0)[further]
-        node = node[further]
+        crossing = np.where(rate_gain > 0, lead / np.where(rate_gain > 0, rate_gain, 1.0), np.inf)
+        crosses = np.isfinite(crossing.min(axis=0))
+        corner = crossing.argmin(axis=0)[crosses]
+        node = node[crosses]
         corners.append(corner)
         nodes.append(node)
     return np.concatenate(corners), np.concatenate(nodes)
 
 
 class NeededByNode:
-    """Values of the parameters that follow from `f` and from the node where `node` is 1.
+    """Parameters of a critical program: shear and pressure that the loads of the marked node need.
 
-    They are the shear and the pressure that the loads of the node need. If parts of the load cycle
-    are fixed, `corners` are those of its critical state: each pair has a state of its own.
+    Their values follow from `f` and `node`, which is 1 at the marked node. If parts of the load
+    cycle are fixed, they also follow from `corners`, the pair of corners of the critical state.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class NeededByNode:
     def parameters(self, tangents: int) -> dict[str, cp.Parameter]:
         """The shear c and the pressure rho for a load factor of 1.
 
-        With fixed parts also -c0 and -rho0 at load factor 0, which stand on the left side.
+        With fixed parts also -c0 and -rho0 at load factor 0, which are on the left side of the row.
         """
         shape = () if tangents == 1 else (tangents,)
         parameters = {
@@ -193,8 +193,8 @@ class NeededByNode:
         friction = float(self.f.value[index])
         if not friction > 0:
             raise ModelError(
-                f"f: {friction:g} at node {index}, which without friction is never critical; give "
-                "it friction, or ask guaranteed_limit"
+                f"f: {friction:g} at node {index}, but a node without friction is never critical; "
+                "give it friction, or use guaranteed_limit"
             )
         return friction
 
@@ -213,43 +213,43 @@ class NeededByNode:
         return -float(self._of_pair(self._q0, self._p0)[part])
 
 
-# Subsets of a new disc, 0, and three old ones that may touch the smallest disc.
+# The smallest disc touches one of these subsets of four discs: the new disc, 0, and three old ones.
 _SUBSETS = ((0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3))
 
-# Exchanges for each disc, at most; mostly three in all are enough.
+# Largest number of exchanges per disc. Usually three in total are enough.
 _EXCHANGES = 4
 
 
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
     """Smallest discs around n times K discs: centres (n, 2) and radii (n,).
 
-    `centres` (n, K, 2) and `radii` (n, K) are of the discs within; radii may be negative. In each
-    exchange the disc that sticks out most comes in, and the smallest disc of it and of the three
-    that touched before is found by trying all subsets.
+    `centres` (n, K, 2) and `radii` (n, K) describe the discs inside; radii may be negative. Each
+    exchange takes the disc that sticks out most, and the three discs that touched before. The
+    smallest disc around these four is found by trying all subsets.
     """
     cases = np.arange(len(radii))
-    touch = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
-    centre = centres[cases, touch[:, 0]]
+    touching = np.repeat(radii.argmax(axis=1)[:, None], 3, axis=1)
+    centre = centres[cases, touching[:, 0]]
     radius = radii.max(axis=1)
     spread = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2))
     size = spread + np.abs(radii).max(axis=1)
     for _ in range(_EXCHANGES * radii.shape[1]):
-        reach = _reach(centres, radii, centre)
-        out = np.flatnonzero(reach.max(axis=1) > radius + ROUNDING * size)
-        if not len(out):
+        far_ends = _reach(centres, radii, centre)
+        sticks_out = np.flatnonzero(far_ends.max(axis=1) > radius + ROUNDING * size)
+        if not len(sticks_out):
             break
-        four = np.column_stack([reach.argmax(axis=1), touch])[out]
-        four_centres = centres[out[:, None], four]
-        four_radii = radii[out[:, None], four]
-        radius[out] = np.inf
+        four_discs = np.column_stack([far_ends.argmax(axis=1), touching])[sticks_out]
+        four_centres = centres[sticks_out[:, None], four_discs]
+        four_radii = radii[sticks_out[:, None], four_discs]
+        radius[sticks_out] = np.inf
         for subset in _SUBSETS:
-            for tried in _touching(four_centres[:, subset], four_radii[:, subset]):
-                holds = _reach(four_centres, four_radii, tried).max(axis=1)
-                less = holds < radius[out]  # not if there is no such disc, which is nan
-                centre[out[less]] = tried[less]
-                radius[out[less]] = holds[less]
-                # One disc stands three times, of two the first stands twice.
-                touch[out[less]] = four[less][:, (subset * 3)[:3]]
+            for candidate in _touching(four_centres[:, subset], four_radii[:, subset]):
+                radius_around = _reach(four_centres, four_radii, candidate).max(axis=1)
+                is_smaller = radius_around < radius[sticks_out]  # False for nan: no such disc
+                centre[sticks_out[is_smaller]] = candidate[is_smaller]
+                radius[sticks_out[is_smaller]] = radius_around[is_smaller]
+                # A subset of one disc is repeated three times; of two discs, the first is repeated.
+                touching[sticks_out[is_smaller]] = four_discs[is_smaller][:, (subset * 3)[:3]]
     return centre, _reach(centres, radii, centre).max(axis=1)
 
 
@@ -259,22 +259,26 @@ def _reach(centres: Array, radii: Array, centre: Array) -> Array:
 
 
 def _touching(centres: Array, radii: Array) -> list[Array]:
-    """Centres (n, 2) of the discs that one, two or three discs touch from within.
+    """Centres (n, 2) of the discs that one, two or three given discs touch from inside.
 
     `centres` (n, m, 2), `radii` (n, m). NaN if there is none.
     """
     first = centres[:, 0]
-    apart = centres[:, 1:] - centres[:, :1]
-    larger = radii[:, 1:] - radii[:, :1]
-    right = np.stack([((apart**2).sum(axis=-1) - larger**2) / 2, larger], axis=-1)
-    u, w = np.moveaxis(np.linalg.pinv(apart) @ right, 2, 0)
+    offsets = centres[:, 1:] - centres[:, :1]
+    radius_steps = radii[:, 1:] - radii[:, :1]
+    right_side = np.stack(
+        [((offsets**2).sum(axis=-1) - radius_steps**2) / 2, radius_steps], axis=-1
+    )
+    u, w = np.moveaxis(np.linalg.pinv(offsets) @ right_side, 2, 0)
     a = 1 - (w**2).sum(axis=-1)
     b = (u * w).sum(axis=-1)
     c = (u**2).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        if apart.shape[1] == 1:
-            # If the larger disc nearly holds the other, all digits of a are lost.
-            distance = np.linalg.norm(apart[:, 0], axis=-1)
-            return [first + apart[:, 0] * ((distance + larger[:, 0]) / (2 * distance))[:, None]]
+        if offsets.shape[1] == 1:
+            # If the larger disc nearly contains the smaller one, rounding spoils a.
+            distance = np.linalg.norm(offsets[:, 0], axis=-1)
+            return [
+                first + offsets[:, 0] * ((distance + radius_steps[:, 0]) / (2 * distance))[:, None]
+            ]
         root = b + np.copysign(np.sqrt(b**2 + a * c), b)
         return [first + u + w * s[:, None] for s in (root / a, -c / root)]

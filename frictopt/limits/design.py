@@ -1,7 +1,7 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit.
 
-With an objective of the user's own it is the cheapest design for a given load. `design_program.py`
-lists what a design adds to the program of a limit, `design_search.py` finds its open nodes.
+With an objective of the user it may be the cheapest design for a given load. `design_program.py`
+lists the terms of a design in the program of a limit. `design_search.py` finds its open nodes.
 """
 
 from __future__ import annotations
@@ -31,46 +31,48 @@ from .question import Question, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
 
 _STOPS = (
-    "{opened}larger designs are better{pattern}, but under their mean load others open: "
+    "{opened}larger designs are better{pattern}, but under their mean load other nodes open: "
     "the search stops before them"
 )
 _BEST = "{opened}no design that the constraints admit is better{pattern}"
-_OTHERS_OPEN = "; with others open one may be"
+_OTHERS_OPEN = "; with other nodes open one may be"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(Answered, Explained):
-    """A best design, built into a contact that every other function takes: `system` and `cycle`.
+    """A best design. `system` and `cycle` are the contact with the design, for other functions.
 
-    Its profile is in the initial gap of the system; where it adds material, in an overlap, the load
-    case "profile". The largest load factor can be above one from which some starts slip for ever:
-    ask `guaranteed_limit(design.system, design.cycle, friction)` too.
+    The profile is in the initial gap of the system. Added material that overlaps is in the load
+    case "profile". From some starts slip may continue for ever below the largest load factor: call
+    `guaranteed_limit(design.system, design.cycle, friction)`, too.
 
     Attributes
     ----------
     load_factor, objective
-        The largest load factor that is safe with the design in all scenarios, their least shakedown
-        limit, and None. With an objective of your own: the load factor that it chooses, which is no
-        limit, and the largest value of the objective.
+        Without an objective: the largest load factor that is safe with the design in all scenarios
+        (their least shakedown limit), and None. With your own objective: the load factor at its
+        maximum, which is no limit, and the largest value of the objective.
     bound
-        Upper bound of the load factor (or objective) of all designs that the constraints admit with
-        the same nodes open, not of others, from the multipliers alone. It equals the value up to
-        `residual`, unless larger designs open other nodes and do not count (`reason`).
+        Upper bound of the load factor (or objective), from the multipliers, for all designs that
+        the constraints admit with the same open nodes only. It equals the value up to `residual`,
+        unless larger designs open other nodes and do not count (see `reason`).
     preload
-        Series: amplitude that the design adds to the mean load, for each load case that was free.
+        Series: amplitude that the design adds to the mean load, for each load case of `preloads`.
     profile
-        (N,) material taken off at each node, length; negative: added. None if the faces were not
-        free.
+        (N,) depth of material removed at each node, length; negative: added. None if the design has
+        no profile.
     slip, slips
-        (N,) or (N, 2) a safe residual slip, length; and one for each scenario, `slip` first.
+        (N,) or (N, 2) a safe residual slip, length; and the tuple of such slips, one per scenario,
+        of which `slip` is the first.
     prices
-        Name of each constraint of your own -> the rate, >= 0, at which the load factor (the
-        objective) grows as the constraint gives way, in your units and its shape; of an equation
-        the rate with its right side. If the best design is not unique, it is one of several.
+        Name of each constraint of your own -> the rate, >= 0, at which the load factor (or the
+        objective) grows if the constraint is relaxed, in your units and in the shape of the
+        constraint. For an equation it is the rate with the right side. If the best design is not
+        unique, the rates may not be, either.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the
-        contact law by the slips at all corners with the design built in, the excess over your
-        constraints, dimensionless, and the relative distance of `bound`.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the
+        violation of the contact law by the slips at all corners with the design built in, the
+        dimensionless violation of your constraints, and the relative distance of `bound`.
     problem
         The solved cvxpy problem. A later solve of the same `DesignModel` overwrites its values.
 
@@ -97,11 +99,12 @@ class Design(Answered, Explained):
     _questions: tuple[Question, ...]
     problem: cp.Problem | None = None
     _duals: Duals = ()
-    _stops: bool = False  # before larger designs, under whose mean load other nodes open
+    # Whether larger designs would be better, but open other nodes under their mean load.
+    _stops: bool = False
 
     @property
     def value(self) -> float:
-        """What is largest: the load factor, or the objective where there is one."""
+        """The maximized value: the objective if there is one, else the load factor."""
         return self.load_factor if self.objective is None else self.objective
 
     @property
@@ -116,7 +119,7 @@ class Design(Answered, Explained):
 
     @property
     def touches(self) -> bool:
-        """Whether a corner leaves a closed node without pressure, or the mean load pulls it."""
+        """Whether a closed node has no pressure at a corner, or is pulled by the mean load."""
         for question, slip in zip(self._questions, self.slips, strict=True):
             _, r = question.states(self.load_factor, slip)
             without_pressure = r[:, -1].min(axis=0) <= TOUCHES * question.force
@@ -127,7 +130,7 @@ class Design(Answered, Explained):
 
     @property
     def reason(self) -> str:
-        """Why no design is better, in words, and for which open nodes."""
+        """Explanation in words that no design is better, with the open nodes for which it holds."""
         text = _STOPS if self._stops else _BEST
         if not self._stops and any(open_nodes.any() for open_nodes in self.opens):
             text += _OTHERS_OPEN
@@ -137,7 +140,7 @@ class Design(Answered, Explained):
         return replace(self, bound=larger.bound, _stops=True)
 
     def to_frame(self) -> pd.DataFrame:
-        """A row for each node: node, its place, its slip, and the profile where there is one."""
+        """A row for each node: node, its place, its slip, and the profile if there is one."""
         table = super().to_frame()
         return table if self.profile is None else table.assign(profile=self.profile)
 
@@ -158,14 +161,14 @@ class Design(Answered, Explained):
 
 
 class DesignModel(SafeModel):
-    """Preloads and a profile of a contact as unknowns beside its residual slip.
+    """A contact whose preloads and profile are unknowns, in addition to its residual slip.
 
-    Constraints and objectives of your own may be on all of them. Reactions are linear in them, so
-    the best design is the same convex program as the shakedown limit, with the same proof, for
-    given open nodes. All are closed at first. If the best design leaves a node without pressure, or
-    none is safe, design and pattern are sought in turn until the open nodes are those that
-    `shakedown_limit` leaves open under the chosen loads. A design that carries less there does not
-    count. Theory, eq. (32).
+    Your own constraints and objectives may contain all of them. Reactions are linear in them, so
+    for given open nodes the best design is a convex program as for the shakedown limit, with the
+    same proof. All nodes are closed at first. If the best design leaves a node without pressure, or
+    no design is safe, design and open nodes are computed in turn. This ends when `shakedown_limit`,
+    under the chosen loads, has the same open nodes. A design does not count if its limit there is
+    lower. Theory, eq. (32).
 
     Parameters
     ----------
@@ -173,36 +176,36 @@ class DesignModel(SafeModel):
         See `ShakedownModel`.
     preloads
         Names of load cases whose amplitudes in the mean load are free: bolt forces, pressures,
-        temperatures, interferences. The design adds to what the mean load of the cycle has of them.
+        temperatures, interferences. The design adds to their amplitudes in the mean load.
     profile
-        Whether material may be taken off the faces, a depth at each node.
+        Whether the depth of material removed from the faces is free at each node.
     scenarios
-        More pairs (load cycle, friction) under which the design has to hold, each with a residual
-        slip of its own; all share the load factor. Or (load cycle, friction, shares): load case
-        name -> share of its preload that acts, for bolts that scatter or loosen. While the same
-        nodes are open, a design that is safe in all combinations of the least and the largest
-        shares is safe for all shares between.
+        More pairs (load cycle, friction) under which the design has to be safe. Each has its own
+        residual slip; the load factor is common to all. In a triple (load cycle, friction, shares),
+        `shares` has the share of each preload that acts (load case name -> share), for bolts that
+        scatter or loosen. A design that is safe for all combinations of the least and the largest
+        shares is safe for all shares between, as long as the same nodes are open.
 
     Attributes
     ----------
     load_factor, slip, q, p
         As in `ShakedownModel`, with the design.
     preload
-        (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None
-        without.
+        (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None if
+        there are no preloads.
     profile
-        (N,) material taken off, length: it adds to the gap, so q loses `B^T g` and p loses `C g`.
-        Negative: material added. None without.
+        (N,) depth g of material removed, length; negative: material added. It increases the gap, so
+        that q decreases by `B^T g` and p by `C g`. None if the profile is not free.
 
     Raises
     ------
     ModelError
-        Wrong types, unknown load cases, preloads that make no reactions but rounding, nothing to
-        choose among, a scenario that is no pair.
+        Wrong types, unknown load cases, preloads whose reactions are only rounding, neither
+        preloads nor a profile, a scenario that is no pair or triple.
 
     Examples
     --------
-    Each of two bolts presses one of two nodes that the load shears. They have a force of 3 in all:
+    Each of two bolts presses one node. The load shears both nodes. The sum of the bolt forces is 3:
 
     >>> import cvxpy as cp
     >>> import frictopt as fo
@@ -258,20 +261,20 @@ class DesignModel(SafeModel):
         Parameters
         ----------
         friction, constraints
-            As in `ShakedownModel.solve`, constraints also on `preload` and `profile`. With the same
-            nodes open more friction never lowers the load factor.
+            As in `ShakedownModel.solve`; constraints may also contain `preload` and `profile`. With
+            the same open nodes, more friction never lowers the load factor.
         objective
-            What shall be largest, instead of the load factor: a concave cvxpy expression.
+            Scalar to maximize instead of the load factor: a concave cvxpy expression.
         progress
-            See `shakedown_limit`. Ctrl-C stays a KeyboardInterrupt; once there is a design, its
-            attribute `design` is the best one by then.
+            See `shakedown_limit`. Ctrl-C raises KeyboardInterrupt. Its attribute `design` is the
+            best design so far, if there is one.
 
         Raises
         ------
         ModelError
-            Bad friction; constraints that contradict each other, which are named; a design that
-            grows without end, whose direction is named; constraints that are not convex, need other
-            cones, or are on another model; such an objective.
+            Bad friction; contradictory constraints (the error names them); a design that grows
+            without end (the error names its direction); constraints or an objective that are not
+            convex, need other cones, or belong to another model.
         SolverError
             No solver gave an answer that passes the checks, or every design that was found opens
             other nodes under its mean load and carries less.
@@ -306,7 +309,7 @@ class DesignModel(SafeModel):
         if search.best is None:
             raise search.refusal
 
-        # Other designs were solved after the best one.
+        # Other designs may have been solved after the best one: put its values back.
         design = search.best.design
         put_back(search.best.values)
         if self.preload is not None:
@@ -326,8 +329,8 @@ class DesignModel(SafeModel):
     ) -> Design:
         """The best design with given nodes open in each scenario.
 
-        If `larger` is given, no preload is larger than this share of the largest one of that
-        design, and the profile is no deeper.
+        If `larger` is given, preloads are at most `share` times the largest preload of that design,
+        and the profile at most `share` times its largest depth.
         """
         programs = self._listed(scenarios, user_rows, open_nodes)
         first = programs[0]
@@ -346,7 +349,7 @@ class DesignModel(SafeModel):
         units = self._choice.units(first.question)
         for program in programs[1:]:
             units |= program.units
-        # Its unit is that of the first scenario.
+        # The load factor has the unit of the first scenario.
         units.pop(self.load_factor, None)
         first.compiled(problem, unit, units, programs[1:])
         claim, record = first.chain.solve(
@@ -362,7 +365,7 @@ class DesignModel(SafeModel):
         user_rows: Sequence[cp.Constraint],
         open_nodes: OpenNodes,
     ) -> list[Program]:
-        """The rows of all scenarios, each with its open nodes; own rows are in the first one."""
+        """A program of rows for each scenario, with its open nodes; user rows are in the first."""
         programs: list[Program] = []
         for number, (scenario, opened) in enumerate(zip(scenarios, open_nodes, strict=True)):
             question = with_open(scenario.question, opened)
@@ -387,10 +390,10 @@ class DesignModel(SafeModel):
     def _judged(
         self, scenarios: Sequence[Scenario], programs: Sequence[Program], has_objective: bool
     ) -> Design:
-        """Judge the design that stands in a program.
+        """The design from a solved program, with its residual.
 
-        The contact law in every scenario judges the slips with the design built in. The multipliers
-        of all rows judge the bound.
+        Its slips are checked by the contact law in every scenario, with the design built in. Its
+        bound is checked by the multipliers of all rows.
         """
         first = programs[0]
         load_factor = first.load_factor
@@ -428,8 +431,8 @@ class DesignModel(SafeModel):
     ) -> OpenNodes | None:
         """The open nodes under preloads that press as much as the constraints admit.
 
-        The preloads are at most many times the forces of the contact; without preloads the profile
-        is zero. It is another start of the search. None if no answer passes the checks.
+        They are another start of the search. Preloads are at most ten times the forces of the
+        contact. Without preloads the start is a zero profile. None if no answer passes the checks.
         """
         try:
             if self.preload is None:

@@ -1,8 +1,9 @@
-"""What a design adds to the program of a limit: preloads and a profile of the faces as unknowns.
+"""The terms of a design in the program of a limit: preloads and a profile as unknowns.
 
 A design is linear in its unknowns. Preloads b of load cases with reactions q_j, p_j add `q_j b` to
-the shear forces and `p_j b` to the normal ones; a profile g adds to the gap, which takes `B^T g`
-and `C g` off them. Open nodes follow without force, so both also move their gaps and slips.
+the shear forces and `p_j b` to the normal forces. A profile g increases the gap, so that the shear
+forces decrease by `B^T g` and the normal forces by `C g`. Open nodes follow without force, so
+preloads and profile also change the gaps and slips of these nodes.
 """
 
 from __future__ import annotations
@@ -23,19 +24,24 @@ from .models import Row, Unknowns, constant, defines
 from .programs import Program, listed_rows
 from .question import Question, pose, with_open
 
-PROFILE = "profile"  # load case of the overlap that a profile leaves
-_MOST_PRESSED = 10.0  # mean normal force of the preloads, over that of the contact
-_MOST_NAMES = 4  # unbounded components of a design that an error names
+# Name of the load case of the overlap that a profile causes.
+PROFILE = "profile"
+
+# Largest mean normal force of the preloads, divided by the mean normal force of the contact.
+_MOST_PRESSED = 10.0
+
+# Largest number of unbounded components of a design that an error names.
+_MOST_NAMES = 4
 
 _ROUNDING = (
     "preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others of up "
-    "to {largest:.1e}; leave it out if it does nothing at the contact, else give the load case a "
-    "larger unit, or others a smaller one"
+    "to {largest:.1e}; leave it out if it has no effect on the contact, else give this load case a "
+    "larger unit, or the others a smaller one"
 )
 _NONE_SAFE = "no design is safe at any load factor with all nodes closed"
 _CONTRADICT = "they contradict each other"
 _NONE_SAFE_AT_ALL = (
-    "preloads: {why}; press nodes that are open, or ask `shakedown_limit` of designs of your own"
+    "preloads: {why}; press nodes that are open, or call `shakedown_limit` for designs of your own"
 )
 _NONE_OBEYS = "{names}: {why} under these constraints; drop or relax one"
 _GROWS = (
@@ -44,7 +50,7 @@ _GROWS = (
 )
 _GROWS_WITH_DESIGN = (
     "{goal}: it grows without end with the design: {directions}; bound them by constraints, "
-    "or say what they cost"
+    "or subtract their cost"
 )
 
 
@@ -56,7 +62,7 @@ class Scenario(NamedTuple):
 
 
 class Added(NamedTuple):
-    """What a design adds to a question: expressions, and the rows that define their unknowns."""
+    """The terms that a design adds to a question, and the rows that define their unknowns."""
 
     listed: list[cp.Expression]  # added to q, p and, if nodes are open, to the gaps
     open_slip: cp.Expression | None  # added to the slips of open nodes
@@ -97,7 +103,7 @@ class Choice:
         return names
 
     def units(self, question: Question) -> dict[cp.Variable, Any]:
-        """Units of the unknowns: each makes about the mean force of the contact at a node."""
+        """Units of the unknowns: each causes about the mean normal force at a node."""
         units: dict[cp.Variable, Any] = {}
         if self.preload is not None:
             sizes = np.abs(self.reactions).mean(axis=0)
@@ -108,7 +114,7 @@ class Choice:
         return units
 
     def added(self, scenario: Scenario, suffix: str = "") -> Added:
-        """What the design adds to a scenario; `suffix` ends all names."""
+        """The terms that the design adds to a scenario. All names end with `suffix`."""
         question, shares = scenario
         by_part: list[list[cp.Expression]] = []
         rows: list[Row] = []
@@ -124,8 +130,8 @@ class Choice:
             products = _products(
                 question, closing, ("-B.T", "-C", "-w", "-v"), self.profile, suffix
             )
-            # These matrices are dense. `frictopt.solve` keeps them out of cvxpy if each product has
-            # an equation of its own.
+            # These matrices are dense. `frictopt.solve` keeps them out of cvxpy if each product is
+            # defined by an equation.
             unknowns = [
                 cp.Variable(product.size, name=f"{symbol}_g{suffix}")
                 for product, symbol in zip(products, "qpwv", strict=False)
@@ -142,7 +148,7 @@ class Choice:
         return Added([q, p, *of_open_nodes[:1]], open_slip, rows)
 
     def no_larger(self, share: float, preload: Array, profile: Array | None) -> list[Row]:
-        """Rows by which no preload and no depth is larger than a share of the largest of these."""
+        """Rows that bound preloads and depths by a share of the largest given ones."""
         rows: list[Row] = []
         for variable, values in ((self.preload, preload), (self.profile, profile)):
             if variable is not None and values is not None:
@@ -151,7 +157,7 @@ class Choice:
         return rows
 
     def built(self, scenarios: Sequence[Scenario]) -> Built:
-        """The design that stands in the unknowns, built into the questions of all scenarios."""
+        """The design from the values of the unknowns, built into the questions of all scenarios."""
         # Adding 0 turns -0 into 0.
         preload = np.zeros(0) if self.preload is None else frozen(self.preload.value + 0.0)
         profile = None if self.profile is None else frozen(self.profile.value + 0.0)
@@ -168,7 +174,7 @@ class Choice:
 
 
 def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: bool) -> Choice:
-    """The unknowns of a design; refused are load cases whose reactions are rounding."""
+    """The unknowns of a design; ModelError for load cases whose reactions are only rounding."""
     names = listed("preloads", preloads)
     known = list(system.bonded)
     for name in names:
@@ -218,9 +224,10 @@ def checked_scenario(name: str, scenario: Any, choice: Choice, slip_bound: Any) 
 def _products(
     question: Question, r: Array, names: Sequence[str], chosen: cp.Variable, suffix: str
 ) -> list[cp.Expression]:
-    """What loads of closed reactions r (M, J) times their amplitudes add to q and p.
+    """The terms of loads, with unknown amplitudes `chosen` (J,), in q and p.
 
-    If nodes are open, also what they add to the gaps and to the slips of these.
+    `r` (M, J) are their bonded reactions. If nodes are open, also the terms in the gaps and in the
+    slips of these nodes.
     """
     n = question.system.nodes
     carried = question.carried(r.T).reshape(r.shape[::-1]).T
@@ -239,7 +246,7 @@ def _products(
 def _with_profile(
     system: ContactSystem, profile: Array | None
 ) -> tuple[ContactSystem, dict[str, float]]:
-    """The contact with a profile in its gap, and loads: an overlap if it adds material."""
+    """The contact with a profile in its gap, and a load of the overlap if material overlaps."""
     if profile is None:
         return system, {}
     gap = system.gap + profile
@@ -252,10 +259,10 @@ def _with_profile(
 def press(
     choice: Choice, scenario: Scenario, x: Unknowns, f: cp.Parameter, user_rows: Mapping[str, Row]
 ) -> None:
-    """Put preloads that press as much as the user's own rows admit into the unknowns.
+    """Set the unknowns to the preloads with the largest force that the user's rows admit.
 
-    They press at most `_MOST_PRESSED` times as much as the contact. SolverError if no answer passes
-    the checks.
+    The force is at most `_MOST_PRESSED` times the normal force of the contact. SolverError if no
+    answer passes the checks.
     """
     question = scenario.question
     n = question.system.nodes
@@ -273,9 +280,9 @@ def press(
 
 
 def raise_refusal(program: Program, choice: Choice, goal: str) -> None:
-    """Raise why there is no best design; return if that cannot be proven.
+    """Raise an error if it is proven that there is no best design; return if not.
 
-    `goal` is the name of what shall be largest.
+    `goal` is the name of the maximized value.
     """
     contradiction = program.chain.contradiction()
     if contradiction:
@@ -306,7 +313,10 @@ def _contradiction_error(program: Program, ruling: Collection[int]) -> ModelErro
 
 
 def _growth_text(goal: str, along: Mapping[str, float]) -> str:
-    """The error for a goal that grows without end along these components, over their units."""
+    """The text of the error for a goal that grows without end.
+
+    `along`: name of each component -> its growth, divided by its unit.
+    """
     largest = max(abs(value) for value in along.values())
     if not largest > GROWN:
         return _GROWS.format(goal=goal)

@@ -1,8 +1,9 @@
 """The search for the open nodes of a best design. Theory, "The best design".
 
 The best design with given open nodes is one program. But with the design built in, other nodes may
-open under the mean load, and then it carries less than its program says. So design and open nodes
-are sought in turn, from several starts, and a design counts only if `shakedown_limit` confirms it.
+open under the mean load, and its limit is then lower than the program promises. So design and open
+nodes are computed in turn, from several starts. A design counts only if `shakedown_limit` confirms
+its load factor.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class NoneSafeError(ModelError):
 
 
 class Candidate(Protocol):
-    """A design as the search sees it."""
+    """The attributes of a design that the search uses."""
 
     @property
     def load_factor(self) -> float:
@@ -42,11 +43,11 @@ class Candidate(Protocol):
 
     @property
     def value(self) -> float:
-        """What the search makes large: the load factor, or the objective if there is one."""
+        """The maximized value: the objective if there is one, else the load factor."""
 
     @property
     def touches(self) -> bool:
-        """Whether a closed node may want to open."""
+        """Whether a closed node may tend to open."""
 
     @property
     def problem(self) -> cp.Problem | None:
@@ -61,7 +62,7 @@ class Candidate(Protocol):
         """How many nodes are open, as the beginning of a reason."""
 
     def _before(self, larger: Self) -> Self:
-        """The same design, with a reason why the search stops before a larger one."""
+        """A copy of the design, with the reason that the search stops before a larger one."""
 
 
 D = TypeVar("D", bound=Candidate)
@@ -75,7 +76,7 @@ class Counted(NamedTuple, Generic[D]):
 
 
 class Size(NamedTuple):
-    """A size, as a share of that of the largest design, and the value of the best design there."""
+    """A share of the size of the largest design, and the value of the best design of that size."""
 
     share: float
     value: float
@@ -87,12 +88,12 @@ class SearchSettings:
 
     # Number of sets of open nodes that are tried.
     most_sets: int = 8
-    # Difference of two values, or of two load factors, over one of them, that counts.
+    # Smallest relative difference of two values, or of two load factors, that counts.
     gain: float = 1e-7
-    # Ratio by which the size shrinks until a design counts, and the most times that it does.
+    # Factor by which the size shrinks until a design counts, and the largest number of times.
     shrink: float = 0.25
     most_shrinks: int = 8
-    # Number of times that the interval between a size that counts and one that does not is halved.
+    # Number of bisections between a size that counts and one that does not.
     halves: int = 24
 
 
@@ -100,13 +101,13 @@ SEARCH = SearchSettings()
 
 
 class DesignSearch(Generic[D]):
-    """The designs that count, and the reasons why the other ones do not.
+    """The designs that count, and the reasons that other designs do not count.
 
     Parameters
     ----------
     best_with
-        The best design with given open nodes; with a share and a larger design also one of no more
-        than this share of its size.
+        Function that returns the best design with given open nodes. If it is also called with a
+        share and a larger design, the size is at most this share of the larger one.
     goal
         Name of the value of a design, for a bar.
     solver
@@ -124,7 +125,7 @@ class DesignSearch(Generic[D]):
         self._bar = bar
         self.counted: list[Counted[D]] = []
         self._refused: list[Exception] = []
-        # By open nodes: the best design with these, or None if it counts or does not exist.
+        # Best design for each set of open nodes, or None if it counts or does not exist.
         self._uncounted: dict[bytes, D | None] = {}
 
     @property
@@ -134,12 +135,12 @@ class DesignSearch(Generic[D]):
 
     @property
     def refusal(self) -> Exception:
-        """Why no design counts."""
+        """The error that explains why no design counts."""
         first = self._refused[0]
         return ModelError(*first.args) if isinstance(first, NoneSafeError) else first
 
     def alternate(self, open_nodes: OpenNodes | None) -> None:
-        """Find the best design and its open nodes in turn, until these have been tried before."""
+        """Compute the best design and its open nodes in turn, until the open nodes are not new."""
         while (
             open_nodes
             and len(self._uncounted) < SEARCH.most_sets
@@ -148,16 +149,16 @@ class DesignSearch(Generic[D]):
             open_nodes = self._nodes_that_open(open_nodes)
 
     def from_no_design(self, open_nodes: OpenNodes) -> None:
-        """Begin with the nodes that are open without a design, and with smaller designs if need be.
+        """Start from the nodes that are open without a design, with smaller designs if necessary.
 
-        Close to no design the same nodes are open as without one. So if the best design with these
-        opens other nodes, a smaller design counts.
+        Very small designs leave the same nodes open. So if the best design with these open nodes
+        opens other nodes, some smaller design counts.
         """
         if not np.any(open_nodes):
             return
         try:
             self.alternate(open_nodes)
-        # The design grows without end with these nodes open.
+        # With these open nodes the design grows without end.
         except ModelError:
             if not self.counted:
                 raise
@@ -166,7 +167,7 @@ class DesignSearch(Generic[D]):
             self._largest_that_counts(open_nodes, largest)
 
     def _nodes_that_open(self, open_nodes: OpenNodes) -> OpenNodes | None:
-        """Find the best design with these nodes open, and the nodes that are open once it is built.
+        """Compute the best design with given open nodes, and the nodes that it leaves open.
 
         None if there is no such design.
         """
@@ -213,14 +214,14 @@ class DesignSearch(Generic[D]):
                 share = high.share * SEARCH.shrink
 
     def _smaller(self, open_nodes: OpenNodes, largest: D, share: float) -> D | None:
-        """The best design that is no larger than a share of another one; None if there is none."""
+        """The best design of at most a share of the size of another one; None if there is none."""
         try:
             return self._best_with(open_nodes, share, largest)
         except (ModelError, SolverError):
             return None
 
     def _limits(self, design: D, open_nodes: OpenNodes) -> list[ShakedownLimit]:
-        """The limits with a design built in; empty if all nodes are closed and stay so."""
+        """The limits with a design built in; empty if all nodes are closed and stay closed."""
         if np.any(open_nodes) or design.touches:
             return limits_of(design._questions, self._solver)
         return []
@@ -241,7 +242,7 @@ class DesignSearch(Generic[D]):
 
 
 def limits_of(questions: Sequence[Question], solver: str | None) -> list[ShakedownLimit]:
-    """The limit of each question, of the best pattern of open nodes; empty if one has no answer."""
+    """The limits of the questions, each with its best open nodes; empty if one has no answer."""
     limits: list[ShakedownLimit] = []
     try:
         for question in questions:
@@ -256,9 +257,9 @@ def limits_of(questions: Sequence[Question], solver: str | None) -> list[Shakedo
 
 
 def _counts(design: Candidate, open_nodes: OpenNodes, limits: Sequence[ShakedownLimit]) -> bool:
-    """Whether a design, once it is built in, carries what its program says.
+    """Whether the limit with a design built in reaches the load factor of its program.
 
-    With all nodes closed, the built design carries at least as much.
+    With all nodes closed this is always so.
     """
     if not np.any(open_nodes):
         return True
@@ -267,7 +268,7 @@ def _counts(design: Candidate, open_nodes: OpenNodes, limits: Sequence[Shakedown
 
 
 def _settled(low: Size, high: Size) -> bool:
-    """Whether the values are close to each other, or the size is next to zero."""
+    """Whether the two values are close to each other, or the size is nearly zero."""
     if high.share < SEARCH.shrink**SEARCH.most_shrinks:
         return True
     return bool(np.isfinite(low.value)) and high.value - low.value <= SEARCH.gain * abs(low.value)

@@ -46,11 +46,11 @@ from .safe_model import SafeModel
 from .sentences import guaranteed_reason
 from .shakedown import ShakedownLimit, ShakedownLimits
 
-# Why so many nodes needed no program.
+# The reason that some nodes needed no program, after their number.
 _LEFT_OUT = {
     NOT_NEEDED: (
-        "need no program: lambda_1 is lambda_2, for the contact is uncoupled (B = 0) or no load "
-        "factors lie between"
+        "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
+        "load factors lie between"
     ),
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
     ONE_CORNER: "can only lift off where they are critical, or have no friction",
@@ -59,44 +59,47 @@ _LEFT_OUT = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GuaranteedLimit(Rated):
-    """The guaranteed limit, and a residual slip from which slip goes on just above it.
+    """The guaranteed limit, and a residual slip from which slip continues just above it.
 
     Attributes
     ----------
     load_factor
         lambda_1, never above lambda_2: the least load factor at which a safe slip makes some node
-        critical, see `guaranteed_limit`; lambda_2 if no node is critical below it. Inf (no limit)
-        or nan (no safe slip) where lambda_2 is. A node that is critical at the least safe load
-        factor (at 0 it carries nothing) counts only if it can be above it too; then the limit is
-        `least`.
+        critical, see `guaranteed_limit`. It is lambda_2 if no node is critical below lambda_2, also
+        if lambda_2 is inf (no limit) or nan (no safe slip). A node that is critical at the least
+        safe load factor counts only if it can be critical just above, too; then the limit is
+        `least`. (At load factor 0 such a node carries no force.)
     kind, reason
-        Whether it is finite, and why it is what it is in words. Where nodes are open or have no
-        friction, or loads open one that no slip presses, it says that starts from which nodes open
-        and close in every cycle may slip for ever below the limit.
+        Whether the limit is finite, and its explanation in words. The reason warns if nodes may
+        open and close in every cycle from some starts, which may slip for ever below the limit.
+        This is possible if nodes are open or have no friction, or if the loads open a node without
+        slip.
     proven
-        Whether it is a theorem that slip stops from every start at load factors between `least` and
-        the limit: for uncoupled contacts, `B` = 0 at all nodes, open ones and those without
-        friction too (Klarbring, Ciavarella & Barber 2007). Otherwise the limit is an upper bound of
-        the load factor up to which that holds while nodes stay closed, unless friction is above the
-        critical value `A/|B|` of `node`: such a node may wedge itself, and all slip stop above it,
-        too (`reason` says so).
+        Whether a theorem states that slip stops from every start at load factors between `least`
+        and the limit. This is so for uncoupled contacts: `B` = 0 at all nodes, open and
+        frictionless nodes included (Klarbring, Ciavarella & Barber 2007). For coupled contacts the
+        limit is only an upper bound of the load factor up to which slip stops from every start
+        while nodes stay closed. Even that fails if friction is above the critical value `A/|B|` of
+        `node`: the node may wedge itself, and all slip stop above the limit, too (see `reason`).
     slip
-        (N,) or (N, 2) the witness: safe at the limit, with `node` critical, length. If no node is
-        critical below lambda_2, the safe slip at lambda_2. NaN where the limit is not finite. A
-        start of the size `largest_slip` must be possible for the witness to matter.
+        (N,) or (N, 2) the witness, length: a slip that is safe at the limit and makes `node`
+        critical. If no node is critical below lambda_2, the safe slip at lambda_2. NaN if the limit
+        is not finite. The witness matters only if assembly can leave a slip of the size
+        `largest_slip`.
     node, corners
         The node that starts to slip to and fro, or around, and the load corners at which it is on
-        its bound: in the plane that of forward and that of backward slip; None where lambda_2 is
-        the limit.
+        its bound: in the plane first the corner of forward slip, then the corner of backward slip.
+        None if lambda_2 is the limit.
     record
-        How it was found; the solver is that of `node`. Its `residual`, at most 1e-9, is the largest
-        of: the violations of the contact law by `slip` at the corners, the distance of `node` from
-        its critical state, and the relative distance of the dual bound, over all programs solved.
+        Solver of the program of `node`, attempts and time. Its `residual`, at most 1e-9, is the
+        largest error of all programs solved: the violation of the contact law by the slip at the
+        corners, the distance of the node from its critical state, and the relative distance of the
+        dual bound.
     constraints, shakedown
-        Names of the constraints of your own, which the witness and all safe slips obey; and the
-        shakedown limit lambda_2 under the same constraints and slip bound.
+        Names of your own constraints, which the witness and all safe slips obey; and the shakedown
+        limit lambda_2 under the same constraints and slip bound.
     problem
-        The solved cvxpy problem of `node`, or of lambda_2 where that is the limit.
+        The solved cvxpy problem of `node`, or of lambda_2 if lambda_2 is the limit.
 
     Examples
     --------
@@ -133,9 +136,9 @@ class GuaranteedLimit(Rated):
 
     @property
     def multipliers(self) -> pd.DataFrame:
-        """As those of a shakedown limit; rows `critical_q` and `critical_p` are of `node`.
+        """Multipliers as of a shakedown limit; rows `critical_q` and `critical_p` are of `node`.
 
-        In space they have a component of the shear.
+        In space the column component is the component of the shear.
         """
         table = super().multipliers
         if self.node is not None:
@@ -153,8 +156,8 @@ class GuaranteedLimit(Rated):
     def to_frame(self) -> pd.DataFrame:
         """A row for each node: node, its place, load_factor, how, and the slip of the witness.
 
-        load_factor is the least at which a safe slip makes the node critical, inf if none does, or
-        a lower bound of it (see how).
+        load_factor is the least one at which a safe slip makes the node critical, or a lower bound
+        (see how). It is inf if no safe slip does.
         """
         columns = {
             "node": range(len(self._how)),
@@ -168,8 +171,9 @@ class GuaranteedLimit(Rated):
     def witness_above_least(self, most: float) -> tuple[float, Array] | None:
         """If the limit is `least`: a load factor above, and the slip that makes `node` critical.
 
-        The load factor is at most `most`. Slip (length) goes on from there at a load factor just
-        above or, if the load presses the contact, just below. None if the limit is above `least`.
+        The load factor is at most `most`. From this slip (length), a contact slips for ever at a
+        load factor just above or, if the load presses the contact, just below. None if the limit is
+        above `least`.
         """
         most = finite_number("most", most, above=0.0 if self._above is None else self.load_factor)
         if self._above is None:
@@ -183,7 +187,7 @@ class GuaranteedLimit(Rated):
 
 
 def left_out(how: np.ndarray) -> tuple[str, ...]:
-    """Which nodes needed no program, in words."""
+    """Sentences that count the nodes that needed no program, with the reason."""
     sentences = []
     for label, why in _LEFT_OUT.items():
         count = int((how == label).sum())
@@ -193,7 +197,7 @@ def left_out(how: np.ndarray) -> tuple[str, ...]:
 
 
 def checked_guaranteed(limit: object) -> GuaranteedLimit:
-    """Check that a question about a guaranteed limit is given one."""
+    """Check that an argument is a guaranteed limit; ModelError if not."""
     if not isinstance(limit, GuaranteedLimit):
         raise ModelError(
             f"limit: {shown(limit)}; give the GuaranteedLimit of `guaranteed_limit` or "
@@ -208,12 +212,13 @@ class GuaranteedLimits(SafeModel):
     def _begin(self, question: Question, solver: str | None) -> None:
         if question.system.tangents > 1 and question.fixed:
             raise ModelError(
-                "cycle: its fixed parts differ, of a contact in space, where the pressure that a "
-                "node needs bends with the load factor, so that slips which make it critical are "
-                "no convex set; ask `shakedown_limit`, or follow starts by `steady_state`"
+                "cycle: its fixed parts differ, and the contact is in space, where the pressure "
+                "that a node needs is not linear in the load factor, so that the slips that make "
+                "it critical are no convex set; use `shakedown_limit`, or follow starts by "
+                "`steady_state`"
             )
         super()._begin(question, solver)
-        # Both limits are about the same unknowns.
+        # Both limits have the same unknowns.
         self._shakedown = ShakedownLimits._on(question, solver)
         self._x = self._shakedown._x
         self.slip = self._shakedown.slip
@@ -224,9 +229,9 @@ class GuaranteedLimits(SafeModel):
     def of_any_set(
         self, question: Question, user_rows: Sequence[cp.Constraint] = ()
     ) -> GuaranteedLimit:
-        """The limit with all nodes closed, if that is safe from the mean load on.
+        """The limit with all nodes closed, if the mean load is safe.
 
-        Else with the nodes open that the best pattern of the shakedown limit leaves open.
+        Otherwise the limit with the open nodes of the best shakedown limit.
         """
         shakedown = self._shakedown.of_set(question, user_rows)
         if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
@@ -244,14 +249,14 @@ class GuaranteedLimits(SafeModel):
         if nodes.best is not None:
             search.restore(nodes.best)
         else:
-            # The unknowns, and the rows of the user, are also those of the programs of nodes.
+            # The programs of the nodes have changed the unknowns, and so the rows of the user.
             put_back(values)
         return _result(shakedown, nodes, search)
 
     def _find_critical(
         self, nodes: CriticalNodes, search: CriticalSearch, shakedown: ShakedownLimit
     ) -> None:
-        """Ask the nodes one after the other; leave out those whose bound is above the least."""
+        """Solve the programs of the nodes in turn; skip nodes whose lower bound is too high."""
         question = shakedown._question
         simplify = question.simplify
         bounds = np.zeros(len(nodes.how))
@@ -297,7 +302,7 @@ class GuaranteedLimits(SafeModel):
 def _result(
     shakedown: ShakedownLimit, nodes: CriticalNodes, search: CriticalSearch
 ) -> GuaranteedLimit:
-    """The guaranteed limit: that of the critical node, or the shakedown limit if there is none."""
+    """The guaranteed limit: from the critical node, or the shakedown limit if there is none."""
     question = shakedown._question
     without_coupling = uncoupled(question)
     coincide = int((nodes.how == COINCIDE_ALONE).sum())
@@ -332,7 +337,7 @@ def _result(
 
 
 def _of_node(limit: GuaranteedLimit, best: NodeClaim) -> GuaranteedLimit:
-    """The limit as that of its critical node."""
+    """The limit with the load factor, slip and proof of its critical node."""
     assert best.program is not None  # it has a slip
     problem = best.program.problem
     return replace(
@@ -353,7 +358,7 @@ def _of_node(limit: GuaranteedLimit, best: NodeClaim) -> GuaranteedLimit:
 def uncoupled(question: Question) -> bool:
     """Whether slip changes no pressure of the whole contact: B is zero up to rounding.
 
-    Each entry is compared with A of the two nodes that it joins.
+    Each entry of B is compared with the entries of A of the two nodes that it couples.
     """
     system = question.system
     stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(-1, system.nodes).sum(axis=0))
@@ -375,38 +380,40 @@ def guaranteed_limit(
 ) -> GuaranteedLimit:
     """Load factor below which the contact stops slipping from every start, lambda_1.
 
-    It is the least load factor at which a safe slip leaves some node no more pressure than its
-    cyclic load needs. This node is critical: on its bound of forward slip at one corner and of
-    backward slip at another, in space at opposed corners or at three that surround; a cyclic slip
-    begins there with no amplitude (for two nodes in the plane, the published condition that three
-    of four friction lines meet, Ahn, Bertocchi & Barber 2008). The slip is a witness: just above
-    the limit, a contact that starts near it slips for ever. Where B = 0 at all nodes it is a
-    theorem that slip stops below the limit from every start (Klarbring, Ciavarella & Barber 2007;
-    lambda_1 = lambda_2). For coupled contacts it is an observation: in no transient that was
-    followed below the limit with all nodes closed did slip go on. Where nodes lift off in each
-    cycle, slip may go on below the limit, and below lambda_2.
+    It is the least load factor at which a safe slip leaves some node only as much pressure as its
+    cyclic load needs. This node is critical. In the plane it is on its bound of forward slip at one
+    corner and of backward slip at another. In space it is on its bound at two opposite corners, or
+    at three that enclose its mean traction. A cyclic slip begins there with zero amplitude. (For
+    two nodes in the plane this is the published condition that three of four friction lines meet,
+    Ahn, Bertocchi & Barber 2008.) The slip is a witness: just above the limit, a contact that
+    starts near it slips for ever.
 
-    All this holds from the least safe load factor on (`least`, mostly 0). If the limit is `least`,
-    no load factor is guaranteed: some node is critical at every load factor just above, from a slip
-    that depends on the load (`GuaranteedLimit.witness_above_least`). At `least` = 0 the witness
-    takes all force off the node under the mean load; where assembly and overloads leave less slip,
-    ask with a `slip_bound` (`after_overload`). Start transients at a load inside the cycle: from a
-    mean load outside it, the first segment can change the slip. Theory, eq. (10).
+    If B = 0 at all nodes, a theorem states that slip stops below the limit from every start
+    (Klarbring, Ciavarella & Barber 2007; lambda_1 = lambda_2). For coupled contacts this is an
+    observation: slip stopped in every transient that was followed below the limit with all nodes
+    closed. If nodes lift off in each cycle, slip may continue below the limit, and below lambda_2.
+
+    All this holds above the least safe load factor (`least`, usually 0). If the limit is `least`,
+    no load factor is guaranteed: at every load factor just above, some slip makes a node critical
+    (`GuaranteedLimit.witness_above_least`). At `least` = 0 the witness takes all force off the node
+    under the mean load. If assembly and overloads leave less slip, pass a `slip_bound`
+    (`after_overload`). Start transients at a load inside the cycle: from a mean load outside the
+    cycle, the first segment can change the slip. Theory, eq. (10).
 
     Parameters
     ----------
     system, cycle, friction
         See `shakedown_limit`.
     slip_bound
-        As in `ShakedownModel`, for the witness and for the safe slips of lambda_2. In a transient,
-        slip may grow beyond it: starts within the bound may then keep slipping at lower load
+        As in `ShakedownModel`, for the witness and for the safe slips of lambda_2. Slip may exceed
+        the bound in a transient. Starts within the bound may then slip for ever at lower load
         factors, down to the limit without the bound.
     simplify, solver
         As in `GuaranteedModel`.
     progress
-        Whether to show after two seconds how far it is, see `shakedown_limit`. Ctrl-C stays a
-        KeyboardInterrupt; once the shakedown limit is known, its attribute `table` has the load
-        factors of the nodes by then, of which the least is an upper bound of the limit.
+        Whether to show the progress after two seconds, see `shakedown_limit`. Ctrl-C raises
+        KeyboardInterrupt. Once the shakedown limit is known, its attribute `table` has the load
+        factors of the nodes so far; the least of them is an upper bound of the limit.
 
     Raises
     ------

@@ -20,13 +20,14 @@ class GuaranteedModel(GuaranteedLimits):
     system, cycle, slip_bound, solver
         See `ShakedownModel`.
     simplify
-        Leave out what cannot change the answer: nodes whose lower bound is above the least load
-        factor found; all of a contact with B = 0, which has lambda_1 = lambda_2 by a theorem.
+        Whether to skip nodes that cannot change the answer: nodes whose lower bound is above the
+        least load factor found so far, and all nodes if B = 0 (then lambda_1 = lambda_2 by a
+        theorem).
 
     Raises
     ------
     ModelError
-        As in `ShakedownModel`; a load cycle in space whose fixed parts differ.
+        As in `ShakedownModel`; also if fixed parts of the load cycle differ in space.
 
     Examples
     --------
@@ -46,14 +47,14 @@ class GuaranteedModel(GuaranteedLimits):
     def solve(
         self, friction: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
     ) -> GuaranteedLimit:
-        """The limit for given friction, one or one per node, maybe under constraints of your own.
+        """The limit for given friction, one or one per node, with or without your own constraints.
 
         Parameters
         ----------
         friction, constraints
-            As in `ShakedownModel.solve`. Constraints hold for the witness and for the safe slips of
-            lambda_2, as a slip bound does: the limit is the least load factor at which a slip that
-            obeys them makes a node critical. `residual` covers them.
+            As in `ShakedownModel.solve`. Like a slip bound, constraints apply to the witness and to
+            the safe slips of lambda_2: the limit is the least load factor at which a slip that
+            obeys them makes a node critical. `residual` includes their violation.
         progress
             See `guaranteed_limit`.
 

@@ -1,8 +1,9 @@
 """The least slip of a cycle above a shakedown limit, from the multipliers of the limit.
 
-At corner k of any cycle the state obeys the rows of the limit at that corner, whatever it slips in
-between. Their sums, weighted by the multipliers, are g_k and h_k. In space, slips no further than D
-from each other lie in a circle of radius D / sqrt(3) (Jung 1901). Theory, "Above the limit".
+At corner k of any cycle the state obeys the rows of the limit at that corner, whatever slips in
+between. The sums of these rows, weighted by the multipliers, give the weights g_k of the slip and
+h_k of the gap. In space, slips at most D apart lie in a circle of radius D / sqrt(3) (Jung 1901).
+Theory, "Above the limit".
 """
 
 from __future__ import annotations
@@ -35,26 +36,26 @@ class LeastSlip(Kept, Plotted):
     """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
 
     The sum over the corners of `g @ v + h @ w` is at least `bound`. Theory, eq. (20). `v` and `w`
-    are slips and gaps at the corners of one cycle, also of one that is not yet periodic. A bound
-    that is not positive says nothing. If nodes are open, it holds while these carry nothing.
+    are slips and gaps at the corners of any cycle, also before the motion is periodic. A bound
+    that is not positive proves nothing. If nodes are open, it holds while they carry no force.
 
     Attributes
     ----------
     load_factor, system, cycle
         The load factor, the contact and its load cycle.
     bound
-        `lam - lambda_2`, with the upper bound of lambda_2 that the multipliers prove.
+        Load factor minus lambda_2, where lambda_2 is the upper bound that the multipliers prove.
     g, h
-        (K, N) or (K, N, 2) weights of the slip and (K, N) of the gap at the corners, 1 over length.
-        Weights of the slip sum to zero over the corners: only slip from corner to corner counts.
-        Weights of the gap count only if nodes open.
+        (K, N) or (K, N, 2) weights of the slip and (K, N) weights of the gap at the corners, 1 /
+        length. The sum of g over the corners is zero: only slip from corner to corner counts. The
+        weights h count only if nodes open.
     weight
-        (N,) what a node's slip between corners adds to the sum at most, per unit of slip: half the
-        sum over the corners of `abs(g)`; in space, if more than two corners have weight, that sum
-        over sqrt(3).
+        (N,) largest contribution of a node to the sum, per unit of slip between corners. It is half
+        the sum of `abs(g)` over the corners; in space, if more than two corners have weights, the
+        sum divided by sqrt(3).
     residual
-        Largest entry of the sum of g over the corners, over the largest stress that single motions
-        of the mechanism make; or the residual of the limit if that is larger.
+        Largest entry of the sum of g over the corners, divided by the largest force that single
+        motions of the mechanism cause; or the residual of the limit if it is larger.
 
     Examples
     --------
@@ -88,7 +89,7 @@ class LeastSlip(Kept, Plotted):
         return max(self.bound, 0.0) / largest
 
     def of(self, slip: Any, gap: Any = None) -> float:
-        """The sum that `bound` bounds, for the slips and gaps of a cycle at its corners.
+        """The sum of `g @ slip + h @ gap` over the corners of a cycle, to compare with `bound`.
 
         Slips (K, N), in space (K, N, 2), and gaps (K, N) are lengths. None: all nodes are closed.
 
@@ -107,9 +108,9 @@ class LeastSlip(Kept, Plotted):
     def to_frame(self) -> Any:
         """The nodes that must slip, largest weight first.
 
-        In no cycle of closed nodes do all of them stick. Columns: node; its place; weight; alone,
-        the slip between corners that the node would need if no other one slipped, length; its
-        weight `g` at each corner, named by the loads of the corner, in space `g1` and `g2`.
+        In every cycle of closed nodes at least one of them slips. Columns: node; its place; weight;
+        alone, the slip between corners that this node needs if no other node slips, length; its
+        weight `g` at each corner, with the loads of the corner in the name (in space `g1`, `g2`).
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]
@@ -131,10 +132,10 @@ def least_slip(
     """The bound at a load factor, from a mechanism of unit drive and the limit that it proves."""
     system = question.system
     axes = system.tangents + 1
-    # Forces that the motions make at each corner, (K, M), and the size of their largest term.
+    # Forces (K, M) that the motions cause at each corner, and the size of their largest term.
     forces = motion.moves.reshape(len(motion.moves), -1) @ system.S
-    moved = motion.size + motion.opening
-    terms = np.tile(moved, axes - 1) @ np.abs(system.A) + moved @ np.abs(system.B)
+    sizes = motion.size + motion.opening
+    terms = np.tile(sizes, axes - 1) @ np.abs(system.A) + sizes @ np.abs(system.B)
     largest = float(terms.max())
 
     g, h = parted(forces, axes)
@@ -146,12 +147,12 @@ def least_slip(
             f"{RESIDUAL:g}); check for reactions and stiffnesses of very different sizes"
         )
 
-    # Weights that are rounding of their largest term are zero.
+    # Weights that are only rounding are set to zero.
     g = np.where(np.abs(g) > ROUNDING * largest, g, 0.0)
-    sizes = lengths(g, h)
-    many_corners = (sizes > 0).sum(axis=0) > 2
+    weights = lengths(g, h)
+    many_corners = (weights > 0).sum(axis=0) > 2
     in_circle = many_corners & (system.tangents > 1)
-    weight = sizes.sum(axis=0) / np.where(in_circle, np.sqrt(3.0), 2.0)
+    weight = weights.sum(axis=0) / np.where(in_circle, np.sqrt(3.0), 2.0)
     return LeastSlip(
         load_factor,
         load_factor - limit,

@@ -1,9 +1,9 @@
 """Nodes that open and close in each cycle: the limit of a given order of openings and closings.
 
 The load goes to and fro between two corners. At event m the load is at an unknown place between the
-corners, so that the order is a linear program, in space a cone program (theory, "Nodes that open
-and close in each cycle"). Each instant (corner or event) has A, B and loads of the nodes that are
-closed before or after it.
+corners. The limit of a given order is a linear program, in space a cone program (theory, "Nodes
+that open and close in each cycle"). Instants are the corners and the events. At each instant, A, B
+and the loads belong to the nodes that are closed before or after it.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,16 +27,16 @@ Nodes = frozenset[int]
 
 
 def among(nodes: Nodes, count: int) -> Booleans:
-    """Which of all nodes these are."""
+    """(count,) mask of some nodes."""
     return np.isin(np.arange(count), sorted(nodes))
 
 
 @kept
 class Order(NamedTuple):
-    """The nodes that are open at the first corner, and those that switch at each event.
+    """The nodes that are open at the first corner, and the nodes that switch at each event.
 
-    Events are in the order in which they come on the way to the last corner. A node switches if it
-    opens or closes.
+    A node switches if it opens or closes. Events are listed in their order from the first to the
+    last corner.
     """
 
     start: Nodes
@@ -44,7 +44,7 @@ class Order(NamedTuple):
 
     @property
     def between(self) -> list[Nodes]:
-        """Open nodes from the first corner to the first event, and so on up to the last corner."""
+        """Open nodes of each interval between instants, from the first to the last corner."""
         return list(accumulate(self.events, frozenset.symmetric_difference, initial=self.start))
 
     @property
@@ -59,9 +59,9 @@ class Order(NamedTuple):
 class LiftOff(Question):
     """A question with nodes that open and close in each cycle.
 
-    `open_nodes` are those that are open all through it. `way` (M,) is the place of each instant
-    between the first corner, 0, and the last, 1. `sets` are the same question with the nodes open
-    that are open at each instant.
+    `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant, from 0 at
+    the first corner to 1 at the last. `sets` has a question for each instant, with the nodes open
+    that are open before and after it.
     """
 
     order: Order
@@ -103,7 +103,7 @@ class LiftOff(Question):
         return np.asarray((1 - way) * first + way * last)
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at events, shared out to the two corners by their place between them."""
+        """Motions at the corners. The motion at an event is divided according to its place."""
         return np.tensordot([1 - self.way, self.way], moves, 1)
 
     @property
@@ -156,17 +156,18 @@ class LiftOff(Question):
         )
 
     def violation(self, load_factor: float, slip: Array) -> float:
-        """How far a slip is from being safe, see `Question.violation`.
+        """Distance of a slip from being safe, see `Question.violation`.
 
-        It also counts forces on a node where it opens or closes, and events in a wrong order.
+        It includes forces on a node at the event at which it opens or closes, and events in a wrong
+        order.
         """
         _, r = self.instants(load_factor, slip)
         touching = [
             np.abs(r[m][:, sorted(nodes)]).max() / self.force
             for m, nodes in enumerate(self.order.events, start=1)
         ]
-        off = np.max([super().violation(load_factor, slip), *touching, -np.diff(self.way).min()])
-        return float(np.nan_to_num(off, nan=np.inf))
+        worst = np.max([super().violation(load_factor, slip), *touching, -np.diff(self.way).min()])
+        return float(np.nan_to_num(worst, nan=np.inf))
 
 
 def _fields_of(question: Question) -> dict[str, Any]:
@@ -177,10 +178,10 @@ def _fields_of(question: Question) -> dict[str, Any]:
 def with_order(
     question: Question, order: Order, of_set: Callable[[Nodes], Question | None]
 ) -> LiftOff | None:
-    """The question with an order of events, which are not yet at their places.
+    """The question with an order of events, at preliminary places.
 
-    `of_set` gives the question with some nodes open at all corners. None if the closed nodes do not
-    hold the open ones.
+    `of_set` returns the question with some nodes open at all corners. The result is None if the
+    closed nodes do not hold the open ones.
     """
     sets = list[Question]()
     for nodes in order.through:
@@ -197,9 +198,10 @@ def with_order(
 
 
 class Ordered(Program):
-    """The program of an order of events at unknown places, with a goal of this `unit`.
+    """The program of an order of events at unknown places. `unit` is the unit of its goal.
 
-    `friction` lists rows as `models.stuck`. `load_factor`: a parameter that fixes it.
+    `friction` lists the friction rows, as `models.stuck` does. `load_factor`: a parameter if the
+    load factor is given.
     """
 
     def __init__(
@@ -219,8 +221,8 @@ class Ordered(Program):
         self.way = [cp.Variable(name=f"way[{m}]") for m in self.corners[1:-1]]
         self._parts = list[Program]()
         for number, question in enumerate(dict.fromkeys(lift_off.sets)):
-            here = [m for m in instants if lift_off.sets[m] is question]
-            self._parts.append(self._part(question, here, number, friction))
+            at_instants = [m for m in instants if lift_off.sets[m] is question]
+            self._parts.append(self._part(question, at_instants, number, friction))
 
         touching = {m: sorted(nodes) for m, nodes in enumerate(lift_off.order.events, start=1)}
         self.rows = [row for part in self._parts for row in part.rows]
@@ -239,10 +241,10 @@ class Ordered(Program):
         number: int,
         friction: Callable[..., list[Row]],
     ) -> Program:
-        """The rows of instants with the same nodes open, which have A, B and W in common.
+        """The rows of the instants with the same open nodes, and so with the same A, B and W.
 
-        At an event the loads are those of the first corner, and an unknown part `way` of the
-        change from there to the last corner.
+        The loads of an event are the loads of the first corner plus the unknown share `way` of the
+        change to the last corner.
         """
         suffix = f"_{number}" if number else ""
         last = self.corners[-1]
@@ -252,10 +254,10 @@ class Ordered(Program):
         for part in "qpw":
             change = loads_last[f"{part}1[1]"] - loads_first[f"{part}1[0]"]
             changes.append(constant(change, f"d{part}{suffix}"))
-        more = {}
+        event_loads = {}
         for m in instants:
             if 0 < m < last:
-                more[m] = [times(self.way[m - 1], change) for change in changes]
+                event_loads[m] = [times(self.way[m - 1], change) for change in changes]
         x = replace(
             unknowns(question.system.slip_shape, (), self.x.load_factor, suffix),
             slip=self.x.slip,
@@ -268,7 +270,7 @@ class Ordered(Program):
             W=question.W,
             loads=lambda m: loads_last if m == last else loads_first,
         )
-        rows = rest(contact, x, instants, more)
+        rows = rest(contact, x, instants, event_loads)
         return Program(question, x, self.f, instants, rows + friction(x, self.f, instants))
 
     @property
@@ -278,7 +280,7 @@ class Ordered(Program):
         return self.placed(places, float(self.x.load_factor.value))
 
     def placed(self, places: list[float], load_factor: float) -> LiftOff:
-        """The question with its events at these parts of the load factor."""
+        """The question with its events at these places, which are given times the load factor."""
         shares = [place / load_factor if load_factor > 0 else 0.0 for place in places]
         return replace(self._lift_off, way=np.array([0.0, *shares, 1.0]))
 

@@ -18,7 +18,7 @@ from .sentences import CONTRADICTED
 
 @dataclass(frozen=True, eq=False)
 class NoLimit:
-    """Why there is no largest safe load factor, with the error of the proof."""
+    """The proof that there is no largest safe load factor, with its error and its reason."""
 
     kind: LimitKind
     question: Question
@@ -29,21 +29,21 @@ class NoLimit:
 
 
 def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
-    """The proof that no load factor is safe, or that all are from one on; None if there is none.
+    """The proof that no load factor is safe, or that all above some value are; None without proof.
 
-    `bare` is the program without constraints and objective of the user. `chosen`: whether an
-    objective chooses the load factor. ModelError if it grows without end.
+    `bare` is the problem without constraints and objective of the user. `chosen`: whether an
+    objective of the user is maximized. ModelError if this objective grows without end.
     """
-    nothing = _nothing_is_safe(program, bare, chosen)
-    if nothing is not None:
-        return nothing
+    proof = _nothing_is_safe(program, bare, chosen)
+    if proof is not None:
+        return proof
     growth = program.chain.growth()
     if not growth:
         return None
     if chosen:
         raise ModelError(
-            "objective: it grows without end over the safe slips; subtract what it costs, or bound "
-            "it by a constraint"
+            "objective: it grows without end over the safe slips; subtract a penalty, or bound it "
+            "by a constraint"
         )
     question = program.question
     why = "" if program.own else _cause_of_growth(program, growth)
@@ -57,7 +57,7 @@ def _nothing_is_safe(program: Program, bare: Problem, chosen: bool) -> NoLimit |
     question = program.question
     contradiction = None
     if program.own or chosen:
-        # If nothing is safe without the constraints of the user, none of them is to blame.
+        # If no slip is safe even without the constraints of the user, they are not the cause.
         without_own = Program(question, program.x, program.f, program.corners, program.rows)
         compiled = without_own.compiled(bare, question.load_unit)
         contradiction = compiled.chain.contradiction()
@@ -77,7 +77,7 @@ def _nothing_is_safe(program: Program, bare: Problem, chosen: bool) -> NoLimit |
 
 
 def _cause_of_growth(program: Program, growth: NoAnswer) -> str:
-    """Why the load may grow without end, by the slip that grows with it."""
+    """The reason that the load may grow without end, from the slip that grows with it."""
     question = program.question
     load_factor = program.chain.value_along(growth, program.x.load_factor)
     slip = program.chain.value_along(growth, program.x.slip) / load_factor

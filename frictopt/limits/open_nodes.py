@@ -1,4 +1,4 @@
-"""Open nodes: those that the mean load leaves open, and the certificate that none opens."""
+"""The nodes that the mean load leaves open, and the proof that no node opens."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -13,18 +13,19 @@ from .models import constant, least_pressure, printed_as, times, unknowns
 from .programs import Program, listed_rows
 from .question import Question, pose
 
-# Pressure, in mean forces, up to which a closed node wants to open; gap likewise for closing.
+# A closed node tends to open if its pressure is at most this share of the mean force. An open node
+# tends to close if its gap is at most this share of the clearance.
 TOUCHES = 1e3 * RESIDUAL
 
 
 def open_under_mean(question: Question, friction: Array | None = None) -> list[Booleans]:
-    """Sets (N,) of nodes that the mean load leaves open, from no slip; none if it opens no node.
+    """Masks (N,) of the nodes that the mean load, applied without slip before, leaves open.
 
-    There is none either if the load settles nowhere. With fixed parts that differ: the nodes that
-    each corner leaves open at load factor 0, and those that all corners do. `friction` stands for
-    that of the question.
+    The list is empty if no node opens, or if the contact finds no state of rest. If fixed parts
+    differ, there is a mask for each corner at load factor 0, and one of the nodes that all corners
+    leave open. `friction` replaces the friction of the question.
     """
-    # Imported here, because a closed contact needs none.
+    # Imported here, because a closed contact does not need it.
     from ..transients.march import open_at_rest
 
     if friction is None:
@@ -42,7 +43,7 @@ def open_under_mean(question: Question, friction: Array | None = None) -> list[B
 
 
 def is_safe_at_mean_load(question: Question, slip: Array | None) -> bool:
-    """Whether one of the likely slips is safe under the mean load alone: `slip`, or others."""
+    """Whether one of the likely slips, `slip` among them, is safe under the mean load alone."""
     return any(
         question.violation(0.0, likely) <= RESIDUAL for likely in _likely_slips(question, slip)
     )
@@ -53,7 +54,7 @@ def _likely_slips(question: Question, slip: Array | None) -> Iterator[Array]:
     yield np.zeros(question.system.slip_shape)
     if slip is not None:
         yield slip
-    # Imported here, because mostly one of the slips above is safe.
+    # Imported here, because one of the slips above is usually safe.
     from ..transients.march import mean_state
 
     with suppress(ModelError, NoContinuation, SolverError):
@@ -61,12 +62,12 @@ def _likely_slips(question: Question, slip: Array | None) -> Iterator[Array]:
 
 
 def stays_closed(question: Question, load_factor: float) -> bool:
-    """Whether no slip that friction holds takes the pressure off a node, proven for each node.
+    """Whether all nodes stay pressed under any slip that friction can hold, proven for each node.
 
     See `ShakedownLimit.stays_closed`. One convex program for each node minimizes its normal force
-    over all slips and loads. The loads are means of the mean load and of the corners: `r0 + sum of
-    shares[k] r1_k`, with shares that sum to the load factor at most. The node with the least
-    pressure comes first, because it decides most often.
+    over all slips and loads. The loads are `r0 + sum of shares[k] r1_k`: the shares are >= 0, and
+    their sum is at most the load factor. Nodes with little pressure come first, because they decide
+    most often.
     """
     system = question.system
     node = cp.Parameter(system.nodes, nonneg=True, name="node")
@@ -87,7 +88,10 @@ def stays_closed(question: Question, load_factor: float) -> bool:
 def _program_of_pressure(
     question: Question, node: cp.Parameter, shares: list[cp.Variable], load_factor: float
 ) -> Program:
-    """The least normal force of the node that `node` marks, at unknown shares of the corners."""
+    """The program of the least normal force of the marked node, at unknown shares of the corners.
+
+    `node` is 1 at the marked node, 0 elsewhere.
+    """
     at_mean = pose(question.system, LoadCycle(question.cycle.mean, [{}]), question.friction)
     x = unknowns(question.system.slip_shape, [0], cp.Parameter(name="none", value=0.0))
     f = cp.Parameter(question.system.nodes, nonneg=True, name="f")

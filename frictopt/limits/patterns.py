@@ -1,13 +1,14 @@
 """Search for the open nodes of a state of rest, and for nodes that open and close in each cycle.
 
 The search stays near the settled mean load (theory, "Contacts that open"). The largest limit over
-all sets is no design number: sets far from the settled state obey the law too, and nothing leads
-there. The limit of a given set never falls as friction grows, so that the open nodes at less
-friction are good starts; those at more friction are a start from the other side. A new order of
-events has the order before as its limiting case, so that the load factors in between are safe too.
+all sets is not useful for design: sets far from the settled state also obey the contact law, but no
+usual start leads to them. The limit of a given set never falls as friction grows, so that the open
+nodes at less friction are good starts. The open nodes at more friction are starts from the other
+side. The previous order of events is a limiting case of a new order. So the load factors between
+the limits of the two are safe, too.
 
-The search calls a function that returns a limit, and does not know its program. Every limit is
-judged as any other; its bound is that of its own open nodes.
+The search calls a function that returns a limit; it does not depend on the program behind it. Each
+limit passes the usual checks, and its bound holds for its own open nodes only.
 """
 
 from __future__ import annotations
@@ -35,18 +36,18 @@ class SearchSettings:
 
     # Shares of the friction with which the mean load may open other nodes.
     frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
-    # Part of the largest motion of the mechanism from which on a node governs the limit.
+    # A node governs the limit if its motion in the mechanism is above this share of the largest.
     governs: float = 0.02
-    # The same for a node that may open or close at an end of the way between the corners.
+    # The same share for a node that may open or close at a corner.
     governs_event: float = 1e-6
-    # Relative gain of a limit that counts; less is rounding.
+    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
     gain: float = 1e-7
     # Largest number of programs of one search.
     programs: int = 60
-    # Largest number of programs times unknown slips, in which an order of events is searched, or
-    # sets next to a second start.
+    # Largest number of programs times unknown slips, in a search of the order of events; up to it,
+    # a search of sets climbs from a second start.
     work: int = 20_000
-    # In space, more than so many governing nodes are flipped in groups of so many.
+    # In space, more than `few` governing nodes are flipped in groups of `group` nodes.
     few: int = 16
     group: int = 4
 
@@ -65,42 +66,42 @@ def best_pattern(
 ) -> L:
     """The best limit over sets of open nodes that the search finds.
 
-    `closed` is the limit with all nodes closed. It is the answer if it is safe from the mean load
-    on and no node that governs it wants to open. `limit_of(question, above)` computes the limit of
-    a question with other open nodes; it may raise an error once that is not `above` a load factor.
+    `closed` is the limit with all nodes closed. It is the answer if the mean load is safe and no
+    governing node tends to open. `limit_of(question, above)` computes the limit of a question with
+    other open nodes; it may raise an error if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
-    The first limit not below `enough` ends the search. Under a static load no node is opened beside
-    those of the mean load: sets would go on until a body slides off.
+    The first limit that reaches `enough` ends the search. Under a static load only the nodes that
+    the mean load opens are tried: a search would open more nodes until a body slides off.
     """
     question = closed._question
-    moves = not closed._question.static
+    may_change = not closed._question.static
     counts = _counts(closed, start_by)
 
-    wants = False
-    if moves and counts and closed.load_factor < enough:
-        wants = any(opened.any() for opened in _next_to(closed))
-    if not wants and closed.least <= 0:
+    tends_to_open = False
+    if may_change and counts and closed.load_factor < enough:
+        tends_to_open = any(opened.any() for opened in _next_to(closed))
+    if not tends_to_open and closed.least <= 0:
         return closed
 
     with bar_of(True, "open nodes", "program") as bar:
-        search = _PatternSearch(limit_of, closed, start_by, enough, moves, bar)
+        search = _PatternSearch(limit_of, closed, start_by, enough, may_change, bar)
         search.climb(closed)
         starts: list[L] = []
-        for open_nodes in _settled(question, wants, _counts(search.best, start_by)):
+        for open_nodes in _settled(question, tends_to_open, _counts(search.best, start_by)):
             limit = search.limit(open_nodes)
             if limit is not None:
                 starts.append(limit)
         if starts:
             search.climb(max(starts, key=lambda limit: limit.load_factor))
-            # The last start is of the least friction. From there other sets are near.
+            # The last start has the least friction. Other sets are close to it.
             if len(search.tried) * closed.slip.size < SEARCH.work:
                 search.climb(starts[-1])
     return search.best
 
 
 def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
-    """Whether some load factor is safe, and the safe ones begin no later than `start_by`."""
+    """Whether some load factor is safe, and the least safe one is at most `start_by`."""
     return not (np.isnan(limit.load_factor) or limit.least > start_by)
 
 
@@ -127,18 +128,18 @@ class _PatternSearch(Generic[L]):
         _keep(bar, closed)
 
     def climb(self, start: L) -> None:
-        """Go from a set to one next to it with a higher limit, as long as there is one."""
-        here: L | None = start
-        while here and self._moves and self._goes_on():
-            above = here.load_factor * (1 + SEARCH.gain)
-            neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(here))
-            here = next(filter(None, neighbours), None)
+        """Move to a neighbouring set with a higher limit, as long as there is one."""
+        current: L | None = start
+        while current and self._moves and self._goes_on():
+            above = current.load_factor * (1 + SEARCH.gain)
+            neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(current))
+            current = next(filter(None, neighbours), None)
 
     def _goes_on(self) -> bool:
         return _counts(self.best, self._start_by) and self.best.load_factor < self._enough
 
     def limit(self, open_nodes: Booleans, above: float = -np.inf) -> L | None:
-        """The limit of a set that is new, if it counts and is above a load factor; else None."""
+        """The limit of a new set; None if it does not count or is at most `above`."""
         if open_nodes.tobytes() in self.tried or len(self.tried) > SEARCH.programs:
             return None
         self.tried.add(open_nodes.tobytes())
@@ -162,7 +163,7 @@ class _PatternSearch(Generic[L]):
         return None
 
     def _compared(self, limit: L) -> bool:
-        """Keep the better limit; False if load factors between the two are not safe."""
+        """Keep the better limit; False if load factors between both limits are not safe."""
         best = self.best
         if not _counts(best, self._start_by):
             self.best = limit
@@ -184,23 +185,24 @@ def _keep(bar: Bar, limit: ShakedownAnswer) -> None:
     bar.keep("limit", limit, "the best limit by then is in the attribute `limit`", best)
 
 
-def _settled(question: Question, wants: bool, safe: bool) -> Iterator[Booleans]:
+def _settled(question: Question, tends_to_open: bool, safe: bool) -> Iterator[Booleans]:
     """Open nodes under the mean load, for the given friction, for more and for less.
 
-    If the mean load opens none with the given friction, other frictions are tried only if a node
-    `wants` to open. `safe`: whether some set is known to be safe.
+    If the mean load opens no node with the given friction, other frictions are tried only if some
+    governing node `tends_to_open`. `safe`: whether some set is known to be safe.
     """
     for share in SEARCH.frictions:
         try:
             opened = open_under_mean(question, share * question.friction)
         except SolverError:
-            # The way to the mean load is not known, and there is one start less. If nothing else is
-            # known to rest, that is no proof that nothing rests. A body that slides off has no way.
+            # The state under the mean load is not known, so that this start is missing. If no other
+            # state of rest is known, raise: a failed solver does not prove that none exists. A body
+            # that slides off has no such state.
             if share == 1.0 and not safe and not _slides_off(question):
                 raise
             continue
         yield from opened
-        if share == 1.0 and not (opened or wants):
+        if share == 1.0 and not (opened or tends_to_open):
             return
 
 
@@ -213,18 +215,19 @@ def _slides_off(question: Question) -> bool:
 
 
 def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
-    """Sets next to one: some of the nodes that govern its limit opened or closed.
+    """Neighbouring sets of open nodes: some governing nodes of the limit are opened or closed.
 
-    First all of them, then those at the border between open and closed nodes. In the plane also the
-    whole border from outside or from inside, for a mechanism may govern on one side only. Then one
-    by one, in space in small groups, those at the border first.
+    First all governing nodes change, then only the ones at the border between open and closed
+    nodes. In the plane the whole border follows, from outside or from inside, because a mechanism
+    may govern on one side only. Then governing nodes change one by one, in space in small groups,
+    beginning at the border.
     """
     question = limit._question
     open_nodes = question.open_nodes
     plane = question.system.tangents == 1
     governing = _governing(limit)
-    near = np.roll(open_nodes, 1) != open_nodes
-    border = near | np.roll(near, -1)
+    changes = np.roll(open_nodes, 1) != open_nodes
+    border = changes | np.roll(changes, -1)
     edge = governing[border[governing]]
     inner = governing[~border[governing]]
 
@@ -241,7 +244,11 @@ def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
 
 
 def _governing(limit: ShakedownAnswer) -> Integers:
-    """Nodes that govern a limit, largest motion first; with all closed, those that want to open."""
+    """Nodes that govern a limit, largest motion first.
+
+    If all nodes are closed, only governing nodes that tend to open: without pressure, or pulled by
+    the mean load.
+    """
     question = limit._question
     motion = limit._motion.parts(question.system).sum(axis=(0, 1))  # (N,)
     count = int((motion > SEARCH.governs * motion.max()).sum())
@@ -250,8 +257,8 @@ def _governing(limit: ShakedownAnswer) -> Integers:
         return governing
     pressed = limit.reactions[1].min(axis=0) > TOUCHES * question.force
     pulled = question.r0[:, -1].max(axis=0) < 0
-    wants: Booleans = ~pressed | pulled
-    return np.asarray(governing[wants[governing]])
+    tends_to_open: Booleans = ~pressed | pulled
+    return np.asarray(governing[tends_to_open[governing]])
 
 
 def best_order(
@@ -259,11 +266,11 @@ def best_order(
     best: L,
     enough: float = np.inf,
 ) -> L:
-    """The best limit with nodes that open and close in each cycle, from one with nodes that do not.
+    """The best limit with nodes that open and close in each cycle, starting from `best`.
 
-    It is `best` itself if no order is better. `limit_of(question, above)` computes the limit of an
-    order; it may raise an error once that is not `above` a load factor. The first limit not below
-    `enough` ends the search.
+    The result is `best` itself if no order is better. `limit_of(question, above)` computes the
+    limit of an order; it may raise an error if this limit is at most `above`. The first limit that
+    reaches `enough` ends the search.
     """
     with bar_of(True, "events", "program") as bar:
         search = _OrderSearch(limit_of, best, bar)
@@ -292,7 +299,7 @@ class _OrderSearch(Generic[L]):
         return with_open(self._question, among(nodes, self._question.system.nodes))
 
     def gains(self, order: Order) -> bool:
-        """Whether a new order has a higher limit, which is the best one then."""
+        """Whether a new order has a higher limit. If so, it becomes the best one."""
         if order in self._tried or len(self._tried) >= self._programs:
             return False
         self._tried.add(order)
@@ -313,24 +320,24 @@ class _OrderSearch(Generic[L]):
 
 
 def check_events(events: object, question: Question, restricted: bool) -> None:
-    """Refuse to search nodes that open and close in each cycle if there is no such search.
+    """ModelError if the search for nodes that open and close in each cycle cannot be used.
 
     `restricted`: whether the user gives open nodes, constraints or an objective.
     """
     if not flag("events", events):
         return
     reasons = {
-        "the load cycle has not two corners, between which it goes to and fro": (
+        "the load cycle does not go to and fro between two corners": (
             len(question.cycle.corners) != 2
         ),
         "its corners differ at load factor 0 (fixed)": question.fixed,
         "the slip is bounded": question.slip_bound is not None,
         "the surface has a shear strength": question.system.capped,
-        "open, constraints and objectives are about nodes that stay as they are": restricted,
+        "they cannot be combined with open, constraints or an objective": restricted,
     }
     for reason, holds in reasons.items():
         if holds:
-            raise ModelError(f"events: {reason}; ask without events")
+            raise ModelError(f"events: {reason}; pass events=False")
 
 
 def _nodes(chosen: Booleans) -> Nodes:
@@ -338,7 +345,7 @@ def _nodes(chosen: Booleans) -> Nodes:
 
 
 def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
-    """Orders next to one: nodes that govern at a corner open or close there."""
+    """Neighbouring orders: nodes that govern at a corner open or close there."""
     start, events = order
     open_first = order.between[0]
     open_last = order.between[-1]
@@ -358,20 +365,20 @@ def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
 
 
 def _at_ends(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
-    """Governing nodes without pressure, and those without gap, at the first and last corner."""
+    """Governing nodes without pressure, and governing nodes without gap, at both corners."""
     question = limit._question
     u, r = question.states(limit.load_factor, limit.slip)
     motion: Array = limit._motion.parts(question.system).sum(axis=0)[[0, -1]]  # (2, N)
     governs = motion > SEARCH.governs_event * motion.max()
-    bare = r[:, -1] <= TOUCHES * question.force
-    shut = u[:, -1] <= TOUCHES * question.clearance
-    opening = [_nodes(bare[k] & governs[k]) for k in (0, -1)]
-    closing = [_nodes(shut[k] & governs[k]) for k in (0, -1)]
+    unpressed = r[:, -1] <= TOUCHES * question.force
+    touching = u[:, -1] <= TOUCHES * question.clearance
+    opening = [_nodes(unpressed[k] & governs[k]) for k in (0, -1)]
+    closing = [_nodes(touching[k] & governs[k]) for k in (0, -1)]
     return opening, closing
 
 
 def _together_and_alone(nodes: Nodes) -> list[Nodes]:
-    """All of the nodes at once, then each alone; none for no nodes."""
+    """All of the nodes at once, then each alone; an empty list if there are no nodes."""
     if len(nodes) < 2:
         return [nodes] if nodes else []
     return [nodes, *(Nodes({node}) for node in sorted(nodes))]

@@ -1,8 +1,8 @@
 """A limit question as data: system, load cycle, friction, open nodes, and all arrays that follow.
 
 `pose` checks the input and computes the arrays of a question with all nodes closed. `with_open` and
-`with_friction` compute those of the same question with some nodes open or other friction.
-`Question.violation` is the referee: it says how far a residual slip is from being safe.
+`with_friction` change the open nodes or the friction, and compute the arrays anew.
+`Question.violation` is the referee: it measures how far a residual slip is from being safe.
 """
 
 from collections.abc import Mapping
@@ -33,10 +33,12 @@ from ..contact.stiffness import following
 from ..errors import ModelError
 from . import units
 
-# Largest mean shear force, in mean normal forces: rounding of more would hide the pressure.
+# Largest ratio of the mean shear force to the mean normal force. With a larger ratio, rounding
+# errors of the shear would hide the pressure.
 _LARGEST_MEAN_SHEAR = 1e6
 
-# Least friction in the unit of a margin of the pressure, which stays finite without friction.
+# Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced by
+# it, so that the unit is finite.
 _LEAST_FRICTION_OF_MARGIN = 0.01
 
 
@@ -57,23 +59,24 @@ class Question:
     simplify: bool  # whether to leave out corners and rows that cannot change the answer
     started: float  # time at which the question was posed, seconds
 
-    # Reactions of all nodes, all gaps pressed shut: (K0, M) at load factor 0, (K, M) added by 1.
+    # Reactions of all nodes with all gaps pressed shut: (K0, M) at load factor 0, and the (K, M)
+    # reactions of the scaled loads at load factor 1.
     bonded: tuple[Array, Array]
     fixed: bool  # whether the corners differ at load factor 0
     static: bool  # whether all corners are the same load
 
     compliance: Array | None  # (M, M) of the open nodes, zero elsewhere; None if all are closed
-    S: Array  # (M, M) stiffness of the closed nodes, which the open ones follow without force
-    W: Array  # (O, t N) gaps of the open nodes by slip of the closed nodes
+    S: Array  # (M, M) stiffness of the closed nodes, with the open nodes free of force
+    W: Array  # (O, t N) gaps of the open nodes due to unit slips of the closed nodes
 
-    # Reactions of the closed nodes at load factor 0, and those that a load factor of 1 adds.
+    # Reactions of the closed nodes: index 0 at load factor 0, index 1 of the scaled loads.
     r0: Array  # (K0, t + 1, N) force, normal ones last
     r1: Array  # (K, t + 1, N)
     q0: Array  # (K0, N) or (K0, N, 2) shear forces
     p0: Array  # (K0, N) normal forces
     q1: Array  # (K, N) or (K, N, 2)
     p1: Array  # (K, N)
-    # Gaps of the open nodes without slip, likewise.
+    # Gaps of the open nodes without slip, with the same two indices.
     w0: Array  # (K0, O) length
     w1: Array  # (K, O)
 
@@ -84,7 +87,7 @@ class Question:
     load_unit: float  # load factor at which the cyclic reactions reach the mean friction bound
     node_unit: Array  # (N,) force at each node
     shear_unit: Array  # (N,) shear force at each node
-    clearance: float  # gap, length, at which the mean friction bound would close it
+    clearance: float  # unit of gaps, length: closing it needs a force of `mean_bound`
 
     # Files hold the input alone, and the arrays are computed anew.
     KEPT_FIELDS: ClassVar[tuple[str, ...]] = (
@@ -115,12 +118,12 @@ class Question:
 
     @property
     def A(self) -> Array:
-        """(t N, t N) shear forces by slip."""
+        """(t N, t N) stiffness matrix: shear forces due to unit slips."""
         return self.S[: -self.system.nodes, : -self.system.nodes]
 
     @property
     def B(self) -> Array:
-        """(N, t N) normal forces by slip."""
+        """(N, t N) stiffness matrix: normal forces due to unit slips."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
 
     def loads(self, k: int) -> dict[str, Array]:
@@ -149,11 +152,15 @@ class Question:
         """The slip of the closed nodes, completed by the slip of the open ones at the mean load."""
         if self.compliance is None:
             return slip
-        u, _ = Question.states(self, 0.0, slip)  # not those of a LiftOff
+        # A LiftOff has other states: here the same nodes are open at all corners.
+        u, _ = Question.states(self, 0.0, slip)
         return np.asarray(u[0, :-1].T.reshape(slip.shape))
 
     def excess_over_slip_bound(self, slip: Array) -> float:
-        """Largest excess of the slip over its bound, over the largest size; <= 0 if it has none."""
+        """Largest excess of the slip over its bound, relative to the largest bound or slip.
+
+        It is 0 or negative if the slip is within the bound.
+        """
         if self.slip_bound is None:
             return 0.0
         sizes = np.where(self.open_nodes, 0.0, lengths(slip, self.slip_bound))
@@ -184,22 +191,28 @@ class Question:
         return self.bonded[0] + load_factor * self.bonded[1]
 
     def by_corner(self, moves: Array) -> Array:
-        """Motions at the instants, shared out to the corners whose loads act on them."""
+        """Motions at the corners. The motion at an event is divided between two corners."""
         return moves
 
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
-        """(K, N) or (1, N) which nodes stick at each instant, and which are open; others touch."""
+        """(K, N) or (1, N) masks of the nodes that stick at each instant, and of the open ones.
+
+        Nodes in neither mask touch without force.
+        """
         return ~self.open_nodes[None], self.open_nodes[None]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the instants: their loads."""
+        """Names of the instants, which list their loads."""
         return self.cycle.corner_names
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
-        """Node, "opens" or "closes", place between the corners (0 to 1), and loads there."""
+        """A tuple for each event: node, "opens" or "closes", place (0 to 1) and its loads.
+
+        The place is the position between the two corners.
+        """
         return []
 
     @property
@@ -238,8 +251,9 @@ def pose(
 ) -> Question:
     """Check a limit question and pose it with all nodes closed; ModelError for bad input.
 
-    `slip_bound` is one largest slip, one per node, or None. `strong`: whether the question knows a
-    shear strength of the surface. A mean load whose shear hides its pressure is refused.
+    `slip_bound` is one largest slip, one per node, or None. `strong`: whether a shear strength of
+    the surface is allowed. A mean load is refused if its shear is so large that rounding hides its
+    pressure.
     """
     started = perf_counter()
     if strong:
@@ -269,8 +283,8 @@ def pose(
         node = int(shear.max(axis=0).argmax())
         raise ModelError(
             f"mean: its shear force at node {node}{in_contact(system, node)} is "
-            f"{shear.max() / force:.1e} times the mean normal force {force:.3g}, and rounding of "
-            "the one hides the other; press the contact, or check the units of the load cases"
+            f"{shear.max() / force:.1e} times the mean normal force {force:.3g}, so that rounding "
+            "hides the pressure; press the contact, or check the units of the load cases"
         )
     return question
 
@@ -290,7 +304,7 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
 
 
 def with_friction(question: Question, friction: ArrayLike) -> Question:
-    """The question with other friction, posed now; ModelError for bad friction."""
+    """The question with other friction, and its time starts anew; ModelError for bad friction."""
     coefficients = friction_coefficients(friction, question.system.nodes)
     return _changed(question, friction=coefficients, started=perf_counter())
 
@@ -317,7 +331,7 @@ def _question(
     axes = system.tangents + 1
     static = not any(np.ptp(part, axis=0).any() for part in bonded)
 
-    # The closed nodes, which the open nodes follow without force.
+    # Arrays of the closed nodes. The open nodes are free of force.
     S = _stiffness_of_closed(system, open_nodes, compliance)
     r0 = _carried(system, open_nodes, compliance, bonded[0])
     r1 = _carried(system, open_nodes, compliance, bonded[1])
@@ -338,7 +352,8 @@ def _question(
     load_unit = units.load_unit(r0, r1, friction, closed, force)
     node_unit = np.where(open_nodes, force, units.node_unit(r0, r1, force))
 
-    # In space the cones of friction end at the friction bound, if it is less than the pressure.
+    # In space the radius of a friction cone is the friction bound: it is the unit if it is less
+    # than the pressure.
     small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
     shear_unit = node_unit * np.where(small_cones, friction, 1.0)
 
@@ -378,12 +393,12 @@ def _question(
 
 
 def _bonded(system: ContactSystem, cycle: LoadCycle) -> tuple[Array, Array]:
-    """Bonded reactions (K0, M) at load factor 0, all gaps pressed shut, and (K, M) of the rest."""
+    """Bonded reactions (K0, M) at load factor 0, all gaps shut, and (K, M) of the scaled loads."""
     unscaled = cycle.unscaled
     if all(loads == unscaled[0] for loads in unscaled):
         unscaled = unscaled[:1]  # fixed parts that do not differ are a mean load
-    shut = system.S[:, -system.nodes :] @ system.gap
-    return reactions(system, unscaled) - shut, reactions(system, cycle.corners)
+    closing_forces = system.S[:, -system.nodes :] @ system.gap
+    return reactions(system, unscaled) - closing_forces, reactions(system, cycle.corners)
 
 
 def _stiffness_of_closed(
@@ -393,9 +408,9 @@ def _stiffness_of_closed(
     if compliance is None:
         return system.S
     opened = np.tile(open_nodes, system.tangents + 1)  # (M,)
-    across = system.S[np.ix_(opened, ~opened)]
-    follow = compliance[np.ix_(opened, opened)] @ across
-    reduced = system.S[np.ix_(~opened, ~opened)] - across.T @ follow
+    coupling = system.S[np.ix_(opened, ~opened)]
+    follow = compliance[np.ix_(opened, opened)] @ coupling
+    reduced = system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow
     S = np.zeros_like(system.S)
     S[np.ix_(~opened, ~opened)] = (reduced + reduced.T) / 2
     return S
@@ -413,7 +428,10 @@ def _carried(
 def motion_of_open_nodes(
     system: ContactSystem, open_nodes: Booleans, compliance: Array | None, rows: Integers
 ) -> Array:
-    """(R, t N) slips or gaps of the open nodes by slips of the closed ones; `rows` (R,) of M."""
+    """(R, t N) slips or gaps of the open nodes due to unit slips of the closed ones.
+
+    `rows` (R,) are the wanted entries of the motions (M,).
+    """
     columns = len(system.S) - system.nodes
     if compliance is None:
         return np.zeros((0, columns))

@@ -1,4 +1,4 @@
-"""Rays of a safe region: the shakedown limit of two loads in one proportion of their amplitudes."""
+"""Rays of a safe region: shakedown limits of two loads in a fixed ratio of their amplitudes."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from .shakedown import ShakedownLimit, shakedown_limit
 _MOST_SIDES = 1000
 
 _MANY_SIDES = (
-    "safe region: more than {most} sides; {advice}, or ask for the limit of each proportion by "
-    "itself"
+    "safe region: more than {most} sides; {advice}, or compute the limit of each ratio of the "
+    "amplitudes separately"
 )
 
 # The corners of each of two loads, at amplitude 1.
@@ -31,9 +31,9 @@ Corners: TypeAlias = tuple[Sequence[Mapping[str, float]], Sequence[Mapping[str, 
 
 @dataclass(frozen=True, eq=False)
 class BorderPoint:
-    """The end of a ray, which is safe, and a line through it that no safe amplitudes are beyond.
+    """The end of a ray, which is safe, and a line through it with no safe amplitudes beyond it.
 
-    On this side of the line `line @ amplitudes <= bound`.
+    All safe amplitudes obey `line @ amplitudes <= bound`.
     """
 
     amplitudes: Array  # (2,)
@@ -43,13 +43,13 @@ class BorderPoint:
     motion: Mechanism
 
     def excess(self, amplitudes: Array) -> float:
-        """Distance of amplitudes beyond the line, over that of the line from zero; < 0 inside."""
+        """Distance beyond the line, relative to the line's distance from zero; < 0 inside."""
         return float((self.line @ amplitudes - self.bound) / (self.bound or 1.0))
 
 
 @dataclass(eq=False)
 class Rays:
-    """The rays of one region, and what they have reached.
+    """The rays of one region, and the amplitudes that they have reached.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Rays:
     bar
         Counts the rays. An interrupt keeps the safe amplitudes at their ends.
     open_nodes
-        The nodes (N,) that are open in all limits; None: a search for each limit.
+        (N,) mask of the nodes that are open in all limits; None: each limit searches them.
     limits, reached
         The limits of all rays, and the pairs of safe amplitudes at their ends.
     """
@@ -82,7 +82,7 @@ class Rays:
         return [pose(self.system, cycle, self.friction) for cycle in cycles]
 
     def to(self, first: float, second: float) -> BorderPoint:
-        """The largest safe amplitudes in the proportion of those given."""
+        """The largest safe amplitudes in the ratio `first : second`, with their line."""
         if len(self.limits) > 2 * _MOST_SIDES:
             plane = self.system.tangents == 1
             advice = "coarsen the contact" if plane else "give a larger tolerance"
@@ -146,7 +146,7 @@ def checked_parts(loads: Sequence[Any]) -> tuple[tuple[str, str], Corners]:
 
 
 def _checked_part(argument: str, load: Any) -> tuple[str, list[Mapping[str, float]]]:
-    """Name of one load, and its corners at amplitude 1; zero is in their hull."""
+    """Name of one load, and its corners at amplitude 1. Their hull contains zero."""
     if isinstance(load, str):
         check_name(argument, load)
         return load, [{load: -1.0}, {load: 1.0}]
@@ -164,7 +164,7 @@ def _checked_part(argument: str, load: Any) -> tuple[str, list[Mapping[str, floa
 
 
 def domain(mean: Mapping[str, float], parts: Corners, amplitudes: tuple[float, float]) -> LoadCycle:
-    """The vertices of the loads that vary around the mean, each within the hull of its corners."""
+    """Cycle through the vertices of the domain: each load varies within its hull, on the mean."""
     scaled = [
         [{case: factor * amplitude for case, amplitude in corner.items()} for corner in part]
         for factor, part in zip(amplitudes, parts, strict=True)
@@ -173,9 +173,9 @@ def domain(mean: Mapping[str, float], parts: Corners, amplitudes: tuple[float, f
 
 
 def _at_governing_corners(motion: Mechanism, units: Sequence[Question]) -> Mechanism:
-    """The motions of a mechanism, each at the corner that drives it most if both loads act.
+    """The mechanism with each motion at the corner that drives it most if both loads act.
 
-    A ray of one load alone does not say at which corners of the other load the nodes move.
+    A ray of one load alone does not determine the corners of the other load.
     """
     first, second = units
     n = first.system.nodes
@@ -183,7 +183,7 @@ def _at_governing_corners(motion: Mechanism, units: Sequence[Question]) -> Mecha
     r1 = first.r1 + second.r1  # (K, t + 1, N)
     moves = np.zeros_like(r1)
     for slip, size in zip(motion.moves, motion.size, strict=True):
-        along = np.vstack([slip[:-1], motion.friction * size])  # with the lift that friction needs
+        along = np.vstack([slip[:-1], motion.friction * size])  # (t + 1, N) slip, and its lift
         corner = (-r1 * along).sum(axis=1).argmax(axis=0)
         moves[corner, :, nodes] += along.T
     # Nodes that open without slip do so at the corner of the least pressure.

@@ -33,13 +33,13 @@ _NONE_NEEDED = (
 )
 _LESS_IS_NOT_SAFE = "no residual slip{within} is safe with less, {pattern}: see the mechanism"
 _WITH_EVENTS = (
-    "; with this friction nodes open and close in each cycle, with less the search finds none that "
-    "rest so"
+    "; with this friction nodes open and close in each cycle; with less friction the search finds "
+    "no such state of rest"
 )
 _NONE_IS_ENOUGH = "no friction is enough to keep all nodes closed: {why}"
 _LOADS_OPEN = (
-    "whatever slips{within}, the loads open one of {count} nodes ({where}) at some corner; "
-    "press them"
+    "under any residual slip{within}, the loads open one of {count} nodes ({where}) at some "
+    "corner; press them"
 )
 _NONE_FOUND = (
     "required friction: none up to {largest:g} is enough, although no node need open: the best "
@@ -51,9 +51,9 @@ _NEXT_TO_ZERO = (
     "take it as 0"
 )
 _UNDECIDED = (
-    "required friction: no slip is safe with {less:g}, one of up to {slip:.3g} is with {more:g}, "
-    "and rounding leaves it open what is enough between them; give a {smaller}slip_bound if that "
-    "slip is more than assembly can leave, or check for reactions of very different sizes"
+    "required friction: no slip is safe with {less:g}, a slip of up to {slip:.3g} is safe with "
+    "{more:g}, and rounding hides the least friction between the two; give a {smaller}slip_bound "
+    "if this slip is more than assembly can leave, or check for reactions of very different sizes"
 )
 
 
@@ -61,12 +61,13 @@ _UNDECIDED = (
 class FrictionSearch:
     """Numbers of the search for the least friction."""
 
-    # Frictions that are tried until one is enough. Linear programs take a larger one for inf.
+    # Frictions that are tried until one is enough. In linear programs larger ones act as infinite.
     tried: tuple[float, ...] = tuple(4.0**k for k in range(8))
-    # Friction that linear programs can tell from 0.
+    # Smallest friction that linear programs distinguish from 0.
     smallest: float = 1e-6
-    # Distance of the two frictions of a proof from the root, over the root: the first one, and the
-    # largest one. A node of little pressure has a small part of the margin, and needs more.
+    # Relative distance of the two frictions of a proof from the root: the first one, and the
+    # largest one. Nodes with little pressure need a larger distance: the margin depends little on
+    # them.
     proof: float = 100 * RESIDUAL
     widest_proof: float = 1e4 * RESIDUAL
     # Places of nodes that a reason names.
@@ -93,13 +94,13 @@ class RequiredFriction(Answered):
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN if no friction is
         enough. See `largest_slip`.
     mechanism
-        Why `bound` is not enough (Farkas's lemma), or why no friction is: motions for which the
-        loads do more work than friction can take up, while no residual slip resists them. Columns
-        as in `ShakedownLimit.mechanism`, direction 0: it opens.
+        The proof that `bound` is not enough (Farkas's lemma), or that no friction is: motions on
+        which the loads do more work than friction can dissipate, while no residual slip resists
+        them. Columns are as in `ShakedownLimit.mechanism`; a node with direction 0 opens.
     load_factor, reason
-        The given load factor, and why the answer is so, in words.
+        The given load factor, and an explanation of the answer in words.
     record
-        How it was found. Its `residual`, at most 1e-9, is the larger one of the two proofs.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger one of both proofs.
 
     Examples
     --------
@@ -131,19 +132,21 @@ def required_friction(
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe.
 
     A slip that is safe with friction f, also with f = 0, presses every node at every corner. It
-    stays safe with more friction, as the bounds f p only grow. So there is one coefficient above
-    which a slip is safe and below which none is: the root of the margin of `safe_slip`. It is
-    finite if some slip presses every node at every corner; else no friction is enough.
+    stays safe with more friction, because the bounds f p only grow. So there is one coefficient
+    above which some slip is safe and below which no slip is safe: the root of the margin of
+    `safe_slip`. It is finite if some slip presses every node at every corner. Otherwise no friction
+    is enough.
 
     More load may need less friction, if the mean load alone is not safe and the corners press. The
     load factors that are safe with one friction are an interval, see `ShakedownLimit.least`.
 
-    If nodes stay open, a pattern that the search of `shakedown_limit` finds is followed to its
-    least friction, then one that the search finds just below, if any. At the answer, a slip is
-    proven safe with its nodes open. Just below, none is proven safe: neither with these nodes open,
-    nor with those that the search finds there. Theory, eq. (16).
+    If nodes stay open, the search of `shakedown_limit` finds a pattern of open nodes, and the least
+    friction for this pattern is found. If the search finds another pattern just below, the same is
+    done for that one. Just above the answer, a slip is proven safe with its open nodes. Just below,
+    no slip is safe with the same open nodes, or with the open nodes that the search finds there.
+    Theory, eq. (16).
 
-    Ctrl-C stays a KeyboardInterrupt with an attribute `table`, the frictions tried by then.
+    Ctrl-C raises KeyboardInterrupt with an attribute `table`, the frictions tried so far.
 
     Parameters
     ----------
@@ -152,9 +155,9 @@ def required_friction(
     load_factor
         Load factor, >= 0.
     events
-        See `shakedown_limit`. Then each friction that is tried has a search of its own.
+        See `shakedown_limit`. With events each friction tried needs a new search.
     progress
-        Whether to show after two seconds how far it is, see `shakedown_limit`.
+        Whether to show the progress after two seconds, see `shakedown_limit`.
 
     Raises
     ------
@@ -181,7 +184,7 @@ def required_friction(
     with bar_of(progress, "required friction", "program") as bar:
         safe_slips = SafeSlips(model, load_factor, with_events, bar)
 
-        # A slip can take the shear off at all corners only if it is the same at all of them.
+        # A slip can remove the shear at all corners only if the shear is the same at all corners.
         if _has_static_shear(safe_slips.question, load_factor) and safe_slips.exists(0.0):
             return _none_needed(safe_slips)
 
@@ -198,7 +201,7 @@ def required_friction(
 
 
 class SafeSlips:
-    """The safe slips of one load factor, by friction and open nodes; each is solved for once.
+    """The safe slips of one load factor for any friction and open nodes, each computed once.
 
     The bar counts the programs. An interrupt keeps the frictions tried.
     """
@@ -220,8 +223,8 @@ class SafeSlips:
     def at(self, friction: float, open_nodes: Booleans | None = None) -> SafeSlip:
         """The safe slip with the largest margin.
 
-        `open_nodes=None`: with the open nodes of a search, which ends once a slip is safe. With
-        events each friction has a search.
+        `open_nodes=None`: the open nodes are searched until a slip is safe. With events they are
+        always searched.
         """
         if self._events:
             open_nodes = None
@@ -245,7 +248,7 @@ class SafeSlips:
         )
 
     def exists(self, friction: float, open_nodes: Booleans | None = None) -> bool | None:
-        """Whether a safe slip is proven to exist, or proven not to; None if there is no proof."""
+        """Whether a safe slip exists: True and False are proven; None if there is no proof."""
         try:
             return self.at(friction, open_nodes).exists
         except SolverError:
@@ -254,9 +257,10 @@ class SafeSlips:
     def bracket(self) -> tuple[float, float]:
         """The largest friction proven too little, and the smallest one proven enough."""
         enough = [friction for (friction, _), safe in self._solved.items() if safe.exists]
-        more = min(enough, default=np.inf)
+        least_enough = min(enough, default=np.inf)
         too_little = [friction for (friction, _), safe in self._solved.items() if not safe.exists]
-        return max((friction for friction in too_little if friction < more), default=0.0), more
+        below = (friction for friction in too_little if friction < least_enough)
+        return max(below, default=0.0), least_enough
 
     def largest_slip(self, friction: float) -> float:
         """Size of the first safe slip that was found with a friction."""
@@ -279,11 +283,10 @@ def _has_static_shear(question: Question, load_factor: float) -> bool:
 
 
 def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
-    """Root of the margin over friction, and the open nodes there.
+    """Root of the margin as a function of friction, and the open nodes there.
 
-    The margin grows with friction while the same nodes are open. With other nodes open still less
-    friction may be enough: if a search just below the root finds such nodes, the root is found
-    again with these.
+    The margin grows with friction while the same nodes are open. Less friction may be enough with
+    other open nodes: if a search just below the root finds such nodes, their root is computed.
     """
     while True:
         open_nodes = safe_slips.at(enough).open
@@ -297,33 +300,33 @@ def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Boolea
 
 
 def _root_of_margin(safe_slips: SafeSlips, enough: float, open_nodes: Booleans) -> float:
-    """Root of the margin with these nodes open; below the smallest friction if there is none above.
+    """Root of the margin with given open nodes; a value below `SEARCH.smallest` if there is none.
 
-    Newton's method: the multipliers give the rate of the margin with friction. Bisection if a step
-    leaves the bracket, or is not half as long as the one before.
+    Newton's method is used: the multipliers give the rate of the margin with friction. If a step
+    leaves the bracket, or is longer than half of the step before, bisection replaces it.
     """
-    less, more = 0.0, enough
+    low, high = 0.0, enough
     friction = enough
     last_step = np.inf
     safe = safe_slips.at(enough)
     while friction >= SEARCH.smallest:
         if safe.margin >= 0:
-            more = friction
+            high = friction
         else:
-            less = friction
+            low = friction
         rate = safe.friction_rate
         step = -safe.margin / rate if rate > 0 else np.inf
-        if abs(step) <= RESIDUAL * friction or more - less <= SEARCH.proof * friction:
+        if abs(step) <= RESIDUAL * friction or high - low <= SEARCH.proof * friction:
             break
-        inside = max(less, SEARCH.smallest) < friction + step < more
+        inside = max(low, SEARCH.smallest) < friction + step < high
         if not inside or abs(step) >= last_step / 2:
-            step = (less + more) / 2 - friction
+            step = (low + high) / 2 - friction
         friction += step
         last_step = abs(step)
         try:
             safe = safe_slips.at(friction, open_nodes)
-        # Close to the root, or to a critical friction above which slips of any size are safe, no
-        # answer may pass the checks. The proof decides.
+        # The checks may refuse all answers close to the root, or close to a critical friction above
+        # which slips of any size are safe. The proof that follows decides.
         except SolverError:
             break
     return friction
@@ -332,10 +335,10 @@ def _root_of_margin(safe_slips: SafeSlips, enough: float, open_nodes: Booleans) 
 def _proven_from_both_sides(
     safe_slips: SafeSlips, root: float, open_nodes: Booleans
 ) -> RequiredFriction:
-    """The answer, if a slip is proven safe just above the root and none is just below.
+    """The answer, proven: some slip is safe just above the root, and no slip is just below it.
 
-    Below, no slip is safe with the open nodes of the answer, nor with those that a search finds
-    there. If a proof fails, the two frictions are tried further apart.
+    Just below, the open nodes are the ones of the answer, and then the ones that a search finds
+    there. If a proof fails, a larger distance from the root is tried.
     """
     width = SEARCH.proof
     while width <= SEARCH.widest_proof:
@@ -400,7 +403,7 @@ def _none_needed(safe_slips: SafeSlips) -> RequiredFriction:
 
 
 def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
-    """The answer inf, if motions prove that the loads open a node whatever slips."""
+    """The answer inf, if a mechanism proves that the loads open a node under any slip."""
     question = safe_slips.question
     system = question.system
     load_factor = safe_slips.load_factor
@@ -425,7 +428,7 @@ def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
 
 
 def _where(system: ContactSystem, nodes: Array) -> str:
-    """The places of the first of some nodes, in words."""
+    """The places of some nodes, in words; only the first ones if there are many."""
     if system.tangents == 1:
         start = "x ="
         places = [f"{x:.4g}" for x in system.x[nodes]]

@@ -26,7 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def in_turn(question: F) -> F:
-    """Decorator: threads ask a question of a model in turn, for they share its variables."""
+    """Decorator: threads call a method of a model in turn, because they share its variables."""
 
     @wraps(question)
     def asked(self: SafeModel, *args: Any, **kwargs: Any) -> Any:
@@ -37,15 +37,15 @@ def in_turn(question: F) -> F:
 
 
 class SafeModel:
-    """Base of models that take constraints of the user's own, on unknowns in user units.
+    """Base of models that take constraints of the user, on unknowns in user units.
 
-    Threads ask in turn. The unknowns hold the last answer, None if that has no slip. A copy is a
-    new model, with unknowns of its own.
+    Threads are served in turn. The unknowns hold the values of the last answer, or None if it has
+    no slip. A copy is a new model with new unknowns.
     """
 
     # Whether the load factor is given.
     _given = False
-    # Whether the questions know the shear strength of a surface.
+    # Whether a shear strength of the surface is allowed.
     _strong = False
 
     _made: Any
@@ -55,7 +55,7 @@ class SafeModel:
     slip: cp.Variable
     """(N,) or (N, 2) residual slip, length, a cvxpy variable for constraints of your own.
 
-    That of open nodes is the one under the mean load."""
+    Open nodes have their slip under the mean load."""
     q: cp.Expression
     """(K, N) or (K, N, 2) shear forces at the corners, force, for constraints of your own.
 
@@ -81,7 +81,7 @@ class SafeModel:
 
     @classmethod
     def _on(cls, question: Question, solver: str | None) -> Self:
-        """A model that is not the user's, on a question that is posed already."""
+        """An internal model, on a question that is posed already."""
         self = object.__new__(cls)
         self._begin(question, solver)
         return self
@@ -114,24 +114,24 @@ class SafeModel:
 
     def __init_subclass__(cls) -> None:
         warns_of_odd_values(cls)
-        # Else the signature is that of __new__.
+        # Without this, the signature of the class would be that of __new__.
         with_self = signature(cls.__init__)
         _, *parameters = with_self.parameters.values()
         cls.__signature__ = with_self.replace(parameters=parameters)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
-        """Keep what it is made of, for its copies."""
+        """Keep the arguments, from which copies are made."""
         self = super().__new__(cls)
         self._made = partial(cls, *args, **options)
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A copy is made anew, with unknowns of its own.
+        # A copy has new unknowns.
         return self._made, ()
 
     @property
     def _unknowns(self) -> list[cp.Variable]:
-        """The unknowns that the user's constraints may be on."""
+        """The unknowns that constraints of the user may contain."""
         on_corners = [*self._x.q.values(), *self._x.p.values()]
         load_factor = [] if self._given else [self.load_factor]
         return [self.slip, *on_corners, *load_factor]
@@ -163,13 +163,13 @@ class SafeModel:
             if objective is not None:
                 chosen = checked_objective(objective, self._unknowns)
                 problem = cp.Problem(cp.Maximize(chosen), problem.constraints)
-            # Two programs are kept, with user rows and without: each has dense matrices.
+            # Only two programs are kept, with and without user rows: dense matrices are large.
             for old in list(self._programs)[:-1]:
                 del self._programs[old]
             self._programs[key] = listed.compiled(problem, unit)
         program: Program = self._programs[key]
 
-        # The parameters of the user may have other values than when it was compiled.
+        # Parameters of the user may have changed since the program was compiled.
         for place, row in program.own.items():
             check_values(place, row)
         if objective is not None:
@@ -178,10 +178,10 @@ class SafeModel:
         return program
 
     def _rested(self, question: Question, more: Any = 0) -> list[Row]:
-        """Rows by which the slip of open nodes is the one under the mean load, for user rows.
+        """Rows that set the slip of open nodes to their slip under the mean load.
 
-        It is `v0` without slip of the closed nodes, and `V slip` follows them. `more`: terms that
-        unknown loads add.
+        User rows may contain this slip. It is `v0 + V slip`: the slip without slip of the closed
+        nodes, and the part that follows them. `more`: terms due to unknown loads.
         """
         system = question.system
         opened = np.tile(question.open_nodes, system.tangents)  # (t N,)
@@ -210,11 +210,11 @@ class SafeModel:
 
 
 def checked_objective(objective: Any, known: Sequence[cp.Variable]) -> cp.Expression:
-    """An objective of the user's own, to be largest."""
+    """An objective of the user, to be maximized; ModelError for a bad one."""
     if not isinstance(objective, cp.Expression) or objective.size != 1:
         raise ModelError(
-            f"objective: {shown(objective)}; give a scalar cvxpy expression to be largest, of "
-            "slip, load_factor, q and p"
+            f"objective: {shown(objective)}; give a scalar cvxpy expression of slip, load_factor, "
+            "q and p, which is maximized"
         )
     check_rows("objective", cp.Variable() <= objective, {variable.id for variable in known})
     return cp.reshape(objective, (), order="C")

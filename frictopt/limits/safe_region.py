@@ -1,7 +1,7 @@
 """The amplitudes of two loads at which some residual slip is safe, between two polygons.
 
-The loads vary independently. One polygon has the points that rays have reached, the other one the
-lines of their mechanisms (`region_rays.py`).
+The loads vary independently. The inner polygon has its vertices at the ends of rays; the sides of
+the outer polygon are the lines of their mechanisms (`region_rays.py`).
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ from ..contact import ContactSystem, LoadCycle, checked_system, friction_coeffic
 from ..errors import SolverError
 from .region_rays import BorderPoint, Corners, Rays, checked_parts, domain
 
-# A point is on a line if its distance from it, over that of the line from zero, is at most this:
-# point and line have errors up to the residual.
+# A point is on a line if its distance from the line is at most this share of the line's distance
+# from zero: point and line have errors up to the residual.
 _ON_LINE = 10 * RESIDUAL
 
 _NONE_SAFE = "no amplitudes are safe: {limit}"
 _ALL_SAFE = "all amplitudes are safe: {limit}"
 _ONE_UNLIMITED = "the amplitude of {load!r} has no limit: it shears no node beyond its bound"
 _SIDES = "{opened}beyond each side its mechanism slips for ever{pattern}"
-_GAP = "; between points and sides, up to {gap:.1e} apart, nothing is said"
+_GAP = "; amplitudes between points and sides, up to {gap:.1e} apart, are undecided"
 _DIFFER = (
     "safe region: its sides and vertices differ by {error:.1e}; check for reactions of very "
     "different sizes"
@@ -52,36 +52,38 @@ _DIFFER = (
 class SafeRegion(Recorded, Plotted):
     """The amplitudes `(a, b)` of two loads at which some residual slip is safe.
 
-    The region is convex. With any amplitudes it holds all smaller ones: both loads come back to
-    zero, so the mean load is in every domain, and must be safe. Its border goes from an amplitude
-    of the first load alone to one of the second load alone. In the plane it has straight sides. In
-    space it is a curve between two polygons: `vertices`, of points that are proven safe, and
-    `outer`, of mechanisms.
+    The region is convex. If it contains a pair of amplitudes, it contains all smaller ones, because
+    both loads return to zero. The mean load is in every domain of loads, and must be safe. The
+    border leads from an amplitude of the first load alone to one of the second load alone. In the
+    plane it has straight sides. In space it is a curve between two polygons: `vertices` are proven
+    safe, and `outer` follows from mechanisms.
 
     Attributes
     ----------
     loads, unlimited
         Names of the two loads, and of the loads whose amplitude has no limit.
     vertices
-        (V, 2) amplitudes on the border, each proven safe, from the first load alone to the second;
-        inf if there is no limit, empty if none is safe. All amplitudes between them are safe, too.
+        (V, 2) amplitudes on the border, each proven safe, from the first load alone to the second
+        load alone; inf if there is no limit, empty if no amplitudes are safe. All amplitudes in the
+        polygon of the vertices are safe, too.
     outer
-        (W, 2) amplitudes at the ends of the sides; in the plane the vertices.
+        (W, 2) amplitudes at the ends of the sides; in the plane they equal `vertices`.
     sides
-        One row for each side, between two of `outer`: columns a, b, bound. No amplitudes are safe
-        with `a * first + b * second > bound`; a, b and bound are works of the side's mechanism,
-        scaled to `bound = 1` if the mean load has a resistance.
+        One row for each side, between two points of `outer`: columns a, b, bound. No amplitudes are
+        safe with `a * first + b * second > bound`. The three numbers are works on the mechanism of
+        the side: of the two loads and of the resistance under the mean load. They are scaled to
+        `bound = 1` unless the resistance is 0.
     gap
-        Largest distance of the two polygons on a ray from zero, over its length: 0 in the plane, at
-        most the tolerance in space.
+        Largest distance of the two polygons along a ray from zero, relative to the length of the
+        ray: 0 in the plane, at most the tolerance in space.
     mechanisms
-        For each side, which nodes limit the amplitudes: as in `ShakedownLimit.mechanism`, corners
-        of `cycle(a, b)`.
+        A table for each side of the nodes that limit the amplitudes: as in
+        `ShakedownLimit.mechanism`, with the corners of `cycle(a, b)`.
     reason
-        Why the region is what it is, in words.
+        Explanation of the region in words.
     record
-        How it was found. Its `residual`, at most 2e-8, is the largest of: the residuals of the
-        limits at all vertices, and the distance of each side from its two vertices, relatively.
+        Solver, attempts and time. Its `residual`, at most 2e-8, is the largest of the residuals of
+        the limits at all vertices and of the relative distances between sides and their vertices.
 
     Examples
     --------
@@ -106,7 +108,7 @@ class SafeRegion(Recorded, Plotted):
     _parts: Corners = field(repr=False)
 
     def contains(self, first: float, second: float) -> bool:
-        """Whether some slip is proven safe at these amplitudes, in the polygon of `vertices`.
+        """Whether some slip is proven safe at these amplitudes: they are in the inner polygon.
 
         ModelError if an amplitude is not finite or negative.
         """
@@ -118,7 +120,7 @@ class SafeRegion(Recorded, Plotted):
         return bool((amplitudes <= self.vertices.max(axis=0, initial=-1.0)).all())
 
     def cycle(self, first: float, second: float) -> LoadCycle:
-        """The vertices of the domain of loads at these amplitudes, a cycle for other functions.
+        """A load cycle, for other functions: the vertices of the domain of loads.
 
         ModelError if an amplitude is not finite or negative.
         """
@@ -155,17 +157,18 @@ def safe_region(
 ) -> SafeRegion:
     """Which amplitudes of two loads that vary independently leave a safe residual slip.
 
-    The amplitudes and slips that are safe for all loads of the domain are a convex set, and so is
-    its shadow on the plane of the two amplitudes. Each shakedown limit along a ray gives a point of
-    its border and, by its mechanism, a straight line that no safe amplitudes are beyond. The next
-    ray goes to the point where two neighbouring lines meet: if it is safe, it is a vertex, else its
-    limit gives a line between them. In the plane all vertices and sides of a polygon are found, by
-    one linear program each. In space the border is curved, and rays by cone programs go on until
-    points and lines are two polygons within the tolerance. Theory, eq. (17).
+    The amplitudes and slips that are safe for all loads of the domain are a convex set. So is its
+    projection on the plane of the two amplitudes, the safe region. Each shakedown limit along a ray
+    gives a point of the border. Its mechanism gives a straight line with no safe amplitudes beyond
+    it. The next ray leads to the point where two neighbouring lines meet. If this point is safe, it
+    is a vertex; otherwise the limit along the ray gives a line between the two. In the plane all
+    vertices and sides are found, with one linear program each. In space the border is curved, and
+    each ray needs a cone program. Rays are added until the polygons of points and of lines agree
+    within the tolerance. Theory, eq. (17).
 
-    If nodes stay open, the region is that of the open nodes of the limit under both loads. With
-    others open, more may be safe. Ctrl-C stays a KeyboardInterrupt with an attribute `table`, safe
-    amplitudes of both loads.
+    If nodes stay open, the region holds for the open nodes of the limit under both loads. With
+    other open nodes more may be safe. Ctrl-C raises KeyboardInterrupt with an attribute `table`,
+    the safe amplitudes found so far.
 
     Parameters
     ----------
@@ -175,18 +178,18 @@ def safe_region(
         Static load, load case name -> amplitude.
     loads
         The two loads. Each is the name of a load case, which varies between plus and minus its
-        amplitude; or a list of corners at amplitude 1, load case name -> amplitude, for a load that
-        varies within their hull and comes back to zero. The two share no load case.
+        amplitude, or a list of corners at amplitude 1 (load case name -> amplitude): such a load
+        varies within the hull of its corners and zero. The two loads have no load case in common.
     tolerance
         In space the largest `SafeRegion.gap`; in the plane the gap is 0.
     progress
-        Whether to show after two seconds how far it is, see `shakedown_limit`.
+        Whether to show the progress after two seconds, see `shakedown_limit`.
 
     Raises
     ------
     ModelError, SolverError
-        Bad input; no solver gave an answer that passes the checks, or vertex and side do not meet
-        within their errors.
+        Bad input; no solver gave an answer that passes the checks; a vertex misses its side by more
+        than the errors of both.
 
     Examples
     --------
@@ -221,11 +224,12 @@ def safe_region(
 class Border:
     """The points of a border, from the first load alone to the second load alone.
 
-    It has no points if no amplitudes are safe, or all, and one point if one load is unlimited.
+    It has no points if no amplitudes are safe or all are safe, and one point if one load is
+    unlimited.
     """
 
     points: list[BorderPoint]
-    unit: Array  # (2,) units of the amplitudes, in which lines meet without loss of digits
+    unit: Array  # (2,) units of the amplitudes, in which intersections lose no digits
     unlimited: tuple[str, ...]
     reason: str
 
@@ -239,8 +243,8 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
     if np.isinf(first.limit.load_factor) and np.isinf(second.limit.load_factor):
         return Border([], unit, rays.names, _ALL_SAFE.format(limit=first.limit.reason))
 
-    # The region is convex and closed: with all amplitudes of one load it holds all that the other
-    # load may have alone.
+    # If one load is unlimited, the other one has the limit that it has alone: the region is convex
+    # and closed.
     for load, point, limited in zip(rays.names, (first, second), (second, first), strict=True):
         if np.isinf(point.limit.load_factor):
             return Border([limited], unit, (load,), _ONE_UNLIMITED.format(load=load))
@@ -255,9 +259,9 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
 def _points_between(
     rays: Rays, left: BorderPoint, right: BorderPoint, unit: Array, tolerance: float
 ) -> list[BorderPoint]:
-    """Points of the border between two, as many as its sides need.
+    """Points of the border between two points, one for each side between them.
 
-    In space until the lines of neighbours meet near enough to the chord of their points.
+    In space points are added until neighbouring lines meet close to the chord of their points.
     """
     corner = meeting_point(left, right, unit)
     if corner is left.amplitudes or corner is right.amplitudes:
@@ -276,9 +280,10 @@ def _points_between(
 
 
 def meeting_point(left: BorderPoint, right: BorderPoint, unit: Array) -> Array:
-    """Where the lines of two neighbours meet; the point of one if it is on the line of the other.
+    """The point where the lines of two neighbours meet.
 
-    Then it is the very array of this point.
+    If the point of one neighbour is on the line of the other, the same array of this point is
+    returned, so that callers can compare by `is`.
     """
     left_off = left.excess(right.amplitudes)
     right_off = right.excess(left.amplitudes)
@@ -300,7 +305,7 @@ def _outward(start: Array, end: Array) -> Array:
 
 
 def beyond_chord(start: Array, end: Array, amplitudes: Array) -> float:
-    """Distance of amplitudes beyond a chord, along their ray, over their distance from zero."""
+    """Distance of amplitudes beyond a chord, along their ray, divided by their length."""
     across = _outward(start, end)
     return float(1 - across @ start / (across @ amplitudes))
 
@@ -315,12 +320,12 @@ class Side:
 
     @property
     def error(self) -> float:
-        """Distance of its ends from the line, over that of the line from zero."""
+        """Largest distance of its ends from the line, relative to the line's distance from zero."""
         return max(abs(self.point.excess(self.start)), abs(self.point.excess(self.end)))
 
 
 def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
-    """The region of a border, checked for sides that miss their vertices."""
+    """The region of a border; SolverError if a side misses its vertices."""
     points = border.points
     ends = _ends(points, border.unit)
     sides = _sides(points, ends, bool(border.unlimited))
@@ -384,7 +389,7 @@ def _table(sides: Sequence[Side], unlimited: Booleans) -> pd.DataFrame:
 
 
 def _ends(points: Sequence[BorderPoint], unit: Array) -> list[Array]:
-    """The ends of the sides: the first and the last point, and where lines of neighbours meet."""
+    """The ends of the sides: the outer points, and the meeting points of neighbouring lines."""
     if not points:
         return []
     meeting = [meeting_point(left, right, unit) for left, right in pairwise(points)]
@@ -406,12 +411,12 @@ def _sides(points: Sequence[BorderPoint], ends: Sequence[Array], unlimited: bool
 
 
 def _is_on_line(side: Side, end: Array, point: BorderPoint) -> bool:
-    """Whether a side is on one line with the next side, which has this end and this point."""
+    """Whether a side and the next side, given by its end and its point, are on the same line."""
     return max(abs(side.point.excess(end)), abs(point.excess(side.start))) <= _ON_LINE
 
 
 def _largest_gap(points: Sequence[BorderPoint], ends: Sequence[Array]) -> float:
-    """Largest distance of an end that is no point beyond a chord of two neighbours."""
+    """Largest distance of an outer vertex beyond a chord of neighbours, see `SafeRegion.gap`."""
     gap = 0.0
     for end in ends:
         if any(end is point.amplitudes for point in points):

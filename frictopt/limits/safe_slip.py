@@ -28,7 +28,7 @@ from .safe_model import SafeModel, in_turn
 from .shakedown import ShakedownLimit
 from .shakedown_model import ShakedownModel
 
-# If the cyclic loads are this many mean normal forces, rounding loses all digits of the latter.
+# Ratio of cyclic loads to the mean normal force above which rounding hides the mean load.
 _MOST_CYCLIC = 1e15
 
 _EVENTS = (
@@ -37,12 +37,12 @@ _EVENTS = (
 )
 _SAFE = "this slip{within} keeps {closed} closed and stuck at every corner{opened}"
 _NONE_SAFE = (
-    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit says which "
-    "have one; without residual slip {mean}"
+    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit gives the load "
+    "factors with a safe slip; without residual slip {mean}"
 )
 _OTHERS_OPEN = (
-    " with all nodes closed, or with the {opened} open that the search finds; with others open one "
-    "may be"
+    " with all nodes closed, or with the {opened} open nodes that the search finds; with other "
+    "nodes open one may be"
 )
 
 
@@ -55,22 +55,21 @@ class SafeSlip(Proven):
     load_factor
         The given load factor.
     slip
-        (N,) or (N, 2) the slip with the largest margin, length; if none is safe, the least unsafe
-        one. See `largest_slip`.
+        (N,) or (N, 2) the slip with the largest margin, length. It is unsafe if the margin is
+        negative. See `largest_slip`.
     margin
-        Smallest reserve `f p - |q|` of the slip over nodes and corners, over the mean friction
-        bound at load factor 0 (gaps shut), at most 1. Negative: none is safe. At nodes with
-        friction below 0.01 a tension counts as well, as if friction were 0.01. Of open nodes the
-        gap counts, over the gap that the mean friction bound closes against the mean normal
-        stiffness. Nodes that just touch where they open or close (`events`) have no reserve.
+        Smallest reserve `f p - |q|` over nodes and corners, divided by the mean friction bound at
+        load factor 0 (gaps shut), at most 1. If it is negative, no slip is safe. At nodes with
+        friction below 0.01, a tension also counts, as if friction were 0.01. At open nodes the gap
+        counts; its unit is the mean friction bound divided by the mean normal stiffness. Nodes that
+        open or close at an event (`events`) have no reserve there and are left out.
     bound
         Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of: the shortfall of the
-        slip's reserve, recomputed, and the distance of `bound`.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of two errors: the
+        margin minus the recomputed reserve of the slip, and the relative distance of `bound`.
     constraints
-        Names of the constraints of your own: slip, margin and `bound` are those of the program with
-        them.
+        Names of your own constraints, which slip, margin and `bound` take into account.
     problem
         The solved cvxpy problem. A later solve of the same `SafeSlipModel` overwrites its values.
 
@@ -90,21 +89,21 @@ class SafeSlip(Proven):
 
     @cached_property
     def friction_rate(self) -> float:
-        """Rate of the margin with friction, added alike at all nodes; its unit stays as it is."""
+        """Rate of the margin with friction, increased equally at all nodes, in a fixed unit."""
         return float(self._by_friction.sum())
 
     @property
     def exists(self) -> bool:
         """Whether a safe slip exists at the load factor.
 
-        The slip at the shakedown limit has no margin. So the margin may be negative by 1e-12 or by
-        its residual.
+        At the shakedown limit the margin is exactly 0. So a margin that is negative by 1e-12, or by
+        its residual, still counts as safe.
         """
         return bool(self.margin >= -max(ROUNDING, self.residual))
 
     @cached_property
     def reason(self) -> str:
-        """What the slip does; or why no slip is safe, and how the mean load presses."""
+        """Effect of the slip, or diagnosis of the mean load if no slip is safe, in words."""
         question = self._question
         bounds = list(self.constraints)
         if question.slip_bound is not None:
@@ -126,11 +125,11 @@ class SafeSlip(Proven):
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:
-        """Why no slip is safe (Farkas's lemma); None if one is, and under constraints of your own.
+        """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
-        A table like `ShakedownLimit.mechanism`: slips whose friction cannot take up the work of the
-        loads. No residual slip does work on them, or with a slip bound too little. Under
-        constraints of your own such slips alone prove nothing: `bound` covers all.
+        It has slips on which the loads do more work than friction can dissipate. No residual slip
+        does work on them; with a slip bound, it does too little. None if a slip is safe, and under
+        constraints of your own: such slips prove nothing then, but `bound` does.
         """
         if self.exists or self.constraints:
             return None
@@ -144,7 +143,7 @@ class SafeSlip(Proven):
 class SafeSlipModel(SafeModel):
     """The safe residual slips of one system under one load cycle, for any friction.
 
-    Load factor and constraints of your own vary, too. Parameters and errors are those of
+    Each call of `solve` has its own load factor and constraints. Parameters and errors are those of
     `ShakedownModel`. Theory, eq. (9).
 
     Examples
@@ -179,7 +178,7 @@ class SafeSlipModel(SafeModel):
         self._shakedown = ShakedownModel(
             system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
         )
-        # The last friction, load factor and sufficient limit that were searched, and the limit.
+        # Friction, load factor and sufficient limit of the last search, and its limit.
         self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = None
         self.margin = cp.Variable(name="margin")
         # Units of the margin: of friction bounds, of normal forces, and of gaps.
@@ -210,13 +209,13 @@ class SafeSlipModel(SafeModel):
             See `safe_slip`.
         constraints
             cvxpy constraints on `slip`, `q`, `p` and `margin` of this model, see
-            `ShakedownModel.solve`; `bound` and `residual` cover them.
+            `ShakedownModel.solve`. `bound` and `residual` include them.
 
         Raises
         ------
         ModelError, SolverError
-            As `ShakedownModel.solve`; a load factor so large that rounding loses the mean load;
-            constraints that no slip obeys, safe or not.
+            As `ShakedownModel.solve`; a load factor so large that rounding hides the mean load;
+            constraints that no slip satisfies, safe or not.
         """
         user_rows = listed("constraints", constraints)
         with bar_of(progress, "safe slip"):
@@ -272,17 +271,17 @@ class SafeSlipModel(SafeModel):
     def _if_closed(
         self, question: Question, load_factor: float, user_rows: Sequence[Row]
     ) -> SafeSlip | None:
-        """The safe slip with all nodes closed, or None if that says nothing."""
-        # The user's constraints may contradict each other only with all nodes closed.
+        """The safe slip with all nodes closed; None with user rows, or if no answer passes."""
+        # Constraints of the user may be contradictory only with all nodes closed.
         if user_rows:
             return None
-        # A slip that hardly anything resists, as a roll, can hide the margin.
+        # A slip with nearly no resistance, such as rolling, can hide the margin.
         with suppress(SolverError):
             return self.of_set(question, load_factor)
         return None
 
     def _limit(self, question: Question, load_factor: float, enough: float) -> ShakedownLimit:
-        """The limit of the best set of open nodes that is safe from the load factor on or below."""
+        """The limit of the best open nodes whose least safe load factor is <= `load_factor`."""
         key = question.friction.tobytes(), load_factor, enough
         if self._last is None or self._last[0] != key:
             limit = self._shakedown.of_any_set(question, at=load_factor, enough=enough)
@@ -319,11 +318,11 @@ class SafeSlipModel(SafeModel):
     def _friction_with_margin(self, x: models.Unknowns, corners: list[int]) -> list[Row]:
         spare = dict.fromkeys(corners, models.times(self.margin, self._mean_bound))
         press = dict.fromkeys(corners, models.times(self.margin, self._mean_pressure))
-        apart = self.margin * self._clearance
-        return models.inside(x, self._f, corners, spare, press, apart)
+        gap_margin = self.margin * self._clearance
+        return models.inside(x, self._f, corners, spare, press, gap_margin)
 
     def _raise_contradiction(self, program: Program, load_factor: float) -> None:
-        """Raise if the user's constraints leave no slip at all, safe or not."""
+        """ModelError if the user's constraints admit no slip at all, safe or not."""
         if not program.own:
             return
         contradiction = program.chain.contradiction()
@@ -337,7 +336,7 @@ class SafeSlipModel(SafeModel):
     def _of_order(self, question: LiftOff, load_factor: float) -> SafeSlip:
         """The slip with the largest margin, with nodes that open and close in a given order.
 
-        A node that just touches has no reserve.
+        A node has no reserve at the event at which it opens or closes.
         """
         margin = cp.Variable(name="margin")
         factor = cp.Parameter(nonneg=True, name="load_factor", value=load_factor)
@@ -348,10 +347,10 @@ class SafeSlipModel(SafeModel):
             pressure = models.constant(question.mean_pressure * sticks, f"mean_pressure[{m}]")
             spare[m] = models.times(margin, bound)
             press[m] = models.times(margin, pressure)
-        apart = models.times(margin, models.constant(question.clearance, "clearance"))
+        gap_margin = models.times(margin, models.constant(question.clearance, "clearance"))
 
         def friction(x: models.Unknowns, f: cp.Parameter, instants: list[int]) -> list[Row]:
-            return models.inside(x, f, instants, spare, press, apart)
+            return models.inside(x, f, instants, spare, press, gap_margin)
 
         program = Ordered(
             question,
@@ -412,7 +411,7 @@ def safe_slip(
 
 
 def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
-    """The slip in a solved program of the margin, judged by its reserve and by the multipliers."""
+    """The slip from a solved program of the margin, checked by its reserve and the multipliers."""
     question = program.question
     slip = program.slip
     value = float(margin.value)
@@ -420,17 +419,19 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     sticks, opened = question.statuses
     q = np.linalg.norm(r[:, :-1], axis=1)
     p = r[:, -1]
-    held = np.minimum((question.friction * p - q) / question.mean_bound, p / question.mean_pressure)
+    reserves = np.minimum(
+        (question.friction * p - q) / question.mean_bound, p / question.mean_pressure
+    )
     reserve = min(
-        np.min(held, where=sticks, initial=np.inf),
+        np.min(reserves, where=sticks, initial=np.inf),
         np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance,
     )
 
     proof = program.chain.proof
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
-    off = question.violation(load_factor, slip) if question.events else 0.0
+    violation = question.violation(load_factor, slip) if question.events else 0.0
     excess = question.excess_over_slip_bound(slip)
-    residual = np.max([gap, value - reserve, off, excess, program.own_violation])
+    residual = np.max([gap, value - reserve, violation, excess, program.own_violation])
     return SafeSlip(
         load_factor=load_factor,
         slip=slip,

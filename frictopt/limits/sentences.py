@@ -1,4 +1,4 @@
-"""The sentences in which limits give their reasons: each stands once, with what it assumes.
+"""The sentences of the reasons of limits: each occurs once, with the condition that it assumes.
 
 The functions below the table choose and complete the sentences of one answer.
 """
@@ -17,7 +17,7 @@ from .shakedown_answer import ShakedownAnswer
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence with places for values, and when it is true."""
+    """A sentence with placeholders for values, and the condition under which it is true."""
 
     text: str
     assumes: str
@@ -53,21 +53,21 @@ BOUND_COVERS = Sentence(
     "; the dual bound covers them", assumes="the user has constraints, and they are named before"
 )
 STATIC = Sentence(
-    "; under this static load it may open nodes and rest above it, up to where a body slides off "
-    "(bound_for_all)",
+    "; under this static load the contact may open nodes and rest above the limit, until a body "
+    "slides off (bound_for_all)",
     assumes="all corners are one load, without constraints of the user",
 )
 UNSAFE_BELOW = Sentence(
     "; {pattern}none is safe below {least:.6g}", assumes="the least safe load factor is above 0"
 )
 START_UNKNOWN = Sentence(
-    "; rounding hides from where on: take friction further from its critical value, or loads of "
-    "like size",
+    "; rounding hides the load factor at which safe slips begin: take friction further from its "
+    "critical value, or loads of similar size",
     assumes="no solver proved the least safe load factor",
 )
 CHOSEN = Sentence(
-    "no safe residual slip makes the objective larger; the load factor is the one that it "
-    "chooses, no limit",
+    "no safe residual slip makes the objective larger; the load factor belongs to this slip, and "
+    "is no limit",
     assumes="the user has an objective",
 )
 CONTRADICTED = Sentence(
@@ -75,12 +75,12 @@ CONTRADICTED = Sentence(
     assumes="constraints of the user are among the rows that contradict each other",
 )
 ONLY_SLIP_PRESSES = Sentence(
-    "; residual slip alone presses node {node}{contact}, which governs",
+    "; only residual slip presses node {node}{contact}, which governs the limit",
     assumes="all nodes are closed, and the mean load would pull this one open",
 )
 BELONGS_TO_MESH = Sentence(
-    "; node {node}{contact} beside the open ones governs, where pressure falls to zero: the limit "
-    "belongs to the mesh, and falls as elements shrink there",
+    "; node {node}{contact} governs, next to open nodes, where pressure falls to zero: the limit "
+    "depends on the mesh, and falls as elements shrink there",
     assumes="the node is next to open nodes, and its pressure is below the mean",
 )
 
@@ -103,22 +103,22 @@ AT_EVERY_LOAD = Sentence(
 )
 UNLOADED = Sentence(
     ": a residual slip of up to {size:.3g} can unload it completely under the mean load; then any "
-    "cyclic load makes it slip. If assembly and overloads leave less slip, ask with a "
-    "`slip_bound`: `after_overload()` has the limit with the largest slip that one overload leaves",
+    "cyclic load makes it slip. If assembly and overloads leave less slip, pass a `slip_bound`: "
+    "`after_overload()` has the limit with the largest slip that one overload leaves",
     assumes="the limit is 0, and the corners do not differ at load factor 0",
 )
 WEDGED = Sentence(
-    "; friction is above the critical value A/|B| of the node, which may wedge itself so that all "
+    "; friction is above the critical value A/|B| of the node: it may wedge itself, so that all "
     "slip stops above the limit, too",
     assumes="one slip may relieve all bounds of the node",
 )
 ONLY_AT_LEAST = Sentence(
-    "; {count} nodes are critical at the least safe load factor {least:.6g} alone, and this does "
-    "not cause slip",
+    "; {count} nodes are critical only at the least safe load factor {least:.6g}, which does not "
+    "cause slip",
     assumes="the load factors at which these nodes are critical are one number",
 )
 SAME_LIMIT = Sentence(
-    "lambda_1 is lambda_2, for {cause}: {reason}", assumes="no node is critical below lambda_2"
+    "lambda_1 is lambda_2, because {cause}: {reason}", assumes="no node is critical below lambda_2"
 )
 LIFTING = Sentence(
     "; starts from which nodes open and close in every cycle may slip for ever below it",
@@ -145,7 +145,10 @@ def shakedown_reason(limit: ShakedownAnswer) -> str:
 
 
 def governing_node(limit: ShakedownAnswer) -> str:
-    """The sentence on the node that governs a finite limit: the mesh, or slip that presses it."""
+    """A warning about the node that governs a finite limit, if one is due.
+
+    The limit may depend on the mesh, or only residual slip may press the node.
+    """
     question = limit._question
     if limit.kind is not LimitKind.FINITE:
         return ""
@@ -160,14 +163,14 @@ def governing_node(limit: ShakedownAnswer) -> str:
     return ""
 
 
-# Nodes within so many distances of the nearest node are neighbours.
+# Nodes are neighbours within this multiple of the distance to the nearest node.
 _NEIGHBOURS = 1.5
 
 
 def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
     """Whether a closed node is beside open ones and carries less than the mean pressure.
 
-    At the border of the closed nodes the pressure falls to 0, or is highest at an edge.
+    At the border of the closed nodes the pressure falls to 0, unless it peaks at an edge.
     """
     system = limit.system
     opened = limit._question.open_nodes
@@ -183,7 +186,7 @@ def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
 
 
 def _slip(limit: ShakedownAnswer) -> str:
-    """The slips that the limit is about."""
+    """The kind of slip that the limit covers, in words."""
     slip = "residual slip"
     if limit._question.slip_bound is not None:
         slip += " within the slip bound"
@@ -193,14 +196,14 @@ def _slip(limit: ShakedownAnswer) -> str:
 
 
 def _mean_load(limit: ShakedownAnswer) -> str:
-    """What is wrong with the mean load."""
+    """Diagnosis of the mean load, in words."""
     question = limit._question
     advice = "" if question.slip_bound is None else "a larger slip_bound may leave one; "
     return advice + unscaled_diagnosis(question.system, question.cycle, question.friction)
 
 
 def _nothing_safe(limit: ShakedownAnswer) -> str:
-    """Why no load factor is safe, or none above 0."""
+    """The reason that no load factor is safe, or no load factor above 0."""
     question = limit._question
     at_zero = limit.kind is LimitKind.FINITE
     return NOTHING_SAFE(
@@ -212,7 +215,7 @@ def _nothing_safe(limit: ShakedownAnswer) -> str:
 
 
 def _weak_node(limit: ShakedownAnswer) -> str:
-    """The node that holds no cyclic load, if there is one."""
+    """The sentence on a node that resists no cyclic load, or an empty string."""
     question = limit._question
     node = limit._ruling
     contact = in_contact(question.system, node)
@@ -227,7 +230,7 @@ def _weak_node(limit: ShakedownAnswer) -> str:
 
 
 def _start(limit: ShakedownAnswer) -> tuple[str, str]:
-    """From which load factor on slips are safe, and the sentence on those below."""
+    """Two phrases: the load factor at which safe slips begin, and the load factors below it."""
     least = limit.least
     if np.isnan(least):
         return " from some on", START_UNKNOWN()
@@ -243,7 +246,7 @@ def _start(limit: ShakedownAnswer) -> tuple[str, str]:
 
 
 def _others(limit: ShakedownAnswer) -> str:
-    """The states that a finite limit leaves out."""
+    """Phrases on the states of rest that a finite limit does not cover."""
     others = ""
     if limit.open.any():
         others += OTHERS_OPEN()
@@ -257,10 +260,10 @@ def _others(limit: ShakedownAnswer) -> str:
 def guaranteed_reason(
     shakedown: ShakedownAnswer, best: NodeClaim | None, uncoupled: bool, coincide: int
 ) -> str:
-    """Why a guaranteed limit is what it is, and what it leaves open.
+    """The reason of a guaranteed limit, and a warning of starts that it does not cover.
 
-    `best` is the critical node that has the limit; `coincide` is how many nodes are critical at the
-    least safe load factor alone.
+    `best` is the critical node of the limit, if any; `coincide` is the number of nodes that are
+    critical only at the least safe load factor.
     """
     if best is not None:
         reason = _critical_node(shakedown, best)
@@ -278,7 +281,7 @@ def guaranteed_reason(
 
 
 def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
-    """Where the node is on its bound, and what that means."""
+    """The corners at which the critical node is on its bound, and the consequences."""
     question = shakedown._question
     node = best.state.node
     contact = in_contact(question.system, node)
@@ -297,7 +300,7 @@ def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
 
 
 def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
-    """The bounds that a critical node is on, by the loads of the corners."""
+    """The bounds that a critical node reaches, with the loads of the corners."""
     *first, last = (f"({names[corner]})" for corner in best.state.corners)
     if best.slip.ndim == 1:
         return BOTH_BOUNDS(first=first[0], last=last)
@@ -306,7 +309,7 @@ def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
 
 
 def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
-    """Whether friction is above the critical value of a node, in space perhaps."""
+    """Whether friction exceeds the critical value of a node (in space: whether it may)."""
     system = shakedown.system
     *along, normal = (axis * system.nodes + node for axis in range(system.tangents + 1))
     coupling = np.linalg.norm(system.S[normal, along])

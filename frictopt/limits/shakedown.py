@@ -1,8 +1,8 @@
 """The shakedown limit: the largest load factor at which some residual slip is safe.
 
-A slip is safe if every node stays closed, and stuck at every corner of the load cycle. The way from
-`shakedown_limit` to its answer goes from top to bottom: pose the question, list its program, solve
-it, judge what stands in the program, complete the answer.
+A slip is safe if every node stays closed and sticks at every corner of the load cycle. The steps
+from `shakedown_limit` to its answer follow from top to bottom: pose the question, list its program,
+solve it, check the solution, complete the answer.
 """
 
 from __future__ import annotations
@@ -57,11 +57,11 @@ def shakedown_limit(
 ) -> ShakedownLimit:
     """Largest load factor at which some residual slip is safe.
 
-    Safe means: every node is closed and stuck at every corner of the cycle, or open all through it
-    (`ShakedownLimit.open`), with `events` also open in a part of it. The open nodes are searched
-    near the settled mean load. With other nodes open, a contact may rest above the limit. Ctrl-C in
-    a search stays a KeyboardInterrupt with an attribute `limit`, the best limit by then. Theory,
-    eq. (7); Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987.
+    Safe means: every node sticks at every corner of the cycle, or is open during the whole cycle
+    (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of it. The open
+    nodes are searched near the settled mean load. With other nodes open, a contact may rest above
+    the limit. Ctrl-C in a search raises KeyboardInterrupt with an attribute `limit`, the best limit
+    so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987.
 
     Parameters
     ----------
@@ -70,17 +70,17 @@ def shakedown_limit(
     friction
         Coefficient of friction, one or one per node.
     open
-        (N,) bool, which nodes stay open, the others closed; None for the search. All False asks for
+        (N,) bool, the nodes that stay open; the others stay closed. None: search them. All False:
         the limit with all nodes closed.
     events
         Whether nodes may also open and close in each cycle of a load that goes to and fro between
-        two corners (`ShakedownLimit.events`). Their order is searched too, which takes some
-        seconds. Not with fixed parts that differ, a slip bound, or constraints.
+        two corners (`ShakedownLimit.events`). Their order is searched, too, which takes some
+        seconds. Not allowed with fixed parts that differ, a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
-        Whether to show after two seconds how far it is, and the best so far: a bar, or a line every
-        five seconds where there is no terminal.
+        Whether to show the progress and the best result so far, after two seconds: a bar, or a line
+        every five seconds if there is no terminal.
 
     Raises
     ------
@@ -140,7 +140,7 @@ class ShakedownLimits(SafeModel):
         at: float = np.inf,
         enough: float = np.inf,
     ) -> ShakedownLimit:
-        """The limit with the open nodes of `best_pattern`, which are those without user rows."""
+        """The limit with the open nodes of `best_pattern`, searched without the user rows."""
         if user_rows or objective is not None:
             open_nodes = self.of_any_set(question)._question.open_nodes
             return self.of_set(with_open(question, open_nodes) or question, user_rows, objective)
@@ -152,7 +152,7 @@ class ShakedownLimits(SafeModel):
 
         best = best_pattern(limit_of, self.of_set(question), at, enough)
         if questions[-1] is not best._question:
-            # The problem of the answer shall hold the values of the answer.
+            # Solve again, so that the problem of the answer holds the values of the answer.
             return replace(self.of_set(best._question), least=best.least)
         return best
 
@@ -163,7 +163,7 @@ class ShakedownLimits(SafeModel):
         objective: cp.Expression | None = None,
         above: float = -np.inf,
     ) -> ShakedownLimit:
-        """The limit with given open nodes; SolverError once it is proven not to be `above`."""
+        """The limit with given open nodes; SolverError if it is proven to be at most `above`."""
         chosen = objective is not None
         unit = 1.0 if chosen else question.load_unit
         program = self._program(question, user_rows, objective, _goal, "shakedown", unit)
@@ -186,7 +186,7 @@ class ShakedownLimits(SafeModel):
         above: float,
         chosen: bool = False,
     ) -> ShakedownLimit:
-        """The first answer of a solver that passes, with its problem and record."""
+        """The first solver's answer that passes the checks, with its problem and record."""
         claim, record = program.chain.solve(
             partial(judged, program, chosen, above),
             self._solver,
@@ -198,8 +198,8 @@ class ShakedownLimits(SafeModel):
     def of_any_order(self, best: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
         """The best limit with nodes that open and close in each cycle, see `best_order`.
 
-        `best` is the limit of nodes that stay as they are. The first limit not below `at` ends the
-        search.
+        `best` is the limit of nodes that stay open or closed. The search ends with the first limit
+        that reaches `at`.
         """
 
         def limit_of(question: LiftOff, above: float) -> ShakedownLimit:
@@ -209,7 +209,7 @@ class ShakedownLimits(SafeModel):
         return best_order(limit_of, best, at)
 
     def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
-        """The limit with the least safe load factor, by a program of its own."""
+        """The limit, completed by the least safe load factor from a second program."""
         started = program.question.started
         try:
             with program.chain.kept():
@@ -234,10 +234,10 @@ def _goal(program: Program) -> cp.Problem:
 
 
 def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
-    """The limit that stands in a program, with its violations and its bound.
+    """The limit in a solved program, with its violations and its bound.
 
-    `chosen`: whether an objective of the user chose the load factor. SolverError if the multipliers
-    prove that the limit is not `above` a load factor.
+    `chosen`: whether an objective of the user determined the load factor. SolverError if the
+    multipliers prove that the limit is at most `above`.
     """
     question = program.question
     load_factor = program.load_factor
@@ -261,7 +261,7 @@ def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> Sh
 
 
 def upper_bound(proof: Proof, above: float = -np.inf) -> float:
-    """The bound of a largest load factor that multipliers prove; SolverError if not `above`."""
+    """The upper bound that the multipliers prove; SolverError if it is at most `above`."""
     bound = proof.bound + proof.defect
     if bound <= above:
         raise SolverError(f"the limit is at most {bound:g}, so not above {above:g}")
@@ -269,7 +269,7 @@ def upper_bound(proof: Proof, above: float = -np.inf) -> float:
 
 
 def without_limit(proof: NoLimit | None) -> ShakedownLimit | None:
-    """The answer that there is no largest safe load factor, if that is proven."""
+    """The answer without a finite limit, if its proof exists."""
     if proof is None:
         return None
     value = np.inf if proof.kind is LimitKind.UNBOUNDED else np.nan
@@ -290,39 +290,41 @@ def without_limit(proof: NoLimit | None) -> ShakedownLimit | None:
 class ShakedownLimit(ShakedownAnswer):
     """The shakedown limit with its proof from both sides, for one pattern of `open` nodes.
 
-    The pattern is the best that a local search near the settled mean load finds. With `events` it
-    also has nodes that open and close in each cycle. With other nodes open, or in another order, a
-    contact may rest above the limit, see `covers`. Theory, eq. (8).
+    A local search near the settled mean load finds the pattern. With `events` the pattern may have
+    nodes that open and close in each cycle. A contact with other open nodes, or another order of
+    events, may rest above the limit, see `covers`. Theory, eq. (8).
 
     Attributes
     ----------
     load_factor, kind
-        lambda_2, the largest load factor with a safe slip; inf if all have one from some load
-        factor on, nan if none has one. `kind` says which.
+        lambda_2, the largest load factor with a safe slip. It is inf if all load factors above some
+        value have a safe slip, and nan if no load factor has one; see `kind`.
     least
         The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It
-        is above 0 where the mean load alone leaves no safe slip and the corners press; then load
-        factors are safe from `least` to `load_factor`, and below `least` the contact slips or opens
-        for ever. Proven like the limit, also under a slip bound and constraints of your own; just
-        above it others than `open` may be the open nodes. NaN where nothing is safe, where rounding
-        hides it (`reason` says so), and with an objective.
+        is above 0 if no slip is safe under the mean load alone and the cyclic loads press the
+        contact. Load factors from `least` to `load_factor` are safe; below `least` the contact
+        slips or opens in every cycle. The proof is as for the limit, also with a slip bound and
+        constraints of your own. Just above `least` the open nodes may differ from `open`. NaN if no
+        load factor is safe, if rounding hides the value (see `reason`), and with an objective.
     slip
-        (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN where `load_factor` is
-        not finite. See `largest_slip`. Nodes of `open` have the slip that the mean load gives them.
+        (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
+        not finite. See `largest_slip`. Open nodes have their slip under the mean load.
     bound
-        Upper bound of the limit with the same nodes open, not of others, from the mechanism alone,
-        or with constraints of your own from all multipliers, theirs too; equals `load_factor` up to
+        Upper bound of the limit for this pattern of open nodes only. It follows from the mechanism;
+        with constraints of your own, also from their multipliers. It equals `load_factor` up to
         `residual`.
     record
-        How it was found. Its `residual`, at most 1e-9, is the largest of: the violations of the
-        contact law by `slip` at the corners, and the relative distance of `bound`; without a finite
-        limit, that of the proof; and the same two of `least` where it is above 0.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of the violation of
+        the contact law by `slip` at the corners and the relative distance of `bound`. The same two
+        errors of `least` count if it is above 0. Without a finite limit it is the error of the
+        proof.
     constraints
-        Names of the constraints of your own, and "objective" for an objective: slip, residual and
-        dual bound are those of the program with them.
+        Names of your own constraints, and "objective" if you passed one. They are part of the
+        program from which slip, residual and dual bound follow.
     objective
-        Largest value of an objective of your own; None without. Then `load_factor` is the one that
-        it chooses, `bound` is an upper bound of the objective, and `friction_rate` is its rate.
+        Largest value of your own objective, or None without one. With an objective, `load_factor`
+        belongs to the slip that maximizes it, `bound` is an upper bound of the objective, and
+        `friction_rate` is the rate of the objective.
     problem
         The solved cvxpy problem, in your units. A later solve of the same `ShakedownModel`
         overwrites its values.
@@ -346,14 +348,13 @@ class ShakedownLimit(ShakedownAnswer):
 
     @cached_property
     def reason(self) -> str:
-        """Why it is so, in words."""
+        """Explanation of the limit in words."""
         return shakedown_reason(self)
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.
 
-        traction_ratio is the largest `|q| / (f p)` over the corners at which the node carries
-        something.
+        traction_ratio is the largest `|q| / (f p)` over the corners at which the node is pressed.
         """
         ratio = self.traction_ratios
         if np.isfinite(self.load_factor):

@@ -1,4 +1,4 @@
-"""The data of a shakedown limit, and what it proves about states beside those of its program."""
+"""The data of a shakedown limit, and its proofs about states that its program does not cover."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from .gross_slip import statics_alone
 from .least_slip import LeastSlip, least_slip
 from .open_nodes import stays_closed
 
-# The bound of all states of rest counts as the limit up to this relative distance.
+# The bound of all states of rest equals the limit if their relative distance is at most this.
 _SAME_BOUND = 1e-6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownAnswer(Rated):
-    """Base of `ShakedownLimit`, which says what its fields are."""
+    """Base of `ShakedownLimit`, whose docstring describes the fields."""
 
     kind: LimitKind
     bound: float
     least: float = np.nan
     objective: float | None = None
-    # Why there is no largest safe load factor, or a reason that stands for the usual one.
+    # The reason that there is no largest safe load factor, or one that replaces the usual reason.
     _why: str = ""
 
     @property
@@ -43,14 +43,14 @@ class ShakedownAnswer(Rated):
     def mechanism(self) -> pd.DataFrame:
         """The nodes that limit the load, largest share of the slip first.
 
-        It is one of several proofs, as of a symmetric contact. Columns node, x, corner, its loads,
-        direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
+        A symmetric contact has several such mechanisms, and this is one. Columns: node, x, corner,
+        its loads, direction (+1 slips along +x, -1 against it; in space slip1 and slip2), share.
         """
         return self._motion.table(self.system, self._question.names)
 
     @cached_property
     def friction_rate(self) -> Array:
-        """(N,) rate of the limit with the friction of each node; their sum is that with all.
+        """(N,) rate of the limit with the friction of each node; the sum is for all nodes at once.
 
         If the mechanism is not unique the limit has a kink, and this is one of its supergradients.
         NaN without a finite limit.
@@ -59,7 +59,7 @@ class ShakedownAnswer(Rated):
 
     @property
     def covers(self) -> str:
-        """The states that `bound` is a bound of, in words."""
+        """The states of rest for which `bound` holds, in words."""
         if self._question.events:
             return (
                 f"states of rest{self._question.pattern}; with others, or in another order, the "
@@ -75,29 +75,28 @@ class ShakedownAnswer(Rated):
 
     @cached_property
     def bound_for_all(self) -> float:
-        """Load factor above which no state of rest exists, from no start, whatever opens.
+        """Load factor above which no state of rest exists, for any start and any open nodes.
 
         It is `bound` of `gross_slip`; 0 if a body slides off under the mean load. Inf if supports
-        hold the bodies: then nothing bounds the states that `covers` leaves out. SolverError if no
-        solver's answer passes.
+        hold the bodies: then the states that `covers` leaves out have no proven bound. SolverError
+        if no solver's answer passes the checks.
         """
         largest = statics_alone(self.system, self.cycle, self.friction)
         return 0.0 if np.isnan(largest) else largest
 
     @property
     def proven(self) -> bool:
-        """Whether no state of rest exists above the limit: `bound_for_all` is it up to 1e-6."""
+        """Whether no state of rest exists above the limit: `bound_for_all` equals it up to 1e-6."""
         return bool(self.bound_for_all <= self.load_factor * (1 + _SAME_BOUND))
 
     def stays_closed(self, load_factor: float) -> bool:
-        """Whether it is proven that a start with all nodes closed opens none up to a load factor.
+        """Whether all nodes, if closed at first, are proven to stay closed up to a load factor.
 
         Then no such start comes to rest between the limit with all nodes closed and this load
-        factor. A contact's path is continuous, and no slip that obeys `|q| <= f p` leaves a node
-        without pressure: one convex program for each node (theory, "What is proven for which
-        states"). False if nothing is proven: a node may open, or only rounding speaks against it;
-        also with nodes that stay open, and if fixed parts of the cycle differ. ModelError for a bad
-        load factor.
+        factor. The proof: the path of a contact is continuous, and every slip that obeys `|q| <= f
+        p` leaves pressure at every node. One convex program for each node shows this (theory, "What
+        is proven for which states"). False if there is no proof, as for a limit with open nodes, or
+        if fixed parts of the cycle differ. ModelError for a bad load factor.
 
         Examples
         --------
@@ -115,13 +114,14 @@ class ShakedownAnswer(Rated):
 
     @cached_property
     def apart(self) -> float:
-        """Largest distance of the slip from the one that the mean load leaves, length.
+        """Largest distance of the slip from the slip that the mean load causes, length.
 
-        The mean load comes from no slip. NaN if the limit is not finite. If the distance is far
-        larger than what assembly can leave, plain starts do not lead to the state of rest: it needs
-        `slip` itself. NoContinuation or SolverError if the mean load comes to no state.
+        The mean load is applied to a contact without slip. NaN if the limit is not finite. If the
+        distance is far larger than the slip that assembly can leave, usual starts do not lead to
+        the state of rest: it needs `slip` itself. NoContinuation or SolverError if no state under
+        the mean load is found.
         """
-        # Imported here, because a closed contact needs none.
+        # Imported here, because other results do not need it.
         from ..transients.march import mean_state
 
         settled = mean_state(self.system, self.cycle, self.friction).slip
@@ -130,28 +130,28 @@ class ShakedownAnswer(Rated):
     def least_slip(self, load_factor: float) -> LeastSlip:
         """Proven lower bound of slip and gaps in every cycle at a load factor, from every start.
 
-        It is positive above the limit. With open nodes it holds for cycles in which these carry
-        nothing.
+        It is positive above the limit. If nodes are open, it holds for cycles in which they carry
+        no force.
 
         Raises
         ------
         ModelError, SolverError
-            Bad load factor; a limit that is not finite, with events, under a slip bound, or under
-            constraints of your own, which proves nothing of other slips; multipliers that do not
-            balance to the tolerance.
+            Bad load factor; a limit that is not finite, or with events; a slip bound or constraints
+            of your own, because the limit then proves nothing about other slips; multipliers that
+            do not balance to the tolerance.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         question = self._question
         if question.events:
             raise ModelError(
                 "least_slip: nodes open and close at the limit, whose multipliers bound no slip; "
-                "ask shakedown_limit without events"
+                "use shakedown_limit without events"
             )
         finite = np.isfinite(self.load_factor)
         if not finite or self.constraints or question.slip_bound is not None:
             constrained = " under constraints on the slip" if finite else ""
             raise ModelError(
                 f"least_slip: the limit (load factor {self.load_factor:g}{constrained}) bounds no "
-                "slip from below; ask a finite limit without slip bound and constraints"
+                "slip from below; use a finite limit without slip bound and constraints"
             )
         return least_slip(question, self._motion, self.bound, load_factor, self.residual)

@@ -27,14 +27,14 @@ class ShakedownModel(ShakedownLimits):
         The contact and its load cycle.
     slip_bound
         Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound.
-        A slide of the whole body counts: where nothing resists one, the program chooses it.
+        A rigid slide of a body counts as slip. If nothing resists it, the program chooses it.
     simplify
-        Leave out what cannot change the answer: corners within the hull of the others, and in the
-        plane rows that others stand for.
+        Whether to leave out parts that cannot change the answer: corners within the hull of the
+        others, and in the plane redundant rows.
     solver
-        One of "HIGHS", "CLARABEL", "HIGHS_IPM" (in space "CLARABEL_DIRECT", "CLARABEL",
-        "INTERIOR_POINT", which for large contacts comes first); by default each in this order until
-        an answer passes.
+        One of "HIGHS", "CLARABEL", "HIGHS_IPM"; in space "CLARABEL_DIRECT", "CLARABEL",
+        "INTERIOR_POINT". None tries each in this order until an answer passes the checks; for large
+        contacts in space "INTERIOR_POINT" is first.
 
     Raises
     ------
@@ -66,7 +66,7 @@ class ShakedownModel(ShakedownLimits):
         events: bool = False,
         progress: bool = True,
     ) -> ShakedownLimit:
-        """The limit for given friction, maybe under constraints and with an objective of your own.
+        """The limit for given friction, optionally with your own constraints and objective.
 
         Parameters
         ----------
@@ -74,21 +74,21 @@ class ShakedownModel(ShakedownLimits):
             See `shakedown_limit`.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
-            and on variables of your own. They are linear, or of abs, max, norms and the like: the
-            multipliers of rows and second-order cones prove the limit. `bound` and `residual` cover
-            them. The nodes that stay open are those of the limit without them: q and p are 0 there,
-            and the slip is that under the mean load.
+            and on variables of your own. They are linear, or use abs, max, norms and the like,
+            which become rows and second-order cones: their multipliers prove the limit. `bound` and
+            `residual` include them. The open nodes are those of the limit without constraints. At
+            open nodes q and p are 0, and the slip is the slip under the mean load.
         objective
-            What shall be largest over the safe slips, instead of the load factor: a concave cvxpy
-            expression on the same, of the same forms, such as `model.load_factor - 0.1 *
+            Scalar to maximize over the safe slips, instead of the load factor: a concave cvxpy
+            expression of the same variables and functions, such as `model.load_factor - 0.1 *
             cp.norm1(model.slip)`. See `ShakedownLimit.objective`.
 
         Raises
         ------
         ModelError, SolverError
-            Bad friction; open nodes that the others do not hold; constraints that are not convex,
-            need other cones, or are on another model; such an objective, or one without a largest
-            value; no solver gave an answer that passes the checks.
+            Bad friction; open nodes that the others do not hold; constraints or an objective that
+            are not convex, need other cones, or belong to another model; an objective without a
+            largest value; no solver gave an answer that passes the checks.
         """
         user_rows = listed("constraints", constraints)
         with bar_of(progress, "shakedown limit"):
@@ -102,9 +102,9 @@ class ShakedownModel(ShakedownLimits):
         """The limit for many coefficients of friction (each one number or (N,)), one row each.
 
         Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense
-        of the mechanism's largest share, solver. Constraints of your own as in `solve`. Raises what
-        `solve` does; ModelError if not a sequence. Ctrl-C stays a KeyboardInterrupt with an
-        attribute `table`, that of the limits by then.
+        of the mechanism's largest share, solver. Constraints of your own as in `solve`. Errors are
+        as for `solve`; also ModelError if `frictions` is not a sequence. Ctrl-C raises
+        KeyboardInterrupt with an attribute `table`, which has the limits so far.
         """
         user_rows = listed("constraints", constraints)
         wanted = listed("frictions", frictions)

@@ -1,14 +1,15 @@
-"""The units of a limit question: forces and load factors that its unknowns and margins are scaled by.
+"""The units of a limit question: forces and load factors that scale its unknowns and margins.
 
-r0 (K0, t + 1, N) are the reactions of the closed nodes at load factor 0, normal ones last, and r1
-(K, t + 1, N) those that a load factor of 1 adds. `closed` (N,) shows the closed nodes.
+r0 (K0, t + 1, N) are the reactions of the closed nodes at load factor 0, normal ones last. r1 (K,
+t + 1, N) are the reactions of the scaled loads at load factor 1. `closed` (N,) is the mask of the
+closed nodes.
 """
 
 import numpy as np
 
 from ..base import CONDENSATION, Array, Booleans
 
-# Least force unit of a node, in mean normal forces: answers have errors of this size.
+# Least force unit of a node, divided by the mean normal force: answers have errors of this size.
 _LEAST_NODE_UNIT = 1e-6
 
 
@@ -26,7 +27,7 @@ def mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
 
 
 def mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
-    """Mean friction bound at load factor 0; `force` if it is rounding, as under a shear alone."""
+    """Mean friction bound at load factor 0; `force` if it is only rounding (no pressure)."""
     if not closed.any():
         return force
     bound = float((friction * r0[:, -1])[:, closed].mean())
@@ -50,10 +51,10 @@ def load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: fl
 
 
 def node_unit(r0: Array, r1: Array, force: float) -> Array:
-    """(N,) pressure of each node under the mean load; if it has none, the other forces on it."""
-    least = _LEAST_NODE_UNIT * force
+    """(N,) pressure of each node under the mean load, or its largest other force if it has none."""
+    smallest = _LEAST_NODE_UNIT * force
     pressure = np.abs(r0[:, -1]).max(axis=0)
     shear = np.linalg.norm(r0[:, :-1], axis=1).max(axis=0)
     cyclic = np.maximum(np.linalg.norm(r1[:, :-1], axis=1), np.abs(r1[:, -1])).max(axis=0)
-    others = np.maximum(np.maximum(shear, cyclic), least)
-    return np.asarray(np.where(pressure > least, pressure, others))
+    other_forces = np.maximum(np.maximum(shear, cyclic), smallest)
+    return np.asarray(np.where(pressure > smallest, pressure, other_forces))

@@ -1,4 +1,4 @@
-"""What the last cycles of a transient show: `classify`, and estimates of the error of their work.
+"""Outcome of the last cycles of a transient: `classify`, and estimates of the error of their work.
 
 All functions depend on the cycles that they are given, and on nothing else.
 """
@@ -19,12 +19,14 @@ from .transient import Cycle, Transient
 class ClassifySettings:
     """The numbers of this file."""
 
-    # Pressure, relative to the mean pressure, that is too small to judge a slip by: friction bounds
-    # have the error of an answer.
+    # If the pressure of a node, relative to the mean pressure, is at most this, it is no measure of
+    # the work of a slip: friction bounds have the error of an answer.
     small_pressure: float = 100 * RESIDUAL
-    # Excess of a safe slip over the friction bound, in force scales. It is a part of the residual.
+    # Accepted excess of a shear force over the friction bound of a safe slip, in force scales. It
+    # is a part of the residual.
     excess: float = RESIDUAL / 10
-    # Least cosine between the last slip of a node and its path to the limit if it goes there.
+    # Least cosine between the last slip of a node and its path to the limit, for a node that slips
+    # towards the limit.
     ahead: float = 0.9
 
 
@@ -53,8 +55,8 @@ def classify(
     `last` ends with `cycle`. It is empty after the first cycle of a transient.
 
     1. The slip at the end of the cycle is safe at all corners: the contact is at rest.
-    2. The slip comes back, and will come back after all later cycles (`distance_left`): it repeats,
-       or its work is none.
+    2. The slip comes back, and will come back after all later cycles (`distance_left`): cyclic slip
+       if the work repeats, rest if the work is negligible.
     3. The slip drifts by the same amount in every cycle, and the drift adds no stress and changes
        no gap: ratcheting. It may not begin before the third cycle.
     """
@@ -76,7 +78,7 @@ def classify(
 
 
 def without_work(path: Transient, cycle: Cycle) -> Settled:
-    """Rest: a cycle whose work counts as none."""
+    """Rest: a cycle whose work is negligible, and set to zero."""
     return Settled(Outcome.SHAKEDOWN, path, replace(cycle, work=0 * cycle.work), 0.0, (cycle,))
 
 
@@ -101,7 +103,7 @@ def _at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
 
 
 def _comes_back(path: Transient, cycle: Cycle, last: Sequence[Cycle], extrapolated: bool) -> bool:
-    """Whether all later changes of a cycle that changes little add up to little, too."""
+    """Whether the sum of all later changes is small, as the change of this cycle is."""
     if extrapolated or not cycle.work.any():
         return True
     # The rounding of increments is proportional to the size of their slips.
@@ -113,11 +115,12 @@ def _comes_back(path: Transient, cycle: Cycle, last: Sequence[Cycle], extrapolat
 def _slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
     """Whether some node slips in a cycle that comes back; None if its work does not decide.
 
-    A slip of 1e-9 slip scales of the mean load counts as none, under the node's own pressure (under
-    that of the mean load, if its own is too small). Work is more than rounding if it is the same in
-    two cycles. It is certain if it exceeds the work of such a slip in slip scales of the largest
-    corner force. If all nodes stay closed and have friction, little work may still decay to zero;
-    then only a safe slip proves rest.
+    A slip of 1e-9 slip scales of the mean load is negligible. Its work is computed with the node's
+    own pressure, or with the mean pressure if its own is too small. Larger work is certain to be
+    slip if it exceeds the work of 1e-9 slip scales of the largest corner force. Between these two
+    works, it counts as slip if it is the same in two cycles and exceeds rounding. If all nodes stay
+    closed and have friction, negligible work does not prove rest, because it may be decaying: then
+    only a safe slip proves rest.
     """
     work = cycle.work
     if not work.any():
@@ -160,7 +163,7 @@ def _ratchets(path: Transient, last: Sequence[Cycle]) -> bool:
         return False
     if np.abs(end.work - before.work).max() > PERIODIC * end.work.sum():
         return False
-    # The difference must exceed the rounding of the slips.
+    # The tolerance of the drift must exceed the rounding of the slips.
     rounding = np.finfo(float).eps * float(np.abs(end.after).max())
     return bool(PERIODIC * end.change > rounding)
 
@@ -174,10 +177,10 @@ def bend(last: Sequence[Cycle]) -> Array:
 def work_error(path: Transient, cycles: Sequence[Cycle], later_changes: float) -> float:
     """Estimated relative distance of the last cycle's work from its limit; inf if unknown.
 
-    The smaller of two estimates is returned. The first is by the change of the state, if it is at
-    the limit up to rounding: all later changes add up to `later_changes` times the last one, and
-    the work changes by at most some forces times that. The second is by the works of the last
-    cycles, which differ by rounding if they do not come closer.
+    The smaller of two estimates is returned. The first follows from the change of the state, if it
+    is at the limit up to rounding: the sum of all later changes is `later_changes` times the last
+    change, and forces times this sum bound the change of work. The second follows from the works of
+    the last cycles. If their differences do not decrease, they are rounding.
     """
     last = cycles[-1]
     works = [float(cycle.work.sum()) for cycle in cycles[-4:]]
@@ -196,11 +199,11 @@ def work_error(path: Transient, cycles: Sequence[Cycle], later_changes: float) -
 
 
 def work_to_come(last: Sequence[Cycle], limit: Cycle, no_work: Array) -> float:
-    """Relative distance of the last work from that at the limit, while a node may yet stop; else 0.
+    """Relative distance of the last work from the work at the limit; 0 if no node may yet stop.
 
-    Such a node slips in the last cycles, and at the limit it does no more work than `no_work` (N,).
-    The limit is exact if all these nodes stop there: there are no other events in the last cycles,
-    and the path of each node to the limit has the direction of its last slip.
+    Such a node slips in the last cycles, but its work at the limit is at most `no_work` (N,). The
+    distance is also 0 if all these nodes are known to stop at the limit: the last cycles have the
+    same events as the limit, and each node slips in the direction of its path to the limit.
     """
     end = last[-1]
     slipped = (np.array([cycle.work for cycle in last]) > no_work).any(axis=0)
@@ -217,16 +220,16 @@ def work_to_come(last: Sequence[Cycle], limit: Cycle, no_work: Array) -> float:
 
 
 def returns_after(path: Transient, cycle: Cycle) -> int:
-    """Load cycles, 1 or 2, after which a return of two cycles comes back or repeats its drift."""
+    """True period, 1 or 2 load cycles, of a return of two cycles that repeats state or drift."""
     middle = cycle.u[len(cycle.u) // 2 - 1, : len(path.unit)] / path.unit
     difference = np.abs(2 * middle - cycle.before - cycle.after).max()
     return 1 if difference <= 2 * SAME_STATE else 2
 
 
 def distance_left(changes: Sequence[float], rounding: float) -> float:
-    """Estimated sum of all later changes, if they decay by the largest ratio of the last ones.
+    """Estimated sum of all later changes, if each is smaller by the largest ratio of the last ones.
 
-    A change up to `rounding` is the distance itself, whatever the ratio. inf: they do not decay.
+    A last change of at most `rounding` is returned as it is. inf: the changes do not decay.
     """
     if changes[-1] <= rounding:
         return changes[-1]

@@ -13,15 +13,15 @@ from ..base import Array
 class PlaneSettings:
     """The numbers of the search for the critical plane."""
 
-    # Planes that are tried first. They are about 5 degrees apart.
+    # Number of planes that are tried first. They are about 5 degrees apart.
     planes: int = 800
-    # The best of these planes from which the search goes on: one alone may be beside a lower peak.
+    # Number of the best planes that are refined: the single best one may be at a lower peak.
     best: int = 20
-    # Degrees of the first steps about each of them.
+    # Size of the first steps about each of them, degrees.
     step: float = 5.0
-    # Ratio of the steps in one round and the next.
+    # Ratio of the step in the next round to the step in the present round.
     finer: float = 0.4
-    # Number of rounds. The last steps have 0.001 degrees.
+    # Number of rounds. The last steps are 0.001 degrees.
     rounds: int = 10
 
 
@@ -88,9 +88,9 @@ def critical_planes(
 
 
 def furthest(values: Array) -> Array:
-    """(..., k) difference of those two of M vectors, (M, ..., k), that are furthest apart.
+    """(..., k) difference of the two vectors that are furthest apart, of M vectors (M, ..., k).
 
-    Vectors with NaN do not count. The difference is 0 if there are none.
+    Vectors with NaN do not count. The difference is 0 if no vectors are left.
     """
     if values.shape[-1] == 1:
         span = np.fmax.reduce(values, axis=0) - np.fmin.reduce(values, axis=0)
@@ -124,8 +124,8 @@ def _amplitude(vectors: Array) -> Array:
 def _critical_plane(value: Callable[[Array], Array]) -> Array:
     """(1, 3) normal of the plane with the largest value, a function of normals (planes, 3).
 
-    The search begins at evenly spread points of the half-sphere. It goes on from the best of them,
-    by ever finer grids about each.
+    The search begins at evenly spread points of the half-sphere. It continues from the best of
+    them, with ever finer grids about each.
     """
     best = _half_sphere(SETTINGS.planes)
     best = best[np.argsort(value(best))[-SETTINGS.best :]]

@@ -1,13 +1,14 @@
 """The cycles of a transient until its steady state is proven.
 
-The last cycles alone prove a steady state. After each cycle, `Run.advance` takes three steps:
+The last cycles are enough to prove a steady state. After each cycle, `Run.advance` takes three
+steps:
 
 1. `classify.py` judges the last cycles. The contact is at rest, its slip repeats, or it drifts by
    the same amount in each cycle. Slip counts as repeated only once its work repeats too.
-2. If this proves nothing, `extrapolation.py` looks for the limit of the cycles. If the transient is
-   proven to come to it, the transient goes on from the limit, and the cycle there is judged.
-3. If two cycles together change much less than one does, two load cycles count as one from now on.
-   If no cycles are left, or if more of them cannot help, a NoContinuation says what is known.
+2. If this proves nothing, `extrapolation.py` computes the limit of the cycles. If the transient is
+   proven to approach this limit, it continues from there, and the cycle there is judged.
+3. If two cycles together change the state much less than one cycle does, two load cycles count as
+   one from now on. If no cycles are left, or more cycles cannot help, NoContinuation is raised.
 
 A *return* is the part of a transient that may repeat: one load cycle, or two. The `change` of a
 return is the largest difference between the states at its ends, in slip scales.
@@ -31,13 +32,14 @@ from .transient import Cycle, Transient
 class RunSettings:
     """The numbers of `Run`."""
 
-    # Returns before the latest one that are kept, to extrapolate from.
+    # Number of returns before the latest one that are kept for extrapolation.
     kept_returns: int = 12
-    # Returns in succession which show that the state comes back after two cycles.
+    # Number of successive returns that must alternate before two cycles count as one return.
     alternating_returns: int = 4
-    # Returns that are compared at most until the work of friction repeats.
+    # Largest number of returns that are compared until the work of friction repeats.
     compared_returns: int = 30
-    # Relative error of a work from which on all of it may die out. The error is 1 for slow decay.
+    # If the relative error of a work is at least this, the work may decay to zero. The error of a
+    # slowly decaying work is 1.
     dying_work: float = 0.5
     # Relative change of a drift from return to return below which the drift needs more than ten
     # thousand cycles to die out.
@@ -51,17 +53,16 @@ GIVEN_UP = (
     "(the slip changes by {change:.1e} slip scales {span}); {hint}"
 )
 LITTLE_WORK = (
-    "its work of friction, {work:.1e} a cycle, is too little beside forces of {force:.1e} to tell "
-    "slip from none: take a load factor further from the limit, or loads that are closer together"
+    "its work of friction, {work:.1e} per cycle, is too little for forces of {force:.1e} to tell "
+    "slip from rest: take a load factor further from the limit, or loads of more similar size"
 )
 SLOW_DRIFT = (
-    "from one cycle to the next this changes by only {decay:.1e} of itself: slow ratcheting, or a "
-    "body that rolls or that nothing guides; guide it by a Support, or follow its drift with "
-    "march{drift}"
+    "from cycle to cycle this change differs by only a share of {decay:.1e}: slow ratcheting, or a "
+    "body that rolls or has no guide; guide it by a Support, or follow its drift with march{drift}"
 )
 SAME_DRIFT = (
-    "; a cycle from where the drift leads in {left} more cycles has the same events, changes gaps, "
-    "and drifts by {change:.1e}"
+    "; a cycle from the state that the drift reaches in {left} more cycles has the same events, "
+    "changes gaps, and drifts by {change:.1e}"
 )
 
 
@@ -76,7 +77,7 @@ class Run:
     most_cycles
         Number of load cycles after which the run gives up.
     tell
-        Function that is called after each return.
+        Function to call after each return.
     period
         Load cycles in one return, 1 or 2.
     cycles
@@ -84,13 +85,13 @@ class Run:
     works
         Work of friction in each load cycle of the transient itself.
     last
-        The last returns. The first return of all starts at the mean load, not at the last corner,
-        and is left out.
+        The last returns. The very first return is left out, because it starts at the mean load and
+        not at the last corner.
     lost
         Largest error of the balance of energy in a return.
     later_changes
-        Estimated sum of all later changes, relative to the last change, when the transient went on
-        from an extrapolated limit. None: it went cycle by cycle.
+        Estimated sum of all later changes, relative to the last change, at the time when the
+        transient continued from an extrapolated limit. None: it never did.
     search
         The search for the limit of the last returns.
     """
@@ -111,7 +112,7 @@ class Run:
 
     @property
     def extrapolated(self) -> bool:
-        """Whether the transient went on from an extrapolated limit."""
+        """Whether the transient has continued from an extrapolated limit."""
         return self.later_changes is not None
 
     def settled(self) -> Settled:
@@ -176,10 +177,11 @@ class Run:
         return self._repeated_work()
 
     def _repeated_work(self) -> Settled | None:
-        """Cyclic slip if the work of slip that comes back repeats; rest if this work dies out.
+        """Cyclic slip if the work of friction repeats; rest if the work is zero; else None.
 
-        Returns that change a small slip by less than counts may change a large share of it. More
-        returns are followed until the error of their work is small enough.
+        The state has repeated up to the tolerance. If the slip is small, a change within the
+        tolerance can be a large share of it. So more returns are followed until the error of their
+        work is small enough.
         """
         cycles = self.last[-2:]
         error = self._work_error(cycles)
@@ -198,9 +200,9 @@ class Run:
         return work_error(self.path, cycles, later_changes)
 
     def _judged_at_limit(self) -> Settled | None:
-        """The steady state at the limit of the last returns, if the transient comes to this limit.
+        """The steady state at the limit of the last returns, if the transient approaches the limit.
 
-        The transient then goes on from the limit, also if the cycle there proves nothing yet.
+        The transient then continues from the limit, even if the cycle there proves nothing yet.
         """
         try:
             limit = self.search.find(self.path, self.last, self.follow, len(self.works))
@@ -225,33 +227,33 @@ class Run:
         return self.period == 1 and len(undone) == SETTINGS.alternating_returns and all(undone)
 
     def _same_drift(self) -> str:
-        """Words for a drift that more returns cannot change; empty if it may change.
+        """Description of a drift that more returns cannot change; empty if it may change.
 
-        The proof is one return from the place to which the drift leads in all cycles left: it has
-        the same events and nearly the same drift. A drift that may die out, or that changes no gap,
-        is left out, because the last returns may yet be proven to be ratcheting.
+        The proof is one return from the state that the drift reaches after all remaining cycles: it
+        has the same events and nearly the same drift. The text is empty if the drift may decay. It
+        is also empty if the drift changes no gap, because it may still prove to be ratcheting.
         """
         latest = self.last[-1]
         drift = latest.after - latest.before
-        left = (self.most_cycles - self.cycles) // self.period
+        cycles_left = (self.most_cycles - self.cycles) // self.period
         decay = bend(self.last)
-        if left <= 0 or latest.change <= PERIODIC:
+        if cycles_left <= 0 or latest.change <= PERIODIC:
             return ""
-        if decay.max() >= min(SETTINGS.slow_decay, 1 / left) * latest.change:
+        if decay.max() >= min(SETTINGS.slow_decay, 1 / cycles_left) * latest.change:
             return ""
-        # The smallest change of each gap in the last of these cycles.
-        gap_drift = (np.abs(drift) - left * decay)[self.path.nodes :]
+        # Lower bound of the change of each gap in the last of the remaining cycles.
+        gap_drift = (np.abs(drift) - cycles_left * decay)[self.path.nodes :]
         if not gap_drift.max() > PERIODIC * np.abs(drift).max():
             return ""
         try:
-            ahead = self.follow(self.path.at(latest.after + left * drift))
+            cycle_ahead = self.follow(self.path.at(latest.after + cycles_left * drift))
         except NoContinuation:
             return ""
-        drift_ahead = ahead.after - ahead.before
+        drift_ahead = cycle_ahead.after - cycle_ahead.before
         changed = 2 * np.abs(drift_ahead - drift).max()
-        if ahead.events != latest.events or not changed < latest.change:
+        if cycle_ahead.events != latest.events or not changed < latest.change:
             return ""
-        return SAME_DRIFT.format(left=left, change=ahead.change)
+        return SAME_DRIFT.format(left=cycles_left, change=cycle_ahead.change)
 
     def _given_up(self, latest: Cycle, drift: str) -> NoContinuation:
         """The error of a run without a steady state, with the state after the latest return."""
@@ -273,7 +275,7 @@ class Run:
         return error
 
     def _hint(self, latest: Cycle, drift: str) -> str:
-        """Why no steady state is proven, and what to change."""
+        """The reason that no steady state is proven, and a remedy."""
         if self.path.far_start:
             return self.path.cause_of_rounding
         if latest.change <= PERIODIC:

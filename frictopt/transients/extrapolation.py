@@ -1,15 +1,15 @@
-"""The limit to which the last cycles of a transient lead, and the proof that it comes there.
+"""The limit of the last cycles of a transient, and the proof that the transient approaches it.
 
 The load cycle maps the slips at its beginning to those at its end. A fixed point of this map is
 extrapolated from the last cycles (`fixed_point`). It need not be the limit of the transient: other
-events may lie ahead. Two kinds of proof exclude them.
+events may follow. Two kinds of proof exclude such events.
 
 - `AffineLimit`, on the exact path. As long as the events are the same, the map is affine. All later
   states are weighted means of a few states, which `extrapolate` computes. One cycle from each of
   them shows whether the map is still affine there.
-- `CurvedLimit`, in increments. The slips turn, so the map is curved, and extrapolation is repeated.
-  The last state and two states on the way to the fixed point must come closer to it in one cycle,
-  and a later extrapolation must give the same work.
+- `CurvedLimit`, in increments. The directions of slip change, so the map is nonlinear, and
+  extrapolation is repeated. One cycle from the last state, and from two states between it and the
+  fixed point, must come closer to the fixed point. A later extrapolation must give the same work.
 """
 
 from abc import ABC, abstractmethod
@@ -25,7 +25,7 @@ from .classify import work_to_come
 from .transient import Cycle, Transient
 
 Follow: TypeAlias = Callable[[Transient | None], Cycle]
-"""Follows one return of a transient; NoContinuation if it ends, or if it is None."""
+"""Function that follows one return of a transient; NoContinuation if it ends, or if it is None."""
 
 Moves: TypeAlias = list[tuple[Array, Array]]
 """Distances (m,) of states from a limit, before and after a cycle, in slip scales."""
@@ -40,27 +40,29 @@ class LimitSettings:
     # Deviation of a state from the linear map fitted to all states, relative to its distance. The
     # fit divides by small differences.
     fit: float = 1e3 * RESIDUAL
-    # Deviation of a cycle from the affine map, relative to the change. An event changes it by more.
+    # Accepted deviation of a cycle from the affine map, relative to the change of the state. Other
+    # events would cause a larger deviation.
     affine: float = 1e-3
-    # Largest change of a test close to the limit, next to which other events may begin.
+    # Largest change of the state in tests close to the limit, where other events may begin.
     near: float = 100 * PERIODIC
 
     # Largest distance of a fixed point of the increments from the last state.
     far: float = 1e-2
     # Ratio by which the change must fall from one extrapolation to the next.
     gain: float = 4.0
-    # For every so many load cycles, one more extrapolation may pass until the change has fallen.
+    # The change may take several extrapolations to fall: one, and one more for each
+    # `cycles_per_turn` load cycles of the transient.
     cycles_per_turn: int = 60
-    # Largest number of extrapolations until the change has fallen.
+    # Largest number of such extrapolations.
     most_turns: int = 6
-    # States between the fixed point (0) and the last state (1) that must come closer.
+    # Positions of the tested states between the fixed point (0) and the last state (1).
     shares: tuple[float, ...] = (0.5, 0.1)
-    # Relative difference of the works at two fixed points that are the same.
+    # Largest relative difference of the works at two fixed points that count as the same.
     same_work: float = 3e-8
-    # Error of a work while events are yet to come, relative to its distance from the limit. In
-    # random contacts it was at most 0.4 %.
+    # Estimated error of the work at the limit if nodes have yet to stop, relative to the distance
+    # of the last work from it. In random contacts the error was at most 0.4 %.
     later_events: float = 1e-2
-    # Largest relative error of this kind that is accepted.
+    # Largest accepted relative error of the work due to such nodes.
     accepted: float = 1e-5
 
 
@@ -89,7 +91,7 @@ class LimitSearch(ABC):
     def find(
         self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
     ) -> Limit | None:
-        """The limit of the last returns, if the transient is proven to come to it.
+        """The limit of the last returns, if the transient is proven to approach it.
 
         `cycles` is the number of load cycles of the transient so far.
         """
@@ -101,7 +103,7 @@ class LimitSearch(ABC):
 
     @property
     def has_just_failed(self) -> bool:
-        """Whether the last call tried a limit on the exact path in vain."""
+        """Whether the last call of `find` on the exact path tried a limit and failed."""
         return self.attempts > 0 and self.wait == self.attempts
 
     def work_error(self, later_changes: float | None) -> float:
@@ -116,7 +118,7 @@ class AffineLimit(LimitSearch):
     def find(
         self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
     ) -> Limit | None:
-        """See `LimitSearch`. A return from the limit must come back, and the map be affine."""
+        """See `LimitSearch`. A return from the limit must end there, and the map must be affine."""
         latest = last[-SETTINGS.least_cycles :]
         same_events = len({cycle.events for cycle in latest}) == 1
         if not same_events or len(latest) < SETTINGS.least_cycles:
@@ -151,8 +153,8 @@ def _is_affine(path: Transient, limit: Array, moves: Moves, follow: Follow) -> b
 class FixedPoint(NamedTuple):
     """A fixed point of increments: a return from it, and two relative errors of its work.
 
-    `shift` is the change of the work since the fixed point before it. `events_error` is an estimate
-    for nodes that have yet to stop.
+    `shift` is the change of the work from the previous fixed point. `events_error` is the estimated
+    error due to nodes that have yet to stop slipping.
     """
 
     cycle: Cycle
@@ -164,9 +166,9 @@ class FixedPoint(NamedTuple):
 class CurvedLimit(LimitSearch):
     """The search in increments; `fixed` is the last fixed point.
 
-    If returns keep the slips of some nodes, there are other fixed points nearby. Events that lie
-    ahead of the transient shift the fixed point, the less the closer it is. So a fixed point counts
-    only if one extrapolated from a later state has the same work.
+    If some nodes stick in the last returns, there are other fixed points nearby. Later events of
+    the transient shift the fixed point; the shift decreases as the transient approaches it. So a
+    fixed point counts only if a fixed point extrapolated from a later state has the same work.
     """
 
     fixed: FixedPoint | None = None
@@ -200,7 +202,7 @@ class CurvedLimit(LimitSearch):
             self.fixed = earlier._replace(cycle=limit.cycle)
             return None
 
-        # The work (N,) of a slip that counts as none.
+        # The work (N,) of a negligible slip.
         no_work = RESIDUAL * path.scales.mean * path.scales.length
         distance = work_to_come(last[-SETTINGS.least_cycles :], limit.cycle, no_work)
         events_error = turns * SETTINGS.later_events * distance
@@ -212,7 +214,7 @@ class CurvedLimit(LimitSearch):
     def _with_same_work(
         self, limit: Limit, earlier: Cycle, events_error: float, no_work: Array
     ) -> Limit | None:
-        """Keep a limit as the last fixed point; return it if it has the work of the one before."""
+        """Keep a limit as the last fixed point; return it if the previous one had the same work."""
         work = limit.cycle.work
         total = work.sum()
         change = np.abs(work - earlier.work)
@@ -233,10 +235,10 @@ def _iterated(
 ) -> tuple[Limit, int] | None:
     """A fixed point of increments near a start, and a factor of its error for later events.
 
-    `change` is that of the last return. Each extrapolation uses returns from the point before. The
-    change must fall to a quarter within `patience` extrapolations: the smallest of the last
-    `patience` changes must be less than a quarter of all changes before. The factor is 1 if every
-    single change falls so, else `patience`.
+    `change` is the change of the last return. Each extrapolation uses returns from the previous
+    point. The change must fall to a quarter within `patience` extrapolations: the smallest of the
+    last `patience` changes must be less than a quarter of each earlier change. The factor is 1 if
+    the change falls to a quarter in each extrapolation, else `patience`.
     """
     changes = [change]
     returns: list[Cycle] = []
@@ -281,30 +283,30 @@ def extrapolate(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
 
     All later states are weighted means of the limit, of the last state, and of the states at the
     tested distances. Tests at the same distances close to the limit come first. The first limit
-    uses all these cycles, later limits fewer: the first cycles may have another map, for the same
-    events in another order.
+    uses all these cycles; later limits use fewer, because the first cycles may have another map,
+    due to the same events in another order.
     """
-    same = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
-    for count in range(len(same), SETTINGS.least_cycles - 1, -2):
+    latest = list(takewhile(lambda cycle: cycle.events == last[-1].events, reversed(last)))
+    for count in range(len(latest), SETTINGS.least_cycles - 1, -2):
         states = [last[-count].before, *(cycle.after for cycle in last[-count:])]
         affine = limit_of(np.array(states))
         if affine is None:
             continue
         limit, modes = affine
         moves = [(last[-1].before - limit, last[-1].after - limit), *modes]
-        close = []
+        close_moves = []
         for before, after in moves:
             share = SETTINGS.near / max(SETTINGS.near, np.abs(before - after).max())
-            close.append((share * before, share * after))
-        yield limit, [*close, *modes]
+            close_moves.append((share * before, share * after))
+        yield limit, [*close_moves, *modes]
 
 
 def limit_of(iterates: Array) -> tuple[Array, Moves] | None:
     """The limit of an affine map from some of its iterates (rows), and states around the limit.
 
-    All later iterates are weighted means of these states, of the last state and of the limit. Of
-    each state its distances before and after a cycle are given. The limit is that of reduced-rank
-    extrapolation.
+    All later iterates are weighted means of these states, of the last state and of the limit. Each
+    state is returned as its distances from the limit before and after a cycle. The limit follows
+    from reduced-rank extrapolation.
 
     The k-th later distance from the limit is `sum of rate_i^k mode_i` with 1 > rate_1 > ... >
     rate_m >= 0. It is `rate_m^k` times the last distance, plus `rate_i^k - rate_(i + 1)^k` times

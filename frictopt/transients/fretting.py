@@ -64,11 +64,11 @@ def fretting_table(
     columns[f"F1{unit}"] = first_ruiz
     if (stress is None) != (strain is None):
         raise ModelError(
-            "stress, strain: one of them alone; give both, as BodyFields.at_contact does, or none"
+            "stress, strain: only one is given; give both, as BodyFields.at_contact does, or none"
         )
     if stress is not None:
         if system.tangents > 1:
-            # Nodes that do not slip have no direction.
+            # Nodes that do not slip have no direction of slip: NaN.
             slips = slip_range > COUNTS * np.abs(states.slip).max()
             slip = slip / np.where(slips, slip_range, np.nan)[:, None]
         sigma, epsilon = _along_slip(system, stress, strain, slip)
@@ -106,7 +106,7 @@ def axes_of(values: Array) -> Array:
 
 
 def slip_ways(states: Trajectory) -> Array:
-    """(N, t) difference of those two slips of each node, while closed, that are furthest apart."""
+    """(N, t) largest difference of two slips of each node while it is closed."""
     slip = axes_of(states.slip / states.system.stretch)
     return furthest(np.where((states.gap <= 0)[..., None], slip, np.nan))
 
@@ -116,7 +116,7 @@ def with_worst_planes(
 ) -> Table:
     """Add the parameters of the worst cycle, for each node and each parameter.
 
-    `fields` are those at the states of one cycle, or a list of such lists.
+    `fields` is a list of the fields at the states of one cycle, or a list of such lists.
     """
     cycles = [_parameters(cycle, side, weights) for cycle in _cycles_of(fields)]
     worst = {
@@ -128,8 +128,8 @@ def with_worst_planes(
         worst[name] = np.choose(worst_swt, [cycle[name] for cycle in cycles])
     if len(worst_swt) != len(table):
         raise ModelError(
-            f"fields: those of a contact with {len(worst_swt)} nodes, this one has {len(table)}; "
-            "give those of its model"
+            f"fields: they belong to a contact with {len(worst_swt)} nodes, but this contact has "
+            f"{len(table)}; give the fields of its model"
         )
     table = table.assign(**worst)
     table.attrs["note"] += ENDS_NOTE
@@ -137,12 +137,12 @@ def with_worst_planes(
 
 
 def _cycles_of(fields: object) -> list[list[Any]]:
-    """The fields of each cycle, at two states or more."""
-    given = listed("fields", fields if np.iterable(fields) else [])
-    if given and _is_field(given[0]):
-        cycles = [given]
+    """The fields of each cycle, at two or more states; ModelError if they are not given so."""
+    entries = listed("fields", fields if np.iterable(fields) else [])
+    if entries and _is_field(entries[0]):
+        cycles = [entries]
     else:
-        cycles = [listed("fields", cycle if np.iterable(cycle) else []) for cycle in given]
+        cycles = [listed("fields", cycle if np.iterable(cycle) else []) for cycle in entries]
     for cycle in cycles or [[]]:
         if len(cycle) < 2 or not all(_is_field(state) for state in cycle):
             raise ModelError(
@@ -171,8 +171,8 @@ def _parameters(cycle: Sequence[Any], side: int, weights: Mapping[str, float]) -
 def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work: Array) -> Table:
     """The table of the contacts, see `SteadyState.by_contact`.
 
-    Given are the states of a steady cycle and, (N,) each, the nodes that slip, those that open,
-    and their work.
+    `states` are the states of a steady cycle. `slipping` and `opened` are masks (N,) of the nodes,
+    and `work` (N,) is their work of friction.
     """
     system = states.system
     width = np.ones(system.nodes) if system.width is None else system.width
@@ -196,7 +196,7 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     columns["slip_range"] = (member * np.linalg.norm(slip_ways(states), axis=-1)).max(axis=1)
 
     corners = states.cycle.corner_names
-    # Of a period of two cycles the last cycle counts.
+    # If the period is two cycles, the forces are from the second one.
     times = states.time[-1] - np.arange(len(corners))[::-1]
     q = axes_of(states.q * system.stretch)
     for corner, row in enumerate(np.searchsorted(states.time, times + SIMULTANEOUS) - 1):

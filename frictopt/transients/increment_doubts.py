@@ -1,9 +1,10 @@
-"""What increments leave in doubt: the work and slip of events between their ends.
+"""Work and slip of events within increments, which the states at their ends do not show.
 
-An increment knows the states at its two ends alone. Between them the load is assumed to drive each
-node evenly. If the node keeps sliding, or its friction bound stays, the increment is exact. These
-functions estimate what it misses if the node sticks for a part of it, slips to and fro, opens or
-lands. So they see events so close to a corner that no number of increments separates them.
+An increment has only the states at its two ends. Between them the load on each node is assumed to
+change linearly. The increment is exact if the node keeps sliding, or if its friction bound stays
+constant. These functions estimate the missed work and slip if the node sticks for a part of the
+increment, slips to and fro, opens or lands. So they detect events that are so close to a corner
+that no number of increments separates them from it.
 """
 
 from typing import NamedTuple
@@ -33,8 +34,9 @@ def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts
 
     `missed` is the work of friction of a node before it opens within an increment. `late` is the
     distance between the point where a node lands and the point where the increment makes it stick.
-    Increments count neither. Both take the node by itself, with a load that grows evenly from the
-    closed end to the open one. In the plane that is exact for a node that is not coupled to others.
+    Increments include neither. Both are computed for each node by itself, under a load that changes
+    linearly from the closed end to the open end. In the plane this is exact for a node that is not
+    coupled to other nodes.
     """
     n = len(friction)
     gap = u[:, -n:] + system.gap
@@ -71,11 +73,11 @@ def doubts(system: ContactSystem, friction: Array, u: Array, r: Array) -> Doubts
 
 
 class _Crossing(NamedTuple):
-    """Nodes that open or land within an increment, E of them, each by itself.
+    """E nodes that open or land within an increment, each by itself.
 
-    `stiffness` (E, t + 1, t + 1) is that of the node against itself, `forces` (E, t + 1) are its
-    reactions `[q, p]` at the closed end, `slip_step` (E, t) its slip, `gap` (E,) that at the open
-    end.
+    `stiffness` (E, t + 1, t + 1) has the diagonal blocks of the nodes in the stiffness matrix.
+    `forces` (E, t + 1) are their reactions `[q, p]` at the closed end, `slip_step` (E, t) their
+    slips in the increment, and `gap` (E,) their gaps at the open end.
     """
 
     stiffness: Array
@@ -87,14 +89,15 @@ class _Crossing(NamedTuple):
 def _slip_in_contact(crossing: _Crossing) -> Array:
     """(E, t) slip between the closed end and the point where the pressure vanishes.
 
-    Two slips without shear force bracket it: one that only frees the shear at the closed end, and
-    the whole slip less what the gap adds. The pressure falls evenly from the first to the second.
+    It lies between two slips without shear force: one releases the shear at the closed end, the
+    other is the whole slip minus the part due to the gap. The pressure decreases linearly from the
+    first to the second.
     """
     q, p = crossing.forces[:, :-1], crossing.forces[:, -1]
     coupling = crossing.stiffness[:, :-1, -1]
     shear_flexibility = np.linalg.pinv(crossing.stiffness[:, :-1, :-1], hermitian=True)
     slips = shear_flexibility @ np.stack([q, coupling], axis=2)
-    # Slip that frees the shear, with the opposite sign, and slip for a unit closure of the gap.
+    # Slip that releases the shear, with opposite sign, and slip due to a unit closure of the gap.
     freed, per_gap = np.moveaxis(slips, 2, 0)
 
     pressure_left = np.maximum(p - (coupling * freed).sum(axis=1), 0.0)

@@ -52,18 +52,19 @@ class SteadyState(Recorded, Plotted):
         (N,) distance that each node slides per load cycle while it is closed, the mean over the
         period, length; 0 after shakedown.
     work_error
-        Estimated relative difference between `dissipation` and that of all later cycles. At most
-        1e-9, with two exceptions: the work may be rounding beside the loads, or slip in increments
-        converges slowly to one of many steady cycles.
+        Estimated relative difference between `dissipation` and the dissipation of later cycles. At
+        most 1e-9, with two exceptions: the work is so small that it is rounding of the loads, or
+        slip in increments converges slowly to one of many steady cycles.
     step_error
-        0 for the exact path. In increments, the estimated relative error in time of the
-        dissipation: twice the change by finer increments, and a share of the work that is in doubt
-        within the increments. inf: finer increments have no answer, or the contact rests and may
-        slip in them. In 128 random contacts of 1 to 5 nodes, with 1 to 20 increments, the median
-        was 2.4 times the true error, and 1 of 640 was too small (0.8 times). In bolted joints, many
-        nodes slip in the first cycles alone; there it was 3 to 35 times the error. It is no bound.
+        0 for the exact path. In increments, the estimated relative error of the dissipation due to
+        the size of the increments: twice the change in finer increments, plus a share of the work
+        that is in doubt within the increments. inf: finer increments have no answer, or the contact
+        rests but may slip in finer increments. In 128 random contacts of 1 to 5 nodes, with 1 to 20
+        increments, the median was 2.4 times the true error, and 1 of 640 was too small (0.8 times).
+        In bolted joints, where many nodes slip only in the first cycles, it was 3 to 35 times the
+        true error. It is no bound.
     period
-        Load cycles after which the state comes back, or its drift repeats: 1 or 2.
+        Number of load cycles after which the state, or its drift, repeats: 1 or 2.
     system, cycle, friction, load_factor
         The arguments of `steady_state`; friction is (N,).
     slip
@@ -74,17 +75,17 @@ class SteadyState(Recorded, Plotted):
     state
         Slip, gap and load at the last corner, from which another transient may start.
     open
-        (N,) whether the node is open at some corner of the steady cycle at which the load turns; in
-        increments, at the end of an increment.
+        (N,) whether the node is open at some corner of the steady cycle (corners on a straight
+        segment between others do not count); in increments, at the end of some increment.
     slipping
-        (N,) whether the node slides against friction in the steady cycle, by more than rounding and
-        more than its slip changes over the cycle.
+        (N,) whether the node slides against friction in the steady cycle. The distance must exceed
+        rounding, and the change of slip from one cycle to the next.
     first_cycle
         Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
         Number of cycles followed, including those of proofs and of failed extrapolations.
     events
-        Number of changes of status; in increments, from one increment to the next.
+        Number of changes of status. In increments, the ends of successive increments are compared.
     record
         How the state was found. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law at the corners or increments of the proving cycle; the change
@@ -93,12 +94,12 @@ class SteadyState(Recorded, Plotted):
         of the load cycle, slips in units of that force divided by the stiffness scale.
     extrapolated
         True if the state is the extrapolated fixed point of the cycle map, or was reached from it;
-        False if the transient came cycle by cycle.
+        False if the transient reached it cycle by cycle.
     unproven
-        Number of events whose rates are not proven to be the only ones that obey the contact law;
-        0: no other transient follows from this start. Such events occur if nodes lift off, or if
-        friction comes near its critical value. Another transient from the same start may then end
-        in another steady state. In increments no event is proven.
+        Number of events whose rates are not proven to be unique under the contact law. 0: the
+        transient from this start is unique. Such events occur if nodes lift off, or if friction
+        comes near its critical value. Another transient from the same start may then end in another
+        steady state. In increments no event is proven.
     steps
         Number of increments from corner to corner; 0 for the exact path.
 
@@ -159,19 +160,19 @@ class SteadyState(Recorded, Plotted):
     def slipping_share(self) -> float:
         """Share of the area (in the plane of the length) that slips in the steady cycle.
 
-        See `slipping`. Without a `width` of the nodes it is their number that counts.
+        See `slipping`. If the nodes have no `width`, it is the share of their number.
         """
         return float(np.average(self.slipping, weights=self.system.width))
 
     def states(self) -> Trajectory:
         """All states of one period, from one last corner to the next.
 
-        They are the state at the beginning and one after each event or increment.
+        They are the state at the beginning, and one state after each event or increment.
 
         Raises
         ------
         SolverError
-            The states do not come back to the beginning, or have another work.
+            The states do not return to the beginning, or their work differs.
         """
         return self._states
 
@@ -189,7 +190,7 @@ class SteadyState(Recorded, Plotted):
         )
         work = self.period * self.dissipation_per_node
         check_return(path, self.load_factor, self.outcome, work, self.work_error)
-        # The path does not know the amplitudes at its start; they are those of the last corner.
+        # The path has no amplitudes at its start: they are the amplitudes of the last corner.
         last = self.cycle.at(self.load_factor)[-1]
         start = {case: last.get(case, 0.0) for case in self.system.bonded}
         amplitudes = amplitudes_at(self.system, self.cycle, self.load_factor, path.time, start)
@@ -202,8 +203,8 @@ class SteadyState(Recorded, Plotted):
     def loop(self, case: str) -> LoadLoop:
         """The loop of a load case over one period, see `Trajectory.displacement`.
 
-        Displacements are those at the loads. Cycles that are controlled by displacements cannot be
-        followed: give the loads.
+        Displacements follow from the loads. Displacement-controlled cycles are not supported: give
+        the loads.
         """
         return self.states().loop(case)
 
@@ -253,9 +254,9 @@ class SteadyState(Recorded, Plotted):
     def bolt_table(self) -> Table:
         """Tensions of the locked bolts over the steady cycle: one row for each bolt.
 
-        Columns are bolt, its load case; force, that of its `BoltPreload`; tension_mean, the middle
-        of the range of its tension; and tension_amplitude, half of that range, for the fatigue of
-        the bolt. In increments the range is that of the states at their ends.
+        Columns are bolt, its load case; force, the force of its `BoltPreload`; tension_mean, the
+        middle of the range of its tension; and tension_amplitude, half of the range, for the
+        fatigue of the bolt. In increments the range covers the states at their ends.
 
         Raises
         ------
@@ -284,7 +285,7 @@ class SteadyState(Recorded, Plotted):
         stress, strain
             (M, N), in space (M, N, 2, 2), stress and strain of one body along the tangents at the
             nodes of the contact, at M states of the steady cycle, as `BodyFields.at_contact` gives
-            them; both or none.
+            them. Give both or none.
         fields, side
             All stress components of body `side`, instead of `stress` and `strain`. Give the
             `ContactModel` that was condensed, for its fields at the corners; or the fields of
@@ -306,20 +307,20 @@ class SteadyState(Recorded, Plotted):
               (with its drift, if the contact ratchets);
             - tau_amplitude, tau_mean, pressure_amplitude, pressure_mean: half the largest distance
               of two tractions, and the middle of their range, for `q / width` and `p / width` (in
-              space tau_mean1 and tau_mean2). Without a width they are of forces: q_amplitude,
-              q_mean, p_amplitude, p_mean;
+              space tau_mean1 and tau_mean2). Without a width the same values of the nodal forces:
+              q_amplitude, q_mean, p_amplitude, p_mean;
             - work, share, work_density: work of friction per cycle, its share of the whole, and
               divided by the width;
             - F1, Ruiz's first parameter: largest shear traction of the cycle times slip range
               (without a width F1_force, with the nodal force);
             - F2 and SWT, with stress and strain: Ruiz's second parameter, largest tensile stress
               times F1; and the parameter of Smith, Watson and Topper, largest tensile stress times
-              half the range of the strain. Both are of the plane normal to the tangent, in space
-              normal to the largest slip. So SWT is NaN at nodes that do not slip, unless `fields`
-              are given;
+              half the range of the strain. Both refer to the plane normal to the tangent, in space
+              normal to the largest slip. So in space SWT is NaN at nodes that do not slip, unless
+              `fields` are given;
             - SWT, Findley, Fatemi_Socie and Crossland, with fields: each on its critical plane,
-              whatever its direction. Planes are searched in steps down to 0.001 degrees. If maxima
-              cross at a kink, SWT was too low by up to a relative 1e-4;
+              in any direction. Planes are searched in steps down to 0.001 degrees. SWT may be too
+              low by a relative 1e-4 if its maximum is at a kink;
             - from, to, with fields: the least and the largest normal stress in the cycle on the
               critical plane of SWT. pyLife needs these two names for a load collective, here of one
               cycle per node.

@@ -41,11 +41,11 @@ MOST_CYCLES = 2000
 class StepErrorSettings:
     """The numbers of the estimate of `step_error`."""
 
-    # Cycles that finer increments follow from the beginning of the transient.
+    # Number of cycles followed in finer increments from the beginning of the transient.
     first_cycles: int = 3
-    # Largest number of cycles that finer increments follow from the steady state.
+    # Largest number of cycles followed in finer increments from the steady state.
     most_cycles: int = 8
-    # The cycles end once the later changes of their work are below this share of the change so far.
+    # These cycles end if the later changes of work are below this share of the change so far.
     converged: float = 0.1
     # Largest estimate of the later changes, relative to the last change.
     longest: float = 50.0
@@ -88,16 +88,17 @@ def steady_state(
     cycle from it returns to it, and if cycles from states between it and the last state show that
     the map is affine for all states to come. The transient then goes on from the fixed point.
 
-    In increments slips turn, the map is not affine, and extrapolations are repeated. The fixed
-    point is accepted if (1) a cycle from it returns to it, (2) cycles from the last state and from
-    two states in between approach it, and (3) a later extrapolation gives the same work to a
-    relative 3e-8. `work_error` estimates the error of the work that remains; it is no bound.
+    In increments the directions of slip change, the map is not affine, and extrapolations are
+    repeated. The fixed point is accepted if (1) a cycle from it returns to it, (2) cycles from the
+    last state and from two states in between approach it, and (3) a later extrapolation gives the
+    same work to a relative 3e-8. `work_error` estimates the remaining error of the work; it is no
+    bound.
 
     The state may come back after two cycles (`period`), or its slip may drift by the same amount in
     each return. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
-    friction, a periodic state without work of friction also counts as shakedown. Its work at each
-    node is at most that of a slip of 1e-9 slip scales under the node's largest pressure. Theory,
-    eq. (14).
+    friction, a periodic state with negligible work of friction also counts as shakedown. Negligible
+    is, at each node, the work of a slip of 1e-9 slip scales under the node's largest pressure.
+    Theory, eq. (14).
 
     Parameters
     ----------
@@ -119,8 +120,8 @@ def steady_state(
         in a large contact in space, and double them until `step_error` is small enough. None: the
         exact path in the plane, 20 in space.
     progress
-        Whether to show after two seconds how far the computation is. Ctrl-C raises a
-        KeyboardInterrupt with an attribute `work`, (cycles,), like that of a NoContinuation.
+        Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Its
+        attribute `work`, (cycles,), has the work of each cycle so far, as for NoContinuation.
 
     Raises
     ------
@@ -146,7 +147,7 @@ def steady_state(
     """
     whole_number("most_cycles", most_cycles, least=1)
     flag("progress", progress)
-    extra = None if overload is None else finite_number("overload", overload, least=0.0)
+    overload_factor = None if overload is None else finite_number("overload", overload, least=0.0)
     problem = system, cycle, friction, load_factor, initial_slip, initial_state
     path = path_of(*problem, steps=steps)
     run = Run(path, most_cycles)
@@ -163,13 +164,13 @@ def steady_state(
                 first_states.append(path.state.u)
 
         run.tell = count
-        path.start(extra)
+        path.start(overload_factor)
         settled = run.settled()
         error = 0.0
         if path.steps:
             try:
                 finer, parts = SteppedPath("newton", path.steps, *problem).finer()
-                error = _step_error(run, settled, first_states, finer.start(extra), parts)
+                error = _step_error(run, settled, first_states, finer.start(overload_factor), parts)
             except (NoContinuation, SolverError):
                 error = np.inf
         return reported(run, settled, error)
@@ -180,11 +181,12 @@ def _step_error(
 ) -> float:
     """Estimated relative error in time of the work in a steady state.
 
-    `finer` is the same transient from the same start in finer increments. They divide each
-    increment into four or more, up to 32 from corner to corner, and the last one into ever smaller
-    ones. Some nodes slip in the first cycles alone, and keep this slip. So finer increments follow
-    the steady state from slips that differ from its own as the slips after the first cycles do
-    (`first_states` in all increments).
+    `finer` is the same transient from the same start in finer increments: at least four for each
+    increment and 32 from corner to corner, with ever smaller ones before the corner. Some nodes
+    slip only in the first cycles, and keep this slip. So the finer increments start from the slips
+    of the steady state plus a correction. The correction is the difference that they make in the
+    slips after the first cycles. `first_states` are the states after these cycles in the original
+    increments.
     """
     path = cast(SteppedPath, settled.path)
     for _ in first_states:
@@ -193,12 +195,12 @@ def _step_error(
     refined = path.finer()[0].at(slips / path.unit)
     if refined is None:
         return np.inf
-    again = Run(refined, run.most_cycles, run.tell, run.period)
+    finer_run = Run(refined, run.most_cycles, run.tell, run.period)
     lacking, missed = _work_in_doubt(path, settled.cycle)
     total = float(settled.cycle.work.sum())
     if not total:
-        return np.inf if missed or again.settled().cycle.work.any() else 0.0
-    change = _change_of_work(again, settled.cycle)
+        return np.inf if missed or finer_run.settled().cycle.work.any() else 0.0
+    change = _change_of_work(finer_run, settled.cycle)
     error = SETTINGS.safety * parts / (parts - 1) * change + SETTINGS.cancelled * lacking
     return float(max(error, missed)) / total
 
@@ -207,7 +209,7 @@ def _work_in_doubt(path: SteppedPath, cycle: Cycle) -> tuple[float, float]:
     """Work that increments may lack, and work of nodes before they open, see `doubts`."""
     if cycle.previous is None:
         return 0.0, 0.0
-    # The reactions at the beginning of the cycle are those at its end.
+    # The reactions at the beginning of the cycle equal the reactions at its end.
     u = np.concatenate([cycle.previous[:1], cycle.u])
     r = np.concatenate([cycle.r[-1:], cycle.r])
     doubt = doubts(path.system, path.friction, u, r)

@@ -1,4 +1,4 @@
-"""Check that the states of one period of a steady state come back, with the work of that state."""
+"""Check that the states of one period of a steady state come back, with the same work."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ..errors import SolverError
 from .trajectory import Trajectory
 from .transient import Scales, scales
 
-# Factor on the errors with which a steady state is accepted: a cycle from it may differ by so much.
+# A cycle from a steady state may differ from it by this factor times the accepted errors.
 _ACCEPTED = 10
 
 
@@ -17,9 +17,9 @@ def check_return(
 ) -> None:
     """Check the states of one period against the steady state; SolverError if they differ.
 
-    `work` (N,) is the work per period of the steady state. Changes that count as none in
-    `steady_state` count as none here, too: slips of `RESIDUAL` slip scales, a relative work of
-    `work_error` and, after shakedown, the work of such a slip.
+    `work` (N,) is the work per period of the steady state. Changes that `steady_state` neglects are
+    neglected here, too: slips of `RESIDUAL` slip scales, a relative work of `work_error` and, after
+    shakedown, the work of such a slip.
     """
     system = path.system
     cycle = path.cycle

@@ -24,27 +24,27 @@ ENGINES = MappingProxyType(
 class StepSettings:
     """Numbers of increments."""
 
-    # From corner to corner, unless another number is given.
+    # Default number of increments from corner to corner.
     steps: int = 20
-    # The error estimate divides each increment into at least this many parts ...
+    # Least number of parts into which the error estimate divides each increment.
     parts: int = 4
-    # ... and the segment from corner to corner into at least this many increments.
+    # Least number of increments from corner to corner in the error estimate.
     finest: int = 32
 
 
 _SETTINGS = StepSettings()
 
-# The finer increments also end at these distances before a corner, in increments. Just above a
-# limit nodes slip shortly before a corner alone, in a part of the segment that is as small as the
-# load factor is close to the limit.
+# The finer increments also end at these distances before a corner, in lengths of an increment. Just
+# above a limit, nodes slip only shortly before a corner. The closer the load factor is to the
+# limit, the smaller is this part of the segment.
 _TAIL = np.concatenate([0.5 ** (np.arange(1, 13) / 2), 0.5 ** np.arange(7, 21)])
 
 
 class Point(NamedTuple):
     """A state: load, `u = [v, w - g0]` and reactions (M,), and status (N,).
 
-    `work` and `way` (N,) are the work of friction and the path of slip while closed since the state
-    before.
+    `work` and `way` (N,) are the work of friction, and the path of slip while closed, since the
+    previous state.
     """
 
     bonded: Array
@@ -56,9 +56,10 @@ class Point(NamedTuple):
 
 
 class SteppedPath(Transient):
-    """States of a transient by an engine of `ENGINES`, in `steps` increments a segment (None: 20).
+    """States of a transient by an engine of `ENGINES`, in `steps` increments per segment.
 
-    A segment goes from corner to corner. The other parameters are those of `Transient`.
+    A segment goes from corner to corner. `steps` is 20 if it is None. The other parameters are
+    those of `Transient`.
 
     Attributes
     ----------
@@ -73,8 +74,8 @@ class SteppedPath(Transient):
     def __init__(self, engine: str, steps: int | None, *parameters: Any) -> None:
         self.engine = engine
         self.steps = whole_number("steps", _SETTINGS.steps if steps is None else steps, least=1)
-        fewer = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
-        self.coarser = sorted(fewer, reverse=True)
+        smaller_counts = {max(1, self.steps // 2), max(1, self.steps // 4)} - {self.steps}
+        self.coarser = sorted(smaller_counts, reverse=True)
         self.shares = np.arange(1, self.steps + 1) / self.steps
         super().__init__(*parameters)
 
@@ -85,13 +86,13 @@ class SteppedPath(Transient):
         self._increment = getattr(increments, ENGINES[self.engine])(self.system, self.friction)
         self.unit = np.tile(self.scales.length, self.system.tangents)
         status = np.where(opened, OPEN, STICK).astype(np.int8)
-        nothing = np.zeros(self.nodes)
-        self.state = Point(self.bonded, u, r, status, nothing, nothing)
+        zeros = np.zeros(self.nodes)
+        self.state = Point(self.bonded, u, r, status, zeros, zeros)
 
     def checked(self) -> Self:
-        """The transient itself, if its mean load presses and friction can hold all loads.
+        """Return the transient itself if its mean load presses and friction can hold all loads.
 
-        Otherwise ModelError or NoContinuation.
+        Otherwise raise ModelError or NoContinuation.
         """
         loads = {"the mean load": self.mean}
         for name, corner in zip(self.cycle.corner_names, self.corners, strict=True):
@@ -105,9 +106,9 @@ class SteppedPath(Transient):
         return self
 
     def follow_to(self, bonded: Array, where: str) -> list[Point]:
-        """The states on the straight segment to other bonded reactions; the last one stays.
+        """The states on the straight segment to other bonded reactions.
 
-        Errors of increments name the segment by `where`.
+        The last one becomes the present state. Errors of increments name the segment by `where`.
         """
         points = []
         change = bonded - self.state.bonded
@@ -124,12 +125,12 @@ class SteppedPath(Transient):
             points.append(self.state)
         self.bonded = bonded
         self.visited += 1
-        # Nothing is proven of any event.
+        # In increments no event is proven to be unique.
         self.unproven = self.events
         return points
 
     def _next_point(self, load: Array, u: Array, r: Array, status: NDArray[np.int8]) -> Point:
-        """A state with the work of friction since the present one, by the mean friction bound."""
+        """The next state, with the work of friction from the mean of the two friction bounds."""
         n, before = self.nodes, self.state
         slip_step = (u - before.u)[:-n].reshape(-1, n)
         path = np.sqrt((slip_step**2).sum(axis=0)) * (status != OPEN)
@@ -140,13 +141,13 @@ class SteppedPath(Transient):
     def _end(
         self, error: NoContinuation | SolverError, load: Array, where: str
     ) -> NoContinuation | SolverError:
-        """The error of an increment without a state, with its place.
+        """The error of an increment that has no state, with the place of the increment.
 
-        If the body slides off under the load, it says so.
+        If a body slides off under the load, the message names this as the cause.
         """
         system = self.system
-        held = not rigid_motions(system.S, system.own_stiffness).size
-        if isinstance(error, NoContinuation) or held:
+        is_supported = not rigid_motions(system.S, system.own_stiffness).size
+        if isinstance(error, NoContinuation) or is_supported:
             return type(error)(f"{where}: {error}")
         statics = Statics(system, self.friction)
         slides = statics.slides_off("the load there", load + system.S @ self.state.u)
@@ -155,13 +156,13 @@ class SteppedPath(Transient):
         return SolverError(f"{where}: {error} ({self.forces_there(self.state.r)})")
 
     def finer(self) -> tuple[Self, int]:
-        """A copy that goes on in finer increments, and into how many it divides each one."""
+        """A copy with finer increments, and the number of parts of each increment."""
         parts = max(_SETTINGS.parts, -(-_SETTINGS.finest // self.steps))
         count = parts * self.steps
-        even = np.arange(1, count + 1) / count
-        tail = 1 - _TAIL / self.steps
+        equal_ends = np.arange(1, count + 1) / count
+        last_ends = 1 - _TAIL / self.steps
         copied = copy(self)
-        copied.shares = np.unique(np.r_[even, tail].round(12))
+        copied.shares = np.unique(np.r_[equal_ends, last_ends].round(12))
         return copied, parts
 
     def cycle_on(self, count: int) -> Cycle:
@@ -188,17 +189,17 @@ class SteppedPath(Transient):
         )
 
     def at(self, place: Array) -> Self | None:
-        """A copy at the same load, at the state that one increment reaches from another slip.
+        """A copy at the same load, in the state that an increment reaches from another slip.
 
-        The slip is in slip scales. None if there is no such state.
+        `place` is the other slip, in slip scales. None if there is no such state.
         """
-        elsewhere = copy(self)
+        copied = copy(self)
         u = np.r_[place * self.unit, self.state.u[-self.nodes :]]
-        elsewhere.state = self.state._replace(u=u)
-        elsewhere.shares = np.ones(1)
+        copied.state = self.state._replace(u=u)
+        copied.shares = np.ones(1)
         try:
-            elsewhere.follow_to(self.bonded, "the load at hand")
+            copied.follow_to(self.bonded, "the load at hand")
         except (NoContinuation, SolverError):
             return None
-        elsewhere.shares = self.shares
-        return elsewhere
+        copied.shares = self.shares
+        return copied

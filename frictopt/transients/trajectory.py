@@ -44,15 +44,15 @@ class LoadLoop(Kept, Plotted):
     case
         Name of the load case.
     amplitude, displacement
-        (T,) amplitude of the load case, and its displacement, whose product with the amplitude is
-        work, see `ContactSystem.displacements`.
+        (T,) amplitude of the load case, and the work-conjugate displacement, see
+        `ContactSystem.displacements`.
     slipping
-        (T,) number of nodes that slip: until the next event (path), or over the increment that ends
-        at the state.
+        (T,) number of slipping nodes: on the exact path until the next event, in increments over
+        the increment that ends at the state.
     area
         Area of the loop, force times length (per depth): the work that the load case does over
         these states. Over a steady cycle the areas of all load cases add up to the work of
-        friction. In increments their sum is smaller, if nodes slip in a part of an increment only.
+        friction. In increments their sum is smaller if nodes slip only in a part of an increment.
     stiffness
         Secant stiffness: range of the amplitude divided by the range of the displacement; inf if
         there is no displacement.
@@ -109,9 +109,9 @@ class Trajectory(Kept, Plotted):
     system, friction, cycle
         The contact, (N,) coefficients of friction, and the load cycle.
     time
-        (T,) number of corners visited: -1 at the artificial load that carries the initial slip, 0
+        (T,) number of corners visited: -1 at the artificial load that balances the initial slip, 0
         at the mean load, k at the k-th corner, and linear between them. A transient from an earlier
-        state begins at the number of corners visited before the next corner of that state.
+        state begins with the number of corners of the cycle before the next corner of that state.
     amplitudes
         (T, cases) amplitudes of the load cases, in the order of `system.bonded`. They are NaN from
         the artificial load, or from an earlier state, to the first load of the cycle.
@@ -125,18 +125,19 @@ class Trajectory(Kept, Plotted):
         Shear forces in the shape of `slip`, and (T, N) normal forces, compression positive, in the
         units of `bonded_q`.
     status
-        (T, N) 0 stick, 2 open; slip: +1 along +x and -1 against it in the plane, 1 in space. It
-        holds until the next event (path), or over the increment that ends at the state.
+        (T, N) 0: stick; 2: open; 1: slip, in the plane along +x, and -1 against it. On the exact
+        path it holds until the next event, in increments over the increment that ends at the state.
     work
         (T, N) work of friction so far, >= 0, force times length (per depth).
     engine
         "path", "newton", "qp" or "milp", see `march`.
     step_error
-        0 for the exact path. In increments, the estimated error in time of the slip at the mean
-        load and the corners, in slip scales. It is the larger of two numbers: the change by half
-        and by a quarter of the increments (inf if these have no answer, or if there are none), and
-        the slip that may be missed within the increments. In plane contacts, whose exact path is
-        known, the true error was at most 5 times larger; the estimate is no bound.
+        0 for the exact path. In increments, the estimated error of the slip at the mean load and
+        the corners due to the size of the increments, in slip scales. It is the larger of two
+        numbers: the change of slip if a half or a quarter of the increments is used (inf if these
+        runs have no answer, or if there are none), and the slip that may be missed within the
+        increments. In plane contacts, whose exact path is known, the true error was at most 5 times
+        larger; the estimate is no bound.
 
     Examples
     --------
@@ -183,7 +184,7 @@ class Trajectory(Kept, Plotted):
 
     @cached_property
     def verdict(self) -> Verdict:
-        """Violations of the contact law over all states, with the slip since the state before.
+        """Violations of the contact law over all states, with the slip since the previous state.
 
         The unit of force is the largest nodal force of the loads.
         """
@@ -203,7 +204,7 @@ class Trajectory(Kept, Plotted):
     def residual(self) -> float:
         """Largest violation of the contact law over all states.
 
-        On the exact path also that of the balance of energy, see `energy_error`.
+        On the exact path the error of the energy balance counts, too, see `energy_error`.
         """
         if self.engine == "path":
             return max(self.verdict.residual, self._energy_residual)
@@ -211,15 +212,15 @@ class Trajectory(Kept, Plotted):
 
     @property
     def record(self) -> SolveRecord:
-        """How the states were found; the solver is the engine."""
+        """Record of the computation. Its solver is the engine."""
         return SolveRecord(self.engine, (), self.residual, (), self._seconds)
 
     @cached_property
     def _energy_residual(self) -> float:
         """Largest error of the energy balance, or negative work of a node, relative to an energy.
 
-        That energy is the largest of the unit of energy, of the work of friction, and of the
-        elastic energy as a sum of absolute values.
+        The reference energy is the largest of three: the unit of energy, the work of friction, and
+        the elastic energy as a sum of absolute values.
         """
         unit = self._force**2 / self.system.stiffness_scale
         u = joined(self.slip, self.gap - self.system.gap)
@@ -241,8 +242,8 @@ class Trajectory(Kept, Plotted):
     def energy_error(self) -> Array:
         """(T,) work of friction + elastic energy gained + work against the bonded reactions.
 
-        It is rounding on the exact path. In increments, over which the motions are not linear, it
-        depends on the size of the increments.
+        On the exact path it is only rounding. In increments motions are not linear, and it depends
+        on the size of the increments.
         """
         u = joined(self.slip, self.gap)
         load = joined(self.bonded_q, self.bonded_p)
@@ -262,7 +263,7 @@ class Trajectory(Kept, Plotted):
         return frozen(np.diff(self.work[rows], axis=0))
 
     def state_at(self, number: int) -> ContactState:
-        """The state with an index (from the end, if negative), as a start of another transient.
+        """The state with index `number`, negative from the end, as a start of another transient.
 
         Raises
         ------

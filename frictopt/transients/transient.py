@@ -1,7 +1,7 @@
 """The base class of transients: the loads, the state at the start, and scales of forces and slips.
 
-`ExactPath` (`exact/path.py`) and `SteppedPath` (`stepped.py`) follow a transient. Both begin here,
-and take the words of their errors from here.
+`ExactPath` (`exact/path.py`) and `SteppedPath` (`stepped.py`) follow a transient. Both derive from
+this class, which also has the texts of their errors.
 """
 
 from abc import ABC, abstractmethod
@@ -32,14 +32,14 @@ from ..errors import ModelError
 from .statics import mean_load_diagnosis
 
 STICK, SLIP, OPEN = 0, 1, 2
-"""Statuses of a node; slip against +x in the plane is -1."""
+"""Statuses of a node. In the plane, slip against +x has the status -1."""
 HOLD = "hold the body by supports, press it more, or load it less"
 """The remedy for a body that slides or opens as a whole."""
 
 
 @dataclass(frozen=True)
 class _StressLimits:
-    """Stress of the start over the largest force of the loads."""
+    """Limits of the ratio of the reactions at the start to the largest force of the loads."""
 
     # A larger ratio is refused: rounding hides the events (1e30 gave wrong results).
     refused: float = 1e18
@@ -58,23 +58,23 @@ class Cycle:
     ----------
     before, after, change
         (m,) the state before and after the cycle, in slip scales: slip and gap on the exact path,
-        slip alone in increments, where the gap follows from the slip. `change` is the largest
-        difference of the two.
+        only slip in increments, where the gap follows from the slip. `change` is the largest
+        difference between the two states.
     work, slid, works
         (N,) work of friction, and path of slip of each node while closed, length; and the work in
         each load cycle.
     events
-        The changes of status. Equal in two cycles in which the same nodes slip and open; the order
-        of the changes within a segment of the exact path does not count.
+        A value that describes the changes of status. It is equal for two cycles with the same
+        changes; on the exact path their order within a segment does not count.
     bonded, u, r
-        (T, M) loads, `[v, w - g0]` and reactions: at the corners at which the exact path stops,
-        after each increment.
+        (T, M) loads, motions `[v, w - g0]` and reactions. On the exact path they are at the corners
+        at which it stops, in increments after each increment.
     previous
-        (T, M) in increments the motions `u` before each of these states, since which friction
-        opposes the slip. None on the exact path, which slips between its stops.
+        (T, M) in increments, the motions `u` one increment before each of these states: friction
+        opposes the slip between the two. None on the exact path, where slip changes between stops.
     lost
-        On the exact path the larger of two errors, over the largest energy in the balance: the
-        error of the energy balance (work of the loads, less work of friction, less elastic energy
+        On the exact path the larger of two errors, relative to the largest energy in the balance:
+        the error of the energy balance (work of the loads - work of friction - elastic energy
         gained), and negative work of friction at a node.
     """
 
@@ -104,30 +104,31 @@ class Transient(ABC):
     turns
         Numbers of the corners at which a cycle stops.
     legs, begun
-        Segments of the load path: the bonded reactions at its end, and its name for errors. `legs`
-        are those of a cycle, `begun` those before the first whole cycle.
+        Segments of the load path. Each has the bonded reactions at its end, and its name for
+        errors. `legs` are the segments of a cycle, `begun` the segments before the first whole
+        cycle.
     bonded
         (M,) bonded reactions of the present load.
     visited
-        Number of corners visited so far; -1 until the transient reaches the mean load. From an
-        earlier state it counts the corners of the cycle before that state, too.
+        Number of corners visited so far; -1 until the transient reaches the mean load. After a
+        start from an earlier state it includes the corners of the cycle before that state.
     nodes
         Number of node pairs, N.
     force, largest
         Scale of the nodal forces, the mean of |p^w| under the mean load; and the largest nodal
         force of all loads.
     length
-        Scale of slips: the largest force over the stiffness scale.
+        Scale of slips: the largest force divided by the stiffness scale.
     scales, unit
         Scales of forces and slips at each node; and the scales (m,) of the state, see `Cycle`.
     events, unproven
-        Number of changes of status, and of those whose rates are not proven to be unique.
+        Number of changes of status, and number of changes whose rates are not proven to be unique.
     far_start
-        Whether the start stresses the contact so much more than the loads do that its rounding may
-        hide them.
+        Whether the stress of the start exceeds the stress of the loads so much that rounding may
+        hide the loads.
     engine, steps, coarser
-        "path", 0 and none for the exact path. In increments: how they are solved, their number from
-        corner to corner, and the smaller numbers of the runs that give `step_error`.
+        On the exact path "path", 0 and (). In increments: the method that solves them, their number
+        from corner to corner, and the smaller numbers of the runs that give `step_error`.
     started
         Time at which the transient was made, for the record.
     """
@@ -206,7 +207,7 @@ class Transient(ABC):
     def follow_to(self, bonded: Array, where: str) -> Sequence[Any] | None:
         """Follow the transient in a straight line to other bonded reactions (M,).
 
-        `where` names the segment in errors. Increments return their states.
+        `where` is the name of the segment in errors. SteppedPath returns the states.
         """
 
     @abstractmethod
@@ -218,10 +219,10 @@ class Transient(ABC):
         """A copy at the same load with another state (m,) in slip scales; None if there is none."""
 
     def start(self, overload: float | None = None) -> Self:
-        """Follow the transient to the first whole cycle; then through one at another load factor.
+        """Follow the transient to the first whole cycle, and through one cycle of overload, if any.
 
         The first whole cycle begins at the mean load, or at the end of the cycle of an earlier
-        state. `overload` is the other load factor, if there is one.
+        state. `overload` is the load factor of the overload.
         """
         for leg in self.begun:
             self.follow_to(*leg)
@@ -231,7 +232,7 @@ class Transient(ABC):
         self.check_near("overload", corners)
         numbers = self.turns
         if self.cycle.fixed is not None:
-            # Then the load factor decides at which corners the load turns.
+            # With fixed parts, the corners at which the load turns depend on the load factor.
             numbers = list(range(len(corners)))
         for number in numbers:
             name = self.cycle.corner_names[number]
@@ -243,7 +244,7 @@ class Transient(ABC):
         return [state for leg in legs for state in self.follow_to(*leg) or ()]
 
     def forces_there(self, r: Array) -> str:
-        """Describe the forces of reactions (M,); before the mean load, what is wrong with that."""
+        """Describe the forces of reactions (M,); before the mean load, with a diagnosis of it."""
         q, p = parted(r, self.system.tangents + 1)
         text = f"there {pressing(self.system, self.friction, q, p, self.force)}"
         if self.visited < 0:
@@ -278,7 +279,7 @@ class Transient(ABC):
     def _slipped(self, slip: Array) -> tuple[Array, Array, Booleans]:
         """The state with an initial slip: `u`, reactions and open nodes; all nodes are closed.
 
-        An artificial load carries it, with q = 0 and the same pressure at every node.
+        An artificial load balances it, with q = 0 and the same pressure at every node.
         """
         system, n = self.system, self.nodes
         stress = system.S @ joined(slip, np.zeros(n))

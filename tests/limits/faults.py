@@ -195,7 +195,7 @@ FAULTS = (
     Fault(
         "limits/question.py",
         "stiffness of open nodes counts",
-        old=("system.S[np.ix_(~opened, ~opened)] - across.T @ follow"),
+        old=("system.S[np.ix_(~opened, ~opened)] - coupling.T @ follow"),
         new="system.S[np.ix_(~opened, ~opened)]",
         tests="open_nodes",
     ),
@@ -223,7 +223,7 @@ FAULTS = (
     Fault(
         "limits/question.py",
         "a gap presses nothing once it is closed",
-        old="reactions(system, unscaled) - shut",
+        old="reactions(system, unscaled) - closing_forces",
         new="reactions(system, unscaled)",
         tests="open_nodes shakedown",
     ),
@@ -238,9 +238,9 @@ FAULTS = (
         "limits/safe_slip.py",
         "the reserve forgets the gaps",
         old=(
-            "min(np.min(held, where=sticks, initial=np.inf), np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance)"
+            "min(np.min(reserves, where=sticks, initial=np.inf), np.min(u[:, -1], where=opened, initial=np.inf) / question.clearance)"
         ),
-        new="np.min(held, where=sticks, initial=np.inf)",
+        new="np.min(reserves, where=sticks, initial=np.inf)",
         tests="open_nodes limit_checks",
     ),
     Fault(
@@ -325,33 +325,33 @@ FAULTS = (
         "an objective grows without a word",
         old=(
             "if chosen:\n    raise ModelError('objective: it grows without end over the safe "
-            "slips; subtract what it costs, or bound it by a constraint')"
+            "slips; subtract a penalty, or bound it by a constraint')"
         ),
         new=(
             "if False:\n    raise ModelError('objective: it grows without end over the safe "
-            "slips; subtract what it costs, or bound it by a constraint')"
+            "slips; subtract a penalty, or bound it by a constraint')"
         ),
         tests="own_constraints",
     ),
     Fault(
         "limits/critical_search.py",
         "distance of the node from its critical state not judged",
-        old="[question.violation(load_factor, slip), off, proof.gap, program.own_violation]",
+        old="[question.violation(load_factor, slip), distance, proof.gap, program.own_violation]",
         new="[question.violation(load_factor, slip), proof.gap, program.own_violation]",
         tests="limit_checks guaranteed",
     ),
     Fault(
         "limits/critical_search.py",
         "duality gap not judged",
-        old="[question.violation(load_factor, slip), off, proof.gap, program.own_violation]",
-        new="[question.violation(load_factor, slip), off, program.own_violation]",
+        old="[question.violation(load_factor, slip), distance, proof.gap, program.own_violation]",
+        new="[question.violation(load_factor, slip), distance, program.own_violation]",
         tests="limit_checks guaranteed",
     ),
     Fault(
         "limits/critical_search.py",
         "slips that are not safe are witnesses",
-        old="[question.violation(load_factor, slip), off, proof.gap, program.own_violation]",
-        new="[off, proof.gap, program.own_violation]",
+        old="[question.violation(load_factor, slip), distance, proof.gap, program.own_violation]",
+        new="[distance, proof.gap, program.own_violation]",
         tests="limit_checks guaranteed",
     ),
     Fault(
@@ -365,7 +365,7 @@ FAULTS = (
         "limits/critical_search.py",
         "a bound below the least load factor found leaves a node out",
         old="least_so_far < bound < np.inf",
-        new="least < found",
+        new="bound < np.inf",
         tests="limit_checks guaranteed_space",
     ),
     Fault(
@@ -385,8 +385,8 @@ FAULTS = (
     Fault(
         "limits/critical_search.py",
         "others that give way raise the load factor",
-        old="-others.moves",
-        new="+others.moves",
+        old="-mechanism.moves",
+        new="+mechanism.moves",
         tests="load_rates",
     ),
     Fault(
@@ -399,29 +399,29 @@ FAULTS = (
     Fault(
         "limits/safe_slip.py",
         "a margin without a bound",
-        old="[gap, value - reserve, off, excess, program.own_violation]",
-        new="[value - reserve, off, excess, program.own_violation]",
+        old="[gap, value - reserve, violation, excess, program.own_violation]",
+        new="[value - reserve, violation, excess, program.own_violation]",
         tests="limit_checks slip_bound shakedown",
     ),
     Fault(
         "limits/safe_slip.py",
         "a margin above its reserve",
-        old="[gap, value - reserve, off, excess, program.own_violation]",
-        new="[gap, off, excess, program.own_violation]",
+        old="[gap, value - reserve, violation, excess, program.own_violation]",
+        new="[gap, violation, excess, program.own_violation]",
         tests="limit_checks slip_bound shakedown",
     ),
     Fault(
         "limits/safe_slip.py",
         "a margin of slips beyond their bound",
-        old="[gap, value - reserve, off, excess, program.own_violation]",
-        new="[gap, value - reserve, off, program.own_violation]",
+        old="[gap, value - reserve, violation, excess, program.own_violation]",
+        new="[gap, value - reserve, violation, program.own_violation]",
         tests="slip_bound limit_checks",
     ),
     Fault(
         "limits/safe_slip.py",
         "own rows need not hold for a margin",
-        old="[gap, value - reserve, off, excess, program.own_violation]",
-        new="[gap, value - reserve, off, excess]",
+        old="[gap, value - reserve, violation, excess, program.own_violation]",
+        new="[gap, value - reserve, violation, excess]",
         tests="own_constraints",
     ),
     Fault(
@@ -583,7 +583,7 @@ FAULTS = (
     Fault(
         "limits/critical_bounds.py",
         "bound of a mechanism that has not settled",
-        old="done & (resistance < -SCREENING.rounding * terms)",
+        old="admissible & (resistance < -SCREENING.rounding * terms)",
         new="resistance < -SCREENING.rounding * terms",
         tests="limit_checks guaranteed guaranteed_zero",
     ),
@@ -702,7 +702,7 @@ FAULTS = (
     Fault(
         "limits/safe_slip.py",
         "events of a margin may be anywhere",
-        old="[gap, value - reserve, off, excess, program.own_violation]",
+        old="[gap, value - reserve, violation, excess, program.own_violation]",
         new="[gap, value - reserve, excess, program.own_violation]",
         tests="lift_off_questions",
     ),

@@ -287,7 +287,7 @@ def test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so
     limit = fo.shakedown_limit(contact, cycle, f)
     assert limit.load_factor == np.inf and (
         limit.least == 0
-        or (np.isnan(limit.least) and "rounding hides from where on" in limit.reason)
+        or (np.isnan(limit.least) and "rounding hides the load factor" in limit.reason)
     )
     if np.isnan(limit.least):
         with pytest.raises(fo.SolverError, match="rounding hides"):

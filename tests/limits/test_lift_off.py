@@ -243,14 +243,17 @@ def test_cycles_and_questions_without_events_are_refused(pin):
         fo.LoadCycle(PIN.mean, PIN.corners, fixed=[{}, {"Fy": 1e-3}]),
     )
     for asked, why in (
-        (lambda: fo.shakedown_limit(contact, three, 0.8, events=True), "not two corners"),
+        (
+            lambda: fo.shakedown_limit(contact, three, 0.8, events=True),
+            "not go to and fro between two corners",
+        ),
         (lambda: fo.shakedown_limit(contact, fixed, 0.8, events=True), "differ at load factor 0"),
         (
             lambda: fo.shakedown_limit(contact, PIN, 0.8, slip_bound=1.0, events=True),
             "slip is bounded",
         ),
-        (lambda: model.solve(0.8, [model.load_factor <= 1], events=True), "stay as they are"),
-        (lambda: model.solve(0.8, open=np.zeros(8, dtype=bool), events=True), "stay as they are"),
+        (lambda: model.solve(0.8, [model.load_factor <= 1], events=True), "cannot be combined"),
+        (lambda: model.solve(0.8, open=np.zeros(8, dtype=bool), events=True), "cannot be combined"),
         (lambda: model.solve(0.8, events="yes"), "True or False"),
         (lambda: fo.shakedown_limit(contact, PIN, 0.8, open=np.zeros(8)), "each of 8 nodes"),
         (
@@ -263,7 +266,7 @@ def test_cycles_and_questions_without_events_are_refused(pin):
 
 
 def test_least_slip_refuses_nodes_that_open_and_close(pin):
-    with pytest.raises(fo.ModelError, match="ask shakedown_limit without events"):
+    with pytest.raises(fo.ModelError, match="use shakedown_limit without events"):
         fo.shakedown_limit(pin(8), PIN, 0.8, events=True).least_slip(5.0)
 
 

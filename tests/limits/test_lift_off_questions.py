@@ -177,13 +177,19 @@ def test_questions_without_events_are_refused(pin):
     model = SafeSlipModel(pin, PIN)
     three = fo.LoadCycle(PIN.mean, [*PIN.corners, {"Fy": 1e-3}])
     for asked, why in (
-        (lambda: fo.safe_slip(pin, three, 0.8, 1.0, events=True), "not two corners"),
-        (lambda: fo.required_friction(pin, three, 1.0, events=True), "not two corners"),
+        (
+            lambda: fo.safe_slip(pin, three, 0.8, 1.0, events=True),
+            "not go to and fro between two corners",
+        ),
+        (
+            lambda: fo.required_friction(pin, three, 1.0, events=True),
+            "not go to and fro between two corners",
+        ),
         (
             lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),
             "slip is bounded",
         ),
-        (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "stay as they are"),
+        (lambda: model.solve(0.8, 1.0, [model.slip <= 1], events=True), "cannot be combined"),
     ):
         with pytest.raises(fo.ModelError, match=why):
             asked()

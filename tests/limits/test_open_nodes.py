@@ -94,7 +94,7 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
     assert (
         not beyond.exists
         and beyond.certificate is not None
-        and "open that the search finds; with others open one may be" in beyond.reason
+        and "open nodes that the search finds; with other nodes open one may be" in beyond.reason
     )
 
 

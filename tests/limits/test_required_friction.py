@@ -290,7 +290,7 @@ def test_faces_that_lock_themselves_need_slips_without_bound():
     )
     with pytest.raises(
         fo.SolverError,
-        match=r"no slip is safe with 0\.838.*one of up to .* is with 0\.839.*give a smaller slip_bound",
+        match=r"no slip is safe with 0\.838.*a slip of up to .* is safe with 0\.839.*give a smaller slip_bound",
     ):
         fo.required_friction(contact, cycle, 1.5, slip_bound=1e6)
 

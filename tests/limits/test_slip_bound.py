@@ -258,7 +258,9 @@ def test_a_safe_slip_says_what_it_does_and_too_much_load_what_the_mean_load_does
     none = (
         "no residual slip within the slip bound is safe at this load factor with all nodes closed; "
     )
-    assert too_much.reason.startswith(f"{none}shakedown_limit says which have one; ")
+    assert too_much.reason.startswith(
+        f"{none}shakedown_limit gives the load factors with a safe slip; "
+    )
     assert "without residual slip the mean load presses all nodes" in too_much.reason
 
 

@@ -226,7 +226,7 @@ def test_under_a_static_load_a_contact_rests_above_its_bound(seed):
     )
     found = fo.shakedown_limit(contact, up, 0.5)
     assert found.load_factor == closed.load_factor and found.reason.endswith(
-        "rest above it, up to where a body slides off (bound_for_all)"
+        "rest above the limit, until a body slides off (bound_for_all)"
     )
     assert found.bound_for_all >= 1.2 * closed.bound
 

@@ -89,7 +89,7 @@ def test_bulk_stress_gives_f2_and_swt():
 
 
 @refused(
-    ({"stress": np.ones((1, 2))}, "one of them alone"),
+    ({"stress": np.ones((1, 2))}, "only one is given"),
     ({"stress": np.ones((1, 2)), "strain": np.ones((2, 2))}, "1 and 2 states"),
 )
 def test_stress_and_strain_that_do_not_fit_are_refused(change):

@@ -100,11 +100,11 @@ def test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_
         node = limit.mechanism["node"].iloc[0]
         assert int((~limit.open).sum()) == 2 * half and limit.open[[node - 1, node + 1]].sum() == 1
         assert (
-            f"node {node} beside the open ones governs, where pressure falls to zero: the limit belongs to the mesh"
+            f"node {node} governs, next to open nodes, where pressure falls to zero: the limit depends on the mesh"
             in limit.reason
         )
         assert (
-            "belongs to the mesh" in fo.guaranteed_limit(contact, limit._question.cycle, F).reason
+            "depends on the mesh" in fo.guaranteed_limit(contact, limit._question.cycle, F).reason
         )
         shares.append(limit.load_factor / (2 * F * (1 - contact.x[node] ** 2)))
         limits.append(limit.load_factor / size)
