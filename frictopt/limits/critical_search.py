@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from ..base import RESIDUAL, Array, SolveRecord, frozen
-from ..contact import contact_law
 from ..solve.problem import put_back, standing
 from .answered import Mechanism
 from .critical_state import CriticalState, NeededByNode, critical_states
@@ -155,8 +154,7 @@ class CriticalSearch:
         loose = None if question.fixed else self._loose
 
         def friction(x: Unknowns, corners: list[int]) -> list[Row]:
-            law = contact_law(question.system, question.friction)
-            return stuck(x, self._f, law, corners, loose)
+            return stuck(x, self._f, corners, loose)
 
         program = listed_rows(question, x, self._f, every=bool(self._own), friction=friction)
         program.own = self._own

@@ -144,15 +144,16 @@ def suffixed(name: str, suffix: str) -> str:
 
 
 def stuck(
-    x: Unknowns, f: cp.Parameter, law: Any, corners: Iterable[int], loose: Any = None
+    x: Unknowns, f: cp.Parameter, corners: Iterable[int], loose: Any = None, law: Any = None
 ) -> list[Row]:
-    """Rows of the contact law at the corners: abs(q) <= f p, its other terms, and p >= 0.
+    """Rows of a contact law at the corners: abs(q) <= f p, its other terms, and p >= 0.
 
-    `loose` is added to the right sides: it is above 0 at the one node whose rows are switched off.
+    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term. `loose`
+    is added to the right sides: it is above 0 at the one node whose rows are switched off.
     """
     rows = list[Row]()
     for k in corners:
-        bound = friction_bound(f, law, x.p[k])
+        bound = friction_bound(f, x.p[k], law)
         least = 0
         if loose is not None:
             bound = bound + loose
@@ -161,17 +162,17 @@ def stuck(
         rows.append((x.p[k] >= least).set_label(label("pressed", x.p[k])))
     rows += [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
     for k in corners:
-        rows += [
-            within_term(x.q[k], x.p[k], term, label(term.row, x.q[k])) for term in law.terms[1:]
-        ]
+        for term in law.terms[1:] if law else ():
+            rows.append(within_term(x.q[k], x.p[k], term, label(term.row, x.q[k])))
     return rows
 
 
-def friction_bound(f: cp.Parameter, law: Any, p: cp.Variable) -> cp.Expression:
+def friction_bound(f: cp.Parameter, p: cp.Variable, law: Any = None) -> cp.Expression:
     """The first term of a contact law, whose slope is the coefficient of friction: f p."""
-    term = law.terms[0]
     bound = cp.multiply(f, p)
-    return bound + constant(term.constant, term.symbol) if term.constant.any() else bound
+    if law is None or not law.terms[0].constant.any():
+        return bound
+    return bound + constant(law.terms[0].constant, law.terms[0].symbol)
 
 
 def within_term(q: cp.Variable, p: cp.Variable, term: Any, name: str) -> Row:
@@ -337,7 +338,7 @@ def gross_slip(
     forces = printed_as(cp.hstack([vec(q), p]), "[q, p]")
     rows = [
         (motions @ forces == motions @ (r0 + times(load_factor, r1))).set_label("balance"),
-        (size(q) <= friction_bound(f, law, p)).set_label("stuck"),
+        (size(q) <= friction_bound(f, p, law)).set_label("stuck"),
         *(within_term(q, p, term, term.row) for term in law.terms[1:]),
         (p >= 0).set_label("pressed"),
         not_negative(load_factor),

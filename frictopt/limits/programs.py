@@ -265,7 +265,8 @@ def listed_rows(
     x = replace(x)  # with gaps of its own
     rows = rest(question, x, corners, more)
     if friction is None:
-        rows += stuck(x, f, contact_law(question.system, question.friction), corners)
+        law = contact_law(question.system, question.friction)
+        rows += stuck(x, f, corners, law=law)
     else:
         rows += friction(x, corners)
     if question.slip_bound is not None:
