@@ -94,10 +94,15 @@ def sweep(S, slopes, constants, stiffness, u, r, most, enough, relax):
 
 @inner
 def _bound(slopes, constants, p, node):
-    """The friction bound of a node under a normal force: the smallest term of the contact law."""
-    bound = slopes[0, node] * p + constants[0, node]
-    for j in range(1, len(slopes)):
-        bound = min(bound, slopes[j, node] * p + constants[j, node])
+    """The friction bound of a node under a normal force: the smallest term of the contact law.
+
+    The constants count only under pressure.
+    """
+    bound = slopes[0, node] * p
+    if p > 0:
+        bound += constants[0, node]
+        for j in range(1, len(slopes)):
+            bound = min(bound, slopes[j, node] * p + constants[j, node])
     return bound
 
 
