@@ -68,7 +68,7 @@ class Law:
         terms = self.slopes[:, nodes] * p + self.constants[:, nodes]
         # If two terms are equal, the later one governs.
         governs = len(terms) - 1 - terms[::-1].argmin(axis=0)
-        return self.slopes[governs, nodes]
+        return np.asarray(self.slopes[governs, nodes])
 
 
 @dataclass(frozen=True, eq=False)
