@@ -22,13 +22,15 @@ from .cycle import LoadCycle, checked_cycle
 from .frames import frames_of
 from .given_parts import checked_springs, compliances
 from .law import (
+    ROWS,
     BoundTerm,
     ContactLaw,
-    checked_uncapped,
+    checked_law,
     contact_law,
     friction_coefficients,
     lengths,
     most_shear,
+    other_laws,
 )
 from .referee import Verdict, off_law, referee
 from .state import ContactState

@@ -8,10 +8,12 @@ normal force that is concave and piecewise linear, and friction opposes the slip
 Coulomb's law is the one term `f p`. A shear strength of the surface adds the term `c`, which no
 pressure raises. Friction that differs along the two tangents is Coulomb's law in stretched
 coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term: programs,
-increments, gross slip and the referee all use the terms of this file. `KNOWN_BY` lists the public
-functions that support a law other than Coulomb's; all others raise an error.
+increments, gross slip and the referee take the terms as they stand here. `OTHER_LAWS` lists the
+laws other than Coulomb's, each with its term and the questions that know it; all other questions
+refuse it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,11 +24,6 @@ from ..base.checks import per_node
 from ..errors import ModelError
 from .system import ContactSystem, checked_system
 
-KNOWN_BY = {
-    "shear strength": ("shakedown_limit", "gross_slip", "march", "steady_state"),
-}
-"""Name of a law -> the public functions that support it. All support Coulomb's law."""
-
 
 @dataclass(frozen=True, eq=False)
 class BoundTerm:
@@ -36,6 +33,10 @@ class BoundTerm:
     ----------
     row
         Label of the rows of a program that hold this term, such as "stuck".
+    symbol
+        Name of the constant in a printed program.
+    which
+        Name, in a printed program, of the nodes that have this term.
     slope
         (N,) increase of the bound with the normal force, dimensionless.
     constant
@@ -45,6 +46,8 @@ class BoundTerm:
     row: str
     slope: Array
     constant: Array
+    symbol: str = ""
+    which: str = ""
 
     def bound(self, p: Array, force: float = 1.0) -> Array:
         """(..., N) bound under normal forces p (..., N), both in units of `force`."""
@@ -83,6 +86,25 @@ class ContactLaw:
             smallest = np.minimum(smallest, term.bound(p, force))
         return smallest
 
+    @property
+    def slopes(self) -> Array:
+        """(J, N) slopes of the J terms, a new array."""
+        return np.array([term.slope for term in self.terms])
+
+    @property
+    def constants(self) -> Array:
+        """(J, N) constants of the J terms, a new array, force."""
+        return np.array([term.constant for term in self.terms])
+
+    @property
+    def wedging_slope(self) -> Array:
+        """(N,) slope of the bound under large normal forces.
+
+        A slip has to lift its node at least by this slope, or it may wedge the bodies.
+        """
+        slopes = np.where(np.isfinite(self.constants), self.slopes, np.inf)
+        return np.asarray(slopes.min(axis=0))
+
     def return_map(self, q: Array, p: Array) -> Array:
         """The shear force on the bound that is closest to a trial shear force q outside of it.
 
@@ -97,11 +119,60 @@ class ContactLaw:
 
 def contact_law(system: ContactSystem, friction: Array | float) -> ContactLaw:
     """The law of a contact; `friction` has been checked, one coefficient or one per node."""
-    coulomb = BoundTerm("stuck", np.asarray(friction), np.zeros(system.nodes))
-    if not system.capped:
-        return ContactLaw((coulomb,))
-    strength = BoundTerm("strength", np.zeros(system.nodes), system.shear_strength)
-    return ContactLaw((coulomb, strength))
+    coefficients = np.broadcast_to(friction, system.nodes)
+    coulomb = BoundTerm("stuck", coefficients, np.zeros(system.nodes))
+    laws = other_laws(system)
+    return ContactLaw((coulomb, *(OTHER_LAWS[name].term(system) for name in laws)))
+
+
+def _strength_term(system: ContactSystem) -> BoundTerm:
+    zero = np.zeros(system.nodes)
+    return BoundTerm("strength", zero, system.shear_strength, symbol="c", which="strong")
+
+
+@dataclass(frozen=True)
+class OtherLaw:
+    """A law other than Coulomb's.
+
+    Attributes
+    ----------
+    holds
+        Whether a contact has it.
+    term
+        The term that it adds to the law of a contact that has it.
+    row
+        Label of the rows of this term.
+    known_by
+        The public questions that know it.
+    remedy
+        How to leave it out.
+    """
+
+    holds: Callable[[ContactSystem], bool]
+    term: Callable[[ContactSystem], BoundTerm]
+    row: str
+    known_by: tuple[str, ...]
+    remedy: str
+
+
+OTHER_LAWS = {
+    "a shear strength": OtherLaw(
+        holds=lambda system: system.capped,
+        term=_strength_term,
+        row="strength",
+        known_by=("shakedown_limit", "gross_slip", "march", "steady_state"),
+        remedy="system.with_shear_strength(np.inf)",
+    ),
+}
+"""The laws other than Coulomb's by their names in errors. All questions know Coulomb's law."""
+
+ROWS = ("stuck", *(law.row for law in OTHER_LAWS.values()))
+"""Labels of the rows of all terms."""
+
+
+def other_laws(system: ContactSystem) -> list[str]:
+    """Names of the laws other than Coulomb's that a contact has, the keys of `OTHER_LAWS`."""
+    return [name for name, law in OTHER_LAWS.items() if law.holds(system)]
 
 
 def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
@@ -119,15 +190,20 @@ def friction_coefficients(friction: ArrayLike, nodes: int) -> Array:
     return per_node("friction", friction, nodes, "a coefficient of friction is not negative")
 
 
-def checked_uncapped(system: object, question: str) -> ContactSystem:
-    """Check that a contact has only Coulomb's law, for a `question` that supports no other law."""
+def checked_law(system: object, question: str) -> ContactSystem:
+    """Check that a `question` knows the law of a contact; all know Coulomb's.
+
+    `question` is a name of `known_by` in `OTHER_LAWS`, or a name for an error.
+    """
     checked = checked_system(system)
-    if checked.capped:
-        *first, last = KNOWN_BY["shear strength"]
-        raise ModelError(
-            f"system: it has a shear strength, which {question} does not know; ask "
-            f"{', '.join(first)} or {last}, or leave it out: system.with_shear_strength(np.inf)"
-        )
+    for name in other_laws(checked):
+        law = OTHER_LAWS[name]
+        if question not in law.known_by:
+            *first, last = law.known_by
+            raise ModelError(
+                f"system: it has {name}, which {question} does not know; ask "
+                f"{', '.join(first)} or {last}, or leave it out: {law.remedy}"
+            )
     return checked
 
 

@@ -24,6 +24,7 @@ from ..contact import (
     checked_cycle,
     checked_system,
     friction_coefficients,
+    other_laws,
 )
 from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import (
@@ -370,8 +371,8 @@ class _Parts:
             )
         else:
             self.ask("shakedown limit", lambda: shakedown_limit(system, cycle, f))
-            if system.capped:
-                reason = "not known of a surface with a shear strength"
+            for law in other_laws(system):
+                reason = f"not known of a surface with {law}"
         if reason:
             for part in ("guaranteed limit", "required friction"):
                 self.missing[part] = reason.format(part.replace(" ", "_"))

@@ -29,6 +29,7 @@ from ..contact import (
     checked_cycle,
     checked_system,
     friction_coefficients,
+    other_laws,
     reactions,
 )
 from ..contact.diagnosis import open_nodes
@@ -198,7 +199,7 @@ def _check_similar(system: ContactSystem) -> None:
     """
     A, B, C = system.A, system.B, system.C
     _require(
-        not (system.capped or system.orthotropic),
+        not (other_laws(system) or system.orthotropic),
         "system: it has a shear strength, or orthotropic friction",
     )
     _require(

@@ -32,13 +32,23 @@ from ..base import (
     kept,
     places,
 )
-from ..contact import ContactState, ContactSystem, LoadCycle, joined, lengths, most_shear, parted
+from ..contact import (
+    ROWS,
+    ContactState,
+    ContactSystem,
+    LoadCycle,
+    contact_law,
+    joined,
+    lengths,
+    most_shear,
+    parted,
+)
 from ..contact.diagnosis import counted
 from ..solve.problem import Duals, Explained, duals
 from .question import Question
 
 # Labels of the rows of a corner.
-_OF_CORNER = re.compile(r"(?:q|p|gap|stuck|strength|pressed|apart)(?:_\d+)?\[(\d+)\]")
+_OF_CORNER = re.compile(rf"(?:q|p|gap|{'|'.join(ROWS)}|pressed|apart)(?:_\d+)?\[(\d+)\]")
 
 
 @kept
@@ -297,8 +307,9 @@ class Proven(Answered, Explained):
         corner = _OF_CORNER.fullmatch(name)
         values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
         node, component = (index.ravel() for index in np.indices(values.shape))
-        if name.startswith("strength"):
-            node = np.flatnonzero(np.isfinite(self.system.shear_strength))[node]
+        for term in contact_law(self.system, self.friction).terms[1:]:
+            if name.startswith(term.row):
+                node = term.nodes[node]
         columns = {
             "row": name,
             "corner": int(corner.group(1)) if corner else -1,

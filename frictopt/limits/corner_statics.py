@@ -14,6 +14,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..base import CONDENSATION, ZERO_LOAD_FACTOR, Array, SolveRecord
+from ..contact import contact_law
 from ..solve.chain import Chain
 from ..solve.problem import Problem
 from . import models
@@ -69,7 +70,8 @@ class CornerProgram:
         driven = drives(N, r1)
         load = {name: r0, f"r1[{corner}]": r1 if driven else np.zeros_like(r1)}
         f = cp.Parameter(system.nodes, nonneg=True, name="f", value=friction)
-        listing = models.gross_slip(N, load, f, system.shear_strength, system.slip_shape, sense)
+        law = contact_law(system, friction)
+        listing = models.gross_slip(N, load, f, law, system.slip_shape, sense)
         self._problem = Problem(listing.objective, listing.constraints)
 
         variables = {variable.name(): variable for variable in self._problem.variables()}
@@ -123,9 +125,9 @@ class CornerProgram:
         phi = phi / (size or np.nan)
 
         *v, w = phi.reshape(-1, system.nodes)
-        needed = self._question.friction * np.linalg.norm(v, axis=0)
         # A node that shears off its surface need not rise.
-        lack = float(np.where(system.shear_strength < np.inf, -w, needed - w).max())
+        law = contact_law(system, self._question.friction)
+        lack = float((law.wedging_slope * np.linalg.norm(v, axis=0) - w).max())
         stiffest = float(np.diag(system.S).max()) or 1.0
         strain = float(np.abs(system.S @ phi).max()) / stiffest
         worst = float(np.nan_to_num(np.max([residual, lack, strain]), nan=np.inf))

@@ -188,18 +188,18 @@ def gross_slip(
                load_factor: 0.0 <= load_factor
     """
     with bar_of(progress, "gross slip"):
-        question = pose(system, cycle, friction, strong=True)
+        question = pose(system, cycle, friction, question_name="gross_slip")
         only = ""
         if contacts is not None:
             names, chosen = _checked_contacts(system, contacts)
-            question = pose(system, cycle, question.friction * chosen, strong=True)
+            question = pose(system, cycle, question.friction * chosen, question_name="gross_slip")
             only = f"with friction at {', '.join(names)} alone, "
         return _with_transients(_statics(question, only), question)
 
 
 def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> float:
     """`GrossSlip.bound`: the load factor of statics, without transients."""
-    return _statics(pose(system, cycle, friction, strong=True), "").load_factor
+    return _statics(pose(system, cycle, friction, question_name="gross_slip"), "").load_factor
 
 
 def _checked_contacts(system: ContactSystem, contacts: Iterable[str]) -> tuple[list[str], Booleans]:

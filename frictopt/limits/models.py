@@ -6,7 +6,7 @@ load cycle (theory, eq. (7))::
     q_r = A slip        q_k = q0 + load_factor q1_k + q_r
     p_r = B slip        p_k = p0 + load_factor p1_k + p_r
 
-    |q_k| <= f p_k,   p_k >= 0,   and |q_k| <= c if the surface has a shear strength
+    |q_k| <= f p_k,   p_k >= 0,   and further terms of the contact law, as |q_k| <= c
 
 If some nodes stay open, A, B and the loads are condensed to the closed nodes, and the gaps of the
 open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the rows without friction,
@@ -143,32 +143,53 @@ def suffixed(name: str, suffix: str) -> str:
     return start + suffix + bracket + number
 
 
-def stuck(x: Unknowns, f: cp.Parameter, corners: Iterable[int], loose: Any = None) -> list[Row]:
-    """Rows abs(q) <= f p and p >= 0 at the corners.
+def stuck(
+    x: Unknowns, f: cp.Parameter, corners: Iterable[int], loose: Any = None, law: Any = None
+) -> list[Row]:
+    """Rows of a contact law at the corners: abs(q) <= f p, its other terms, and p >= 0.
 
-    `loose` is added to the right sides: it is above 0 at the one node whose rows are switched off.
+    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term. `loose`
+    is added to the right sides: it is above 0 at the one node whose rows are switched off.
     """
     rows = list[Row]()
     for k in corners:
-        bound = cp.multiply(f, x.p[k])
+        bound = friction_bound(f, x.p[k], law)
         least = 0
         if loose is not None:
             bound = bound + loose
             least = -loose
         rows.append((size(x.q[k]) <= bound).set_label(label("stuck", x.q[k])))
         rows.append((x.p[k] >= least).set_label(label("pressed", x.p[k])))
-    return rows + [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
+    rows += [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
+    for k in corners:
+        for term in law.terms[1:] if law else ():
+            rows.append(within_term(x.q[k], x.p[k], term, label(term.row, x.q[k])))
+    return rows
 
 
-def strong(q: cp.Variable, c: Any, name: str) -> list[Row]:
-    """Rows abs(q) <= c at the nodes that have a shear strength; c (N,) is inf at others."""
-    capped = [node for node, strength in enumerate(c) if strength < float("inf")]
-    if not capped:
-        return []
+def friction_bound(f: cp.Parameter, p: cp.Variable, law: Any = None) -> cp.Expression:
+    """The first term of a contact law, whose slope is the coefficient of friction: f p."""
+    bound = cp.multiply(f, p)
+    if law is None or not law.terms[0].constant.any():
+        return bound
+    return bound + constant(law.terms[0].constant, law.terms[0].symbol)
+
+
+def within_term(q: cp.Variable, p: cp.Variable, term: Any, name: str) -> Row:
+    """The row abs(q) <= slope p + constant of a further term of a law, at the nodes that have it.
+
+    The row of a shear strength is abs(q) <= c.
+    """
+    nodes = term.nodes
     sizes = size(q)
-    if len(capped) < len(c):
-        sizes = printed_as(size(q)[capped], f"{size(q).name()}[strong]")
-    return [(sizes <= constant(c[capped], "c")).set_label(name)]
+    pressures = p
+    if len(nodes) < len(term.constant):
+        sizes = printed_as(sizes[nodes], f"{size(q).name()}[{term.which}]")
+        pressures = printed_as(p[nodes], f"{p.name()}[{term.which}]")
+    bound = constant(term.constant[nodes], term.symbol)
+    if term.slope.any():
+        bound = cp.multiply(term.slope[nodes], pressures) + bound
+    return (sizes <= bound).set_label(name)
 
 
 def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
@@ -300,14 +321,14 @@ def gross_slip(
     N: Any,
     load: Mapping[str, Any],
     f: cp.Parameter,
-    c: Any,
+    law: Any,
     shape: tuple[int, ...],
     sense: Any = cp.Maximize,
 ) -> cp.Problem:
     """The largest (least) load factor at which some contact forces balance a load.
 
-    The forces obey abs(q) <= f p, p >= 0, and the shear strength c of the surface. They balance the
-    load, named r0 and r1, on all rigid motions N of the bodies.
+    The forces obey p >= 0 and the terms of the contact law. They balance the load, named r0 and r1,
+    on all rigid motions N of the bodies.
     """
     load_factor = cp.Variable(name="load_factor")
     q = cp.Variable(shape, name="q")
@@ -317,8 +338,8 @@ def gross_slip(
     forces = printed_as(cp.hstack([vec(q), p]), "[q, p]")
     rows = [
         (motions @ forces == motions @ (r0 + times(load_factor, r1))).set_label("balance"),
-        (size(q) <= cp.multiply(f, p)).set_label("stuck"),
-        *strong(q, c, "strength"),
+        (size(q) <= friction_bound(f, p, law)).set_label("stuck"),
+        *(within_term(q, p, term, term.row) for term in law.terms[1:]),
         (p >= 0).set_label("pressed"),
         not_negative(load_factor),
     ]

@@ -22,6 +22,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from ..base import Array, Bar, Booleans, Integers, bar_of, flag
+from ..contact import other_laws
 from ..errors import FrictoptError, ModelError, SolverError
 from ..transients.statics import Statics
 from .lift_off import LiftOff, Nodes, Order, among, with_order
@@ -332,7 +333,7 @@ def check_events(events: object, question: Question, restricted: bool) -> None:
         ),
         "its corners differ at load factor 0 (fixed)": question.fixed,
         "the slip is bounded": question.slip_bound is not None,
-        "the surface has a shear strength": question.system.capped,
+        **{f"the surface has {law}": True for law in other_laws(question.system)},
         "they cannot be combined with open, constraints or an objective": restricted,
     }
     for reason, holds in reasons.items():

@@ -18,13 +18,13 @@ from scipy.sparse import issparse
 from scipy.spatial import ConvexHull
 
 from ..base import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, shown
-from ..contact import ContactSystem, LoadCycle, lengths
+from ..contact import ContactSystem, LoadCycle, contact_law, lengths
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
 from ..solve.problem import Problem, dual_of, set_no_optimum
 from .answered import Mechanism
-from .models import More, Row, Unknowns, constant, label, rest, strong, stuck, unknowns, within
+from .models import More, Row, Unknowns, constant, label, rest, stuck, unknowns, within
 from .question import Question
 
 # Hulls of corners are looked for in at most so many directions. With more, each corner has rows.
@@ -264,11 +264,11 @@ def listed_rows(
         corners = list(range(len(question.r1)))
     x = replace(x)  # with gaps of its own
     rows = rest(question, x, corners, more)
-    rows += stuck(x, f, corners) if friction is None else friction(x, corners)
-    if question.system.capped:
-        for k in corners:
-            strength = question.system.shear_strength
-            rows += strong(x.q[k], strength, label("strength", x.q[k]))
+    if friction is None:
+        law = contact_law(question.system, question.friction)
+        rows += stuck(x, f, corners, law=law)
+    else:
+        rows += friction(x, corners)
     if question.slip_bound is not None:
         rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
     f.value = question.friction

@@ -20,8 +20,7 @@ from ..contact import (
     ContactSystem,
     LoadCycle,
     checked_cycle,
-    checked_system,
-    checked_uncapped,
+    checked_law,
     friction_coefficients,
     lengths,
     off_law,
@@ -247,19 +246,16 @@ def pose(
     *,
     simplify: bool = True,
     slip_bound: Any = None,
-    strong: bool = False,
+    question_name: str = "this question",
 ) -> Question:
     """Check a limit question and pose it with all nodes closed; ModelError for bad input.
 
-    `slip_bound` is one largest slip, one per node, or None. `strong`: whether a shear strength of
-    the surface is allowed. A mean load is refused if its shear is so large that rounding hides its
-    pressure.
+    `slip_bound` is one largest slip, one per node, or None. `question_name` is that of the public
+    question, which may know laws other than Coulomb's. A mean load whose shear hides its pressure
+    is refused.
     """
     started = perf_counter()
-    if strong:
-        checked_system(system)
-    else:
-        checked_uncapped(system, "this question")
+    checked_law(system, question_name)
     checked_cycle(cycle)
     bound = None
     if slip_bound is not None:

@@ -45,8 +45,8 @@ class SafeModel:
 
     # Whether the load factor is given.
     _given = False
-    # Whether a shear strength of the surface is allowed.
-    _strong = False
+    # Name of the public question, which may know laws other than Coulomb's.
+    _public_question = "this question"
 
     _made: Any
     __signature__: Signature
@@ -75,7 +75,12 @@ class SafeModel:
         solver: str | None = None,
     ) -> None:
         question = pose(
-            system, cycle, 1.0, simplify=simplify, slip_bound=slip_bound, strong=self._strong
+            system,
+            cycle,
+            1.0,
+            simplify=simplify,
+            slip_bound=slip_bound,
+            question_name=self._public_question,
         )
         self._begin(question, solver)
 

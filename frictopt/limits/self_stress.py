@@ -21,7 +21,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..base import Array
-from ..contact import ContactSystem, LoadCycle, reactions
+from ..contact import ContactSystem, LoadCycle, contact_law, reactions
 from ..errors import NoContinuation, SolverError
 
 # Forces balance themselves if their sums in the rigid motions are below this share of the sum of
@@ -76,9 +76,8 @@ def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | Non
 
     They do no work in the rigid motions N, and their pressures add up to 1.
     """
-    # The strength of a surface bounds its shear whatever the pressure: such nodes do not wedge.
-    has_strength = np.isfinite(system.shear_strength)
-    wedging_friction = np.where(has_strength, 0.0, friction)
+    # A node with a shear strength does not wedge: its bound does not grow with the pressure.
+    wedging_friction = contact_law(system, friction).wedging_slope
 
     forces = cp.Variable((system.tangents + 1, system.nodes))
     pressure = forces[-1]

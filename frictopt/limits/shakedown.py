@@ -97,7 +97,12 @@ def shakedown_limit(
     """
     with bar_of(progress, "shakedown limit"):
         question = pose(
-            system, cycle, friction, simplify=simplify, slip_bound=slip_bound, strong=True
+            system,
+            cycle,
+            friction,
+            simplify=simplify,
+            slip_bound=slip_bound,
+            question_name="shakedown_limit",
         )
         return ShakedownLimits._on(question, solver).of_pattern(question, open, events)
 
@@ -105,7 +110,7 @@ def shakedown_limit(
 class ShakedownLimits(SafeModel):
     """The shakedown limits of one system and cycle, for any friction and open nodes."""
 
-    _strong = True
+    _public_question = "shakedown_limit"
 
     def of_pattern(
         self,

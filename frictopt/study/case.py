@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import Array
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, contact_law
 from ..limits import ShakedownLimit
 from .starts import Start
 
@@ -54,8 +54,9 @@ class Case:
         system, cycle = self.system, self.cycle
         reactions = (*cycle.mean_reaction(system), *cycle.corner_reactions(system))
         fixed = () if cycle.fixed is None else cycle.unscaled_reactions(system)
-        strength = (system.shear_strength,) if system.capped else ()
-        return _digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)
+        terms = contact_law(system, self.friction).terms
+        constants = [term.constant for term in terms if term.constant.any()]
+        return _digest(system.S, system.gap, self.friction, *reactions, *fixed, *constants)
 
 
 @dataclass(frozen=True, eq=False)

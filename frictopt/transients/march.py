@@ -25,8 +25,8 @@ from ..contact import (
     ContactState,
     ContactSystem,
     LoadCycle,
-    checked_system,
-    checked_uncapped,
+    checked_law,
+    other_laws,
     parted,
 )
 from ..errors import ModelError, NoContinuation, SolverError
@@ -262,10 +262,10 @@ def path_of(
 
     `steps` and `engine` are those of `march`.
     """
-    in_plane = checked_system(system).tangents == 1
+    in_plane = checked_law(system, "march").tangents == 1
     if engine is not None:
         chosen = str(choice("engine", engine, ("path", *ENGINES)))
-    elif in_plane and steps is None and not system.capped:
+    elif in_plane and steps is None and not other_laws(system):
         chosen = "path"
     else:
         chosen = "newton"
@@ -277,7 +277,7 @@ def path_of(
                 "curved: choose 'newton' or 'qp', and see `step_error` for what the increments "
                 "leave"
             )
-        checked_uncapped(system, f"engine {chosen!r}")
+        checked_law(system, f"engine {chosen!r}")
     if chosen == "path":
         if steps is not None:
             raise ModelError(

@@ -28,11 +28,13 @@ from ..base import (
     warns_of_odd_values,
 )
 from ..contact import (
+    BoundTerm,
     ContactState,
     ContactSystem,
     LoadCycle,
     checked_cycle,
     checked_system,
+    contact_law,
     friction_coefficients,
     lengths,
     most_shear,
@@ -342,21 +344,25 @@ def onset_from(
 
 
 def _slip(approach: _Approach) -> OnsetEvent:
-    """The first slip, of friction or of a surface that shears off."""
-    system = approach.system
-    f = approach.friction
+    """The first slip: the first shear force that reaches a term of the bound."""
+    law = contact_law(approach.system, approach.friction)
+    first, *further = (_slip_at_term(approach, term) for term in law.terms)
+    for slip in further:
+        if slip.node is not None and slip.load_factor < first.load_factor:
+            first = slip
+    return first
+
+
+def _slip_at_term(approach: _Approach, term: BoundTerm) -> OnsetEvent:
+    """The first shear force that reaches a term of the bound."""
+    nodes = term.nodes
     q, p, _ = approach.start
     q_rate, p_rate, _ = approach.rate
-    slip = _first_at_bound(approach, system.stretch, (q, f * p), (q_rate, f * p_rate))
-    if not system.capped:
-        return slip
-    strong = np.flatnonzero(np.isfinite(system.shear_strength))
-    start = q[strong], system.shear_strength[strong]
-    rate = q_rate[strong], np.zeros(len(strong))
-    shears_off = _first_at_bound(approach, system.stretch[strong], start, rate)
-    if shears_off.node is None or shears_off.load_factor >= slip.load_factor:
-        return slip
-    return replace(shears_off, node=int(strong[shears_off.node]))
+    slope = term.slope[nodes]
+    start = q[nodes], slope * p[nodes] + term.constant[nodes]
+    rate = q_rate[nodes], slope * p_rate[nodes]
+    slip = _first_at_bound(approach, approach.system.stretch[nodes], start, rate)
+    return slip if slip.node is None else replace(slip, node=int(nodes[slip.node]))
 
 
 def _separation(approach: _Approach) -> OnsetEvent:

@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike
 
 from ..base import CONDENSATION, COUNTS, RIGID, ROUNDING, Array, Booleans
 from ..contact import (
+    BoundTerm,
+    ContactLaw,
     ContactSystem,
     LoadCycle,
     checked_cycle,
     checked_system,
+    contact_law,
     friction_coefficients,
     joined,
     lengths,
@@ -141,7 +144,8 @@ class Statics:
     the proof.
 
     A node whose surface has a strength c may slip by s more than its lift opens, `w + f s >= f
-    |v|`. Its forces then take back at most the work c s.
+    |v|`. Its forces then take back at most the work c s. Other terms of
+    the law are taken likewise.
     """
 
     def __init__(self, system: ContactSystem, friction: Array) -> None:
@@ -165,7 +169,7 @@ class Statics:
         state = settled(self._system, load[-n:] - self._system.C @ gap)
         if state is None:
             return None
-        forces = np.r_[load[:-n], self._within_strength(state[1])]
+        forces = np.r_[load[:-n], self._within_terms(state[1])]
         phi = self._proof(self._slides, True, forces)
         return None if phi is None else self._sentence(name, forces, phi)
 
@@ -180,7 +184,7 @@ class Statics:
         # The motions that do not open the contact.
         _, opens, turn = np.linalg.svd(self._motions[-n:], full_matrices=False)
         sliding = self._motions @ turn[opens <= CONDENSATION].T
-        pressed = np.r_[forces[:-n], self._within_strength(forces[-n:].clip(0.0))]
+        pressed = np.r_[forces[:-n], self._within_terms(forces[-n:].clip(0.0))]
         phi = self._with_negative_work(sliding, True, pressed)
         return None if phi is None else self._sentence(name, pressed, phi)
 
@@ -200,15 +204,23 @@ class Statics:
         return np.vstack([slides, np.zeros((n, slides.shape[1]))])
 
     @cached_property
-    def _strong(self) -> Booleans:
-        """(N,) nodes that a strength bounds besides friction."""
-        return np.isfinite(self._system.shear_strength) & (self._friction > 0)
+    def _law(self) -> ContactLaw:
+        return contact_law(self._system, self._friction)
 
-    def _within_strength(self, p: Array) -> Array:
-        """(N,) normal forces up to those at which friction reaches the strength."""
-        friction = np.where(self._strong, self._friction, 1.0)
-        largest = np.where(self._strong, self._system.shear_strength / friction, np.inf)
-        return np.minimum(p, largest)
+    @cached_property
+    def _further_terms(self) -> list[tuple[Booleans, BoundTerm]]:
+        """The terms of the law beside friction, each with the nodes (N,) that it bounds besides."""
+        terms = self._law.terms[1:]
+        return [
+            (np.isfinite(term.constant) & (self._friction > term.slope), term) for term in terms
+        ]
+
+    def _within_terms(self, p: Array) -> Array:
+        """(N,) normal forces up to those at which friction reaches another term of the law."""
+        for bounded, term in self._further_terms:
+            friction = np.where(bounded, self._friction, 1.0)
+            p = np.minimum(p, np.where(bounded, term.bound(p) / friction, np.inf))
+        return p
 
     def _proof(self, motions: Array, pressed: bool, forces: Array) -> Array | None:
         """A motion of negative work; a body that may slide and turn is said to slide."""
@@ -243,7 +255,6 @@ class Statics:
 
         n = self._system.nodes
         f = self._friction
-        strong = self._strong & (not pressed)
         scale = float(np.abs(load).max()) or 1.0
         share = cp.Variable(V.shape[1], name="share")
         *v, lift = (part @ share for part in V.reshape(-1, n, V.shape[1]))
@@ -253,19 +264,21 @@ class Statics:
             work = work + load[-n:] / scale @ lift
         opens = lift
         rows = [cp.SOC(cp.Constant(1.0), share)]
-        if strong.any():
+        for bounded, term in () if pressed else self._further_terms:
             extra_slip = cp.Variable(n, name="extra slip", nonneg=True)
-            work = work + (np.where(strong, self._system.shear_strength, 0.0) / scale) @ extra_slip
-            opens = lift + cp.multiply(f * strong, extra_slip)
-            rows.append(lift >= 0)
+            work = work + (np.where(bounded, term.constant, 0.0) / scale) @ extra_slip
+            opens = opens + cp.multiply((f - term.slope) * bounded, extra_slip)
+            least_lift = cp.multiply(term.slope, extra_slip) if term.slope.any() else 0
+            rows.append(lift >= least_lift)
         rows.append(cp.SOC(opens, cp.multiply((1 + COUNTS) * f, cp.vstack(v))))
 
         def claimed() -> _Motion:
             phi = V @ share.value
-            needed = f * np.linalg.norm(phi[:-n].reshape(-1, n), axis=0)
+            slip = np.linalg.norm(phi[:-n].reshape(-1, n), axis=0)
             if pressed:
-                phi[-n:] = needed
-            return _Motion(phi, float((np.where(strong, 0.0, needed) - phi[-n:]).max()))
+                phi[-n:] = f * slip
+                return _Motion(phi, 0.0)
+            return _Motion(phi, float((self._law.wedging_slope * slip - phi[-n:]).max()))
 
         with suppress(SolverError):
             phi = Chain(cp.Problem(cp.Minimize(work), rows), {}).solve(claimed)[0].phi
@@ -300,9 +313,14 @@ class Statics:
 
     def _sheared_off(self, phi: Array) -> float:
         """Largest work that strengths take back in a motion that slips more than its lift opens."""
-        *v, w = phi.reshape(-1, self._system.nodes)[:, self._strong]
-        extra_slip = np.linalg.norm(v, axis=0) - w / self._friction[self._strong]
-        return float(extra_slip.clip(0.0) @ self._system.shear_strength[self._strong])
+        price = np.full(self._system.nodes, np.inf)
+        for bounded, term in self._further_terms:
+            share = self._friction / np.where(bounded, self._friction - term.slope, 1.0)
+            price = np.where(bounded, np.minimum(price, term.constant * share), price)
+        bounded = np.isfinite(price)
+        *v, w = phi.reshape(-1, self._system.nodes)[:, bounded]
+        extra_slip = np.linalg.norm(v, axis=0) - w / self._friction[bounded]
+        return float(extra_slip.clip(0.0) @ price[bounded])
 
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
         """What moves and in which direction, with the forces of the load and of friction.

@@ -49,7 +49,7 @@ FAULTS = (
     Fault(
         "contact/law.py",
         "what does not know a shear strength takes it",
-        old="checked.capped",
+        old="question not in law.known_by",
         new="False",
         tests="shear_strength",
     ),

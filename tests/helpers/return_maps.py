@@ -26,7 +26,8 @@ class Mapped:
         self.corners = [np.r_[np.full(n, load), np.ones(n)] for load in loads]
         self.system = SimpleNamespace(
             gap=np.zeros(n),
-            shear_strength=np.inf,
+            nodes=n,
+            capped=False,
             S=np.diag(np.r_[np.ones(n), np.zeros(n)]),
             tangents=1,
         )

@@ -6,14 +6,14 @@ FAULTS = (
     Fault(
         "study/case.py",
         "what is fixed has no part in the keys of a study",
-        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)"),
-        new="_digest(system.S, system.gap, self.friction, *reactions, *strength)",
+        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *constants)"),
+        new="_digest(system.S, system.gap, self.friction, *reactions, *constants)",
         tests="fixed_part",
     ),
     Fault(
         "study/case.py",
         "a study takes runs of another shear strength",
-        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *strength)"),
+        old=("_digest(system.S, system.gap, self.friction, *reactions, *fixed, *constants)"),
         new="_digest(system.S, system.gap, self.friction, *reactions, *fixed)",
         tests="shear_strength",
     ),

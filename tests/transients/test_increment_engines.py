@@ -48,7 +48,7 @@ def test_sweeps_alone_and_newtons_method_alone_find_one_state(seed, nodes, in_sp
         *contact.reaction({loads[0]: -1.0 if lift else 1.0, loads[1]: float(rng.uniform(0.0, 2.0))})
     ) + 0.3 * rng.normal(size=len(law.S))
     u, r = np.zeros_like(trial), trial.copy()
-    sweep(law.S, law.friction, law.strength, law.augmentation, u, r, 20_000, 1e-14, relax)
+    sweep(law.S, law.slopes, law.constants, law.augmentation, u, r, 20_000, 1e-14, relax)
     state, scale = newton(law, trial, np.zeros_like(trial)), np.abs(trial).max()
     assert state.error < 1e-9 * scale
     assert np.allclose(r, trial + law.S @ u, atol=1e-11 * scale) and np.allclose(
@@ -99,8 +99,8 @@ def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, fr
         load, forces, status = r.copy(), np.empty_like(r), np.empty(nodes, dtype=np.int8)
         residual = increment(
             law.S,
-            law.friction,
-            law.strength,
+            law.slopes,
+            law.constants,
             law.augmentation,
             share * law.augmentation,
             u,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...base import RESIDUAL, Array, Booleans
-from ...contact import LoadCycle, checked_plane, checked_uncapped, off_law
+from ...contact import LoadCycle, checked_law, checked_plane, off_law
 from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
 from ...errors import NoContinuation
@@ -70,7 +70,7 @@ class ExactPath(Transient):
 
     def _begin(self, u: Array, r: Array, opened: Booleans) -> None:
         checked_plane(self.system, "follow it by march or steady_state, in increments")
-        checked_uncapped(self.system, "the exact path")
+        checked_law(self.system, "the exact path")
         compiled()
         self._S = self.system.S
         self._active = new_active_set(self.nodes)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base import RESIDUAL, Array, SolveRecord, finite_number, warns_of_odd_values
-from ...contact import ContactSystem, checked_plane, checked_uncapped
+from ...contact import ContactSystem, checked_law, checked_plane
 from ...errors import SolverError
 from ...solve.solvers import MILP, NoOptimum
 from ..transient import OPEN
@@ -82,7 +82,7 @@ class ExactIncrement(ByProgram):
     def __init__(self, system: ContactSystem, friction: ArrayLike, *, reach: float = 1e3) -> None:
         self._reach = finite_number("reach", reach, above=1.0)
         plane = checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement")
-        super().__init__(checked_uncapped(plane, "ExactIncrement"), friction)
+        super().__init__(checked_law(plane, "ExactIncrement"), friction)
 
     def _listing(self, system: ContactSystem) -> cp.Problem:
         return exact(system, self.friction)

@@ -66,7 +66,7 @@ class _Nodes:
         """
         n = len(self._gap)
         length = force / self._unit
-        law = replace(self.law, strength=self.law.strength / force)
+        law = self.law.per_force(force)
         begin = np.concatenate([np.zeros(len(u) - n), u[-n:] + self._gap]) / length
         state = None
         if key not in self._begun:
@@ -114,9 +114,17 @@ class _Nodes:
         The reactions of the state are on the law, those next to it are exact.
         """
         forces = np.empty_like(r)
-        status = np.empty(len(law.friction), dtype=np.int8)
+        status = np.empty(len(u) // len(law.augmentation), dtype=np.int8)
         error = increment(
-            law.S, law.friction, law.strength, law.augmentation, self.sizes, u, r, forces, status
+            law.S,
+            law.slopes,
+            law.constants,
+            law.augmentation,
+            self.sizes,
+            u,
+            r,
+            forces,
+            status,
         )
         return State(u, forces, status, 0, error), r
 
@@ -270,9 +278,9 @@ class _Rest(_Nodes):
         size = np.where(size > ROUNDING * before, size, before)
         reduced = Law(
             S,
-            law.friction[remaining],
+            law.slopes[:, remaining],
+            law.constants[:, remaining],
             np.tile(size.max(axis=0), (axes, 1)),
-            law.strength[remaining],
         )
         super().__init__(reduced, sizes_of(S, size), gap[remaining], unit)
 

@@ -14,7 +14,15 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ...base import RESIDUAL, Array, SolveRecord, components, finite_array, frame
-from ...contact import ContactSystem, checked_system, friction_coefficients, joined, off_law, parted
+from ...contact import (
+    ContactSystem,
+    checked_system,
+    contact_law,
+    friction_coefficients,
+    joined,
+    off_law,
+    parted,
+)
 from ...contact.given_parts import checked_pair
 from ...errors import SolverError
 from ...solve.problem import Explained
@@ -155,7 +163,7 @@ class Posed:
         self.force = force_scale(self.bonded[1], self.reactions)
         self.length = self.force / system.stiffness_scale
         self.trial = self.reactions / self.force
-        self.law = replace(owner.law, strength=owner.law.strength / self.force)
+        self.law = owner.law.per_force(self.force)
 
     def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
         """The state in the units of the caller, with its record.
@@ -210,17 +218,14 @@ class FrictionIncrement(ABC):
         self.own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
         S = system.S / system.stiffness_scale
-        friction, strength = (
-            np.array(self.friction),
-            np.array(system.shear_strength),
-        )  # as all arrays are: of others the sweeps are compiled anew
-        self.law, self.sizes = (
-            Law(S, friction, np.tile(self.own.max(axis=0), (len(self.own), 1)), strength),
-            sizes_of(S, self.own),
-        )
+        bound = contact_law(system, self.friction)
+        augmentation = np.tile(self.own.max(axis=0), (len(self.own), 1))
+        self.law = Law(S, bound.slopes, bound.constants, augmentation)
+        self.sizes = sizes_of(S, self.own)
         """The dimensionless law and its `sizes_of`.
 
-        All directions of a node have one c and d. The strength is in the units of the caller.
+        All directions of a node have one c and d. The constants of the law are in the units of the
+        caller.
         """
 
     def solve(self, slip: ArrayLike, bonded: Sequence[ArrayLike]) -> Increment:

@@ -2,15 +2,15 @@
 
 With `[q, p] = trial + S u`, `u = [dv, w]` and any c, d > 0, the contact law is::
 
-    p = max(p - c w, 0),     q = projection of (q - d dv) on |q| <= f max(p - c w, 0)
+    p = max(p - c w, 0),     q = projection of (q - d dv) on |q| <= bound(max(p - c w, 0))
 
-or on the shear strength of the surface if that is less. It is piecewise smooth: nodes that are open
-have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q = f p n` (or the
-strength times n) with n the direction of `q - d dv`. Newton's method with a line search takes the
+The bound is the smallest of the linear terms of `contact/law.py`. The law is piecewise smooth:
+nodes that are open have q = p = 0, closed ones w = 0, sticking ones dv = 0, and slipping ones `q =
+bound(p) n` with n the direction of `q - d dv`. Newton's method with a line search takes the
 piece at hand. A node has one tangent in the plane and two in space.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -44,19 +44,31 @@ _SETTINGS = NewtonSettings()
 class Law:
     """The dimensionless contact law of N nodes, M motions, t tangents.
 
-    `S` (M, M) is the stiffness over its scale, `friction` (N,) the coefficient. `augmentation` (t +
-    1, N) are the d of the tangents and the c of each node, of the size of the node's stiffness.
-    `strength` (N,) is the shear strength in the units of the forces.
+    `S` (M, M) is the stiffness over its scale. `slopes` and `constants` (J, N) are those of the
+    terms of the friction bound, constants in the units of the forces. `augmentation` (t + 1, N) are
+    the d of the tangents and the c of each node, of the size of the node's stiffness.
     """
 
     S: Array
-    friction: Array
+    slopes: Array
+    constants: Array
     augmentation: Array
-    strength: Array
+
+    def per_force(self, force: float) -> "Law":
+        """The law in another unit of force, from a law with the unit 1."""
+        return replace(self, constants=self.constants / force)
 
     def bound(self, p: Array) -> Array:
-        """(N,) largest shear under normal forces."""
-        return np.minimum(self.friction * np.maximum(p, 0.0), self.strength)
+        """(N,) largest shear under normal forces; 0 at nodes that nothing presses."""
+        smallest = (self.slopes * np.maximum(p, 0.0) + self.constants).min(axis=0)
+        return np.asarray(np.where(p > 0, smallest, 0.0))
+
+    def slope(self, p: Array, nodes: NDArray[np.intp]) -> Array:
+        """Slope of the governing term of the bound of some nodes, under their normal forces."""
+        terms = self.slopes[:, nodes] * p + self.constants[:, nodes]
+        # If two terms are equal, the later one governs.
+        governs = len(terms) - 1 - terms[::-1].argmin(axis=0)
+        return np.asarray(self.slopes[governs, nodes])
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,9 +269,7 @@ def _linearised(
     unit = piece.unit[:, slips]
     shrink = piece.shrink[slips]
     pressed = (piece.r[t * n :] - law.augmentation[-1] * piece.u[t * n :])[slips]
-    # The shear strength does not change with the pressure.
-    below_strength = law.friction[slips] * pressed < law.strength[slips]
-    f = np.where(below_strength, law.friction[slips], 0.0)
+    f = law.slope(pressed, slips)
 
     across = np.eye(t)[:, :, None] - unit[:, None] * unit[None]
     share = np.eye(t)[:, :, None] - shrink * across

@@ -20,7 +20,7 @@ from cvxpy.reductions.solution import Solution
 from numpy.typing import ArrayLike
 
 from ...base import RESIDUAL, Array, Attempt, warns_of_odd_values
-from ...contact import ContactSystem, checked_plane, checked_uncapped, joined, most_shear, parted
+from ...contact import ContactSystem, checked_law, checked_plane, joined, most_shear, parted
 from ...errors import SolverError
 from ...solve.problem import Problem
 from ...solve.solvers import QP, SOCP, solve
@@ -261,7 +261,7 @@ def complementarity_problem(
     >>> fo.increments.complementarity_problem(system, 0.5, [0.0], load).problem.is_dcp()
     False
     """
-    checked_uncapped(
+    checked_law(
         checked_plane(system, "choose NewtonIncrement or FrozenBoundIncrement"),
         "the complementarity problem",
     )

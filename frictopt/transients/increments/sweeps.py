@@ -31,7 +31,7 @@ def reactions(S, still, u):
 
 
 @entry_point
-def increment(S, f, strength, augmentation, stiffness, u, r, forces, status):
+def increment(S, slopes, constants, augmentation, stiffness, u, r, forces, status):
     """An increment by sweeps over all nodes, then over those that move, in turn.
 
     It ends when the state obeys the law. The arguments are those of `sweep`; `augmentation` (t + 1,
@@ -41,30 +41,30 @@ def increment(S, f, strength, augmentation, stiffness, u, r, forces, status):
     """
     still, residual = reactions(S, r, -u), np.inf
     for _ in range(10):
-        last = sweep(S, f, strength, stiffness, u, r, 4, _ROUNDING, 1.0) <= _ROUNDING
-        last = not _sweep_moving(S, f, strength, stiffness, u, r) <= _ROUNDING or last
+        last = sweep(S, slopes, constants, stiffness, u, r, 4, _ROUNDING, 1.0) <= _ROUNDING
+        last = not _sweep_moving(S, slopes, constants, stiffness, u, r) <= _ROUNDING or last
         r[:] = reactions(S, still, u)
-        if _take_piece(f, strength, augmentation, u, r, status):
+        if _take_piece(slopes, constants, augmentation, u, r, status):
             r[:] = reactions(S, still, u)
-        residual = _put_on_law(f, strength, augmentation, u, r, forces, status)
+        residual = _put_on_law(slopes, constants, augmentation, u, r, forces, status)
         if last or residual <= _ROUNDING:
             break
     return residual
 
 
 @entry_point
-def sweep(S, f, strength, stiffness, u, r, most, enough, relax):
+def sweep(S, slopes, constants, stiffness, u, r, most, enough, relax):
     """Gauss-Seidel on the projected law of one increment: each node in turn moves to obey it.
 
     Nodes that stick cost nothing but a look (Jourdan, Alart & Jean 1998). S is the stiffness (M,
-    M), f (N,) friction, `strength` (N,) the largest shear of the surface. `stiffness` (t + 1, N) is
+    M), `slopes` and `constants` (J, N) those of the terms of the bound. `stiffness` (t + 1, N) is
     positive: for the tangents at least the largest stiffness of the node in any tangential
     direction, and its normal stiffness. Slip increments and gaps u and reactions r, (M,), are
     changed in place, in `most` sweeps at most, until corrections of forces are `enough`. `relax` is
     the share of the missing slip by which a slip changes. With 1 the node obeys the law then; a
     little more needs fewer sweeps. Returns the largest correction of the last sweep.
     """
-    nodes, tangents, largest = len(f), len(stiffness) - 1, np.inf
+    nodes, tangents, largest = slopes.shape[1], len(stiffness) - 1, np.inf
     wanted = np.empty(tangents)
     for _ in range(most):
         largest = 0.0
@@ -75,7 +75,7 @@ def sweep(S, f, strength, stiffness, u, r, most, enough, relax):
             largest = max(largest, stiffness[-1, node] * way)
 
             pressed = r[k] - stiffness[-1, node] * u[k]
-            bound = min(f[node] * max(pressed, 0.0), strength[node])
+            bound = _bound(slopes, constants, max(pressed, 0.0), node)
             size = _pull(stiffness, u, r, node)
             for a in range(tangents):
                 i = a * nodes + node
@@ -90,6 +90,20 @@ def sweep(S, f, strength, stiffness, u, r, most, enough, relax):
         if largest <= enough:
             break
     return largest
+
+
+@inner
+def _bound(slopes, constants, p, node):
+    """The friction bound of a node under a normal force: the smallest term of the contact law.
+
+    The constants count only under pressure.
+    """
+    bound = slopes[0, node] * p
+    if p > 0:
+        bound += constants[0, node]
+        for j in range(1, len(slopes)):
+            bound = min(bound, slopes[j, node] * p + constants[j, node])
+    return bound
 
 
 @inner
@@ -114,7 +128,7 @@ def _pull(augmentation, u, r, node):
 
 
 @inner
-def _sweep_moving(S, f, strength, stiffness, u, r):
+def _sweep_moving(S, slopes, constants, stiffness, u, r):
     """Sweeps over the nodes that move, among themselves: u is changed in place, r is not.
 
     Returns the largest correction of the last sweep.
@@ -132,8 +146,8 @@ def _sweep_moving(S, f, strength, stiffness, u, r):
     # Relaxation by 1.4 takes a third of the sweeps.
     largest = sweep(
         block,
-        f[moving],
-        strength[moving],
+        slopes[:, moving],
+        constants[:, moving],
         stiffness[:, moving],
         u_part,
         r_part,
@@ -146,18 +160,18 @@ def _sweep_moving(S, f, strength, stiffness, u, r):
 
 
 @inner
-def _take_piece(f, strength, augmentation, u, r, status):
+def _take_piece(slopes, constants, augmentation, u, r, status):
     """Write the statuses of the piece of the law at u, and set the motions to zero that it forbids.
 
     Returns whether a motion has changed.
     """
-    nodes, tangents, changed = len(f), len(augmentation) - 1, False
+    nodes, tangents, changed = slopes.shape[1], len(augmentation) - 1, False
     for node in range(nodes):
         k = tangents * nodes + node
         pressed = r[k] - augmentation[-1, node] * u[k]
         if pressed <= 0:
             status[node] = OPEN
-        elif _pull(augmentation, u, r, node) > min(f[node] * max(pressed, 0.0), strength[node]):
+        elif _pull(augmentation, u, r, node) > _bound(slopes, constants, pressed, node):
             status[node] = SLIP
         else:
             status[node] = STICK
@@ -174,17 +188,17 @@ def _take_piece(f, strength, augmentation, u, r, status):
 
 
 @inner
-def _put_on_law(f, strength, augmentation, u, r, forces, status):
+def _put_on_law(slopes, constants, augmentation, u, r, forces, status):
     """Write the reactions, with slipping nodes on their bound and open ones without any.
 
     Slip against +x in the plane gets the status -1. Returns the residual of the law and of the
     equilibrium.
     """
-    nodes, tangents = len(f), len(augmentation) - 1
+    nodes, tangents = slopes.shape[1], len(augmentation) - 1
     residual, total = 0.0, 0.0
     for node in range(nodes):
         k = tangents * nodes + node
-        bound = min(f[node] * r[k], strength[node])
+        bound = _bound(slopes, constants, r[k], node)
         _write_forces(augmentation, u, r, forces, status[node], node, bound)
         for i in range(node, k + 1, nodes):
             residual = max(residual, abs(forces[i] - r[i]))
