@@ -304,7 +304,7 @@ def critical(
 ) -> cp.Problem:
     """The least (largest) load factor at which a safe slip makes a node critical.
 
-    Theory, eq. (10): q0 + q_r = load_factor c and p0 + p_r = load_factor rho at the node. `load`
+    theory, eq. (10): q0 + q_r = load_factor c and p0 + p_r = load_factor rho at the node. `load`
     are q0 and p0 there, see `at_node`; `needed` are the shear c and the pressure rho that its
     cyclic loads need at a load factor of 1.
     """

@@ -79,7 +79,7 @@ class Program:
         units: Mapping[cp.Variable, Any] | None = None,
         others: Sequence["Program"] = (),
     ) -> "Program":
-        """The same program with the compiled problem of a goal over its rows and those of others.
+        """Compile a goal over the rows of this program and of other programs.
 
         `unit` is that of the objective; `units` are those of variables that the program does not
         have itself.

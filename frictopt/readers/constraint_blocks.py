@@ -45,7 +45,7 @@ class _RigidPart(NamedTuple):
 
 @dataclass
 class _ConstraintListing:
-    """What the blocks that constrain nodes list."""
+    """The entries of the blocks that constrain nodes."""
 
     row_of_node: Mapping[int, int]
     # node set or surface of nodes -> rows

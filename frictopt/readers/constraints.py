@@ -82,7 +82,7 @@ class Constraints:
         return unknowns, follow[unknowns].toarray()
 
     def following(self, ends: Integers, weights: Array) -> "Constraints":
-        """The same constraints, with more unknowns that follow others."""
+        """These constraints, with more unknowns that follow others."""
         return replace(
             self,
             ends=np.concatenate([self.ends, ends]),

@@ -135,7 +135,7 @@ def dual_of(row: cp.Constraint) -> Any:
 
 
 def standing(problem: cp.Problem) -> dict[cp.Variable, Any]:
-    """What stands in the unknowns and multipliers of a problem."""
+    """The values of the unknowns and multipliers of a problem."""
     duals = [dual for row in problem.constraints for dual in row.dual_variables]
     return {part: part.value for part in [*problem.variables(), *duals]}
 

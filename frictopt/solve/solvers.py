@@ -125,7 +125,7 @@ class NoOptimum(SolverError):
 
 
 class Claim(Protocol):
-    """What a solution claims, with its residual."""
+    """The answer that a solution claims, with its residual."""
 
     @property
     def residual(self) -> float:

@@ -323,7 +323,7 @@ class Statics:
         return float(extra_slip.clip(0.0) @ price[bounded])
 
     def _sentence(self, name: str, load: Array, phi: Array) -> str:
-        """What moves and in which direction, with the forces of the load and of friction.
+        """Sentence about the moving body, its direction, and the forces of load and friction.
 
         Forces are works per mean slip.
         """
@@ -369,7 +369,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
-    """What is wrong with the mean load and how to correct it, or that nothing is wrong.
+    """Sentence about the mean load: its fault and the remedy, or that it has none.
 
     Wrong are: a mean load that is zero, pulls the bodies apart, or makes a body slide, turn or lift
     off as a whole; nodes that are open, without pressure or beyond their friction bound while
