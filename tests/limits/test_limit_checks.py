@@ -399,18 +399,25 @@ def test_a_wrong_claim_of_no_limit_is_refused(monkeypatch):
         fo.shakedown_limit(random_system(np.random.default_rng(0), 3), CYCLE, 0.4)
 
 
-def of_moved_slip(monkeypatch, contact, friction, by, **options):
-    """Residuals of a safe slip as it was found, and with the first node moved."""
-    asked, module = [], import_module("frictopt.limits.safe_slip")
+def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
+    """Residuals of the last safe slip judged (or of another `number`) as it was found, and with the
+    first node moved."""
+    residuals, module = [], import_module("frictopt.limits.safe_slip")
     judged = module.judged
-    monkeypatch.setattr(module, "judged", lambda *given: asked.append(given) or judged(*given))
+
+    def of_both(program, *given):
+        claim, slip = judged(program, *given), np.array(program.x.slip.value)
+        program.x.slip.save_value(slip + [by, 0.0])
+        residuals.append((claim.residual, judged(program, *given).residual))
+        program.x.slip.save_value(slip)
+        return claim
+
+    monkeypatch.setattr(module, "judged", of_both)
     fo.safe_slip(
         contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0, **options
     )
-    program, *given = asked[-1]
-    found, slip = judged(program, *given).residual, np.array(program.x.slip.value)
-    program.x.slip.save_value(slip + [by, 0.0])
-    return found, judged(program, *given).residual
+    monkeypatch.setattr(module, "judged", judged)
+    return residuals[number]
 
 
 def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_the_least(
@@ -434,6 +441,12 @@ def test_the_reserve_of_a_safe_slip_counts_gaps_and_pressures_where_these_are_th
     )
     found, moved = of_moved_slip(monkeypatch, little, [0.005, 2.0], -1e-4)
     assert found < 1e-9 and moved > 1e-3
+    # Node 1 is pulled, and its friction is so small that its tension counts more than its bound.
+    pulled = fo.ContactSystem.from_blocks(
+        one, pressing, one, [0.0, 1.0], {**loads, "P": ([0.0, 0.0], [1.0, -0.3])}
+    )
+    found, moved = of_moved_slip(monkeypatch, pulled, [0.5, 0.005], -0.05, number=0)
+    assert found < 1e-9 and moved > 1e-4
 
 
 def test_a_safe_slip_beyond_its_bound_is_no_answer_though_nothing_resists_it(monkeypatch):
