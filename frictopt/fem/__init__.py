@@ -9,7 +9,8 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 |---|---|
 | `model.py` | `ContactModel`: the description by the user, and its condensation |
 | `bodies.py`, `elasticity.py` | meshes with materials, their stiffness and nodal forces |
-| `contacts.py`, `supports.py`, `cyclic.py` | contacts, supports, and sectors of a ring |
+| `contacts.py`, `supports.py` | contacts and supports |
+| `cyclic.py`, `sector.py` | sectors of a ring |
 | `loads.py`, `bolts.py`, `load_sizes.py` | loads, tightened bolts, and sizes of load cases |
 | `faces.py`, `clipping.py`, `normals.py` | facets, overlaps of faces, and normals |
 | `coincidence.py`, `touching.py` | which points coincide, and whether bodies touch unjoined |

@@ -14,7 +14,8 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 - `safe_model.py`: the models that users extend by constraints of their own.
 - `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
   `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py` and
-  `guaranteed_model.py` are their models.
+  `guaranteed_model.py` are their models. The pattern of a limit is `ShakedownLimits` in
+  `shakedown.py`.
 - `answered.py`: what all answers share; `sentences.py`: the reasons they give;
   `shakedown_answer.py`: what a limit proves about other states; `no_limit.py`: proofs that there is
   none.
@@ -22,6 +23,9 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   and close in each cycle.
 - `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the
   guaranteed limit.
+- `best_pressed.py`, `least_slip.py`, `safe_vertices.py`, `region_rays.py`, `design_program.py`,
+  `design_search.py`: parts of the questions of these names.
+- `corner_statics.py`, `body_motions.py`, `self_stress.py`: parts of gross slip.
 - `pictures.py`: plots of the answers.
 """
 

@@ -2,7 +2,8 @@
 
 A new public function or class has an entry in:
 
-- `frictopt/__init__.pyi`: the import and `__all__`; a result in `frictopt/results.py` instead;
+- `frictopt/__init__.pyi`: the import and `__all__`; instead, a result in `frictopt/results.py`, a
+  scene in `frictopt/scenes/__init__.py`;
 - one page of `docs/api`;
 - `called.py`: a good call with all its arguments, to which tests give odd values and odd contacts.
 

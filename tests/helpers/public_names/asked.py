@@ -1,5 +1,5 @@
-"""How each question of the page of questions is asked of a small contact. A new one has a line
-here."""
+"""How each question of the page of questions is asked of a small contact. A new one has a line here,
+and in the lists that the head of this folder names."""
 
 import numpy as np
 

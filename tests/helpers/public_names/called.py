@@ -1,5 +1,5 @@
-"""Every public function with arguments that work. A new one has a line here; `CONTRIBUTING.md` says
-where else."""
+"""Every public function with arguments that work. A new one has a line here, and in the lists that
+the head of this folder names."""
 
 import signal
 from collections.abc import Callable
