@@ -16,7 +16,7 @@ from ..base import ROUNDING, SolveRecord, bar_of, finite_number, listed, warns_o
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
-from ..transients.statics import unscaled_diagnosis
+from ..transients.mean_load import unscaled_diagnosis
 from . import models
 from .answered import Proven, answered
 from .lift_off import LiftOff, Ordered

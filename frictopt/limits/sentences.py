@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base import ROUNDING, LimitKind
 from ..contact.diagnosis import in_contact
-from ..transients.statics import unscaled_diagnosis
+from ..transients.mean_load import unscaled_diagnosis
 from .critical_search import NodeClaim
 from .shakedown_answer import ShakedownAnswer
 

@@ -21,7 +21,7 @@ from ..base import (
     frozen,
     warns_of_odd_values,
 )
-from ..contact import ContactSystem, LoadCycle
+from ..contact import ContactSystem, LoadCycle, checked_cycle
 from ..errors import ModelError
 from .protocols import REST, TransientsAfter, first_change
 from .starts import LoadStep, smooth, smooth_modes
@@ -128,6 +128,7 @@ def least_excursion(
     >>> fo.least_excursion(pair, cycle, friction=0.6, load_factor=0.6, excursion={"P": 5.0}).share
     inf
     """
+    checked_cycle(cycle)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     largest = checked_loads("excursion", excursion)
     if not any(largest.values()):

@@ -42,7 +42,7 @@ from ..contact import (
 from ..contact.law import reach
 from ..errors import FrictoptError
 from .linear_forces import LinearForces, first_zero, linear_forces
-from .statics import unscaled_diagnosis
+from .mean_load import unscaled_diagnosis
 
 SETTLED = (
     "{diagnosis}; this is the onset of the contact once the mean load has settled, with {nodes} "

@@ -208,7 +208,7 @@ def test_negative_weights_and_other_contacts_are_refused():
     )
     with pytest.raises(fo.ModelError, match="crossland: -1"):
         steady.fretting_table(fields=fields, crossland=-1.0)
-    with pytest.raises(fo.ModelError, match="a contact with 5 nodes, this one has 4"):
+    with pytest.raises(fo.ModelError, match="a contact with 5 nodes, but this contact has 4"):
         steady.fretting_table(fields=fields)
     with pytest.raises(fo.ModelError, match="at two states of a cycle or more"):
         steady.fretting_table(fields=fields[:1])

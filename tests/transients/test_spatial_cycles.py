@@ -392,6 +392,9 @@ def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
         def __exit__(self, *_):
             return None
 
+        def keep(self, *answer, **options):
+            pass
+
         def update(self):
             seen.append(self.show)
 
