@@ -105,17 +105,6 @@ class ContactLaw:
         slopes = np.where(np.isfinite(self.constants), self.slopes, np.inf)
         return np.asarray(slopes.min(axis=0))
 
-    def return_map(self, q: Array, p: Array) -> Array:
-        """The shear force on the bound that is closest to a trial shear force q outside of it.
-
-        q is (..., N) in the plane and (..., N, 2) in space, p (..., N). A trial force within its
-        bound is returned as it is. This is the closest-point projection of an increment.
-        """
-        size = lengths(q, p)
-        bound = np.maximum(self.bound(p), 0.0)
-        share = np.where(size > bound, bound / np.where(size > 0, size, 1.0), 1.0)
-        return q * (share if q.ndim == p.ndim else share[..., None])
-
 
 def contact_law(system: ContactSystem, friction: Array | float) -> ContactLaw:
     """The law of a contact; `friction` has been checked, one coefficient or one per node."""

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
-from ..contact import most_shear
 from .transient import Cycle, Transient
 
 
@@ -92,7 +91,7 @@ def _at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
     r = loads + path.system.S @ u
     q = np.linalg.norm(r.reshape(len(r), -1, n)[:, :-1], axis=1)
     p = r[:, -n:]
-    margin = np.minimum(most_shear(path.system, path.friction, p) - q, p)
+    margin = np.minimum(path.law.bound(p) - q, p)
     if not (margin >= -SETTINGS.excess * path.scales.mean).all():
         return None
     zeros = np.zeros(n)
@@ -129,7 +128,7 @@ def _slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
     mean, force, length = path.scales
     pressure = cycle.r[:, -n:].max(axis=0)
     pressure = np.where(pressure > SETTINGS.small_pressure * mean, pressure, mean)
-    shear_ratio = most_shear(path.system, path.friction, pressure) / pressure
+    shear_ratio = path.law.bound(pressure) / pressure
     unit = length * np.minimum(1.0, shear_ratio)
     # Slips lose digits in proportion to their size.
     size = float(np.abs(cycle.after).max())

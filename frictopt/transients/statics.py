@@ -17,7 +17,6 @@ from ..contact import (
     ContactSystem,
     contact_law,
     joined,
-    most_shear,
 )
 from ..contact.diagnosis import counted, settled
 from ..errors import NoContinuation, SolverError
@@ -124,7 +123,7 @@ class Statics:
         n = self._system.nodes
         gap = self._system.gap
         shear = np.linalg.norm(load[:-n].reshape(-1, n), axis=0)
-        bound = most_shear(self._system, self._friction, load[-n:])
+        bound = self._law.bound(load[-n:])
         if not gap.any() and (shear <= bound).all():
             # The closed contact is at rest.
             return None
@@ -266,13 +265,13 @@ class Statics:
             q = r[:-1]
             p = r[-1]
             size = np.linalg.norm(q, axis=0)
-            if (size <= most_shear(self._system, f, p)).all():
+            if (size <= self._law.bound(p)).all():
                 return True
             nearest = p
             if not pressed:
                 on_cone = np.maximum(p + less * size, 0.0) / (1 + less**2)
                 nearest = np.where(size <= less * p, p, on_cone)
-            bound = SETTINGS.within * most_shear(self._system, f, nearest)
+            bound = SETTINGS.within * self._law.bound(nearest)
             shortened = q * np.minimum(1.0, bound / np.where(size > 0, size, 1.0))
             r = np.vstack([shortened, nearest])
             r = r + (V @ (V.T @ (load - r.ravel()))).reshape(r.shape)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import Array, Booleans, whole_number
-from ..contact import most_shear
 from ..errors import ModelError, NoContinuation, SolverError
 from .statics import Statics, check_sliding, rigid_motions
 from .transient import OPEN, STICK, Cycle, Transient
@@ -135,7 +134,7 @@ class SteppedPath(Transient):
         slip_step = (u - before.u)[:-n].reshape(-1, n)
         path = np.sqrt((slip_step**2).sum(axis=0)) * (status != OPEN)
         pressures = np.array([before.r, r])[:, -n:]
-        bound = most_shear(self.system, self.friction, pressures).mean(axis=0)
+        bound = self.law.bound(pressures).mean(axis=0)
         return Point(load, u, r, status, bound * path, path)
 
     def _end(

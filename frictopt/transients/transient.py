@@ -20,6 +20,7 @@ from ..contact import (
     LoadCycle,
     checked_cycle,
     checked_system,
+    contact_law,
     friction_coefficients,
     joined,
     off_law,
@@ -155,6 +156,7 @@ class Transient(ABC):
         self.load_factor = finite_number("load_factor", load_factor, least=0.0)
         self.nodes = n = system.nodes
         self.friction = np.array(friction_coefficients(friction, n))
+        self.law = contact_law(system, self.friction)
 
         self.mean, *cyclic = reactions(system, [cycle.mean, *cycle.corners])
         self._cyclic = np.array(cyclic)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from frictopt.contact import contact_law
 from frictopt.transients.cycles import Run
 from frictopt.transients.transient import Cycle, Scales
 
@@ -31,6 +32,7 @@ class Mapped:
             S=np.diag(np.r_[np.ones(n), np.zeros(n)]),
             tangents=1,
         )
+        self.law = contact_law(self.system, self.friction)
         self._map, self._events = cycle_map, events
 
     def at(self, place):

@@ -63,7 +63,7 @@ FAULTS = (
     Fault(
         "transients/stepped.py",
         "friction works beyond the strength",
-        old="most_shear(self.system, self.friction, pressures)",
+        old="self.law.bound(pressures)",
         new="np.multiply(self.friction, pressures)",
         tests="shear_strength",
     ),
@@ -269,7 +269,7 @@ FAULTS = (
     Fault(
         "transients/statics.py",
         "a load is balanced by twice the friction",
-        old="most_shear(self._system, f, p)",
+        old="self._law.bound(p)",
         new="2.0 * f * p",
         tests="sliding",
     ),
