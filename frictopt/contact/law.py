@@ -214,8 +214,8 @@ def lengths(q: Array, p: Array) -> Array:
 def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
     """Largest lam with `|q0 + lam q1| <= g0 + lam g1`, for q (..., 2) and g (...,).
 
-    It is inf if the inequality holds for every larger lam. If it holds for no lam, the result is
-    the lam at which it is violated least. The squares of both sides give `a lam^2 + 2 b lam <= c`.
+    It is inf if the inequality holds for every larger lam. The squares of both sides give `a lam^2
+    + 2 b lam <= c`. If rounding leaves no solution, the discriminant counts as zero.
     """
     a = (q1**2).sum(axis=-1) - g1**2
     b = (q0 * q1).sum(axis=-1) - g0 * g1

@@ -13,8 +13,8 @@ space (`stepped.py`, `increments/`); `transient.py` is the base of both, and
 `increment_doubts.py` says what increments leave in doubt. `cycles.py` follows the cycles
 until a steady state is proven: `classify.py` judges the last cycles, `extrapolation.py` jumps to
 their limit, and `steady_cycle.py` checks the states of one period. `fretting.py` and
-`critical_plane.py` make the tables of a steady cycle, `pictures.py` draws. `mean_load.py` describes
-the mean load, and `statics.py` says what no friction can hold, and `linear_forces.py` has the
+`critical_plane.py` make the tables of a steady cycle, `pictures.py` draws. `statics.py` proves that
+friction cannot hold a load, `mean_load.py` describes the mean load, and `linear_forces.py` has the
 forces until a node slips.
 """
 
