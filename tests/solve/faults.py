@@ -22,7 +22,7 @@ FAULTS = (
         "a bound on the load factor in another unit",
         old="reduced.cost_unit",
         new="self.unit",
-        tests="patterns::test_a_set_is_given_up_as_early_in_any_unit_of_the_load",
+        tests="interior_point",
     ),
     Fault(
         "solve/interior_point.py",
@@ -50,7 +50,7 @@ FAULTS = (
         "multipliers outside their cones prove a limit",
         old="self.form.back(x, self.form.arrays.admissible(y))",
         new="self.form.back(x, y)",
-        tests="limit_checks polish compiled",
+        tests="compiled",
     ),
     Fault(
         "solve/chain.py",

@@ -352,6 +352,18 @@ def test_an_equation_is_left_out_that_others_stand_for_and_not_one_that_they_con
         )
 
 
+@pytest.mark.parametrize("tiny_share", [1e-8, 1e-11])
+def test_an_unknown_does_not_follow_from_an_equation_that_hardly_has_it(tiny_share):
+    """The unknown t would be a difference of two equal numbers over a tiny one."""
+    x, t, w = cp.Variable(), cp.Variable(), cp.Variable()
+    rows = [x / 3 + tiny_share * t == 0.1, x + w == 0.7, t <= 0.3, t >= -0.3]
+    problem = cp.Problem(cp.Maximize(t + w), rows)
+    chain = Chain(problem, {})
+    chain.solve(lambda: SolveRecord(residual=max(chain.proof.gap, chain.violation)))
+    assert t.value == pytest.approx(0.3, rel=1e-12)
+    assert w.value == pytest.approx(0.7 - 3 * (0.1 - tiny_share * 0.3), rel=1e-12)
+
+
 def test_an_unknown_that_one_equation_alone_has_follows_from_the_others():
     x, t = cp.Variable(), cp.Variable()
     define = t - 3 * x == 1
@@ -582,6 +594,29 @@ def test_an_excess_needs_multipliers_that_prove_it(monkeypatch):
             assert chain.contradiction() is None
 
 
+@pytest.mark.parametrize("cone", [False, True])
+def test_multipliers_outside_their_cones_prove_no_limit(cone, monkeypatch):
+    """All solvers give the least value as the largest one: their multipliers balance, and the
+    bound is that value, but one multiplier has the wrong sign."""
+    x = cp.Variable(2)
+    row = cp.SOC(cp.Constant(1.0), x) if cone else cp.abs(x) <= 1.0
+    chain = Chain(cp.Problem(cp.Maximize(x[0]), [row]), {})
+
+    def told(program, name, above):
+        y = np.zeros(len(program.right))
+        against = np.argmax(program.matrix.toarray() @ program.cost)
+        y[[0, against] if cone else against] = -1.0
+        return "optimal", np.array([-1.0, 0.0]), y
+
+    with monkeypatch.context() as patch:
+        patch.setattr(chains, "polish", lambda program, x, y: (x, program.admissible(y)))
+        patch.setattr(chains, "run", told)
+        with pytest.raises(fo.SolverError, match="no answer within the tolerance"):
+            chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
+    chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
+    assert x.value[0] == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("value", [0.0, 5.0])
 def test_an_excess_that_one_solver_gets_wrong_is_asked_of_the_next(value, monkeypatch):
     """The first says that all unknowns and multipliers are 0, or that multipliers which do not
@@ -624,7 +659,7 @@ def test_a_way_that_leaves_the_rows_or_leads_nowhere_is_no_growth(still, monkeyp
             )
         ),
     )
-    assert chain.growth() is None
+    assert chain.ray() is None and chain.growth() is None
 
 
 @pytest.mark.parametrize("friction", [1.0, 1e-3, 1e-6, 1e-9, 1e-12])

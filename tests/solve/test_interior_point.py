@@ -7,6 +7,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import frictopt as fo
+from frictopt.base import SolveRecord
 from frictopt.solve import chain, interior_point
 from frictopt.solve.arrays import Arrays
 from frictopt.solve.compiled import Compiled
@@ -123,6 +124,21 @@ def test_it_ends_early_only_where_multipliers_prove_that_the_optimum_is_not_abov
         assert ours(problem, optimum + off)[1:] == pytest.approx([optimum] * 2, rel=1e-8)
     bound = ours(problem, optimum + 10.0)[2]
     assert optimum < bound <= optimum + 10.0 and steps[-1] < steps[-2]
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1.0, 1e4])
+def test_a_program_is_given_up_only_where_its_objective_in_its_own_unit_is_not_above(unit):
+    problem, optimum = planted(np.random.default_rng(0), n=9, numbers=9, circles=9, defined=0)
+    goal = cp.Maximize(unit * problem.objective.expr)
+    program = chain.Chain(cp.Problem(goal, problem.constraints), {}, unit=unit)
+
+    def judged():
+        return SolveRecord(residual=program.proof.gap)
+
+    record = program.solve(judged, "INTERIOR_POINT", above=unit * (optimum - 0.1))[1]
+    assert record.attempts[0].residual <= 1e-9
+    with pytest.raises(fo.SolverError, match="INTERIOR_POINT: optimal, residual"):
+        program.solve(judged, "INTERIOR_POINT", above=unit * (optimum + 10.0))
 
 
 def test_programs_without_an_optimum_are_told():
