@@ -16,7 +16,7 @@ from typing import Any, Protocol, cast
 import pandas as pd
 from matplotlib.figure import Figure
 
-from frictopt.base import bar_of
+from frictopt.base import progress_bar
 from frictopt.base.files import to_its_end
 from studies.tables import INTERRUPTED, Table, data_folder, whole_number, writable
 
@@ -63,7 +63,7 @@ def make(
     tables = {
         key: table.load(table.parameters(quick), folder) for key, table in script.TABLES.items()
     }
-    with bar_of(True, f"drawing {name}"), style.styled():
+    with progress_bar(True, f"drawing {name}"), style.styled():
         return style.save(script.draw(tables), name, output or style.output_folder(quick))
 
 

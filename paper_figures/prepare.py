@@ -10,7 +10,7 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
-from frictopt.base import bar_of
+from frictopt.base import progress_bar
 from studies.tables import Table
 
 
@@ -38,7 +38,7 @@ def prepare(tables: Iterable[Table[Any]], quick: bool, folder: Path, workers: in
         return
     with (
         ProcessPoolExecutor(min(workers, len(studies)), get_context("spawn"), _begin) as pool,
-        bar_of(True, "studies", "study", total=len(studies)) as bar,
+        progress_bar(True, "studies", "study", total=len(studies)) as bar,
     ):
         jobs = [
             pool.submit(_compute, missing, quick, folder) for missing in reversed(studies.values())

@@ -73,7 +73,7 @@ def answers(parameters: Parameters) -> Iterator[Row]:
 
 
 @cache
-def _asked(
+def _contact_and_models(
     elements: int, friction: float
 ) -> tuple[fo.ContactSystem, fo.GuaranteedModel, Callable[[], fo.results.GuaranteedLimit]]:
     """The contact, its model of the guaranteed limit, and that after one overload, which is asked once."""
@@ -84,7 +84,7 @@ def _asked(
 
 def works(parameters: Parameters) -> Iterator[Row]:
     """One row per load and start: no slip; of slips that one overload can leave that of most work, its opposite, the witness; the safe slip."""
-    system, lower, after_overload = _asked(parameters.elements, parameters.friction)
+    system, lower, after_overload = _contact_and_models(parameters.elements, parameters.friction)
     safe = fo.shakedown_limit(system, LOADS, parameters.friction)
     limit = safe.load_factor
     most = left_by_overload(
@@ -122,7 +122,7 @@ def _questions(
     parameters: Parameters,
 ) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:
     (system, lower, overloaded), friction = (
-        _asked(parameters.elements, parameters.friction),
+        _contact_and_models(parameters.elements, parameters.friction),
         parameters.friction,
     )
 

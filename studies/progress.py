@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
 
-from frictopt.base import bar_of
+from frictopt.base import progress_bar
 
 T = TypeVar("T")
 
@@ -11,7 +11,7 @@ T = TypeVar("T")
 def each(things: Iterable[T], what: str) -> Iterator[T]:
     """Each of these things, while a bar or lines say how many are done."""
     known = list(things)
-    with bar_of(True, what, total=len(known)) as bar:
+    with progress_bar(True, what, total=len(known)) as bar:
         for thing in known:
             yield thing
             bar.update()

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
-from frictopt.base import bar_of
+from frictopt.base import progress_bar
 
 from .columns import COLUMNS
 from .origin import machine, source_digest
@@ -146,7 +146,7 @@ class Table(Generic[P]):
         ValueError
             One of its own columns is not computed, or one is computed that nothing describes.
         """
-        with bar_of(True, f"table {self.name}", "part") as bar:
+        with progress_bar(True, f"table {self.name}", "part") as bar:
             found = self.compute(parameters, **options)
             if not isinstance(found, pd.DataFrame):
                 rows = []

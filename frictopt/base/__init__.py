@@ -42,7 +42,7 @@ from .checks import (
     whole_number,
 )
 from .kinds import kept
-from .progress import Bar, bar_of
+from .progress import Bar, progress_bar
 from .results import (
     Attempt,
     Kept,

@@ -131,7 +131,7 @@ _teller: threading.Thread | None = None
 
 
 @contextmanager
-def bar_of(
+def progress_bar(
     show: bool,
     what: str,
     unit: str = "",

@@ -68,12 +68,12 @@ class Shown(Portable):
     All three show the values of `_answer`.
     """
 
-    _said: ClassVar[tuple[str, ...]] = ()
+    _shown_names: ClassVar[tuple[str, ...]] = ()
     """Names of the attributes that `_answer` returns, unless a class overrides it."""
 
     def _answer(self) -> Mapping[str, object]:
         """The most important numbers of the result, name -> value."""
-        return {name: getattr(self, name) for name in self._said}
+        return {name: getattr(self, name) for name in self._shown_names}
 
     def __repr__(self) -> str:
         parts = [f"{name}={_text(value)}" for name, value in self._answer().items()]

@@ -17,11 +17,11 @@ from ..base import (
     SAME_POINT,
     Array,
     Integers,
-    bar_of,
     checked_cases,
     checked_contact,
     finite_array,
     place,
+    progress_bar,
 )
 from ..contact import ContactSystem, runs
 from ..contact.frames import frames_of
@@ -224,7 +224,7 @@ def condense(
         name_of_node=lambda node: f"node {node} of body {body[node]}",
         generalised=generalised_rows,
     )
-    with bar_of(progress, "condensation"):
+    with progress_bar(progress, "condensation"):
         S, bonded, compliance = condensed(glued, forces)
     return ContactSystem(
         S,

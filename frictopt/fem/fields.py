@@ -14,10 +14,10 @@ from ..base import (
     RESIDUAL,
     SIMULTANEOUS,
     Array,
-    bar_of,
     checked_loads,
     finite_array,
     frozen,
+    progress_bar,
 )
 from ..contact import ContactSystem, compliances, joined, parted
 from ..errors import ModelError
@@ -76,7 +76,7 @@ class Recoverable:
         >>> bool(abs(fields.q).max() < 1), round(float(fields.p.sum()), 9)
         (True, 2.0)
         """
-        assembly = self._parts
+        assembly = self._assembly
         amplitudes, slip, gap = self._state(loads, slip, gap)
         n = len(assembly.contact)
         d = assembly.points.shape[1]
@@ -96,7 +96,7 @@ class Recoverable:
             motion -= compliances(tangential, normal, assembly.width, d - 1) * forces
         motion[-n:] += case.overlaps
         R, D = assembly.release
-        with bar_of(progress, "recovery"):
+        with progress_bar(progress, "recovery"):
             y, reactions = self._recovery.displacements(R.T @ net_force, motion)
         if gap is not None:
             warn_of_open_nodes(w, reactions, float(np.abs(y).max()))
@@ -152,7 +152,7 @@ class Recoverable:
         The load case of a locked bolt is computed for a shortening of 1. At amplitude 1 the bolt is
         shortened until it has its force in the glued bodies.
         """
-        assembly = self._parts
+        assembly = self._assembly
         has_locked_bolt = any(cut.bolt.locked for cut in assembly.cuts)
         bolts = self._condensed.bolts if has_locked_bolt else {}
         forces = np.zeros(assembly.points.size)
@@ -171,7 +171,7 @@ class Recoverable:
         self: Any, u: Array, amplitudes: Mapping[str, float]
     ) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
         """Displacement, strain and stress of each body, from the displacements u (size,)."""
-        assembly = self._parts
+        assembly = self._assembly
         expansions = [
             (amplitude, load)
             for name, amplitude in amplitudes.items()
@@ -212,7 +212,7 @@ class Recoverable:
             yield (
                 float(states.time[k]),
                 fields,
-                {"status": status, "work": work, "work_density": work / self._parts.width},
+                {"status": status, "work": work, "work_density": work / self._assembly.width},
             )
             before = k
 
@@ -244,4 +244,4 @@ class Recoverable:
     @cached_property
     def _recovery(self: Any) -> Recovery:
         """The factorisation for `recover`."""
-        return Recovery(self._parts)
+        return Recovery(self._assembly)

@@ -11,7 +11,7 @@ from typing import get_args
 
 import numpy as np
 
-from ..base import Array, Shown, bar_of, checked_cases, shown
+from ..base import Array, Shown, checked_cases, progress_bar, shown
 from ..base.checks import checked_units, listed_parts
 from ..contact import ContactSystem
 from ..errors import ModelError, ModelWarning
@@ -115,7 +115,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             units=checked_units(self.units),
         )
         _ = self._cases  # assembles the model, which checks that its parts fit each other
-        for contact, joint in zip(self.contacts, self._parts.joints, strict=True):
+        for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
             self._warn_of(contact, joint)
 
     def _checked_contacts(self) -> Sequence[Contact]:
@@ -179,7 +179,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             A rigid motion is free, supports hold both nodes of a pair, or the stiffness cannot be
             factorised accurately.
         """
-        assembly = self._parts
+        assembly = self._assembly
         glued = assembly.glued
         points = assembly.points[assembly.pairs.nodes]
         frames = glued.interface.frames
@@ -193,7 +193,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         moved = np.column_stack([case.displacements for case in self._cases.values()])
         net_force = force - assembly.whole @ moved
         R, D = assembly.release
-        with bar_of(progress, "condensation"):
+        with progress_bar(progress, "condensation"):
             loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
             S, bonded, compliance = condensed(glued, loads)
         # The loads also do work on the motions of moved supports and of cut bolts.
@@ -244,7 +244,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
                 f"E={body.material.E:g}, nu={body.material.nu:g}, {extents}, "
                 f"{body.mesh.p.shape[1]} nodes"
             )
-        assembly = self._parts
+        assembly = self._assembly
         nodes = np.bincount(assembly.contact, minlength=len(self.contacts)).tolist()
         answer: dict[str, object] = {
             "bodies": bodies,
@@ -256,7 +256,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         return answer | {"loads": list(self.loads), "kinematics": self.kinematics}
 
     @cached_property
-    def _parts(self) -> Assembly:
+    def _assembly(self) -> Assembly:
         return Assembly(
             self.bodies,
             self.supports,
@@ -268,7 +268,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     @cached_property
     def _cases(self) -> dict[str, LoadCase]:
         return {
-            name: load_case(self._parts, f"loads[{name!r}]", loads)
+            name: load_case(self._assembly, f"loads[{name!r}]", loads)
             for name, loads in self.loads.items()
         }
 
@@ -277,7 +277,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         """(N,) tangential and normal stiffness of the surfaces at the nodes."""
         tangential = np.array([contact.tangential_stiffness for contact in self.contacts])
         normal = np.array([contact.normal_stiffness for contact in self.contacts])
-        return tangential[self._parts.contact], normal[self._parts.contact]
+        return tangential[self._assembly.contact], normal[self._assembly.contact]
 
 
 def _warn(text: str) -> None:

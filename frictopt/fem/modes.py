@@ -112,7 +112,7 @@ class Modes(Shown, Plotted):
     units: str | None
     _masses: Mapping[str, csr_matrix]
 
-    _said = ("frequency", "mass")
+    _shown_names = ("frequency", "mass")
 
     def load(self, k: int) -> list[NodalForces]:
         """The load case of mode k (0: the lowest), forces `M shape`, for `with_loads`.
@@ -186,7 +186,7 @@ class Vibrating:
         SolverError
             The search for modes does not converge.
         """
-        parts: Assembly = self._parts
+        parts: Assembly = self._assembly
         opened = np.zeros(len(parts.contact), dtype=bool)
         if open is not None:
             opened = flags("open", getattr(open, "open", open), len(opened))

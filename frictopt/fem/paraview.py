@@ -130,7 +130,7 @@ def contact_face(
     pair: it moves with its body and does not slip, and has the other values of the nearest pair. A
     node on the cut of a sector that is a turned copy has the values of its original, turned.
     """
-    parts = model._parts
+    parts = model._assembly
     points = parts.points
     pairs = parts.pairs.nodes
     faces, tips = _faces(model)
@@ -185,7 +185,7 @@ def _faces(model: ContactModel) -> tuple[list[Integers], Integers]:
 
     Numbers count the pairs, and after them the nodes that are in no pair.
     """
-    parts = model._parts
+    parts = model._assembly
     places = parts.points[parts.pairs.nodes]
     near = 2 * parts.errors.max()
     faces = []

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, blas, lapack
 from scipy.sparse import csr_matrix, triu
 
-from ..base import ROUNDING, Array, Integers, bar_of
+from ..base import ROUNDING, Array, Integers, progress_bar
 
 Factor: TypeAlias = tuple[Integers, Integers, Array, Array]
 """Factor of a front, for `solve`.
@@ -140,7 +140,7 @@ def eliminate(K: csr_matrix, front: Integers, *, keep: bool = False) -> tuple[Ar
     place = np.zeros(len(order), dtype=np.intp)
     waiting: list[list[_Update]] = [[] for _ in range(count + 1)]
     factors: list[Factor] = []
-    with bar_of(True, "elimination", "unknown", total=int(starts[-2])) as bar:
+    with progress_bar(True, "elimination", "unknown", total=int(starts[-2])) as bar:
         for k, (first, last) in enumerate(pairwise(starts[:-1])):
             later, pivot, coupling, contribution = _assembled(upper, first, last, waiting[k], place)
             pivot, failed = lapack.dpotrf(pivot, lower=1, overwrite_a=1)

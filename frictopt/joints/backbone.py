@@ -15,12 +15,12 @@ from ..base import (
     Array,
     Kept,
     Plotted,
-    bar_of,
     finite_number,
     finite_numbers,
     flag,
     frame,
     frozen,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
@@ -359,7 +359,7 @@ def rising_factors(load_factors: ArrayLike) -> Array:
 def curve_at(question: CurveQuestion, factors: Array, progress: bool) -> BackboneCurve:
     """The curve at some load factors."""
     cycles = list[CurveCycle]()
-    with bar_of(progress, "backbone curve", "load factor", total=len(factors)) as bar:
+    with progress_bar(progress, "backbone curve", "load factor", total=len(factors)) as bar:
         for factor in factors:
             cycles.append(question.follow(float(factor)))
             note = f"{len(cycles)} of {len(factors)} load factors are in the attribute `curve`"

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import ROUNDING, Array, Bar, Booleans, Kept, Plotted, bar_of, warns_of_odd_values
+from ..base import ROUNDING, Array, Bar, Booleans, Kept, Plotted, progress_bar, warns_of_odd_values
 from ..base.files import output
 from ..base.results import WIDE
 from ..contact import (
@@ -302,7 +302,7 @@ def report(
     if steps is None and system.tangents == 2:
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
-    with bar_of(progress, "report", "part", total=len(_PARTS)) as bar:
+    with progress_bar(progress, "report", "part", total=len(_PARTS)) as bar:
         parts = _Parts(system, cycle, coefficients, steps, bar)
         mean = parts.ask("mean load", lambda: mean_state(system, cycle, coefficients))
         slides = parts.ask("gross-slip load", lambda: gross_slip(system, cycle, coefficients))

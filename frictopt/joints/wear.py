@@ -17,9 +17,9 @@ from ..base import (
     Plotted,
     Recorded,
     SolveRecord,
-    bar_of,
     finite_number,
     frozen,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..base.checks import per_node
@@ -224,7 +224,7 @@ def wear(
         return reported(run, run.settled(), step_error)
 
     errors = (KeyboardInterrupt, NoContinuation, SolverError)
-    with bar_of(progress, "wear", "jump", on=errors) as bar:
+    with progress_bar(progress, "wear", "jump", on=errors) as bar:
         course = Course(per_work, tolerance, settle, settle(system, initial_state), initial_state)
         _keep(bar, course)
         reason = course.end(most_cycles)

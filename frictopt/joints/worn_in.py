@@ -16,11 +16,11 @@ from ..base import (
     Outcome,
     SolveRecord,
     Table,
-    bar_of,
     finite_number,
     frame,
     frozen,
     places,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..contact import (
@@ -168,7 +168,7 @@ def worn_in(
         "the depths by the theorem are in the attribute `depth`; it is not checked that the worn "
         "contact rests"
     )
-    with bar_of(progress, "worn in") as bar:
+    with progress_bar(progress, "worn in") as bar:
         bar.keep("depth", frozen(depth), note)
         steady = steady_state(system.with_gap(system.gap + depth), cycle, friction, load_factor)
     if steady.outcome is not Outcome.SHAKEDOWN:

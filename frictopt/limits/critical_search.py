@@ -64,7 +64,7 @@ class CriticalSearch:
         self.records = list[SolveRecord]()
         self._x = x
         self._question = question
-        self._own = user_rows
+        self._user_rows = user_rows
         self._solver = solver
         self._node = cp.Parameter(nodes, nonneg=True, name="node")
         self._loose = cp.Parameter(nodes, nonneg=True, name="loose")
@@ -156,8 +156,8 @@ class CriticalSearch:
         def friction(x: Unknowns, corners: list[int]) -> list[Row]:
             return stuck(x, self._f, corners, loose)
 
-        program = listed_rows(question, x, self._f, every=bool(self._own), friction=friction)
-        program.own = self._own
+        program = listed_rows(question, x, self._f, every=bool(self._user_rows), friction=friction)
+        program.user_rows = self._user_rows
         rows = list(program.rows)
         if highest:
             rows.append((x.load_factor <= self._most).set_label("at_most"))
@@ -199,7 +199,12 @@ def _claimed(program: Program, state: CriticalState, least_so_far: float) -> Nod
     added = np.r_[q[state.node], p[state.node]]
     critical_reaction = state.at_zero + load_factor * state.rate
     distance = float(np.abs(added - critical_reaction).max()) / question.force
-    violations = [question.violation(load_factor, slip), distance, proof.gap, program.own_violation]
+    violations = [
+        question.violation(load_factor, slip),
+        distance,
+        proof.gap,
+        program.user_violation,
+    ]
     residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     bound = proof.bound - proof.defect
     if not residual <= RESIDUAL and least_so_far < bound < np.inf:

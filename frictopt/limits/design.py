@@ -16,7 +16,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Array, Booleans, SolveRecord, bar_of, flag, frozen, listed, warns_of_odd_values
+from ..base import (
+    Array,
+    Booleans,
+    SolveRecord,
+    flag,
+    frozen,
+    listed,
+    progress_bar,
+    warns_of_odd_values,
+)
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from ..solve.problem import Duals, Explained, put_back
@@ -26,7 +35,7 @@ from .design_program import Scenario, checked_choice, checked_scenario, press, r
 from .design_search import DesignSearch, OpenNodes, limits_of
 from .models import unknowns
 from .open_nodes import TOUCHES
-from .programs import Program, listed_rows, own_rows
+from .programs import Program, labelled_rows, listed_rows
 from .question import Question, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
 
@@ -156,7 +165,7 @@ class Design(Answered, Explained):
             answer["profile"] = f"{self.profile.min():.4g} .. {self.profile.max():.4g}"
         return answer | {"reason": self.reason}
 
-    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "best design", self.value, None, self.reason
 
 
@@ -238,7 +247,9 @@ class DesignModel(SafeModel):
         self.preload = self._choice.preload
         self.profile = self._choice.profile
         self._others = [
-            checked_scenario(f"scenarios[{number}]", scenario, self._choice, self._asked.slip_bound)
+            checked_scenario(
+                f"scenarios[{number}]", scenario, self._choice, self._question.slip_bound
+            )
             for number, scenario in enumerate(listed("scenarios", scenarios))
         ]
 
@@ -295,7 +306,7 @@ class DesignModel(SafeModel):
         user_rows = listed("constraints", constraints)
         scenarios = [Scenario(self._posed(friction), {}), *self._others]
         questions = [scenario.question for scenario in scenarios]
-        with bar_of(progress, "design", "program") as bar:
+        with progress_bar(progress, "design", "program") as bar:
             search = DesignSearch(
                 partial(self._best_with, scenarios, user_rows, objective),
                 "load factor" if objective is None else "objective",
@@ -381,7 +392,7 @@ class DesignModel(SafeModel):
             program = listed_rows(question, x, f, every=True, more=at_corners)
             program.rows += added.rows
             if number == 0:
-                program.own = own_rows(user_rows, self._unknowns)
+                program.user_rows = labelled_rows(user_rows, self._unknowns)
                 if user_rows and opened.any():
                     program.rows += self._rested(question, added.open_slip)
             programs.append(program)
@@ -410,7 +421,7 @@ class DesignModel(SafeModel):
             slip = frozen(question.slip_at_mean_load(program.slip))
             slips.append(slip)
             unsafe.append(question.violation(load_factor, slip))
-        residual = np.max([*unsafe, proof.gap, first.own_violation])
+        residual = np.max([*unsafe, proof.gap, first.user_violation])
         names = pd.Index(self._choice.names, name="load", dtype=object)
         return Design(
             load_factor=load_factor,
@@ -438,7 +449,7 @@ class DesignModel(SafeModel):
             if self.preload is None:
                 self.profile.save_value(np.zeros(self.profile.size))
             else:
-                rows = own_rows(user_rows, self._unknowns)
+                rows = labelled_rows(user_rows, self._unknowns)
                 press(self._choice, scenarios[0], self._x, self._f, rows)
             built = self._choice.built(scenarios)
         except SolverError:

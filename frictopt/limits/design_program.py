@@ -271,7 +271,7 @@ def press(
     program = listed_rows(
         question, x, f, every=True, friction=lambda x, corners: [], more=at_corners
     )
-    program.own = user_rows
+    program.user_rows = user_rows
     force = choice.reactions[-n:].sum(axis=0) @ choice.preload
     bounded = force <= _MOST_PRESSED * n * question.force
     problem = cp.Problem(cp.Maximize(force), [*program.rows, *added.rows, bounded])
@@ -301,7 +301,7 @@ def raise_refusal(program: Program, choice: Choice, goal: str) -> None:
 
 def _contradiction_error(program: Program, ruling: Collection[int]) -> ModelError:
     """The error for rows, by their ids, that contradict each other."""
-    user_rows = {row.id for row in program.own.values()}
+    user_rows = {row.id for row in program.user_rows.values()}
     names = ", ".join(program.ruling(ruling))
     if set(ruling) <= user_rows:
         error, why = ModelError, _CONTRADICT

@@ -20,8 +20,8 @@ from ..base import (
     Array,
     Booleans,
     SolveRecord,
-    bar_of,
     listed,
+    progress_bar,
     shown,
     warns_of_odd_values,
 )
@@ -105,7 +105,7 @@ class GrossSlip(Explained):
     ([[0.894], [0.447]], 'Q = +1')
     """
 
-    _said = ("load_factor", "bound", "loads", "residual", "reason")
+    _shown_names = ("load_factor", "bound", "loads", "residual", "reason")
     load_factor: float
     bound: float
     least: float
@@ -122,7 +122,7 @@ class GrossSlip(Explained):
         """The table `motion`."""
         return self.motion.copy()
 
-    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         title = f"sliding-off load: load factor {self.load_factor:.12g}, bound {self.bound:.12g}"
         answer = self.load_factor if np.isfinite(self.load_factor) else None
         return title, answer, None, self.reason
@@ -187,7 +187,7 @@ def gross_slip(
                pressed: 0.0 <= p
                load_factor: 0.0 <= load_factor
     """
-    with bar_of(progress, "gross slip"):
+    with progress_bar(progress, "gross slip"):
         question = pose(system, cycle, friction, question_name="gross_slip")
         only = ""
         if contacts is not None:

@@ -17,12 +17,12 @@ from ..base import (
     Array,
     LimitKind,
     SolveRecord,
-    bar_of,
     components,
     finite_number,
     frame,
     frozen,
     places,
+    progress_bar,
     shown,
     warns_of_odd_values,
 )
@@ -40,7 +40,7 @@ from .critical_search import (
     CriticalSearch,
     NodeClaim,
 )
-from .programs import own_rows
+from .programs import labelled_rows
 from .question import Question, pose
 from .safe_model import SafeModel
 from .sentences import guaranteed_reason
@@ -115,7 +115,16 @@ class GuaranteedLimit(Rated):
     ['solved', 'left out by its bound']
     """
 
-    _said = ("load_factor", "least", "kind", "proven", "node", "largest_slip", "residual", "reason")
+    _shown_names = (
+        "load_factor",
+        "least",
+        "kind",
+        "proven",
+        "node",
+        "largest_slip",
+        "residual",
+        "reason",
+    )
     kind: LimitKind
     reason: str
     proven: bool
@@ -182,7 +191,7 @@ class GuaranteedLimit(Rated):
         share = (load_factor - self.load_factor) / (self._above[0] - self.load_factor)
         return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
 
-    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "guaranteed limit", self.load_factor, None, self.reason
 
 
@@ -270,7 +279,7 @@ class GuaranteedLimits(SafeModel):
             key=lambda i: (float(bounds[i]), float(pressure[i])),
         )
 
-        with bar_of(True, "critical nodes", "node", total=len(order)) as bar:
+        with progress_bar(True, "critical nodes", "node", total=len(order)) as bar:
             for count, node in enumerate(order, start=1):
                 if simplify and bounds[node] >= nodes.least:
                     nodes.load_factor[node] = bounds[node]
@@ -291,7 +300,7 @@ class GuaranteedLimits(SafeModel):
     def _search(self, question: Question, user_rows: Sequence[cp.Constraint]) -> CriticalSearch:
         key = question.open_nodes.tobytes(), *map(id, user_rows)
         if key not in self._programs:
-            rows = own_rows(user_rows, self._unknowns)
+            rows = labelled_rows(user_rows, self._unknowns)
             self._programs.clear()
             self._programs[key] = CriticalSearch(self._x, question, rows, self._solver)
         search: CriticalSearch = self._programs[key]
@@ -433,6 +442,6 @@ def guaranteed_limit(
     >>> print(limit.reason)
     node 0 is on its bound of forward slip at the corner (Q = -1) and of backward slip at (Q = +1)
     """
-    with bar_of(progress, "guaranteed limit"):
+    with progress_bar(progress, "guaranteed limit"):
         question = pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)
         return GuaranteedLimits._on(question, solver).of_any_set(question)

@@ -7,7 +7,7 @@ from typing import Any
 
 import cvxpy as cp
 
-from ..base import bar_of, listed, warns_of_odd_values
+from ..base import listed, progress_bar, warns_of_odd_values
 from .guaranteed import GuaranteedLimit, GuaranteedLimits
 from .safe_model import in_turn
 
@@ -63,6 +63,6 @@ class GuaranteedModel(GuaranteedLimits):
         ModelError, SolverError
             Bad friction or constraints; no solver gave an answer that passes the checks.
         """
-        with bar_of(progress, "guaranteed limit"):
+        with progress_bar(progress, "guaranteed limit"):
             user_rows = listed("constraints", constraints)
             return self._shown(self.of_any_set(self._posed(friction), user_rows))

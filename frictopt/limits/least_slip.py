@@ -67,7 +67,7 @@ class LeastSlip(Kept, Plotted):
     (0.5, 1.0, [0, 1])
     """
 
-    _said = ("load_factor", "bound", "total", "residual")
+    _shown_names = ("load_factor", "bound", "total", "residual")
     load_factor: float
     bound: float
     g: Array = field(repr=False)

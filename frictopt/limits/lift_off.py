@@ -214,7 +214,7 @@ class Ordered(Program):
     ) -> None:
         instants = range(len(lift_off.sets))
         self._lift_off = lift_off
-        self.own = {}
+        self.user_rows = {}
         self.x = unknowns(lift_off.system.slip_shape, instants, load_factor)
         self.corners = list(instants)
         self.f = cp.Parameter(lift_off.system.nodes, nonneg=True, name="f", value=lift_off.friction)

@@ -46,9 +46,9 @@ def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
             "by a constraint"
         )
     question = program.question
-    why = "" if program.own else _cause_of_growth(program, growth)
+    why = "" if program.user_rows else _cause_of_growth(program, growth)
     no_motion = Mechanism(np.zeros_like(question.r1), question.friction)
-    names = tuple(program.own)
+    names = tuple(program.user_rows)
     return NoLimit(LimitKind.UNBOUNDED, question, no_motion, growth.residual, names, why)
 
 
@@ -56,13 +56,13 @@ def _nothing_is_safe(program: Program, bare: Problem, chosen: bool) -> NoLimit |
     """The proof that no slip is safe at any load factor."""
     question = program.question
     contradiction = None
-    if program.own or chosen:
+    if program.user_rows or chosen:
         # If no slip is safe even without the constraints of the user, they are not the cause.
-        without_own = Program(question, program.x, program.f, program.corners, program.rows)
-        compiled = without_own.compiled(bare, question.load_unit)
+        without_user_rows = Program(question, program.x, program.f, program.corners, program.rows)
+        compiled = without_user_rows.compiled(bare, question.load_unit)
         contradiction = compiled.chain.contradiction()
         if contradiction:
-            program.blame_no_own_row()
+            program.blame_no_user_row()
     contradiction = contradiction or program.chain.contradiction()
     if not contradiction:
         return None
@@ -104,4 +104,4 @@ def every_load_is_safe(program: Ordered) -> NoLimit | None:
 
 def constraint_names(program: Program, chosen: bool) -> tuple[str, ...]:
     """Names of the constraints of the user, and "objective"."""
-    return (*program.own, "objective") if chosen else tuple(program.own)
+    return (*program.user_rows, "objective") if chosen else tuple(program.user_rows)

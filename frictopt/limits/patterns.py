@@ -21,7 +21,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..base import Array, Bar, Booleans, Integers, bar_of, flag
+from ..base import Array, Bar, Booleans, Integers, flag, progress_bar
 from ..contact import other_laws
 from ..errors import FrictoptError, ModelError, SolverError
 from ..transients.statics import Statics
@@ -85,7 +85,7 @@ def best_pattern(
     if not tends_to_open and closed.least <= 0:
         return closed
 
-    with bar_of(True, "open nodes", "program") as bar:
+    with progress_bar(True, "open nodes", "program") as bar:
         search = _PatternSearch(limit_of, closed, start_by, enough, may_change, bar)
         search.climb(closed)
         starts: list[L] = []
@@ -273,7 +273,7 @@ def best_order(
     limit of an order; it may raise an error if this limit is at most `above`. The first limit that
     reaches `enough` ends the search.
     """
-    with bar_of(True, "events", "program") as bar:
+    with progress_bar(True, "events", "program") as bar:
         search = _OrderSearch(limit_of, best, bar)
         while search.best.load_factor < enough and any(
             search.gains(order) for order in _pivots(search.best, search.order)

@@ -1,7 +1,7 @@
 """A program and all that is needed to solve it: unknowns, friction, rows, units, user rows.
 
 `listed_rows` lists the rows of a question, `Program.compiled` compiles them with a goal. After a
-solution `Program` reads the load factor, the slip and the mechanism. `own_rows` checks the
+solution `Program` reads the load factor, the slip and the mechanism. `labelled_rows` checks the
 constraints of the user.
 """
 
@@ -69,7 +69,7 @@ class Program:
     f: cp.Parameter
     corners: list[int]  # those that have rows
     rows: list[Row]  # without constraints of the user
-    own: Mapping[str, Row] = field(default_factory=dict)  # constraints of the user, by label
+    user_rows: Mapping[str, Row] = field(default_factory=dict)  # by label
     chain: Chain = field(init=False)
 
     def compiled(
@@ -84,7 +84,7 @@ class Program:
         `unit` is that of the objective; `units` are those of variables that the program does not
         have itself.
         """
-        problem = Problem(problem.objective, [*problem.constraints, *self.own.values()])
+        problem = Problem(problem.objective, [*problem.constraints, *self.user_rows.values()])
         by_slip = dict[cp.Variable, list[Program]]()
         for program in (self, *others):
             by_slip.setdefault(program.x.slip, []).append(program)
@@ -151,7 +151,7 @@ class Program:
         slip = np.array(self.x.slip.value)
         if question.slip_bound is not None:
             slip = _cut_to_bound(question, slip, question.slip_bound)
-        elif not self.own and len(question.W):
+        elif not self.user_rows and len(question.W):
             slip -= self._needless_slide(slip)
         return question.slip_at_mean_load(slip)
 
@@ -210,17 +210,17 @@ class Program:
         return Mechanism(moves, closed_friction, open=question.open_nodes)
 
     @property
-    def own_violation(self) -> float:
+    def user_violation(self) -> float:
         """Largest violation of the rows, dimensionless; 0 without constraints of the user."""
-        return self.chain.violation if self.own else 0.0
+        return self.chain.violation if self.user_rows else 0.0
 
     def ruling(self, rows: Collection[int]) -> list[str]:
         """Names of the user's constraints among rows, by their ids."""
-        return [name for name, row in self.own.items() if row.id in rows]
+        return [name for name, row in self.user_rows.items() if row.id in rows]
 
-    def blame_no_own_row(self) -> None:
+    def blame_no_user_row(self) -> None:
         """Say in the problem that its rows contradict each other without those of the user."""
-        for row in self.own.values():
+        for row in self.user_rows.values():
             for dual in row.dual_variables:
                 dual.save_value(np.zeros(dual.shape))
         set_no_optimum(self.problem, cp.INFEASIBLE)
@@ -231,7 +231,7 @@ class Program:
         That of an equation is the rate with its right side.
         """
         # 0.0 + makes an array without axes a number.
-        return {name: 0.0 + np.asarray(dual_of(row)) for name, row in self.own.items()}
+        return {name: 0.0 + np.asarray(dual_of(row)) for name, row in self.user_rows.items()}
 
 
 def _cut_to_bound(question: Question, slip: Array, slip_bound: Array) -> Array:
@@ -316,7 +316,7 @@ _CONES = (
 )
 
 
-def own_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, Row]:
+def labelled_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> dict[str, Row]:
     """The user's constraints, checked, named by their labels if unique, else `constraints[i]`."""
     known_ids = {variable.id for variable in known}
     places = [f"constraints[{index}]" for index in range(len(constraints))]

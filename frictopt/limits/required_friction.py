@@ -14,11 +14,11 @@ from ..base import (
     Array,
     Bar,
     Booleans,
-    bar_of,
     finite_number,
     flag,
     frozen,
     place,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle
@@ -112,7 +112,7 @@ class RequiredFriction(Answered):
     [1, -1]
     """
 
-    _said = ("required", "bound", "largest_slip", "residual", "reason")
+    _shown_names = ("required", "bound", "largest_slip", "residual", "reason")
     required: float
     bound: float
     mechanism: pd.DataFrame
@@ -181,7 +181,7 @@ def required_friction(
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     model = SafeSlipModel(system, cycle, slip_bound=slip_bound)
     with_events = flag("events", events)
-    with bar_of(progress, "required friction", "program") as bar:
+    with progress_bar(progress, "required friction", "program") as bar:
         safe_slips = SafeSlips(model, load_factor, with_events, bar)
 
         # A slip can remove the shear at all corners only if the shear is the same at all corners.
@@ -207,7 +207,7 @@ class SafeSlips:
     """
 
     def __init__(self, model: SafeSlipModel, load_factor: float, events: bool, bar: Bar) -> None:
-        self.question: Question = model._asked
+        self.question: Question = model._question
         self.load_factor = load_factor
         self.started = perf_counter()
         self._bar = bar

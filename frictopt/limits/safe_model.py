@@ -18,7 +18,7 @@ from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
 from .models import Row, constant, defines, printed_as, unknowns, vec
-from .programs import Program, check_rows, check_values, listed_rows, own_rows
+from .programs import Program, check_rows, check_values, labelled_rows, listed_rows
 from .question import Question, motion_of_open_nodes, pose, with_friction
 
 A = TypeVar("A", bound=Answered)
@@ -96,7 +96,7 @@ class SafeModel:
         system = question.system
         plane = system.tangents == 1
         solver_order(solver, LP if plane else SOCP)
-        self._asked = question
+        self._question = question
         self._solver = solver
         self._turn = RLock()
         self._programs: dict[object, Any] = {}
@@ -111,11 +111,11 @@ class SafeModel:
         self.p = printed_as(cp.vstack(list(self._x.p.values())), "p")
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._asked.system!r}, {self._asked.cycle!r})"
+        return f"{type(self).__name__}({self._question.system!r}, {self._question.cycle!r})"
 
     def _posed(self, friction: Any) -> Question:
         """The question of the model with a friction, with all nodes closed."""
-        return with_friction(self._asked, friction)
+        return with_friction(self._question, friction)
 
     def __init_subclass__(cls) -> None:
         warns_of_odd_values(cls)
@@ -161,7 +161,7 @@ class SafeModel:
         key = name, open_nodes, objective is None, *map(id, user_rows), id(objective)
         if key not in self._programs:
             listed = listed_rows(question, self._x, self._f, every=extended, **listing)
-            listed.own = own_rows(user_rows, self._unknowns)
+            listed.user_rows = labelled_rows(user_rows, self._unknowns)
             if extended and question.compliance is not None:
                 listed.rows += self._rested(question)
             problem = goal(listed)
@@ -175,7 +175,7 @@ class SafeModel:
         program: Program = self._programs[key]
 
         # Parameters of the user may have changed since the program was compiled.
-        for place, row in program.own.items():
+        for place, row in program.user_rows.items():
             check_values(place, row)
         if objective is not None:
             check_values("objective", objective)

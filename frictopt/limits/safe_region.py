@@ -22,11 +22,11 @@ from ..base import (
     Plotted,
     Recorded,
     SolveRecord,
-    bar_of,
     checked_loads,
     finite_number,
     frame,
     frozen,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle, checked_system, friction_coefficients
@@ -210,7 +210,7 @@ def safe_region(
     tolerance = finite_number("tolerance", tolerance, above=0.0)
     if system.tangents == 1:
         tolerance = 0.0
-    with bar_of(progress, "safe region", "ray") as bar:
+    with progress_bar(progress, "safe region", "ray") as bar:
         rays = Rays(system, static, coefficients, names, parts, bar)
         first, second = rays.along_axes()
         if (first.limit.open | second.limit.open).any():

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import ROUNDING, SolveRecord, bar_of, finite_number, listed, warns_of_odd_values
+from ..base import ROUNDING, SolveRecord, finite_number, listed, progress_bar, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
@@ -83,7 +83,7 @@ class SafeSlip(Proven):
     (True, True, 0.2)
     """
 
-    _said = ("exists", "margin", "bound", "largest_slip", "residual", "reason")
+    _shown_names = ("exists", "margin", "bound", "largest_slip", "residual", "reason")
     margin: float
     bound: float
 
@@ -135,7 +135,7 @@ class SafeSlip(Proven):
             return None
         return self._motion.table(self.system, self.cycle.corner_names)
 
-    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         mechanism = self._motion.table(self.system, self.cycle.corner_names)
         return "safe residual slip", self.margin, mechanism, self.reason
 
@@ -218,7 +218,7 @@ class SafeSlipModel(SafeModel):
             constraints that no slip satisfies, safe or not.
         """
         user_rows = listed("constraints", constraints)
-        with bar_of(progress, "safe slip"):
+        with progress_bar(progress, "safe slip"):
             safe = self.of_pattern(self._posed(friction), load_factor, user_rows, events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
@@ -284,7 +284,7 @@ class SafeSlipModel(SafeModel):
         """The limit of the best open nodes whose least safe load factor is <= `load_factor`."""
         key = question.friction.tobytes(), load_factor, enough
         if self._last is None or self._last[0] != key:
-            limit = self._shakedown.of_any_set(question, at=load_factor, enough=enough)
+            limit = self._shakedown.of_any_set(question, start_by=load_factor, enough=enough)
             self._last = key, limit
         return self._last[1]
 
@@ -323,7 +323,7 @@ class SafeSlipModel(SafeModel):
 
     def _raise_contradiction(self, program: Program, load_factor: float) -> None:
         """ModelError if the user's constraints admit no slip at all, safe or not."""
-        if not program.own:
+        if not program.user_rows:
             return
         contradiction = program.chain.contradiction()
         names = program.ruling(contradiction.ruling) if contradiction else []
@@ -403,7 +403,7 @@ def safe_slip(
     >>> fo.safe_slip(rod, cycle, friction=0.5, load_factor=0.6).exists
     False
     """
-    with bar_of(progress, "safe slip"):
+    with progress_bar(progress, "safe slip"):
         model = SafeSlipModel(
             system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
         )
@@ -431,7 +431,7 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
     gap = (abs(proof.bound - value) + proof.defect) / max(1.0, abs(value))
     violation = question.violation(load_factor, slip) if question.events else 0.0
     excess = question.excess_over_slip_bound(slip)
-    residual = np.max([gap, value - reserve, violation, excess, program.own_violation])
+    residual = np.max([gap, value - reserve, violation, excess, program.user_violation])
     return SafeSlip(
         load_factor=load_factor,
         slip=slip,
@@ -440,5 +440,5 @@ def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSli
         _motion=program.motion,
         margin=value,
         bound=proof.bound + proof.defect,
-        constraints=tuple(program.own),
+        constraints=tuple(program.user_rows),
     )

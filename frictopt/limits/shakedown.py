@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike
 from ..base import (
     LimitKind,
     SolveRecord,
-    bar_of,
     frame,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..base.checks import flags
@@ -95,7 +95,7 @@ def shakedown_limit(
     >>> fo.shakedown_limit(rod, cycle, friction=0.5).reason
     'no residual slip is safe above it with all nodes closed'
     """
-    with bar_of(progress, "shakedown limit"):
+    with progress_bar(progress, "shakedown limit"):
         question = pose(
             system,
             cycle,
@@ -142,10 +142,13 @@ class ShakedownLimits(SafeModel):
         question: Question,
         user_rows: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
-        at: float = np.inf,
+        start_by: float = np.inf,
         enough: float = np.inf,
     ) -> ShakedownLimit:
-        """The limit with the open nodes of `best_pattern`, searched without the user rows."""
+        """The limit with the open nodes of `best_pattern`, searched without the user rows.
+
+        `start_by` and `enough` are those of `best_pattern`.
+        """
         if user_rows or objective is not None:
             open_nodes = self.of_any_set(question)._question.open_nodes
             return self.of_set(with_open(question, open_nodes) or question, user_rows, objective)
@@ -155,7 +158,7 @@ class ShakedownLimits(SafeModel):
             questions.append(question)
             return self.of_set(question, above=above)
 
-        best = best_pattern(limit_of, self.of_set(question), at, enough)
+        best = best_pattern(limit_of, self.of_set(question), start_by, enough)
         if questions[-1] is not best._question:
             # Solve again, so that the problem of the answer holds the values of the answer.
             return replace(self.of_set(best._question), least=best.least)
@@ -200,18 +203,18 @@ class ShakedownLimits(SafeModel):
         )
         return answered(claim, record, program)
 
-    def of_any_order(self, best: ShakedownLimit, at: float = np.inf) -> ShakedownLimit:
+    def of_any_order(self, best: ShakedownLimit, enough: float = np.inf) -> ShakedownLimit:
         """The best limit with nodes that open and close in each cycle, see `best_order`.
 
         `best` is the limit of nodes that stay open or closed. The search ends with the first limit
-        that reaches `at`.
+        that reaches `enough`.
         """
 
         def limit_of(question: LiftOff, above: float) -> ShakedownLimit:
             program = Ordered(question, _goal, question.load_unit)
             return self._solved(program, partial(every_load_is_safe, program), above)
 
-        return best_order(limit_of, best, at)
+        return best_order(limit_of, best, enough)
 
     def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
         """The limit, completed by the least safe load factor from a second program."""
@@ -249,7 +252,7 @@ def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> Sh
     slip = program.slip
     proof = program.chain.proof
     bound = upper_bound(proof, above)
-    violations = [question.violation(load_factor, slip), proof.gap, program.own_violation]
+    violations = [question.violation(load_factor, slip), proof.gap, program.user_violation]
     residual = float(np.nan_to_num(np.max(violations), nan=np.inf))
     return ShakedownLimit(
         load_factor,
@@ -375,6 +378,6 @@ class ShakedownLimit(ShakedownAnswer):
             names.insert(3, "objective")
         return {name: getattr(self, name) for name in names}
 
-    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         value = self.load_factor if self.objective is None else self.objective
         return "shakedown limit", value, self.mechanism, self.reason

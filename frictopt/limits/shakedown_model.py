@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import bar_of, listed, warns_of_odd_values
+from ..base import listed, progress_bar, warns_of_odd_values
 from .safe_model import in_turn
 from .shakedown import ShakedownLimit, ShakedownLimits
 
@@ -91,7 +91,7 @@ class ShakedownModel(ShakedownLimits):
             largest value; no solver gave an answer that passes the checks.
         """
         user_rows = listed("constraints", constraints)
-        with bar_of(progress, "shakedown limit"):
+        with progress_bar(progress, "shakedown limit"):
             question = self._posed(friction)
             return self._shown(self.of_pattern(question, open, events, user_rows, objective))
 
@@ -111,7 +111,7 @@ class ShakedownModel(ShakedownLimits):
         rows = list[dict[str, Any]]()
 
         total = len(wanted)
-        with bar_of(progress, "sweep", "friction", total=total) as bar:
+        with progress_bar(progress, "sweep", "friction", total=total) as bar:
             for friction in wanted:
                 rows.append(_row(friction, self.solve(friction, user_rows)))
                 note = (

@@ -93,7 +93,7 @@ class Explained(Recorded):
 
     problem: cp.Problem | None
 
-    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         """Title, answer, slips that limit the load, largest first, and the reason.
 
         What stands in the problem is printed only if it agrees with the answer.
@@ -102,7 +102,7 @@ class Explained(Recorded):
 
     def explain(self) -> str:
         """The model by its names, as text: sizes, curvature, DPP, left-out and binding rows."""
-        title, value, mechanism, reason = self._told()
+        title, value, mechanism, reason = self._explanation()
         lines = [title, "=" * len(title)]
         if value is not None:
             lines.append(f"answer      {value:.12g}")

@@ -16,7 +16,7 @@ from scipy.optimize import linprog
 from ..base import CONDENSATION, ROUNDING, Array
 from ..contact import parted
 from ..transients.exact import ExactPath, ReturnMap, return_map
-from ..transients.stepped import Point, SteppedPath
+from ..transients.stepped import SteppedPath, SteppedState
 from ..transients.transient import OPEN, STICK, Transient
 
 # The program has the bounds of each locked node at so many events, those with the least reserve.
@@ -190,7 +190,7 @@ def increment_map(path: SteppedPath) -> ReturnMap:
 
 
 def _derivative_after(
-    S: Array, f: Array, point: Point, D: Array, e: Array, distance: Array
+    S: Array, f: Array, point: SteppedState, D: Array, e: Array, distance: Array
 ) -> Array:
     """(M, M) derivative of the state after an increment, from the one before it, D.
 

@@ -19,12 +19,12 @@ from ..base import (
     LARGEST_SEED,
     Array,
     Bar,
-    bar_of,
     check_text,
     finite_array,
     finite_numbers,
     frozen,
     listed,
+    progress_bar,
     shown,
     warns_of_odd_values,
     whole_number,
@@ -154,7 +154,7 @@ def dissipation_study(
             for number, label, factor, start in combinations
         ]
         study = _Study(system, runs, file)
-        with bar_of(
+        with progress_bar(
             progress,
             "transients",
             "run",

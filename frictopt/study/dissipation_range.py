@@ -12,7 +12,16 @@ from dataclasses import dataclass, field, replace
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import LEVEL, Array, Kept, Plotted, bar_of, finite_number, frozen, warns_of_odd_values
+from ..base import (
+    LEVEL,
+    Array,
+    Kept,
+    Plotted,
+    finite_number,
+    frozen,
+    progress_bar,
+    warns_of_odd_values,
+)
 from ..contact import ContactSystem, LoadCycle
 from ..errors import NoContinuation
 from ..limits import pose
@@ -194,7 +203,7 @@ def dissipation_range(
     question = pose(system, cycle, friction, slip_bound=slip_bound)
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     starts = RangeStarts(question, load_factor)
-    with bar_of(progress, "dissipation range", "transient") as bar:
+    with progress_bar(progress, "dissipation range", "transient") as bar:
 
         def range_so_far() -> DissipationRange:
             orbits = search.orbits

@@ -15,10 +15,10 @@ from ..base import (
     Bar,
     Kept,
     Plotted,
-    bar_of,
     checked_loads,
     finite_number,
     frozen,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..contact import ContactSystem, LoadCycle, checked_cycle
@@ -62,7 +62,7 @@ class LeastExcursion(Kept, Plotted):
     0.0
     """
 
-    _said = ("share", "loads", "sampled", "transients", "residual")
+    _shown_names = ("share", "loads", "sampled", "transients", "residual")
     share: float
     loads: Mapping[str, float] | None
     start: Array = field(repr=False)
@@ -135,7 +135,7 @@ def least_excursion(
         raise ModelError(
             "excursion: no load changes; give load case name -> change of its amplitude"
         )
-    with bar_of(progress, "least excursion", "transient") as bar:
+    with progress_bar(progress, "least excursion", "transient") as bar:
         search = _ExcursionSearch(cycle, load_factor, largest, bar)
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         system.reaction(largest)  # raises if it names an unknown load case

@@ -14,11 +14,11 @@ from ..base import (
     Kept,
     Outcome,
     Plotted,
-    bar_of,
     choice,
     finite_array,
     finite_number,
     frozen,
+    progress_bar,
     warns_of_odd_values,
     whole_number,
 )
@@ -159,7 +159,7 @@ class LimitAfterProtocol(Kept, Plotted):
     (1.0, True)
     """
 
-    _said = ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")
+    _shown_names = ("load_factor", "ratio", "upper", "monotonic", "transients", "residual")
     load_factor: float
     upper: float
     shakedown_limit: float
@@ -257,7 +257,7 @@ def limit_after_protocol(
         bar.keep("table", table, note, best)
         return tried[load_factor] != REST
 
-    with bar_of(progress, "limit after a protocol", "transient") as bar:
+    with progress_bar(progress, "limit after a protocol", "transient") as bar:
         transients = TransientsAfter(system, cycle, friction, start, steps, bar.update)
         limit = shakedown_limit(system, cycle, friction).load_factor
         if up_to is None and not 0 < limit < np.inf:

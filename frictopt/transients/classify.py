@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base import LEVEL, PERIODIC, REPEATED, RESIDUAL, ROUNDING, SAME_STATE, Array, Outcome
-from .transient import Cycle, Transient
+from .transient import FollowedCycle, Transient
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,13 @@ class Settled(NamedTuple):
 
     outcome: Outcome
     path: Transient
-    cycle: Cycle
+    cycle: FollowedCycle
     work_error: float
-    judged: tuple[Cycle, ...]
+    judged: tuple[FollowedCycle, ...]
 
 
 def classify(
-    path: Transient, cycle: Cycle, last: Sequence[Cycle], extrapolated: bool
+    path: Transient, cycle: FollowedCycle, last: Sequence[FollowedCycle], extrapolated: bool
 ) -> Settled | None:
     """The outcome that the latest cycle and the last ones show; None if they prove nothing.
 
@@ -76,12 +76,12 @@ def classify(
     return Settled(Outcome.RATCHETING, path, replace(cycle, change=0.0), error, (cycle,))
 
 
-def without_work(path: Transient, cycle: Cycle) -> Settled:
+def without_work(path: Transient, cycle: FollowedCycle) -> Settled:
     """Rest: a cycle whose work is negligible, and set to zero."""
     return Settled(Outcome.SHAKEDOWN, path, replace(cycle, work=0 * cycle.work), 0.0, (cycle,))
 
 
-def _at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
+def _at_rest(path: Transient, cycle: FollowedCycle) -> FollowedCycle | None:
     """The cycle that follows if the slip at the end of a cycle is safe at every corner."""
     u = cycle.u[-1]
     n = path.nodes
@@ -101,7 +101,9 @@ def _at_rest(path: Transient, cycle: Cycle) -> Cycle | None:
     )
 
 
-def _comes_back(path: Transient, cycle: Cycle, last: Sequence[Cycle], extrapolated: bool) -> bool:
+def _comes_back(
+    path: Transient, cycle: FollowedCycle, last: Sequence[FollowedCycle], extrapolated: bool
+) -> bool:
     """Whether the sum of all later changes is small, as the change of this cycle is."""
     if extrapolated or not cycle.work.any():
         return True
@@ -111,7 +113,7 @@ def _comes_back(path: Transient, cycle: Cycle, last: Sequence[Cycle], extrapolat
     return distance_left(changes, REPEATED * size) <= RESIDUAL
 
 
-def _slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
+def _slips(path: Transient, cycle: FollowedCycle, earlier: FollowedCycle | None) -> bool | None:
     """Whether some node slips in a cycle that comes back; None if its work does not decide.
 
     A slip of 1e-9 slip scales of the mean load is negligible. Its work is computed with the node's
@@ -146,7 +148,7 @@ def _slips(path: Transient, cycle: Cycle, earlier: Cycle | None) -> bool | None:
     return False if (path.friction == 0).any() or lifts.any() else None
 
 
-def _ratchets(path: Transient, last: Sequence[Cycle]) -> bool:
+def _ratchets(path: Transient, last: Sequence[FollowedCycle]) -> bool:
     """Whether the last cycles drift by the same amount, without stress or change of gaps."""
     if len(last) < 3 or len({cycle.events for cycle in last[-3:]}) > 1:
         return False
@@ -167,13 +169,13 @@ def _ratchets(path: Transient, last: Sequence[Cycle]) -> bool:
     return bool(PERIODIC * end.change > rounding)
 
 
-def bend(last: Sequence[Cycle]) -> Array:
+def bend(last: Sequence[FollowedCycle]) -> Array:
     """(m,) size of the difference between the displacements of the last two cycles."""
     before, end = last[-2:]
     return np.abs((end.after - end.before) - (before.after - before.before))
 
 
-def work_error(path: Transient, cycles: Sequence[Cycle], later_changes: float) -> float:
+def work_error(path: Transient, cycles: Sequence[FollowedCycle], later_changes: float) -> float:
     """Estimated relative distance of the last cycle's work from its limit; inf if unknown.
 
     The smaller of two estimates is returned. The first follows from the change of the state, if it
@@ -197,7 +199,7 @@ def work_error(path: Transient, cycles: Sequence[Cycle], later_changes: float) -
     return min(by_change, by_works) / works[-1]
 
 
-def work_to_come(last: Sequence[Cycle], limit: Cycle, no_work: Array) -> float:
+def work_to_come(last: Sequence[FollowedCycle], limit: FollowedCycle, no_work: Array) -> float:
     """Relative distance of the last work from the work at the limit; 0 if no node may yet stop.
 
     Such a node slips in the last cycles, but its work at the limit is at most `no_work` (N,). The
@@ -218,7 +220,7 @@ def work_to_come(last: Sequence[Cycle], limit: Cycle, no_work: Array) -> float:
     return float(np.abs(end.work - limit.work).sum() / limit.work.sum())
 
 
-def returns_after(path: Transient, cycle: Cycle) -> int:
+def returns_after(path: Transient, cycle: FollowedCycle) -> int:
     """True period, 1 or 2 load cycles, of a return of two cycles that repeats state or drift."""
     middle = cycle.u[len(cycle.u) // 2 - 1, : len(path.unit)] / path.unit
     difference = np.abs(2 * middle - cycle.before - cycle.after).max()

@@ -25,7 +25,7 @@ from ..contact import parted
 from ..errors import NoContinuation, SolverError
 from .classify import Settled, bend, classify, distance_left, without_work, work_error
 from .extrapolation import AffineLimit, CurvedLimit, LimitSearch
-from .transient import Cycle, Transient
+from .transient import FollowedCycle, Transient
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class Run:
     period: int = 1
     cycles: int = 0
     works: list[float] = field(default_factory=list)
-    last: list[Cycle] = field(default_factory=list)
+    last: list[FollowedCycle] = field(default_factory=list)
     lost: float = 0.0
     later_changes: float | None = None
     search: LimitSearch = field(init=False)
@@ -160,7 +160,7 @@ class Run:
             raise self._given_up(latest, drift)
         return None
 
-    def follow(self, path: Transient | None) -> Cycle:
+    def follow(self, path: Transient | None) -> FollowedCycle:
         """Follow one return of a transient; NoContinuation if it ends, or if it is None."""
         if path is None:
             raise NoContinuation("steady state: there is no state to follow")
@@ -169,7 +169,7 @@ class Run:
         self.tell()
         return cycle
 
-    def _judged(self, latest: Cycle) -> Settled | None:
+    def _judged(self, latest: FollowedCycle) -> Settled | None:
         """The steady state, if the last returns prove one."""
         settled = classify(self.path, latest, self.last, self.extrapolated)
         if settled is None or settled.outcome is not Outcome.CYCLIC_SLIP:
@@ -195,7 +195,7 @@ class Run:
         error = max(error, self.search.work_error(self.later_changes))
         return Settled(Outcome.CYCLIC_SLIP, self.path, cycles[-1], error, (cycles[-1],))
 
-    def _work_error(self, cycles: list[Cycle]) -> float:
+    def _work_error(self, cycles: list[FollowedCycle]) -> float:
         later_changes = 1.0 if self.later_changes is None else self.later_changes
         return work_error(self.path, cycles, later_changes)
 
@@ -255,7 +255,7 @@ class Run:
             return ""
         return SAME_DRIFT.format(left=cycles_left, change=cycle_ahead.change)
 
-    def _given_up(self, latest: Cycle, drift: str) -> NoContinuation:
+    def _given_up(self, latest: FollowedCycle, drift: str) -> NoContinuation:
         """The error of a run without a steady state, with the state after the latest return."""
         span = "a cycle" if self.period == 1 else "in two cycles"
         hint = self._hint(latest, drift)
@@ -274,7 +274,7 @@ class Run:
         error.work = np.array(self.works)
         return error
 
-    def _hint(self, latest: Cycle, drift: str) -> str:
+    def _hint(self, latest: FollowedCycle, drift: str) -> str:
         """The reason that no steady state is proven, and a remedy."""
         if self.path.far_start:
             return self.path.cause_of_rounding

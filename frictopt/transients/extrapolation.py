@@ -22,9 +22,9 @@ import numpy as np
 
 from ..base import PERIODIC, REPEATED, RESIDUAL, ROUNDING, Array
 from .classify import work_to_come
-from .transient import Cycle, Transient
+from .transient import FollowedCycle, Transient
 
-Follow: TypeAlias = Callable[[Transient | None], Cycle]
+Follow: TypeAlias = Callable[[Transient | None], FollowedCycle]
 """Function that follows one return of a transient; NoContinuation if it ends, or if it is None."""
 
 Moves: TypeAlias = list[tuple[Array, Array]]
@@ -73,7 +73,7 @@ class Limit(NamedTuple):
     """A transient at the limit of the last returns, and a return from there."""
 
     path: Transient
-    cycle: Cycle
+    cycle: FollowedCycle
 
 
 @dataclass
@@ -89,7 +89,7 @@ class LimitSearch(ABC):
 
     @abstractmethod
     def find(
-        self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
+        self, path: Transient, last: Sequence[FollowedCycle], follow: Follow, cycles: int
     ) -> Limit | None:
         """The limit of the last returns, if the transient is proven to approach it.
 
@@ -116,7 +116,7 @@ class AffineLimit(LimitSearch):
     """The search on the exact path. After its k-th failure it waits for k returns."""
 
     def find(
-        self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
+        self, path: Transient, last: Sequence[FollowedCycle], follow: Follow, cycles: int
     ) -> Limit | None:
         """See `LimitSearch`. A return from the limit must end there, and the map must be affine."""
         latest = last[-SETTINGS.least_cycles :]
@@ -157,7 +157,7 @@ class FixedPoint(NamedTuple):
     error due to nodes that have yet to stop slipping.
     """
 
-    cycle: Cycle
+    cycle: FollowedCycle
     shift: float = 0.0
     events_error: float = 0.0
 
@@ -174,7 +174,7 @@ class CurvedLimit(LimitSearch):
     fixed: FixedPoint | None = None
 
     def find(
-        self, path: Transient, last: Sequence[Cycle], follow: Follow, cycles: int
+        self, path: Transient, last: Sequence[FollowedCycle], follow: Follow, cycles: int
     ) -> Limit | None:
         """See `LimitSearch`."""
         self.wait = max(self.wait - 1, 0)
@@ -212,7 +212,7 @@ class CurvedLimit(LimitSearch):
         return self._with_same_work(limit, earlier.cycle, events_error, no_work)
 
     def _with_same_work(
-        self, limit: Limit, earlier: Cycle, events_error: float, no_work: Array
+        self, limit: Limit, earlier: FollowedCycle, events_error: float, no_work: Array
     ) -> Limit | None:
         """Keep a limit as the last fixed point; return it if the previous one had the same work."""
         work = limit.cycle.work
@@ -241,7 +241,7 @@ def _iterated(
     the change falls to a quarter in each extrapolation, else `patience`.
     """
     changes = [change]
-    returns: list[Cycle] = []
+    returns: list[FollowedCycle] = []
     turns = 1
     point = start
     while True:
@@ -262,7 +262,9 @@ def _iterated(
         point = fixed_point(_ends(returns))
 
 
-def _is_approached(path: Transient, latest: Cycle, at_limit: Cycle, follow: Follow) -> bool:
+def _is_approached(
+    path: Transient, latest: FollowedCycle, at_limit: FollowedCycle, follow: Follow
+) -> bool:
     """Whether the latest return and returns from states between come closer to a fixed point."""
     limit = at_limit.after
     starts = [limit + share * (latest.after - limit) for share in SETTINGS.shares]
@@ -273,12 +275,12 @@ def _is_approached(path: Transient, latest: Cycle, at_limit: Cycle, follow: Foll
     )
 
 
-def _ends(cycles: Sequence[Cycle]) -> Array:
+def _ends(cycles: Sequence[FollowedCycle]) -> Array:
     """(k, 2, m) the states before and after some cycles."""
     return np.array([(cycle.before, cycle.after) for cycle in cycles])
 
 
-def extrapolate(last: Sequence[Cycle]) -> Iterator[tuple[Array, Moves]]:
+def extrapolate(last: Sequence[FollowedCycle]) -> Iterator[tuple[Array, Moves]]:
     """The limits of the affine map of the last cycles with the same events, and tests of the map.
 
     All later states are weighted means of the limit, of the last state, and of the states at the

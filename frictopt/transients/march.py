@@ -14,10 +14,10 @@ from ..base import (
     ROUNDING,
     Array,
     Booleans,
-    bar_of,
     choice,
     flag,
     frozen,
+    progress_bar,
     warns_of_odd_values,
     whole_number,
 )
@@ -32,7 +32,7 @@ from ..contact import (
 from ..errors import ModelError, NoContinuation, SolverError
 from .exact import ExactPath
 from .increment_doubts import doubts
-from .stepped import ENGINES, Point, SteppedPath
+from .stepped import ENGINES, SteppedPath, SteppedState
 from .trajectory import Trajectory
 from .transient import OPEN
 
@@ -117,7 +117,7 @@ def march(
         # Runs with fewer steps are solved the quickest way.
         coarser = [SteppedPath("newton", count, *parameters) for count in path.coarser]
         total = (1 + len(coarser)) * cycles
-        with bar_of(progress, "march", "cycle", total=total) as bar:
+        with progress_bar(progress, "march", "cycle", total=total) as bar:
             runs = _Runs(cycles, bar.update)
             states, step_error = _in_increments(path, coarser, runs)
     axes = system.tangents + 1
@@ -180,7 +180,7 @@ class _Runs(NamedTuple):
     cycles: int
     report: Callable[[], object]
 
-    def follow(self, path: SteppedPath) -> list[Point]:
+    def follow(self, path: SteppedPath) -> list[SteppedState]:
         """The states of a transient that has not begun; errors of increments."""
         points = [path.state, *path.follow(path.begun)]
         for _ in range(self.cycles):

@@ -22,9 +22,9 @@ from ..base import (
     Kept,
     Plotted,
     Table,
-    bar_of,
     flag,
     frame,
+    progress_bar,
     warns_of_odd_values,
 )
 from ..contact import (
@@ -274,7 +274,7 @@ def onset(
     from .march import mean_state
 
     try:
-        with bar_of(show, "onset: the mean load settles"):
+        with progress_bar(show, "onset: the mean load settles"):
             state = mean_state(system, cycle, coefficients)
             return onset_from(system, cycle, coefficients, state)
     except FrictoptError:

@@ -17,9 +17,9 @@ from ..base import (
     Array,
     Outcome,
     SolveRecord,
-    bar_of,
     finite_number,
     flag,
+    progress_bar,
     warns_of_odd_values,
     whole_number,
 )
@@ -31,7 +31,7 @@ from .increment_doubts import doubts
 from .march import path_of
 from .outcome import SteadyState
 from .stepped import SteppedPath
-from .transient import Cycle
+from .transient import FollowedCycle
 
 MOST_CYCLES = 2000
 """Default number of cycles after which the search for a steady state gives up."""
@@ -152,7 +152,7 @@ def steady_state(
     path = path_of(*problem, steps=steps)
     run = Run(path, most_cycles)
     first_states: list[Array] = []
-    with bar_of(progress, "steady state", "cycle") as bar:
+    with progress_bar(progress, "steady state", "cycle") as bar:
 
         def count() -> None:
             if run.works:
@@ -205,7 +205,7 @@ def _step_error(
     return float(max(error, missed)) / total
 
 
-def _work_in_doubt(path: SteppedPath, cycle: Cycle) -> tuple[float, float]:
+def _work_in_doubt(path: SteppedPath, cycle: FollowedCycle) -> tuple[float, float]:
     """Work that increments may lack, and work of nodes before they open, see `doubts`."""
     if cycle.previous is None:
         return 0.0, 0.0
@@ -219,7 +219,7 @@ def _work_in_doubt(path: SteppedPath, cycle: Cycle) -> tuple[float, float]:
     return lacking if lacking > rounding else 0.0, missed if missed > rounding else 0.0
 
 
-def _change_of_work(again: Run, cycle: Cycle) -> float:
+def _change_of_work(again: Run, cycle: FollowedCycle) -> float:
     """Change of the work of a cycle in finer increments, extrapolated to all later cycles."""
     work = cycle.work
     changes = list[float]()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..base import Array, Booleans, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
 from .statics import Statics, check_sliding, rigid_motions
-from .transient import OPEN, STICK, Cycle, Transient
+from .transient import OPEN, STICK, FollowedCycle, Transient
 
 ENGINES = MappingProxyType(
     {"newton": "NewtonIncrement", "qp": "FrozenBoundIncrement", "milp": "ExactIncrement"}
@@ -39,7 +39,7 @@ _SETTINGS = StepSettings()
 _TAIL = np.concatenate([0.5 ** (np.arange(1, 13) / 2), 0.5 ** np.arange(7, 21)])
 
 
-class Point(NamedTuple):
+class SteppedState(NamedTuple):
     """A state: load, `u = [v, w - g0]` and reactions (M,), and status (N,).
 
     `work` and `way` (N,) are the work of friction, and the path of slip while closed, since the
@@ -86,7 +86,7 @@ class SteppedPath(Transient):
         self.unit = np.tile(self.scales.length, self.system.tangents)
         status = np.where(opened, OPEN, STICK).astype(np.int8)
         zeros = np.zeros(self.nodes)
-        self.state = Point(self.bonded, u, r, status, zeros, zeros)
+        self.state = SteppedState(self.bonded, u, r, status, zeros, zeros)
 
     def checked(self) -> Self:
         """Return the transient itself if its mean load presses and friction can hold all loads.
@@ -104,7 +104,7 @@ class SteppedPath(Transient):
             )
         return self
 
-    def follow_to(self, bonded: Array, where: str) -> list[Point]:
+    def follow_to(self, bonded: Array, where: str) -> list[SteppedState]:
         """The states on the straight segment to other bonded reactions.
 
         The last one becomes the present state. Errors of increments name the segment by `where`.
@@ -120,7 +120,7 @@ class SteppedPath(Transient):
                 place = f"{where}, increment {step} of {len(loads)}"
                 raise self._end(error, load, place) from error
             self.events += int((status != self.state.status).sum())
-            self.state = self._next_point(load, u, r, status)
+            self.state = self._next_state(load, u, r, status)
             points.append(self.state)
         self.bonded = bonded
         self.visited += 1
@@ -128,14 +128,16 @@ class SteppedPath(Transient):
         self.unproven = self.events
         return points
 
-    def _next_point(self, load: Array, u: Array, r: Array, status: NDArray[np.int8]) -> Point:
+    def _next_state(
+        self, load: Array, u: Array, r: Array, status: NDArray[np.int8]
+    ) -> SteppedState:
         """The next state, with the work of friction from the mean of the two friction bounds."""
         n, before = self.nodes, self.state
         slip_step = (u - before.u)[:-n].reshape(-1, n)
         path = np.sqrt((slip_step**2).sum(axis=0)) * (status != OPEN)
         pressures = np.array([before.r, r])[:, -n:]
         bound = self.law.bound(pressures).mean(axis=0)
-        return Point(load, u, r, status, bound * path, path)
+        return SteppedState(load, u, r, status, bound * path, path)
 
     def _end(
         self, error: NoContinuation | SolverError, load: Array, where: str
@@ -164,7 +166,7 @@ class SteppedPath(Transient):
         copied.shares = np.unique(np.r_[equal_ends, last_ends].round(12))
         return copied, parts
 
-    def cycle_on(self, count: int) -> Cycle:
+    def cycle_on(self, count: int) -> FollowedCycle:
         """Follow `count` load cycles, from increment to increment."""
         begin = self.state
         points = self.follow(self.legs * count)
@@ -173,7 +175,7 @@ class SteppedPath(Transient):
         )
         before = begin.u[: -self.nodes] / self.unit
         after = u[-1, : -self.nodes] / self.unit
-        return Cycle(
+        return FollowedCycle(
             before=before,
             after=after,
             change=float(np.abs(after - before).max()),

@@ -52,7 +52,7 @@ _STRESS = _StressLimits()
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class FollowedCycle:
     """A return of a transient: one load cycle, or two, with the states at which it stopped.
 
     Attributes
@@ -121,7 +121,8 @@ class Transient(ABC):
     length
         Scale of slips: the largest force divided by the stiffness scale.
     scales, unit
-        Scales of forces and slips at each node; and the scales (m,) of the state, see `Cycle`.
+        Scales of forces and slips at each node; and the scales (m,) of the state, see
+        `FollowedCycle`.
     events, unproven
         Number of changes of status, and number of changes whose rates are not proven to be unique.
     far_start
@@ -213,7 +214,7 @@ class Transient(ABC):
         """
 
     @abstractmethod
-    def cycle_on(self, count: int) -> Cycle:
+    def cycle_on(self, count: int) -> FollowedCycle:
         """Follow `count` load cycles."""
 
     @abstractmethod

@@ -59,8 +59,8 @@ def _sheared(meshes: list[fo.ContactSystem], parameters: Parameters) -> Case:
         "Mindlin & Deresiewicz 1953",
         "work of friction per cycle of a sphere / theirs",
         "Q / (f P)",
-        f"{_told(parameters)}; edges of contact and stick cut square cells, and the error changes "
-        "sign from mesh to mesh",
+        f"{_meshes_in_words(parameters)}; edges of contact and stick cut square cells, "
+        "and the error changes sign from mesh to mesh",
         parameters.shears,
         lambda _: 1.0,
         ratios,
@@ -91,7 +91,8 @@ def _twisted(meshes: list[fo.ContactSystem], parameters: Parameters) -> Iterator
         torques.append(float(np.mean(found)))
         radii.append(float(np.mean(zones)))
     source, over = "Lubkin 1951", "radius of the stick zone / a of theirs"
-    how = f"{_told(parameters)}, {parameters.steps} increments, the far end turned as theirs"
+    meshes_used = _meshes_in_words(parameters)
+    how = f"{meshes_used}, {parameters.steps} increments, the far end turned as theirs"
     yield Case(
         source,
         "twisting couple on a sphere / (f P a)",
@@ -115,7 +116,7 @@ def _twisted(meshes: list[fo.ContactSystem], parameters: Parameters) -> Iterator
     )
 
 
-def _told(parameters: Parameters) -> str:
+def _meshes_in_words(parameters: Parameters) -> str:
     return f"mean over meshes of {', '.join(map(str, parameters.cells))} cells across"
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import Bar, bar_of, progress
+from frictopt.base import Bar, progress, progress_bar
 from helpers.designs import CYCLE as TURNS
 from helpers.designs import pulled
 from helpers.systems import CYCLE, FIRST_PAIR, system
@@ -65,7 +65,7 @@ def test_a_table_says_what_is_computed_and_how_far_it_is(log):
 
 
 def test_lines_come_while_nothing_moves_and_end_with_the_computation(log):
-    with redirect_stderr(log), bar_of(True, "waiting", "step"):
+    with redirect_stderr(log), progress_bar(True, "waiting", "step"):
         until(log, r"(waiting: 0 steps, \d\d:\d\d\n){3}")
     teller = progress._teller
     assert teller is None or not teller.join(60)
@@ -73,16 +73,16 @@ def test_lines_come_while_nothing_moves_and_end_with_the_computation(log):
 
 
 def test_who_wants_no_progress_gets_none(log):
-    with redirect_stderr(log), bar_of(False, "waiting", "step") as bar:
+    with redirect_stderr(log), progress_bar(False, "waiting", "step") as bar:
         bar.update()
         assert bar not in progress._under_way
-        with bar_of(True, "within", "step") as bar:
+        with progress_bar(True, "within", "step") as bar:
             assert bar not in progress._under_way
     code = """
 import time
-from frictopt.base import bar_of, progress
+from frictopt.base import progress_bar, progress
 progress.PACE = progress.Pace(first=0.01)
-with bar_of(True, "waiting", "step"):
+with progress_bar(True, "waiting", "step"):
     time.sleep(0.1)
 """
     done = subprocess.run(
@@ -96,7 +96,7 @@ with bar_of(True, "waiting", "step"):
 
 
 def test_a_log_that_nobody_reads_ends_nothing(log):
-    with redirect_stderr(log), bar_of(True, "waiting", "step"):
+    with redirect_stderr(log), progress_bar(True, "waiting", "step"):
         until(log, "waiting")
         log.close()
         time.sleep(0.05)
@@ -107,12 +107,12 @@ def test_on_a_terminal_a_step_that_takes_long_is_shown_while_it_lasts_and_the_be
 ):
     screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)
-    with bar_of(True, "search", "program") as bar:
+    with progress_bar(True, "search", "program") as bar:
         until(screen, "\rsearch: 0 programs, 00:00")
         bar.keep("limit", 0.2, "the best limit", best="at least 0.2 so far")
         until(screen, "00:00, at least 0.2 so far")
         bar.update()
-        with bar_of(True, "nodes", "node", total=4) as inner:
+        with progress_bar(True, "nodes", "node", total=4) as inner:
             inner.update(2)
             until(screen, r"nodes:  50%\|.* 2/4 ")
     assert (
@@ -124,7 +124,7 @@ def test_an_interrupt_gets_what_was_kept_last():
     """A function makes the value only when it is needed."""
     made = []
     with pytest.raises(KeyboardInterrupt) as stopped:
-        with bar_of(False, "search", "program") as bar:
+        with progress_bar(False, "search", "program") as bar:
             bar.keep("table", lambda: made.append(1), "the first")
             bar.keep("table", lambda: [2, 3], "two numbers are in the attribute `table`")
             raise KeyboardInterrupt
@@ -331,6 +331,6 @@ def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
 
 
 def test_a_count_that_is_a_number_of_numpy_is_told(log):
-    with redirect_stderr(log), bar_of(True, "work", "piece") as bar:
+    with redirect_stderr(log), progress_bar(True, "work", "piece") as bar:
         bar.update(np.int64(2))
         until(log, r"work: 2 pieces, ")

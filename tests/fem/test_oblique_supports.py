@@ -211,13 +211,13 @@ def test_a_cylinder_may_have_two_names_and_its_edge_is_held_along_both_normals(e
     one, two = (
         in_a_cylinder(names, element) for names in (("all", "end"), ("left", "right", "end"))
     )
-    assert np.array_equal(one._parts.free_rows, two._parts.free_rows) and np.allclose(
+    assert np.array_equal(one._assembly.free_rows, two._assembly.free_rows) and np.allclose(
         one.condense().S, two.condense().S, rtol=0, atol=1e-9
     )
-    edge = (np.hypot(*one._parts.points[:, :2].T) < 0.71) & (one._parts.points[:, 2] == 0)
+    edge = (np.hypot(*one._assembly.points[:, :2].T) < 0.71) & (one._assembly.points[:, 2] == 0)
     assert (
         edge.sum() == 16 * (1 + (element == "quadratic"))
-        and ((one._parts.free_rows[edge] == -1).sum(axis=1) == 2).all()
+        and ((one._assembly.free_rows[edge] == -1).sum(axis=1) == 2).all()
     )
 
 

@@ -415,7 +415,7 @@ def test_a_sector_may_reach_the_axis(height, turn):
             one.contacts,
         )
     compared(one, part, 4, CYCLE, **({"steps": 4} if height else {}))
-    assert len(part._parts.sector.fixed) == 1 + (height > 0)
+    assert len(part._assembly.sector.fixed) == 1 + (height > 0)
 
 
 def unlike(low, high, around_it, height=0.0, count=5):
@@ -486,7 +486,7 @@ def padded(meshes, element="linear", held=None):
 )
 def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high, element, height):
     model = padded(unlike(low, high, 12, height), element)
-    assert (model._parts.sector.copies >= 0).any() == (low == high)
+    assert (model._assembly.sector.copies >= 0).any() == (low == high)
     system = model.condense()
     mesh = model.bodies["pad"].mesh
     pushed, nodes = np.zeros(mesh.p.T.shape), mesh.facets[:, mesh.boundaries["contact"]]
@@ -500,7 +500,7 @@ def test_cut_faces_that_do_not_match_pass_uniform_stress_and_expansion(low, high
     )
     assert np.allclose(
         np.einsum("nka,kn->na", system.frames, r),
-        pushed[model._parts.pairs.nodes - model._parts.first_node["pad"]],
+        pushed[model._assembly.pairs.nodes - model._assembly.first_node["pad"]],
         atol=1e-9,
     )
     assert max(np.abs(each).max() for each in system.bonded["E"]) < 1e-9

@@ -202,7 +202,7 @@ def column(**options):
 def matrices_of(model):
     """What `condense` is given for a model whose faces match: each pair has the nodes of both
     bodies."""
-    parts, opening = model._parts, model._parts.glued.interface.opening.sorted_indices()
+    parts, opening = model._assembly, model._assembly.glued.interface.opening.sorted_indices()
     others = [int(row.indices[row.data < 0][0]) for row in opening]
     return {
         "K": parts.glued.K,

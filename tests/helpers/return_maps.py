@@ -7,7 +7,7 @@ import numpy as np
 
 from frictopt.contact import contact_law
 from frictopt.transients.cycles import Run
-from frictopt.transients.transient import Cycle, Scales
+from frictopt.transients.transient import FollowedCycle, Scales
 
 
 class Mapped:
@@ -50,7 +50,7 @@ class Mapped:
             ends.append(self.whole())
         u, change = np.array(ends), float(np.abs(ends[-1] - before).max())
         r = u @ self.system.S + np.r_[np.zeros(n), np.ones(n)]
-        return Cycle(
+        return FollowedCycle(
             before, ends[-1], change, np.ones(n), np.ones(n), [1.0] * count, events, 0 * r, u, r
         )
 

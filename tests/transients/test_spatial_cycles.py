@@ -398,7 +398,7 @@ def test_long_work_shows_how_many_cycles_it_has_followed(monkeypatch):
         def update(self):
             seen.append(self.show)
 
-    monkeypatch.setattr(asked, "bar_of", Bar)
+    monkeypatch.setattr(asked, "progress_bar", Bar)
     steady = fo.steady_state(
         random_contact(np.random.default_rng(7), 4), cycle(), 0.5, 0.3, steps=2, progress=False
     )

@@ -7,7 +7,7 @@ from ...contact import LoadCycle, checked_law, checked_plane, off_law
 from ...contact.diagnosis import in_contact
 from ...contact.history import turning_points
 from ...errors import NoContinuation
-from ..transient import Cycle, Transient
+from ..transient import FollowedCycle, Transient
 from .kernel import (
     DONE,
     EVENTS,
@@ -82,7 +82,7 @@ class ExactPath(Transient):
         self.state = new_state(u, r, np.array(self.system.gap))
         self.state.status[opened] = OPEN
 
-    def cycle_on(self, count: int) -> Cycle:
+    def cycle_on(self, count: int) -> FollowedCycle:
         """Follow `count` load cycles, from each corner at which the load turns to the next."""
         state = self.state
         # Sums begin at zero, or a small work would be lost to rounding after a far start.
@@ -105,7 +105,7 @@ class ExactPath(Transient):
 
         before = u_before / self.unit
         after = state.u / self.unit
-        return Cycle(
+        return FollowedCycle(
             before=before,
             after=after,
             change=float(np.abs(after - before).max()),
@@ -120,8 +120,9 @@ class ExactPath(Transient):
         )
 
     def _lost_energy(self, u_before: Array, stress_before: Array) -> float:
-        """Error of the energy balance of a cycle, or negative work of friction, see `Cycle.lost`.
+        """Error of the energy balance of a cycle, or negative work of friction.
 
+        See `FollowedCycle.lost`.
         `stress_before` (2N,) is `S u` at the beginning, so that the elastic energy gained is the
         mean stress times the change of u.
         """

@@ -232,8 +232,8 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
 
         `residual` is the smallest one so far. The c and d are those of nodes, then of directions.
         """
-        tangents = np.tile(self.own[:-1].mean(axis=0), (len(self.own) - 1, 1))
-        of_directions = np.vstack([tangents, self.own[-1]])
+        tangents = np.tile(self.stiffness[:-1].mean(axis=0), (len(self.stiffness) - 1, 1))
+        of_directions = np.vstack([tangents, self.stiffness[-1]])
         laws = posed.law, replace(posed.law, augmentation=of_directions)
         no_motion = np.zeros_like(posed.trial)
         for law, scale in product(laws, _SETTINGS.scales):

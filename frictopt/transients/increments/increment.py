@@ -110,7 +110,7 @@ class Increment(Explained):
             "solver": self.record.solver,
         }
 
-    def _told(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return self._title, None, None, ""
 
 
@@ -215,13 +215,13 @@ class FrictionIncrement(ABC):
             checked_system(system),
             friction_coefficients(friction, system.nodes),
         )
-        self.own = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
+        self.stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
         S = system.S / system.stiffness_scale
         bound = contact_law(system, self.friction)
-        augmentation = np.tile(self.own.max(axis=0), (len(self.own), 1))
+        augmentation = np.tile(self.stiffness.max(axis=0), (len(self.stiffness), 1))
         self.law = Law(S, bound.slopes, bound.constants, augmentation)
-        self.sizes = sizes_of(S, self.own)
+        self.sizes = sizes_of(S, self.stiffness)
         """The dimensionless law and its `sizes_of`.
 
         All directions of a node have one c and d. The constants of the law are in the units of the
