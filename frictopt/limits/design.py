@@ -16,16 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import (
-    Array,
-    Booleans,
-    SolveRecord,
-    flag,
-    frozen,
-    listed,
-    progress_bar,
-    warns_of_odd_values,
-)
+from ..base import Array, SolveRecord, flag, frozen, listed, progress_bar, warns_of_odd_values
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from ..solve.problem import Duals, Explained, put_back
@@ -122,7 +113,7 @@ class Design(Answered, Explained):
         return tuple((question.cycle, question.friction) for question in self._questions)
 
     @property
-    def opens(self) -> tuple[Booleans, ...]:
+    def opens(self) -> OpenNodes:
         """Which nodes are open at all corners, (N,) for each scenario; `open` is the first."""
         return tuple(question.open_nodes for question in self._questions)
 
@@ -246,10 +237,9 @@ class DesignModel(SafeModel):
         self._choice = checked_choice(system, preloads, flag("profile", profile))
         self.preload = self._choice.preload
         self.profile = self._choice.profile
+        question = self._question
         self._others = [
-            checked_scenario(
-                f"scenarios[{number}]", scenario, self._choice, self._question.slip_bound
-            )
+            checked_scenario(f"scenarios[{number}]", scenario, self._choice, question.slip_bound)
             for number, scenario in enumerate(listed("scenarios", scenarios))
         ]
 
@@ -409,12 +399,11 @@ class DesignModel(SafeModel):
         first = programs[0]
         load_factor = first.load_factor
         proof = first.chain.proof
-        built = self._choice.built(
-            [
-                Scenario(program.question, scenario.shares)
-                for program, scenario in zip(programs, scenarios, strict=True)
-            ]
-        )
+        with_open_nodes = [
+            Scenario(program.question, scenario.shares)
+            for program, scenario in zip(programs, scenarios, strict=True)
+        ]
+        built = self._choice.built(with_open_nodes)
         slips: list[Array] = []
         unsafe: list[float] = []
         for question, program in zip(built.questions, programs, strict=True):
