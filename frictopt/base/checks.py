@@ -23,7 +23,7 @@ from ..errors import ModelError, ModelWarning
 _LARGEST = 1e150
 # Calls from inside the package get no warning of odd values; those of the command line do.
 _OURS = "frictopt."
-_COMMAND = "frictopt.__main__"
+_COMMAND = "frictopt.command."
 # Largest coefficient of friction without a warning: of dry metals it is 0.1 to 1.5, of rubber up
 # to 4.
 _ROUGH = 5.0
@@ -345,7 +345,7 @@ def _checks_call(question: F, name: str) -> F:
             meaning = _MEANINGS.get(missing[0], "it")
             raise ModelError(f"{missing[0]}: not given; give {meaning}, as in {call}")
         caller = sys._getframe(1).f_globals.get("__name__", "")
-        if not caller.startswith(_OURS) or caller == _COMMAND:
+        if not caller.startswith(_OURS) or caller.startswith(_COMMAND):
             for text in _odd_values(arguments):
                 warnings.warn(text, ModelWarning, stacklevel=2)
         return question(*args, **kwargs)

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -54,7 +54,7 @@ class Bar:
     shown: bool
     screen: bool
     within: bool
-    best: str = ""
+    best: str | Callable[[], str] = ""
     count: int = field(init=False)
     partial: tuple[str, object, str] | None = None
     started: float = field(default_factory=time.time)
@@ -67,11 +67,18 @@ class Bar:
         """Count further units."""
         self.count += int(count)  # a number of numpy, too, with which no text can be repeated
 
-    def keep(self, attribute: str, value: object, note: str, best: str | None = None) -> None:
+    def keep(
+        self,
+        attribute: str,
+        value: object,
+        note: str,
+        best: str | Callable[[], str] | None = None,
+    ) -> None:
         """Set the value that a later interrupt keeps, and the `best` result so far in words.
 
         The interrupt gets the value as this attribute, and the note. If the value is a function, it
-        is called when the interrupt comes. Call `keep` before `update`.
+        is called when the interrupt comes; a function of the best result, when the bar is drawn.
+        Call `keep` before `update`.
         """
         self.partial = attribute, value, note
         if best is not None:
@@ -84,7 +91,8 @@ class Bar:
         if not self.drawn.disable:  # by the variable TQDM_DISABLE
             self.drawn.n = self.count
             self.drawn.bar_format = self._format
-            self.drawn.set_postfix_str(self.best, refresh=self.screen)
+            best = self.best() if callable(self.best) else self.best
+            self.drawn.set_postfix_str(best, refresh=self.screen)
         return self.drawn
 
     @property
@@ -94,7 +102,8 @@ class Bar:
             return None
         counted = "" if self.total is None else " of {total_fmt}"
         if self.unit:
-            plural = "" if self.count == 1 else "s"
+            number = self.count if self.total is None else self.total
+            plural = "" if number == 1 else "s"
             counted += f" {self.unit}{plural}"
         if counted:
             counted = f"{{n_fmt}}{counted}, "

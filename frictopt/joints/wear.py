@@ -162,9 +162,11 @@ def wear(
 
     Parameters
     ----------
-    system, cycle, friction, load_factor
-        The contact, which needs its `width`; its load cycle; its coefficient of friction, one or
-        one per node; and the load factor, >= 0.
+    system, cycle, friction
+        The contact, which needs its `width`; its load cycle; and its coefficient of friction, one
+        or one per node.
+    load_factor
+        Load factor, >= 0.
     coefficient
         Archard's coefficient of wear, volume per normal force and sliding distance, both bodies
         together, one or one per node, >= 0: 1e-8 for 1e-8 mm^3/(N mm), if forces are in N and

@@ -176,12 +176,13 @@ class PunchOnHalfPlane(PunchOnBlock):
     def _supports(self) -> list[Support]:
         return [Support("block", "bottom", "y"), Support("block", (0.0, -self.block_depth), "x")]
 
-    def condense(self) -> ContactSystem:
+    def condense(self, *, progress: bool = True) -> ContactSystem:
         """Mesh, assemble and condense to the contact.
 
         The result is the mean with its mirror image, which removes the asymmetry of rounding.
+        `progress`: whether to show a progress bar after two seconds.
         """
-        system = self.model().condense()
+        system = self.model().condense(progress=progress)
         # Parity of the shear reactions; the pressures have the opposite one.
         parity = {"P": -1, "sigma": -1, "Q": 1}
         A = _even(system.A)
@@ -273,9 +274,12 @@ class RoundedPunch(Scene):
         """The two straight meshes with supports, load cases and the initial gap."""
         return replace(self.punch.model(), contacts=[Contact("punch", "block", gap=self._gap_at)])
 
-    def condense(self) -> ContactSystem:
-        """Mesh, assemble, condense to the contact, and take the gap in."""
-        return self.punch.condense().with_gap(self.gap)
+    def condense(self, *, progress: bool = True) -> ContactSystem:
+        """Mesh, assemble, condense to the contact, and take the gap in.
+
+        `progress`: whether to show a progress bar after two seconds.
+        """
+        return self.punch.condense(progress=progress).with_gap(self.gap)
 
 
 @dataclass(frozen=True)

@@ -126,9 +126,12 @@ class Scene(Plotted):
         """The meshes with contacts, supports and load cases."""
         raise NotImplementedError
 
-    def condense(self) -> ContactSystem:
-        """Mesh, assemble and condense to the contact."""
-        return self.model().condense()
+    def condense(self, *, progress: bool = True) -> ContactSystem:
+        """Mesh, assemble and condense to the contact.
+
+        `progress`: whether to show a progress bar after two seconds.
+        """
+        return self.model().condense(progress=progress)
 
 
 def along(half_length: float, elements: int, grading: float) -> Array:

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext, suppress
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -37,6 +38,9 @@ from .columns import FAILED, SHOWN, Row, shown_row
 from .runs import execute
 from .starts import Start, given_slips, no_slip
 from .store import Store
+
+# Note of an interrupt before the first run.
+_NO_RUN = "the runs that the store has are in the attribute `table`; the same call goes on"
 
 
 @warns_of_odd_values
@@ -146,13 +150,19 @@ def dissipation_study(
 
     with nullcontext() if store is None else closing(Store(store)) as file:
         cases = {
-            (number, label): _case(system, cycles[label], fields[number], number, label, progress)
+            (number, label): Case(system, cycles[label], fields[number], None, number, label)
             for number, label in dict.fromkeys(combination[:2] for combination in combinations)
         }
-        runs = [
-            Run(cases[number, label], factor, start)
-            for number, label, factor, start in combinations
-        ]
+        with bar_of(progress, "limits", "limit", total=len(cases)) as bar:
+
+            def known() -> pd.DataFrame:
+                return _Study(system, _runs(cases, combinations), file).table()
+
+            bar.keep("table", known, _NO_RUN)
+            for place, case in cases.items():
+                cases[place] = replace(case, limit=_limit(case, progress))
+                bar.update()
+        runs = _runs(cases, combinations)
         study = _Study(system, runs, file)
         with progress_bar(
             progress,
@@ -218,19 +228,21 @@ class _Study:
         return table
 
 
-def _case(
-    system: ContactSystem,
-    cycle: LoadCycle,
-    friction: Array,
-    number: int,
-    label: str,
-    progress: bool,
-) -> Case:
-    """The input of the runs at one friction and load cycle, with its shakedown limit."""
-    limit: ShakedownLimit | None = None
+def _runs(
+    cases: Mapping[tuple[int, str], Case],
+    combinations: Iterable[tuple[int, str, float, Start]],
+) -> list[Run]:
+    """The runs of a study, of each of its cases by number of the friction and label."""
+    return [
+        Run(cases[number, label], factor, start) for number, label, factor, start in combinations
+    ]
+
+
+def _limit(case: Case, progress: bool) -> ShakedownLimit | None:
+    """The shakedown limit of a case; None if no solver proves one."""
     with suppress(SolverError):
-        limit = shakedown_limit(system, cycle, friction, progress=progress)
-    return Case(system, cycle, friction, limit, number, label)
+        return shakedown_limit(case.system, case.cycle, case.friction, progress=progress)
+    return None
 
 
 def _checked_shard(shard: object) -> slice:

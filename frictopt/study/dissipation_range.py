@@ -167,9 +167,10 @@ def dissipation_range(
 
     Parameters
     ----------
-    system, cycle, friction, load_factor
-        The contact, its load cycle, its coefficient of friction, one or one per node, and the load
-        factor, >= 0.
+    system, cycle, friction
+        The contact, its load cycle, and its coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
     slip_bound
         Largest residual slip `abs(v)` of the starts, one or one per node, length; None for no
         bound. A slide of the whole body counts.

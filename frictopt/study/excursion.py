@@ -100,9 +100,10 @@ def least_excursion(
 
     Parameters
     ----------
-    system, cycle, friction, load_factor
-        The contact, its load cycle, its coefficient of friction, one or one per node, and the load
-        factor, >= 0.
+    system, cycle, friction
+        The contact, its load cycle, and its coefficient of friction, one or one per node.
+    load_factor
+        Load factor, >= 0.
     excursion
         Largest excursion, load case name -> change of its amplitude.
     start, steps, progress

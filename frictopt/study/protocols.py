@@ -215,9 +215,12 @@ def limit_after_protocol(
         "assembled": the mean load grows from a millionth of itself, without slip. "worst": from
         each extreme slip that the contact can hold under the mean load, of which the first that
         keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
-    up_to, scan, tolerance
-        Largest load factor tried (None: the shakedown limit), number of load factors tried before
-        the bisection, and width of its last interval over the largest load factor tried.
+    up_to
+        Largest load factor tried; None: the shakedown limit.
+    scan
+        Number of load factors tried before the bisection.
+    tolerance
+        Width of the last interval of the bisection, over the largest load factor tried.
     steps, progress
         Number of increments from load to load (None: the exact path in the plane, 20 in space), and
         whether to show the progress after two seconds. Ctrl-C stays a KeyboardInterrupt with an

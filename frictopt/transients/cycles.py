@@ -17,6 +17,7 @@ return is the largest difference between the states at its ends, in slip scales.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import ceil
 
 import numpy as np
 
@@ -44,6 +45,8 @@ class RunSettings:
     # Relative change of a drift from return to return below which the drift needs more than ten
     # thousand cycles to die out.
     slow_decay: float = 1e-3
+    # Number of the last returns whose changes tell how many cycles are left.
+    decaying_returns: int = 4
 
 
 SETTINGS = RunSettings()
@@ -128,6 +131,31 @@ class Run:
             settled = self.advance()
             if settled is not None:
                 return settled
+
+    def progress(self) -> str:
+        """The change of slip per return, and about how many cycles are left if it goes on so.
+
+        The number of cycles follows from the decay of the last changes. An extrapolation may end
+        the run earlier.
+        """
+        last = self.last[-SETTINGS.decaying_returns :]
+        if not last:
+            return ""
+        change = float((np.abs(last[-1].after - last[-1].before) * self.path.unit).max())
+        span = "a cycle" if self.period == 1 else "two cycles"
+        units = self.path.system.units
+        unit = "" if units is None else f" {units.split(', ')[1]}"
+        text = f"slip changes by {change:.1e}{unit} {span}"
+        changes = [cycle.change for cycle in last]
+        if changes[-1] <= PERIODIC:
+            return f"{text}, which is rounding: the work is judged"
+        if len(changes) < SETTINGS.decaying_returns:
+            return text
+        decay = (changes[-1] / changes[0]) ** (1 / (len(changes) - 1))
+        if decay > 1 - SETTINGS.slow_decay:
+            return f"{text}, as much as before: it drifts, or decays slowly"
+        left = self.period * ceil(np.log(PERIODIC / changes[-1]) / np.log(decay))
+        return f"{text}, {decay:.3g} times the change before: about {left} cycles left"
 
     def advance(self) -> Settled | None:
         """Follow one more return, and return the steady state if it is proven.

@@ -43,9 +43,10 @@ GAPS = ", {number} of them with an initial gap that the load does not close"
 BARE = "{nodes} carry no pressure under the mean load if nothing slips"
 SMOOTH = "{nodes} have no friction and slip under the shear of the mean load"
 BEYOND = (
-    "the mean load presses all nodes, but {nodes} exceed their {bound} and slip: {remedy}, or less "
-    "shear"
+    "the mean load presses all nodes, but {nodes} exceed their {bound} and slip: {remedy}{shear}"
 )
+LESS_SHEAR = ", or less shear"
+PRESSED_ALONE = "; as a whole the load has no shear, pressing alone causes it"
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
@@ -120,7 +121,14 @@ def _closed_text(system: ContactSystem, f: Array, q: Array, p: Array, floor: flo
     if system.capped:
         bound = "bound of friction or strength"
         remedy = "more of the lower one"
-    return BEYOND.format(nodes=_share(system, exceeding), bound=bound, remedy=remedy)
+    total = np.abs((q * system.stretch).reshape(len(p), -1).sum(axis=0)).max()
+    pressed_alone = total <= CONDENSATION * float(shear.sum())
+    return BEYOND.format(
+        nodes=_share(system, exceeding),
+        bound=bound,
+        remedy=remedy,
+        shear=PRESSED_ALONE if pressed_alone else LESS_SHEAR,
+    )
 
 
 def _share(system: ContactSystem, which: Booleans) -> str:

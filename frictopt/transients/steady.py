@@ -158,7 +158,7 @@ def steady_state(
             if run.works:
                 cycles = len(run.works)
                 note = f"the work of friction in each of {cycles} cycles is in the attribute `work`"
-                bar.keep("work", np.array(run.works), note)
+                bar.keep("work", np.array(run.works), note, best=run.progress)
             bar.update()
             if len(first_states) < SETTINGS.first_cycles:
                 first_states.append(path.state.u)

@@ -26,6 +26,7 @@ BELOW = {
     "study": _BASE | {"plots", "contact", "transients", "limits"},
     "joints": _BASE | {"plots", "contact", "transients", "limits", "study"},
     "results": _BASE | {"contact", "transients", "limits", "study", "joints"},
+    "command": _BASE | {"contact", "fem", "readers", "study"},
 }
 """Room -> the rooms that it may import, in their order: each stands below it."""
 
@@ -44,6 +45,7 @@ LIBRARIES: dict[str, set[str]] = {
     "study": {"numpy", "scipy", "pandas", "threadpoolctl"},
     "joints": {"numpy", "scipy", "pandas"},
     "results": set(),
+    "command": {"numpy", "pandas"},
 }
 """Room -> libraries that its files may import, beyond those of drawing."""
 

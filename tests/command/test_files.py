@@ -7,6 +7,7 @@ import subprocess
 import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from functools import wraps
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -89,7 +90,8 @@ def test_a_limit_is_that_of_the_function_with_its_table_and_picture(kind, capsys
     found = question(CONTACT, fo.LoadCycle({"mean": 1.0}, CYCLE.corners), 0.4)
     assert capsys.readouterr().out.startswith(str(found))
     expected = found.to_frame()
-    pd.testing.assert_frame_equal(pd.read_csv("limit.csv"), expected, check_dtype=False)
+    table = pd.read_csv("limit.csv")
+    pd.testing.assert_frame_equal(table[list(expected)], expected, check_dtype=False)
     assert plt.imread("limit.png").std() > 0
 
 
@@ -467,9 +469,12 @@ def test_bad_numbers_of_a_study_are_refused(option, message, capsys):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_ends_with_its_code(number, monkeypatch, capsys):
     """So does a scheduler's signal, which left workers behind."""
-    monkeypatch.setattr(
-        "frictopt.limits.shakedown_limit", lambda *_args, **_options: signal.raise_signal(number)
-    )
+
+    @wraps(fo.shakedown_limit)
+    def stopped(**_):
+        signal.raise_signal(number)
+
+    monkeypatch.setattr(fo, "shakedown_limit", stopped)
     before = (
         signal.signal(signal.SIGTERM, signal.SIG_IGN),
         signal.signal(signal.SIGINT, signal.default_int_handler),

@@ -1,0 +1,14 @@
+"""The command line `frictopt`: from files to limits, steady states, tables and pictures.
+
+In come the arguments of a shell, out go a text or JSON, files, and an exit code.
+
+- `main.py`: a command is run; errors, interrupts and their exit codes
+- `questions.py`: the list of the questions, and how each is asked of a contact in a file
+- `options.py`: options of a command from signature and docstring of its function
+- `inputs.py`: contact, load cycle and friction from files and arguments
+- `answers.py`: an answer as text, as JSON, as a table and as a picture
+- `jobs.py`: `look` and `condense`, on contacts and on jobs of CalculiX
+- `studies.py`: `study` and `merge`
+
+Commands import what they need when they run, so that `frictopt --help` is quick.
+"""

@@ -1,0 +1,208 @@
+"""An answer as text, as JSON, as a table and as a picture.
+
+JSON is strict: a number that is not known (nan) is null, an infinite one is "inf" or "-inf".
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+from ..base.files import WRITERS
+from ..errors import ModelError
+
+if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
+    from ..base import Table
+
+NO_ANSWER = 3
+"""Exit code of a command without an answer."""
+
+# Rows of a table that are printed.
+_ROWS = 8
+# Attributes of an interrupt that hold what is known so far, see `Bar.keep`.
+_PARTIAL = ("report", "curve", "history", "limit", "design", "range", "table", "work")
+
+
+def add_outputs(command: argparse.ArgumentParser, picture: bool, save: bool = True) -> None:
+    """The options of the forms of an answer."""
+    command.add_argument(
+        "--json",
+        action="store_true",
+        help="print the answer as JSON, with null for nan and 'inf' for infinity",
+    )
+    tables = ", ".join(WRITERS)
+    command.add_argument("--table", metavar="FILE", help=f"write the table: {tables}")
+    if picture:
+        command.add_argument("--picture", metavar="FILE", help="draw the picture: png, pdf, svg")
+    if save:
+        results = "write the answer for frictopt.results.load: npz"
+        command.add_argument("--save", metavar="FILE", help=results)
+
+
+def give(
+    options: argparse.Namespace,
+    answer: Any,
+    tables: Mapping[str, Table],
+    asked: Mapping[str, object],
+    printed: Iterable[str],
+) -> int:
+    """Print an answer with some of its tables, write its files, and return the exit code.
+
+    The text is printed even if a file cannot be written. The first table goes to a file, with the
+    numbers of the answer in columns of their own.
+    """
+    numbers = numbers_of(answer)
+    if options.json:
+        print(
+            as_json(
+                {
+                    "frictopt": __version__,
+                    "asked": asked,
+                    "answer": numbers,
+                    "tables": tables,
+                    "warnings": options.warnings,
+                }
+            )
+        )
+    else:
+        print(answer)
+        for name in printed:
+            print_table(tables[name], bool(options.table))
+    if options.table:
+        write_table(options.table, with_numbers(next(iter(tables.values())), numbers))
+    if getattr(options, "save", None):
+        answer.save(options.save)
+    if getattr(options, "page", None):
+        answer.save(options.page)
+    if getattr(options, "picture", None):
+        write_picture(options.picture, answer.plot)
+    return NO_ANSWER if is_missing(answer) else 0
+
+
+def numbers_of(answer: Any) -> dict[str, object]:
+    """The numbers and words of an answer: those that it prints, and its other plain fields."""
+    numbers = dict[str, object](answer._answer())
+    for field in dataclasses.fields(answer):
+        if not field.name.startswith("_") and field.name not in numbers:
+            value = getattr(answer, field.name)
+            if _is_plain(value):
+                numbers[field.name] = value
+    return numbers
+
+
+def _is_plain(value: object) -> bool:
+    """Whether a value is a number, a word or loads."""
+    if isinstance(value, Mapping):
+        return all(_is_plain(part) for part in value.values())
+    if isinstance(value, bool | int | float | str | Enum):
+        return True
+    # Numbers of numpy have a shape without axes.
+    return hasattr(value, "dtype") and getattr(value, "shape", None) == ()
+
+
+def is_missing(answer: Any) -> bool:
+    """Whether the main number of an answer, which it prints first, is nan."""
+    main = next(iter(answer._answer().values()), None)
+    return isinstance(main, float) and math.isnan(main)
+
+
+def with_numbers(table: Table, numbers: Mapping[str, object]) -> Table:
+    """A table with the numbers of its answer, in columns that begin with "answer_"."""
+    import pandas as pd
+
+    columns = dict[str, object]()
+    for name, value in numbers.items():
+        if _is_plain(value):
+            word = plain(value)
+            columns[f"answer_{name}"] = json.dumps(word) if isinstance(word, dict) else value
+    columns = {
+        name: value.name if isinstance(value, Enum) else value for name, value in columns.items()
+    }
+    # An answer without rows has its numbers all the same.
+    if not len(table):
+        return pd.DataFrame([columns])
+    repeated = pd.DataFrame([columns] * len(table), index=table.index)
+    return pd.concat([table, repeated], axis=1)
+
+
+def print_table(table: Table, has_file: bool) -> None:
+    """Print the first rows of a table."""
+    if not len(table):
+        return
+    print(table.head(_ROWS).to_string(index=False, float_format="{:.5g}".format))
+    if len(table) > _ROWS and not has_file:
+        print(f"... {len(table)} rows in all; --table FILE writes them")
+
+
+def write_table(file: Path, table: Table) -> None:
+    """Write a table in the format of the ending of its file."""
+    getattr(table, WRITERS[file.suffix])(file, index=False)
+
+
+def write_picture(file: Path, plot: Callable[[], Any]) -> None:
+    """Draw a picture and write it to a file."""
+    axes = plot()
+    try:
+        getattr(axes, "flat", [axes])[0].figure.savefig(file, bbox_inches="tight")
+    except ValueError as error:
+        raise ModelError(f"--picture: {error}") from error
+
+
+def as_json(value: object) -> str:
+    """A value as strict JSON, see `plain`."""
+    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """A value in the types of JSON: nan is None, infinity is "inf", a table is a list of its rows.
+
+    Names of Enum members are texts.
+    """
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        if math.isnan(value):
+            return None
+        return float(value) if math.isfinite(value) else f"{value}"
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, Mapping):
+        return {str(name): plain(part) for name, part in value.items()}
+    if isinstance(value, tuple | list | range):
+        return [plain(part) for part in value]
+    if hasattr(value, "_answer"):
+        return plain(numbers_of(value))
+    return _plain_of_libraries(value)
+
+
+def _plain_of_libraries(value: Any) -> Any:
+    """A value of numpy or pandas in the types of JSON."""
+    if hasattr(value, "to_dict") and hasattr(value, "columns"):
+        return [plain(row) for row in value.to_dict("records")]
+    if hasattr(value, "tolist"):  # an array, or a number of numpy
+        return plain(value.tolist())
+    import pandas as pd
+
+    return None if value is pd.NA else str(value)
+
+
+def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:
+    """Print what an interrupt keeps, and return sentences on it."""
+    if hasattr(interrupt, "told"):
+        return [interrupt.told]
+    known = next((name for name in _PARTIAL if hasattr(interrupt, name)), None)
+    if known is None:
+        return []
+    value = getattr(interrupt, known)
+    if with_json:
+        print(as_json({"interrupted": True, known: value}))
+    else:
+        print(value)
+    return [f"{known}: printed as far as it is known"]

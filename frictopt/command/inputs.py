@@ -1,0 +1,126 @@
+"""Contact, load cycle and friction from files and arguments."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ModelError
+
+if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
+    from ..contact import ContactSystem, LoadCycle
+
+
+def add_system(command: argparse.ArgumentParser) -> None:
+    """The options of a contact in a file."""
+    command.add_argument("file", help="SYSTEM.npz of ContactSystem.save or of `frictopt condense`")
+    units = "names of the units of force and length, if the file has none, such as 'N, mm'"
+    command.add_argument("--units", metavar="NAMES", help=units)
+
+
+def add_mean(command: argparse.ArgumentParser) -> None:
+    """The option of the mean load."""
+    mean = "static load (default: none; of a history the middle of each load)"
+    command.add_argument("--mean", type=loads_of, metavar="CASE=X[,CASE=X]", help=mean)
+
+
+def add_cycle(command: argparse.ArgumentParser) -> None:
+    """The options of a load cycle, from corners or from a history."""
+    add_mean(command)
+    cycle = command.add_mutually_exclusive_group(required=True)
+    cycle.add_argument(
+        "--corners",
+        nargs="+",
+        type=loads_of,
+        metavar="CASE=X[,CASE=X]",
+        help="corners of the load cycle, in their order",
+    )
+    cycle.add_argument(
+        "--history",
+        metavar="FILE",
+        help="measured history instead: csv, xlsx or parquet, a column for each load case",
+    )
+    command.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="X",
+        help="noise of the history, as a share of the range of each load case (default: 0)",
+    )
+    command.add_argument(
+        "--time",
+        metavar="COLUMN",
+        help="time of the history, which is no load (default: the column of that name)",
+    )
+
+
+def add_friction(command: argparse.ArgumentParser) -> None:
+    """The option of the coefficient of friction."""
+    friction = "coefficient of friction, one or one per node"
+    command.add_argument(
+        "--friction", type=numbers_of, required=True, metavar="X[,X]", help=friction
+    )
+
+
+def system_of(file: str, units: str | None) -> ContactSystem:
+    """The contact in a file, with names of its units if the file has none."""
+    from ..contact import ContactSystem
+
+    system = ContactSystem.load(file)
+    if units is None or system.units == units:
+        return system
+    if system.units is not None:
+        raise ModelError(
+            f"--units: {units!r}, and {file!r} is in {system.units!r}; leave the option out, "
+            "nothing is converted"
+        )
+    return replace(system, units=units)
+
+
+def cycle_of(options: argparse.Namespace) -> LoadCycle:
+    """The load cycle of corners, or of a history."""
+    from ..contact import LoadCycle
+    from ..study.plans import read_table
+
+    if options.history:
+        return LoadCycle.from_history(
+            read_table(options.history),
+            mean=options.mean,
+            time=options.time,
+            tolerance=options.tolerance or 0.0,
+        )
+    if options.tolerance is not None:
+        raise ModelError(
+            f"--tolerance: {options.tolerance:g}; corners have no noise: leave it out, or give a "
+            "--history"
+        )
+    if options.time is not None:
+        raise ModelError(
+            f"--time: {options.time!r}; corners have no time: leave it out, or give a --history"
+        )
+    return LoadCycle(options.mean or {}, options.corners)
+
+
+def loads_of(text: str) -> dict[str, float]:
+    """Loads of one corner: "P=1,Q=-0.5"."""
+    parts = [part.rpartition("=") for part in text.split(",")]
+    try:
+        loads = {name: float(value) for name, _, value in parts}
+    except ValueError:
+        loads = {}
+    if len(loads) < len(parts) or "" in loads:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}; give CASE=AMPLITUDE, several with commas between"
+        )
+    return loads
+
+
+def numbers_of(text: str) -> Any:
+    """A number, or a list of several with commas between."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}; give a number, or several with commas between"
+        ) from error
+    return numbers[0] if len(numbers) == 1 else numbers

@@ -1,0 +1,110 @@
+"""A command is run: its options, its warnings, and its exit code.
+
+Exit codes: 0 an answer, 2 bad input, 3 no answer, 4 a file that cannot be read or written, 130
+interrupted (Ctrl-C, SIGTERM), 141 nobody read the output to its end (`| head`).
+"""
+
+import argparse
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+
+from .. import __version__
+from ..base.files import WRITERS, output, to_its_end
+from ..errors import FrictoptError, ModelError, StoreError
+from . import jobs, questions, studies
+from .answers import NO_ANSWER, as_json, partial_answer
+
+BAD_INPUT = 2
+BAD_FILE = 4
+INTERRUPTED = 130
+
+_EPILOG = """exit codes: 0 an answer; 2 bad input; 3 no answer, such as a limit that is nan; 4 a file
+that cannot be read or written; 130 interrupted; 141 nobody read the output to its end.
+`frictopt COMMAND --help` lists the options of a command, with an example."""
+
+# Arguments that name a file to be written -> the endings that it may have; of none: any.
+_OUTPUTS: dict[str, tuple[str, ...]] = {
+    "table": tuple(WRITERS),
+    "picture": (),
+    "save": (),
+    "system": (".npz",),
+    "page": (".html",),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    with_json = False
+    try:
+        with to_its_end():
+            options = _parser(words).parse_args(words)
+            with_json = getattr(options, "json", False)
+            options.warnings = list[str]()
+            _check_files(options)
+            with warnings.catch_warnings():
+                warnings.showwarning = lambda message, *_: _warn(options, str(message))
+                return int(options.run(options) or 0)
+    except KeyboardInterrupt as interrupt:
+        notes = partial_answer(interrupt, with_json)
+        print("frictopt: interrupted", *notes, sep="\n", file=sys.stderr)
+        return INTERRUPTED
+    except (FrictoptError, OSError, ImportError) as error:
+        code = _exit_code(error)
+        print(f"frictopt: error: {error}", file=sys.stderr)
+        if with_json:
+            print(as_json({"error": str(error), "exit_code": code}))
+        return code
+
+
+def _warn(options: argparse.Namespace, message: str) -> None:
+    options.warnings.append(message)
+    print(f"frictopt: warning: {message}", file=sys.stderr)
+
+
+def _exit_code(error: Exception) -> int:
+    of_file = isinstance(error, StoreError) or isinstance(error.__cause__, OSError)
+    if of_file or not isinstance(error, FrictoptError):
+        return BAD_FILE
+    return BAD_INPUT if isinstance(error, ModelError) else NO_ANSWER
+
+
+def _check_files(options: argparse.Namespace) -> None:
+    """Check the files to be read and to be written before anything is computed."""
+    for name in ("file", "job", "history"):
+        file = getattr(options, name, None)
+        # A job may go without ending.
+        if file and not any(Path(file + ending).exists() for ending in ("", ".inp", ".sti")):
+            raise FileNotFoundError(f"there is no file {file!r}; give its path")
+    for name, endings in _OUTPUTS.items():
+        file = getattr(options, name, None)
+        if file:
+            setattr(options, name, output(file, *endings))
+
+
+def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser of all commands; only the command among the words has its options.
+
+    The options of a question come from its function, which is slow to import.
+    """
+    parser = argparse.ArgumentParser(
+        prog="frictopt",
+        description="Decides whether a frictional contact will stop slipping.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"frictopt {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    chosen = next((word for word in words if not word.startswith("-")), None)
+    for command in (*jobs.COMMANDS, *questions.COMMANDS, *studies.COMMANDS):
+        options = commands.add_parser(
+            command.name,
+            help=command.about,
+            description=command.about,
+            epilog=f"example: frictopt {command.name} {command.example}",
+        )
+        if command.name == chosen:
+            command.add_options(options)
+    return parser

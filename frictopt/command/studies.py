@@ -1,0 +1,133 @@
+"""Commands on studies: `study` and `merge`."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import nullcontext
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+from .answers import NO_ANSWER, add_outputs, as_json, write_picture, write_table
+from .options import Command
+
+if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
+    from ..base import Table
+
+
+def _add_study(study: argparse.ArgumentParser) -> None:
+    study.add_argument("file", help="STUDY.toml")
+    study.add_argument(
+        "--shard",
+        type=_shard,
+        metavar="K/N",
+        help="follow the K-th of N parts, with a store of its own, without table and picture",
+    )
+    store = "file that keeps each run (default: the store of STUDY.toml, else STUDY.sqlite)"
+    study.add_argument("--store", help=store)
+    workers = "number of processes (default: %(default)s)"
+    study.add_argument("--workers", type=int, default=1, help=workers)
+    add_outputs(study, picture=True, save=False)
+    study.set_defaults(run=_study)
+
+
+def _add_merge(merge: argparse.ArgumentParser) -> None:
+    merge.add_argument("into", help="the store to be written, or added to")
+    merge.add_argument("parts", nargs="+", help="stores to read")
+    merge.set_defaults(run=_merge)
+
+
+COMMANDS = (
+    Command(
+        "study",
+        "the study of a file: many transients, as one table",
+        "study.toml --shard 3/50",
+        _add_study,
+    ),
+    Command(
+        "merge",
+        "write the runs of several stores into one",
+        "study.sqlite study.*-of-50.sqlite",
+        _add_merge,
+    ),
+)
+
+
+def _study(options: argparse.Namespace) -> int:
+    from ..base import whole_number
+    from ..study.columns import FAILED
+    from ..study.plans import read_plan
+    from ..study.plot_study import plot_study
+
+    question, files = read_plan(options.file)
+    store = Path(options.store or files["store"])
+    if options.shard:
+        part = "-of-".join(map(str, options.shard))
+        store = store.with_suffix(f".{part}{store.suffix}")
+    workers = whole_number("--workers", options.workers, least=1)
+    table = _followed(question, options.shard, workers, store)
+    if options.shard is None:
+        file = options.table or files.get("table")
+        if file:
+            write_table(file, table)
+        picture = options.picture or files.get("picture")
+        if picture:
+            write_picture(picture, partial(plot_study, table))
+    if options.json:
+        answer = {"runs": len(table), "failed": int((table["outcome"] == FAILED).sum())}
+        print(
+            as_json(
+                {
+                    "frictopt": __version__,
+                    "asked": {"command": "study", "file": options.file, "store": str(store)},
+                    "answer": answer,
+                    "tables": {"runs": table},
+                    "warnings": options.warnings,
+                }
+            )
+        )
+    else:
+        columns = ["friction", "cycle", "load_factor", "outcome"]
+        if table["cycle"].nunique() <= 1:
+            columns.remove("cycle")
+        print(table.groupby(columns).size().rename("runs").reset_index().to_string(index=False))
+        print(f"kept in {store}")
+    return NO_ANSWER if (table["outcome"] == FAILED).all() else 0
+
+
+def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -> Table:
+    """The table of a study; an interrupt is told how many runs its store keeps."""
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    from ..study.dissipation import dissipation_study
+
+    executor: Any = nullcontext()
+    if workers > 1:
+        executor = ProcessPoolExecutor(workers, get_context("spawn"))
+    try:
+        with executor as pool:
+            return dissipation_study(**question, shard=shard, executor=pool, store=store)
+    except KeyboardInterrupt as interrupt:
+        table = getattr(interrupt, "table", None)
+        if table is not None:
+            total = len(table) + table.attrs["missing"]
+            interrupt.told = (  # type: ignore[attr-defined]
+                f"{len(table)} of {total} runs kept in {store}; the same command goes on"
+            )
+        raise
+
+
+def _merge(options: argparse.Namespace) -> None:
+    from ..study.store import merge_stores
+
+    print(f"{merge_stores(options.into, options.parts)} runs in {options.into}")
+
+
+def _shard(text: str) -> tuple[int, ...]:
+    """The part K of N: "3/50"."""
+    try:
+        return tuple(int(number) for number in text.split("/"))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r}; give K/N, such as 3/50") from error
