@@ -55,35 +55,40 @@ def give(
 ) -> int:
     """Print an answer with some of its tables, write its files, and return the exit code.
 
-    The text is printed even if a file cannot be written. The first table goes to a file, with the
-    numbers of the answer in columns of their own.
+    Files are written even if nobody reads the text, and the text is printed even if a file cannot
+    be written. The first table goes to a file, with the numbers of the answer in columns of its
+    own.
     """
     numbers = numbers_of(answer)
-    if options.json:
-        print(
-            as_json(
-                {
-                    "frictopt": __version__,
-                    "asked": asked,
-                    "answer": numbers,
-                    "tables": tables,
-                    "warnings": options.warnings,
-                }
-            )
-        )
-    else:
-        print(answer)
-        for name in printed:
-            print_table(tables[name], bool(options.table))
-    if options.table:
-        write_table(options.table, with_numbers(next(iter(tables.values())), numbers))
-    if getattr(options, "save", None):
-        answer.save(options.save)
-    if getattr(options, "page", None):
-        answer.save(options.page)
+    try:
+        _write_files(options, answer, next(iter(tables.values()), None), numbers)
+    finally:
+        if options.json:
+            parts = {"asked": asked, "answer": numbers, "tables": tables}
+            print_json(options, parts)
+        else:
+            print(answer)
+            for name in printed:
+                print_table(tables[name], bool(options.table))
+    return NO_ANSWER if is_missing(answer) else 0
+
+
+def print_json(options: argparse.Namespace, parts: Mapping[str, object]) -> None:
+    """Print the parts of an answer as JSON, with the version and the warnings."""
+    print(as_json({"frictopt": __version__, **parts, "warnings": options.warnings}))
+
+
+def _write_files(
+    options: argparse.Namespace, answer: Any, table: Table | None, numbers: Mapping[str, object]
+) -> None:
+    """Write the files that the options name."""
+    if options.table and table is not None:
+        write_table(options.table, with_numbers(table, numbers))
+    for name in ("save", "page"):
+        if getattr(options, name, None):
+            answer.save(getattr(options, name))
     if getattr(options, "picture", None):
         write_picture(options.picture, answer.plot)
-    return NO_ANSWER if is_missing(answer) else 0
 
 
 def numbers_of(answer: Any) -> dict[str, object]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from .answers import as_json, write_picture, write_table
+from .answers import print_json, write_picture, write_table
 from .inputs import system_of
 from .options import Command
 
@@ -74,7 +74,7 @@ def _look(options: argparse.Namespace) -> None:
         write_table(options.table, sums)
     if options.json:
         about = {"file": file, "units": system.units, **system._answer()}
-        print(as_json({"answer": about, "tables": {"sums": sums}, "warnings": options.warnings}))
+        print_json(options, {"answer": about, "tables": {"sums": sums}})
         return
     print(system, sums.to_string(index=False, float_format="{:.5g}".format), sep="\n")
     cases = list(system.bonded)

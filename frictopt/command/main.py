@@ -15,13 +15,14 @@ from ..base.files import WRITERS, output, to_its_end
 from ..errors import FrictoptError, ModelError, StoreError
 from . import jobs, questions, studies
 from .answers import NO_ANSWER, as_json, partial_answer
+from .options import Command
 
 BAD_INPUT = 2
 BAD_FILE = 4
 INTERRUPTED = 130
 
-_EPILOG = """exit codes: 0 an answer; 2 bad input; 3 no answer, such as a limit that is nan; 4 a file
-that cannot be read or written; 130 interrupted; 141 nobody read the output to its end.
+_EPILOG = """exit codes: 0 an answer; 2 bad input; 3 no answer, such as a limit that is nan;
+4 a file that cannot be read or written; 130 interrupted; 141 nobody read the output to its end.
 `frictopt COMMAND --help` lists the options of a command, with an example."""
 
 # Arguments that name a file to be written -> the endings that it may have; of none: any.
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with_json = False
     try:
         with to_its_end():
-            options = _parser(words).parse_args(words)
+            options = parser(words).parse_args(words)
             with_json = getattr(options, "json", False)
             options.warnings = list[str]()
             _check_files(options)
@@ -84,22 +85,27 @@ def _check_files(options: argparse.Namespace) -> None:
             setattr(options, name, output(file, *endings))
 
 
-def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
+def commands() -> tuple[Command, ...]:
+    """All commands, in the order of `frictopt --help`."""
+    return (*jobs.COMMANDS, *questions.COMMANDS, *studies.COMMANDS)
+
+
+def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of all commands; only the command among the words has its options.
 
     The options of a question come from its function, which is slow to import.
     """
-    parser = argparse.ArgumentParser(
+    whole = argparse.ArgumentParser(
         prog="frictopt",
         description="Decides whether a frictional contact will stop slipping.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"frictopt {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    whole.add_argument("--version", action="version", version=f"frictopt {__version__}")
+    subparsers = whole.add_subparsers(required=True, metavar="COMMAND")
     chosen = next((word for word in words if not word.startswith("-")), None)
-    for command in (*jobs.COMMANDS, *questions.COMMANDS, *studies.COMMANDS):
-        options = commands.add_parser(
+    for command in commands():
+        options = subparsers.add_parser(
             command.name,
             help=command.about,
             description=command.about,
@@ -107,4 +113,4 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
         )
         if command.name == chosen:
             command.add_options(options)
-    return parser
+    return whole

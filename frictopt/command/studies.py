@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import __version__
-from .answers import NO_ANSWER, add_outputs, as_json, write_picture, write_table
+from .answers import NO_ANSWER, add_outputs, print_json, write_picture, write_table
 from .options import Command
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -76,17 +75,8 @@ def _study(options: argparse.Namespace) -> int:
             write_picture(picture, partial(plot_study, table))
     if options.json:
         answer = {"runs": len(table), "failed": int((table["outcome"] == FAILED).sum())}
-        print(
-            as_json(
-                {
-                    "frictopt": __version__,
-                    "asked": {"command": "study", "file": options.file, "store": str(store)},
-                    "answer": answer,
-                    "tables": {"runs": table},
-                    "warnings": options.warnings,
-                }
-            )
-        )
+        asked = {"command": "study", "file": options.file, "store": str(store)}
+        print_json(options, {"asked": asked, "answer": answer, "tables": {"runs": table}})
     else:
         columns = ["friction", "cycle", "load_factor", "outcome"]
         if table["cycle"].nunique() <= 1:

@@ -81,4 +81,11 @@ FAULTS = (
         new="False",
         tests="progress",
     ),
+    Fault(
+        "base/progress.py",
+        "one of several parts is one part",
+        old="self.count if self.total is None else self.total",
+        new="self.count",
+        tests="test_progress",
+    ),
 )

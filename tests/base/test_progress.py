@@ -330,6 +330,50 @@ def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
             )
 
 
+def test_a_unit_is_counted_by_the_whole():
+    """One of six is "1 of 6 parts"; without a known whole one is "1 part"."""
+    for total, done, text in ((6, 1, "1 of 6 parts"), (1, 1, "1 of 1 part"), (None, 1, "1 part")):
+        with bar_of(False, "report", "part", total=total, done=done) as bar:
+            assert bar._format.replace("{n_fmt}", "1").replace("{total_fmt}", str(total)) == (
+                f"{{desc}}: {text}, {{elapsed}}{{postfix}}"
+            )
+
+
+def test_a_function_tells_the_best_so_far_when_the_bar_is_drawn(log):
+    told = iter(["the first", *["the second"] * 1000])
+    with redirect_stderr(log), bar_of(True, "search", "program") as bar:
+        bar.keep("work", 0, "a note", best=lambda: next(told))
+        until(log, r"00:0\d, the first\n.*00:0\d, the second")
+
+
+def test_studies_count_their_limits(log):
+    """A study of several frictions computes their limits first."""
+
+    def slow(*_args, **_options):
+        time.sleep(0.05)
+
+    with pytest.MonkeyPatch.context() as patch, redirect_stderr(log):
+        patch.setattr("frictopt.study.dissipation.shakedown_limit", slow)
+        fo.dissipation_study(PAIR, CYCLE, [0.3, 0.4, 0.5], [0.2])
+    assert re.search(r"limits: 2 of 3 limits, 00:0\d", log.getvalue())
+
+
+def test_scenes_show_the_progress_of_their_condensation(monkeypatch):
+    tell_of = progress._tell_of
+    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
+    scenes = (
+        fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0),
+        fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0)),
+        fo.scenes.PressFit(elements=2, growth=3.0),
+    )
+    for scene in scenes:
+        for shown in (False, True):
+            screen = Terminal()
+            monkeypatch.setattr(sys, "stderr", screen)
+            scene.condense(progress=shown)
+            assert ("condensation: " in screen.getvalue()) is shown
+
+
 def test_a_count_that_is_a_number_of_numpy_is_told(log):
     with redirect_stderr(log), progress_bar(True, "work", "piece") as bar:
         bar.update(np.int64(2))

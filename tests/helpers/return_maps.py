@@ -29,6 +29,7 @@ class Mapped:
             gap=np.zeros(n),
             nodes=n,
             capped=False,
+            units=None,
             S=np.diag(np.r_[np.ones(n), np.zeros(n)]),
             tangents=1,
         )

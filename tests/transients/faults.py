@@ -622,4 +622,25 @@ FAULTS = (
         ),
         tests="plots_spatial::test_a_steady_state_shows_the_work_of_each_node",
     ),
+    Fault(
+        "transients/cycles.py",
+        "the cycles left count changes that decay as cycles of their first one",
+        old="np.log(PERIODIC / changes[-1])",
+        new="np.log(PERIODIC / changes[0])",
+        tests="path_cycles",
+    ),
+    Fault(
+        "transients/cycles.py",
+        "a drift counts down to its end",
+        old="decay > 1 - SETTINGS.slow_decay",
+        new="decay > 2",
+        tests="path_cycles",
+    ),
+    Fault(
+        "transients/mean_load.py",
+        "less shear is advised of a load that has none",
+        old="PRESSED_ALONE if pressed_alone else LESS_SHEAR",
+        new="LESS_SHEAR",
+        tests="test_onset",
+    ),
 )

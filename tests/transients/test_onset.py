@@ -306,3 +306,17 @@ def test_a_node_slips_first_where_its_shear_leaves_its_bound_in_the_plane_and_in
         assert (found.separation.load_factor == np.inf) == (
             p1 >= 0
         )  # without pressure yet, but pressed by the load, too
+
+
+def test_shear_of_pressing_alone_asks_for_friction_and_for_no_less_shear():
+    """Shears of +-0.8 balance each other: the load has none as a whole. With 0.8 and 0.2 it has."""
+    for shears, told in (
+        ((0.8, -0.8), "more friction; as a whole the load has no shear, pressing alone causes it"),
+        ((0.8, 0.2), "more friction, or less shear"),
+    ):
+        loads = {"P": (shears, [1.0, 1.0]), "Q": ([1.0, 1.0], [0.0, 0.0])}
+        pair = fo.ContactSystem.from_blocks(
+            np.eye(2), np.zeros((2, 2)), np.eye(2), [0.0, 1.0], loads
+        )
+        first = fo.onset(pair, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}]), 0.5)
+        assert told in first.reason and ("less shear" in first.reason) is ("less" in told)

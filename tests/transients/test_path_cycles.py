@@ -1,6 +1,7 @@
 """When cycles prove a steady state: maps of one slip whose limit is known, in place of a contact;
 and energy."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import frictopt as fo
 from frictopt.base import PERIODIC, Outcome
 from frictopt.transients.cycles import Run
 from frictopt.transients.exact import ExactPath
+from frictopt.transients.extrapolation import AffineLimit
 from helpers.return_maps import Mapped, settled
 
 
@@ -292,3 +294,32 @@ def test_slip_under_a_load_rate_that_is_tiny_beside_that_of_another_node_is_not_
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0, "H": 1.0}, {"X": -1.0}])
     path = fo.march(contact, cycle, 0.5, 1.0, cycles=3)
     assert path.cycle_work[-1] == pytest.approx([1.0, 0.0], rel=1e-6)
+
+
+@pytest.mark.parametrize(("ratio", "first"), [(0.5, 1e3), (0.9, 1.0), (0.99, 1e-6)])
+def test_the_cycles_left_follow_from_the_decay_of_their_changes(ratio, first, monkeypatch):
+    """Changes of a geometric sequence fall to the tolerance after as many cycles as its logarithm
+    says; without extrapolation the run ends when the estimate has counted down."""
+    monkeypatch.setattr(AffineLimit, "find", lambda *_: None)
+    path = Mapped(lambda x: ratio * x, first)
+    run, said = Run(path, 5000), []
+    while run.advance() is None and len(said) < 60:
+        said.append((run.last[-1].change if run.last else np.nan, run.progress()))
+    assert said[0][1] == "" and "left" not in said[2][1]
+    for change, text in said[4:]:
+        left = np.log(PERIODIC / change) / np.log(ratio)
+        assert f"slip changes by {change:.1e} a cycle, {ratio:g} times the change before: " in text
+        assert abs(int(re.search(r"about (\d+) cycles left", text)[1]) - left) <= 1
+
+
+def test_a_drift_has_no_end_to_count_down_to(monkeypatch):
+    monkeypatch.setattr(AffineLimit, "find", lambda *_: None)
+    path = Mapped(lambda x: x + 0.25, 0.0)
+    path.system.units = "N, mm"
+    run = Run(path, 50)
+    for _ in range(6):
+        run.advance()
+    text = run.progress()
+    assert (
+        text == "slip changes by 2.5e-01 mm a cycle, as much as before: it drifts, or decays slowly"
+    )
