@@ -47,9 +47,10 @@ _LETTERS, _NARROW = (
 )
 _NAMES = {
     "onset of slip": "onset",
-    "lambda_1 after one overload": "guaranteed limit after one overload",
+    "guaranteed limit, after one overload": "guaranteed limit, after one overload",
     "shakedown limit, lambda_2": "shakedown limit",
 }
+_ALL_STARTS = "guaranteed limit, from all starts"  # the table and the picture call it so
 _ZONES = (  # between these loads: what the contact does there, colour
     ("bonded", "#FFFFFF"),
     ("slips for a while,\nthen sticks", "#E3EEF6"),
@@ -163,9 +164,9 @@ def _questions(
         )
 
     yield "onset of slip", onset
-    yield "guaranteed limit, lambda_1", guaranteed
+    yield _ALL_STARTS, guaranteed
     yield "compiling what follows transients", _compile
-    yield "lambda_1 after one overload", after_overload
+    yield "guaranteed limit, after one overload", after_overload
     yield "shakedown limit, lambda_2", shakedown
     for load_factor in parameters.load_factors:
         yield (
@@ -248,6 +249,17 @@ def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
                     fontsize=9,
                     rotation=0 if wide else 90,
                 )
+        all_starts = float(values[_ALL_STARTS])
+        zones.annotate(
+            f"{_ALL_STARTS} {all_starts:.2f}",
+            (all_starts, 1.0),
+            (0, 20),
+            xycoords=("data", "axes fraction"),
+            textcoords="offset points",
+        )
+        zones.plot(
+            all_starts, 1.0, "v", color=BLACK, clip_on=False, transform=zones.get_xaxis_transform()
+        )
         for number, (edge, name) in enumerate(zip(edges, _NAMES.values(), strict=True)):
             if edge < end:
                 zones.axvline(edge, color=BLACK, lw=0.8)

@@ -26,8 +26,8 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
     )
     expected = {
         "onset of slip": first.slip.load_factor,
-        "guaranteed limit, lambda_1": lower.load_factor,
-        "lambda_1 after one overload": fo.after_overload(lower).load_factor,
+        "guaranteed limit, from all starts": lower.load_factor,
+        "guaranteed limit, after one overload": fo.after_overload(lower).load_factor,
         "shakedown limit, lambda_2": limit.load_factor,
     }
     for load in first_look.QUICK.load_factors:
