@@ -153,7 +153,7 @@ def dissipation_study(
             (number, label): Case(system, cycles[label], fields[number], None, number, label)
             for number, label in dict.fromkeys(combination[:2] for combination in combinations)
         }
-        with bar_of(progress, "limits", "limit", total=len(cases)) as bar:
+        with progress_bar(progress, "limits", "limit", total=len(cases)) as bar:
 
             def known() -> pd.DataFrame:
                 return _Study(system, _runs(cases, combinations), file).table()

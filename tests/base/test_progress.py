@@ -333,7 +333,7 @@ def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
 def test_a_unit_is_counted_by_the_whole():
     """One of six is "1 of 6 parts"; without a known whole one is "1 part"."""
     for total, done, text in ((6, 1, "1 of 6 parts"), (1, 1, "1 of 1 part"), (None, 1, "1 part")):
-        with bar_of(False, "report", "part", total=total, done=done) as bar:
+        with progress_bar(False, "report", "part", total=total, done=done) as bar:
             assert bar._format.replace("{n_fmt}", "1").replace("{total_fmt}", str(total)) == (
                 f"{{desc}}: {text}, {{elapsed}}{{postfix}}"
             )
@@ -341,7 +341,7 @@ def test_a_unit_is_counted_by_the_whole():
 
 def test_a_function_tells_the_best_so_far_when_the_bar_is_drawn(log):
     told = iter(["the first", *["the second"] * 1000])
-    with redirect_stderr(log), bar_of(True, "search", "program") as bar:
+    with redirect_stderr(log), progress_bar(True, "search", "program") as bar:
         bar.keep("work", 0, "a note", best=lambda: next(told))
         until(log, r"00:0\d, the first\n.*00:0\d, the second")
 
