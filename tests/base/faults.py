@@ -86,6 +86,6 @@ FAULTS = (
         "one of several parts is one part",
         old="self.count if self.total is None else self.total",
         new="self.count",
-        tests="test_progress",
+        tests="progress",
     ),
 )

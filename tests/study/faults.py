@@ -100,6 +100,6 @@ FAULTS = (
         "an interrupt before the first run loses what the store has",
         old="bar.keep('table', known, _NO_RUN)",
         new="None",
-        tests="test_questions",
+        tests="command_questions",
     ),
 )

@@ -641,6 +641,6 @@ FAULTS = (
         "less shear is advised of a load that has none",
         old="PRESSED_ALONE if pressed_alone else LESS_SHEAR",
         new="LESS_SHEAR",
-        tests="test_onset",
+        tests="onset",
     ),
 )
