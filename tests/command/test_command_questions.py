@@ -17,10 +17,8 @@ import pytest
 import frictopt as fo
 from frictopt.__main__ import main
 from frictopt.base import Bar
+from frictopt.command import answers, options, questions
 from frictopt.command import main as run
-from frictopt.command.answers import as_json
-from frictopt.command.options import described, public
-from frictopt.command.questions import COMMANDS, QUESTIONS
 from frictopt.study import dissipation
 from helpers.systems import CYCLE, random_system, system
 
@@ -174,7 +172,7 @@ def test_a_command_gives_the_answer_of_its_function(name, capsys):
 
 def test_every_question_is_tried_here_and_stands_on_the_pages():
     """The table of the questions names commands that exist, and no command is missing there."""
-    names = {question.name for question in QUESTIONS}
+    names = {question.name for question in questions.QUESTIONS}
     assert {name.split(" ")[0] for name in ASKED} == names
     page = (ROOT / "docs" / "questions.md").read_text(encoding="utf-8")
     rows = [line.strip("|").split("|")[-1].strip() for line in page.splitlines() if "|" in line][2:]
@@ -188,9 +186,9 @@ def test_every_question_is_tried_here_and_stands_on_the_pages():
 def test_every_argument_of_a_function_is_an_option_or_needs_python():
     """What a shell cannot write: states, slips and flags of all nodes."""
     written, left = set(), set()
-    for question in QUESTIONS:
+    for question in questions.QUESTIONS:
         for function in question.functions:
-            parameters = inspect.signature(public(function)).parameters
+            parameters = inspect.signature(options.public(function)).parameters
             parser = run.parser([question.name])
             actions = parser._subparsers._group_actions[0].choices[question.name]._actions
             values = {action.dest.removeprefix("of_") for action in actions}
@@ -201,15 +199,15 @@ def test_every_argument_of_a_function_is_an_option_or_needs_python():
     assert {"steps", "load_factor", "load_factors", "events", "overload", "scan"} <= written
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)
+@pytest.mark.parametrize("command", questions.COMMANDS, ids=lambda command: command.name)
 def test_the_help_of_a_command_says_what_the_docstring_says(command, capsys):
     with pytest.raises(SystemExit):
         main([command.name, "--help"])
     text = " ".join(capsys.readouterr().out.split())
-    question = next(question for question in QUESTIONS if question.name == command.name)
+    question = next(question for question in questions.QUESTIONS if question.name == command.name)
     for chain in question.kinds.values():
-        said = described(public(chain[-1]))
-        parameters = inspect.signature(public(chain[-1])).parameters.keys() - {
+        said = options.described(options.public(chain[-1]))
+        parameters = inspect.signature(options.public(chain[-1])).parameters.keys() - {
             "mean",
             "friction",
             "tolerance",
@@ -218,15 +216,15 @@ def test_the_help_of_a_command_says_what_the_docstring_says(command, capsys):
             if f"--{parameter.replace('_', '-')} " in text and question.name != "limit":
                 assert said[parameter][:25] in text, parameter
     if question.name == "limit":
-        assert described(fo.shakedown_limit)["events"][:60] in text
+        assert options.described(fo.shakedown_limit)["events"][:60] in text
     assert command.example in text
 
 
 def test_texts_that_refer_to_another_function_are_followed():
-    texts = described(fo.required_friction)
-    assert texts["events"].startswith(described(fo.shakedown_limit)["events"])
+    texts = options.described(fo.required_friction)
+    assert texts["events"].startswith(options.described(fo.shakedown_limit)["events"])
     assert texts["events"].endswith("With events each friction tried needs a new search.")
-    assert "progress" not in described(fo.dissipation_range)["steps"]
+    assert "progress" not in options.described(fo.dissipation_range)["steps"]
 
 
 def test_the_examples_of_help_and_of_the_page_are_commands():
@@ -282,7 +280,7 @@ def test_an_infinite_limit_is_an_answer(capsys):
     assert main(["gross-slip", "punch.npz", *PULL, *F, "--json"]) == 0
     assert strict(capsys.readouterr().out)["answer"]["load_factor"] == "inf"
     values = {"a": -np.inf, "b": np.float64(np.nan), "c": np.arange(2), "d": pd.NA}
-    assert strict(as_json(values)) == {"a": "-inf", "b": None, "c": [0, 1], "d": None}
+    assert strict(answers.as_json(values)) == {"a": "-inf", "b": None, "c": [0, 1], "d": None}
 
 
 def test_errors_and_warnings_are_json_too(capsys):
