@@ -33,6 +33,7 @@ from .checks import (
     for_each,
     frozen,
     listed,
+    number_of,
     place,
     real_array,
     shown,

@@ -135,7 +135,8 @@ def for_each(name: str, values: Array, nodes: int) -> Array:
     """Check one number for all nodes or one for each; returns (N,)."""
     if values.shape not in ((), (nodes,)):
         raise ModelError(
-            f"{name}: shape {values.shape}; give one number, or one for each of the {nodes} nodes"
+            f"{name}: shape {values.shape}; give one number, or one for each of "
+            f"{number_of(nodes, 'node')}"
         )
     return np.broadcast_to(values, (nodes,))
 
@@ -287,8 +288,8 @@ def checked_contact(argument: str, contact: object, n: int) -> Names:
     names = listed(argument, contact)
     if len(names) != n:
         raise ModelError(
-            f"{argument}: {len(names)} names for {n} nodes; give the name of the contact of each "
-            "node"
+            f"{argument}: {number_of(len(names), 'name')} for {number_of(n, 'node')}; give the "
+            "name of the contact of each node"
         )
     for i, name in enumerate(names):
         check_text(f"{argument} of node {i}", name, "a printable text")
@@ -435,3 +436,12 @@ def shown(value: object) -> str:
     except Exception:  # an integer too long to print, or a foreign object whose repr fails
         text = f"an object of type {type(value).__name__}"
     return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def number_of(count: int, one: str, several: str = "") -> str:
+    """A count with its noun: "1 node", "2 nodes". `several` is `one` with an s by default.
+
+    The words may hold a verb, too: `number_of(count, "node is", "nodes are")`.
+    """
+    words = one if count == 1 else several or f"{one}s"
+    return f"{count} {words}"

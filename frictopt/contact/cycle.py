@@ -21,6 +21,7 @@ from ..base import (
     finite_number,
     kept,
     listed,
+    number_of,
     shown,
     warns_of_odd_values,
 )
@@ -97,8 +98,9 @@ class LoadCycle(Plotted):
             fixed = _checked_corners("fixed", self.fixed)
             if len(fixed) != len(corners):
                 raise ModelError(
-                    f"fixed: {len(fixed)} loads for {len(corners)} corners; give one for each, "
-                    f"{{}} where there is none"
+                    f"fixed: {number_of(len(fixed), 'load')} for "
+                    f"{number_of(len(corners), 'corner')}; give one for each, {{}} where there is "
+                    "none"
                 )
             if not any(fixed):
                 fixed = None
@@ -360,8 +362,8 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
         checked.append(time)
     if len(checked) - corners not in (0, 1):
         raise ModelError(
-            f"times: {len(checked)} for {corners} corners; give one for each, and one more for the "
-            "return to the first"
+            f"times: {len(checked)} for {number_of(corners, 'corner')}; give one for each, and one "
+            "more for the return to the first"
         )
     for time in checked:
         if isinstance(time, Real):

@@ -5,7 +5,7 @@ from math import hypot
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, Array, Booleans
+from ..base import CONDENSATION, Array, Booleans, number_of
 from ..base.checks import Names
 from .law import lengths
 from .system import ContactSystem
@@ -39,7 +39,7 @@ def counted(system: ContactSystem, selected: Booleans) -> str:
 
     If there are several contacts, " (head 3 of 5, nut 1 of 4)" follows.
     """
-    text = f"{int(selected.sum())} of {system.nodes} nodes"
+    text = f"{int(selected.sum())} of {number_of(system.nodes, 'node')}"
     names = _names_of_several(system)
     if names is None:
         return text
@@ -71,9 +71,10 @@ def pressing(system: ContactSystem, friction: Array, q: Array, p: Array, force: 
         nodes = names == name
         pressed = int((p[nodes] > rounding).sum())
         shears = [total(component) for component in shear[nodes].T]
+        of_all = number_of(int(nodes.sum()), "node")
         texts.append(
             f"{name} has a normal force of {total(p[nodes]):.3g} on {pressed} of "
-            f"{int(nodes.sum())} nodes and a shear force of {hypot(*shears):.3g}, of at most f p = "
+            f"{of_all} and a shear force of {hypot(*shears):.3g}, of at most f p = "
             f"{total((friction * p)[nodes]):.3g}"
         )
     return ", ".join(texts)

@@ -17,6 +17,7 @@ from ..base import (
     finite_array,
     finite_number,
     listed,
+    number_of,
     shown,
     whole_number,
 )
@@ -210,7 +211,8 @@ def _amplitudes(table: Table, cases: list[str]) -> Array:
                 )
     if not cases or not len(table):
         raise ModelError(
-            f"history: {len(table)} rows, {len(cases)} load cases; give at least one of each"
+            f"history: {number_of(len(table), 'row')}, {number_of(len(cases), 'load case')}; "
+            "give at least one of each"
         )
     columns = [
         finite_array(f"history[{name!r}]", table[name].to_numpy(), (None,)) for name in cases

@@ -181,7 +181,7 @@ def _check_elements(mesh: Mesh) -> None:
             repair = "mesh finer, or with straight sides (gmsh: Mesh.SecondOrderLinear = 1)"
         size = "area" if is_plane else "volume"
         raise ModelError(
-            f"mesh: {bad.sum()} elements are not convex or have no {size}, the first is {i}; "
+            f"mesh: elements that are not convex or have no {size}: {bad.sum()}, the first is {i}; "
             f"{repair}"
         )
     part = parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1])
@@ -193,7 +193,7 @@ def _check_elements(mesh: Mesh) -> None:
         )
     unused = mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs))
     if unused:
-        raise ModelError(f"mesh: {unused} nodes belong to no element; remove them")
+        raise ModelError(f"mesh: nodes that belong to no element: {unused}; remove them")
 
 
 def _sizes(mesh: Mesh) -> Array:
@@ -311,8 +311,8 @@ def _owners(mesh: Mesh, materials: Mapping[str, Material]) -> Integers:
         owner[elements] = number
     if owner.min() < 0:
         raise ModelError(
-            f"materials: {int((owner < 0).sum())} elements are in none of {list(materials)}; name "
-            "all subdomains, or remove these"
+            f"materials: elements that are in none of {list(materials)}: {int((owner < 0).sum())}; "
+            "name all subdomains, or remove these elements"
         )
     return owner
 

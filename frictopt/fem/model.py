@@ -11,7 +11,7 @@ from typing import get_args
 
 import numpy as np
 
-from ..base import Array, Shown, checked_cases, progress_bar, shown
+from ..base import Array, Shown, checked_cases, number_of, progress_bar, shown
 from ..base.checks import checked_units, listed_parts
 from ..contact import ContactSystem
 from ..errors import ModelError, ModelWarning
@@ -125,8 +125,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             return contacts
         if len(self.bodies) != 2:
             raise ModelError(
-                f"contacts: none, with {len(self.bodies)} bodies; give a Contact for each face at "
-                "which two of them meet"
+                f"contacts: none, with {number_of(len(self.bodies), 'body', 'bodies')}; give a "
+                "Contact for each face at which two of them meet"
             )
         body_1, body_2 = self.bodies
         return (Contact(body_1, body_2),)

@@ -22,6 +22,7 @@ from ..base import (
     checked_cases,
     frame,
     frozen,
+    number_of,
     whole_number,
 )
 from ..base.checks import flags
@@ -321,7 +322,8 @@ def _lowest(
         squares, y = eigsh(glued.K, size, M, sigma=-shift, OPinv=inverse, ncv=vectors, v0=start)
     except ArpackNoConvergence as error:
         raise SolverError(
-            f"modes: the search for {n} modes found {len(error.eigenvalues)}; ask for fewer modes"
+            f"modes: the search for {number_of(n, 'mode')} found {len(error.eigenvalues)}; "
+            "ask for fewer modes"
         ) from error
     order = np.argsort(squares)
     squares = squares[order]

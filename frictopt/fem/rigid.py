@@ -107,7 +107,7 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
         return np.asarray(-splu(csc_matrix(G[:, generalised])).solve(G @ u))
     except RuntimeError as error:
         raise ModelError(
-            f"generalised: the stiffness of these {len(generalised)} rows is singular while all "
+            f"generalised: the stiffness of these rows ({len(generalised)}) is singular while all "
             f"nodes are still ({error}); hold what moves freely, or leave it out"
         ) from error
 

@@ -21,6 +21,7 @@ from ..base import (
     finite_number,
     frame,
     frozen,
+    number_of,
     places,
     progress_bar,
     shown,
@@ -291,8 +292,8 @@ class GuaranteedLimits(SafeModel):
                 bar.keep(
                     "table",
                     partial(nodes.table, order[:count]),
-                    f"it is at most {nodes.least:.6g}; what is known of {count} nodes is in the "
-                    "attribute `table`",
+                    f"it is at most {nodes.least:.6g}; what is known of "
+                    f"{number_of(count, 'node')} is in the attribute `table`",
                     best=f"at most {nodes.least:.4g} so far",
                 )
                 bar.update()

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from ..base import Array, Booleans, kept
+from ..base import Array, Booleans, kept, number_of
 from ..contact import LoadCycle
 from .answered import Mechanism
 from .models import Row, constant, events, ordered, rest, stuck, times, unknowns
@@ -151,9 +151,8 @@ class LiftOff(Question):
         """See `Question.pattern`."""
         count = len(frozenset().union(*self.order.events))
         opened = ", these nodes open" if self.open_nodes.any() else ""
-        return (
-            f" with {count} nodes that open and close in this order{opened} and the others closed"
-        )
+        moving = number_of(count, "node that opens and closes", "nodes that open and close")
+        return f" with {moving} in this order{opened} and the others closed"
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """Distance of a slip from being safe, see `Question.violation`.

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from ..base import ZERO_LOAD_FACTOR, Array, Bar, Booleans, checked_loads, listed
+from ..base import ZERO_LOAD_FACTOR, Array, Bar, Booleans, checked_loads, listed, number_of
 from ..base.checks import check_name
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
@@ -101,10 +101,8 @@ class Rays:
             bound = 0.0
         if np.isfinite(limit.load_factor):
             self.reached.append((reach * first, reach * second))
-            count = len(self.reached)
-            note = (
-                f"{count} pairs of safe amplitudes, the ends of rays, are in the attribute `table`"
-            )
+            pairs = number_of(len(self.reached), "pair")
+            note = f"the attribute `table` has {pairs} of safe amplitudes, the ends of rays"
             self.bar.keep("table", self._table, note)
 
         units = [with_open(unit, limit.open) or unit for unit in self._of_unit_loads]

@@ -17,6 +17,7 @@ from ..base import (
     finite_number,
     flag,
     frozen,
+    number_of,
     place,
     progress_bar,
     warns_of_odd_values,
@@ -38,8 +39,8 @@ _WITH_EVENTS = (
 )
 _NONE_IS_ENOUGH = "no friction is enough to keep all nodes closed: {why}"
 _LOADS_OPEN = (
-    "under any residual slip{within}, the loads open one of {count} nodes ({where}) at some "
-    "corner; press them"
+    "under any residual slip{within}, the loads open one of these nodes ({where}) at some corner; "
+    "press them"
 )
 _NONE_FOUND = (
     "required friction: none up to {largest:g} is enough, although no node need open: the best "
@@ -364,7 +365,9 @@ def _answer(
     safe_slips: SafeSlips, above: float, below: float, enough: SafeSlip, too_little: SafeSlip
 ) -> RequiredFriction:
     opened = int(too_little.open.sum())
-    pattern = f"{opened} nodes open and the others closed" if opened else "all nodes closed"
+    pattern = "all nodes closed"
+    if opened:
+        pattern = f"{number_of(opened, 'node')} open and the others closed"
     reason = _LESS_IS_NOT_SAFE.format(within=safe_slips.within, pattern=pattern)
     if not enough.events.empty:
         reason += _WITH_EVENTS
@@ -412,9 +415,7 @@ def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
         raise SolverError(_NONE_FOUND.format(largest=SEARCH.tried[-1], least=pressed.least))
     mechanism = pressed.motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
-    why = _LOADS_OPEN.format(
-        within=safe_slips.within, count=len(nodes), where=_where(system, nodes)
-    )
+    why = _LOADS_OPEN.format(within=safe_slips.within, where=_where(system, nodes))
     return RequiredFriction(
         load_factor=load_factor,
         slip=frozen(np.full(system.slip_shape, np.nan)),

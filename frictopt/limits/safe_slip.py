@@ -32,8 +32,8 @@ from .shakedown_model import ShakedownModel
 _MOST_CYCLIC = 1e15
 
 _EVENTS = (
-    "this slip{within} keeps all nodes stuck while they are closed; {count} of them open and close "
-    "in each cycle (events)"
+    "this slip{within} keeps all nodes stuck while they are closed; nodes that open and close in "
+    "each cycle: {count} (events)"
 )
 _SAFE = "this slip{within} keeps {closed} closed and stuck at every corner{opened}"
 _NONE_SAFE = (
@@ -41,7 +41,7 @@ _NONE_SAFE = (
     "factors with a safe slip; without residual slip {mean}"
 )
 _OTHERS_OPEN = (
-    " with all nodes closed, or with the {opened} open nodes that the search finds; with other "
+    " with all nodes closed, or with the open nodes that the search finds ({opened}); with other "
     "nodes open one may be"
 )
 
@@ -119,7 +119,7 @@ class SafeSlip(Proven):
         if moving:
             return _EVENTS.format(within=within, count=moving)
         if opened:
-            closed = f"the {self.system.nodes - opened} closed nodes"
+            closed = f"{self.system.nodes - opened} of {self.system.nodes} nodes"
             return _SAFE.format(within=within, closed=closed, opened=", and the others open")
         return _SAFE.format(within=within, closed="every node", opened="")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base import ROUNDING, LimitKind
+from ..base import ROUNDING, LimitKind, number_of
 from ..contact.diagnosis import in_contact
 from ..transients.mean_load import unscaled_diagnosis
 from .critical_search import NodeClaim
@@ -113,8 +113,7 @@ WEDGED = Sentence(
     assumes="one slip may relieve all bounds of the node",
 )
 ONLY_AT_LEAST = Sentence(
-    "; {count} nodes are critical only at the least safe load factor {least:.6g}, which does not "
-    "cause slip",
+    "; {nodes} critical only at the least safe load factor {least:.6g}, which does not cause slip",
     assumes="the load factors at which these nodes are critical are one number",
 )
 SAME_LIMIT = Sentence(
@@ -273,7 +272,8 @@ def guaranteed_reason(
         cause = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
         reason = SAME_LIMIT(cause=cause, reason=shakedown_reason(shakedown))
     if coincide:
-        reason += ONLY_AT_LEAST(count=coincide, least=shakedown.least)
+        nodes = number_of(coincide, "node is", "nodes are")
+        reason += ONLY_AT_LEAST(nodes=nodes, least=shakedown.least)
     load_factor = shakedown.load_factor if best is None else best.load_factor
     if not uncoupled and _may_lift(shakedown, load_factor):
         reason += LIFTING()

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from ..base import Array, LimitKind, finite_number, frozen
+from ..base import Array, LimitKind, finite_number, frozen, number_of
 from ..contact import lengths
 from ..errors import ModelError
 from .answered import Rated
@@ -67,7 +67,8 @@ class ShakedownAnswer(Rated):
             )
         states = "all nodes closed"
         if self.open.any():
-            states = f"these {int(self.open.sum())} nodes open and the others closed"
+            opened = number_of(int(self.open.sum()), "node")
+            states = f"{opened} open (`open`) and the others closed"
         return (
             f"states of rest with {states} all through the cycle; with others open, or nodes that "
             "open and close, the contact may rest above it"

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_matrix, triu
 
-from ..base import Integers, shown, whole_array
+from ..base import Integers, number_of, shown, whole_array
 from ..base.libraries import by_library, file_path, library
 from ..errors import ModelError
 from .deck import Deck
@@ -111,9 +111,9 @@ def _check_full(full: Any, file: Path) -> None:
     directions = int(full._header["numdof"])
     equations = int(full._header["ncefull"])
     if equations:
-        problem = f"{equations} constraint equations"
+        problem = number_of(equations, "constraint equation")
     elif directions not in (2, 3, 6):
-        problem = f"{directions} unknowns at a node"
+        problem = f"{number_of(directions, 'unknown')} at a node"
     else:
         return
     raise ModelError(
@@ -141,7 +141,7 @@ def _archive(reader: Any, file: Path, held: Integers) -> Deck:
         # Entry 1 is the type of the element, entry 8 its number, and nodes start at entry 10.
         kind = type_numbers[int(element[1])]
         nodes = list(dict.fromkeys(element[10:].tolist()))
-        name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {len(nodes)} nodes")
+        name = ANSYS_SOLIDS.get((kind, len(nodes)), f"{kind} of {number_of(len(nodes), 'node')}")
         solids[name].append([int(element[8]), *nodes])
     sets = {name.strip().upper(): nodes.tolist() for name, nodes in archive.node_components.items()}
     points = dict(zip(archive.nnum.tolist(), archive.nodes, strict=True))
@@ -236,9 +236,9 @@ def _labels_of_grid_points(size: int, grids: Deck | None, file: Path) -> Integer
     count = len(numbers)
     if count == 0 or size != 6 * count:
         raise ModelError(
-            f"labels: none, and {file.name} has {size} rows, not six for each of the {count} grid "
-            "points of the deck; give grid point and component of each row, which OUTPUT4 does "
-            "not say, or write DMIG"
+            f"labels: none, and {file.name} has {number_of(size, 'row')}, not six for each of "
+            f"{number_of(count, 'grid point')} of the deck; give grid point and component of each "
+            "row, which OUTPUT4 does not say, or write DMIG"
         )
     return np.column_stack([np.repeat(numbers, 6), np.tile(np.arange(1, 7), count)])
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..base import ROUNDING, SAME_POINT, Booleans, Integers
+from ..base import ROUNDING, SAME_POINT, Booleans, Integers, number_of
 from ..base.libraries import file_path
 from ..errors import ModelError
 from .deck import Deck
@@ -94,7 +94,8 @@ def _matrix(what: str, path: Path, dof: Path, size: int) -> csr_matrix:
     last = max(row.max(), column.max())
     if first < 1 or last != size:
         raise ModelError(
-            f"{what}: {path.name} has rows {first:g} to {last:g}, {dof.name} has {size} labels; "
+            f"{what}: {path.name} has rows {first:g} to {last:g}, {dof.name} has "
+            f"{number_of(size, 'label')}; "
             "give both files of the same job"
         )
     return symmetric(what, row - 1, column - 1, value.astype(np.float64), size)
@@ -187,7 +188,7 @@ def _check_rotations_are_named(made_nodes: Integers, deck: Deck) -> None:
         if len(made_nodes) > 3:
             nodes += ", ..."
         raise ModelError(
-            f"deck: {unnamed} rigid parts name no ROT NODE, and the matrix has nodes {nodes} that "
+            f"deck: rigid parts without ROT NODE: {unnamed}, and the matrix has nodes {nodes} that "
             "are not in the deck; name a ROT NODE in each *RIGID BODY, and use *RIGID BODY in "
             "place of *COUPLING"
         )

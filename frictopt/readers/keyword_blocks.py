@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 
+from ..base import number_of
 from ..errors import ModelError
 from .deck import FREE
 from .deck_text import Block, entries, fields, number
@@ -51,7 +52,7 @@ def _rows_of_known_type(block: Block, count: int) -> list[list[str]]:
     flat = [entry for row in block.rows for entry in row]
     size = 1 + count
     if len(flat) % size:
-        raise ValueError(f"{len(flat)} numbers, {size} an element")
+        raise ValueError(f"{number_of(len(flat), 'number')}, {size} an element")
     return [flat[i : i + size] for i in range(0, len(flat), size)]
 
 

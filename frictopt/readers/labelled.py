@@ -22,6 +22,7 @@ from ..base import (
     finite_number,
     first_of,
     frozen,
+    number_of,
     place,
     shown,
     whole,
@@ -98,7 +99,7 @@ def modal_load(
     matrix = checked_stiffness(M, "M")
     if matrix.shape != (len(shape), len(shape)):
         raise ModelError(
-            f"M: shape {matrix.shape}, and a mode of {len(shape)} unknowns; "
+            f"M: shape {matrix.shape}, and a mode of {number_of(len(shape), 'unknown')}; "
             "give both in the same unknowns"
         )
     load = np.asarray(matrix @ shape)

@@ -7,7 +7,7 @@ belongs to a generalised coordinate.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Booleans, Integers, whole, whole_array
+from ..base import Booleans, Integers, number_of, whole, whole_array
 from ..errors import ModelError
 from .deck import Deck
 
@@ -23,7 +23,7 @@ def checked_labels(values: ArrayLike) -> Integers:
     repeated = len(labels) - len(np.unique(labels, axis=0))
     if repeated:
         raise ModelError(
-            f"labels: {repeated} labels are given twice; "
+            f"labels: {number_of(repeated, 'label is', 'labels are')} given twice; "
             "write the matrix of solids alone: shells, beams and trusses have several rows"
         )
     return whole(labels)

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 from numpy.typing import ArrayLike
 
-from ..base import Integers, finite_array, frozen, whole, whole_number
+from ..base import Integers, finite_array, frozen, number_of, whole, whole_number
 from ..errors import ModelError
 from .constraint_blocks import constraints_of
 from .deck import Deck, Elements
@@ -30,7 +30,8 @@ def deck_of_points(
         coordinates = finite_array(f"deck: node {node}", point, (None,)).tolist()
         if len(coordinates) not in (2, 3):
             raise ModelError(
-                f"deck: node {node} has {len(coordinates)} coordinates; give two or three"
+                f"deck: node {node} has {number_of(len(coordinates), 'coordinate')}; "
+                "give two or three"
             )
         listing.nodes[node] = coordinates
     if not listing.nodes:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..base import Array, Integers
+from ..base import Array, Integers, number_of
 from ..errors import ModelError
 from .deck_text import text_of
 
@@ -27,7 +27,7 @@ def numbers_in(path: Path, what: str, separator: str, columns: int) -> list[Any]
     else:
         numeric = all(dtype.kind in "iuf" for dtype in table.dtypes)
         if table.shape[1] != columns:
-            problem = f"rows of {table.shape[1]} columns"
+            problem = f"rows of {number_of(table.shape[1], 'column')}"
         elif not numeric or table.isna().any(axis=None):
             problem = "entries that are no numbers"
         else:

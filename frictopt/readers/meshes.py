@@ -119,7 +119,7 @@ def between(mesh: Mesh, nodes: Integers, numbers: Integers | None = None) -> Int
     facets = _outline_between(mesh, nodes)
     if not len(facets):
         raise ModelError(
-            f"nodes: no facet of the outline lies between these {len(nodes)} nodes; "
+            f"nodes: no facet of the outline lies between these nodes ({len(nodes)}); "
             "give the nodes of a face"
         )
     if numbers is not None:
@@ -266,6 +266,6 @@ def _facets_of(mesh: Mesh, blocks: list[Integers], what: str) -> Integers:
     lost = np.count_nonzero(facets < 0)
     if lost or not len(nodes):
         raise ModelError(
-            f"{what}: {lost} of its {len(nodes)} faces belong to no element; {GROUPED}"
+            f"{what}: faces that belong to no element: {lost} of {len(nodes)}; {GROUPED}"
         )
     return np.unique(facets)

@@ -40,7 +40,7 @@ def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Arra
     frequencies = [float(value) for value in _FREQUENCY.findall(table)]
     if not frequencies or len(frequencies) != len(modes):
         raise ModelError(
-            f"modes: {str(path)!r} has {len(frequencies)} frequencies and {len(modes)} modes; "
+            f"modes: {str(path)!r} has frequencies: {len(frequencies)}, modes: {len(modes)}; "
             "give the .dat of a step of *FREQUENCY with *NODE PRINT, NSET=.. of U"
         )
     shapes = [_shape(mode, labels, path, deck) for mode in modes]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..base import ROUNDING, Array, Integers
+from ..base import ROUNDING, Array, Integers, number_of
 from ..errors import ModelError
 from .deck_text import Block, blocks, fields, number
 
@@ -71,8 +71,8 @@ def _check_element(element: _UserElement, file: str) -> None:
     is_complete = nodes and element.direction_lines and element.triangle
     if element.count != 1 or not is_complete:
         raise ModelError(
-            f"stiffness: {file} has {element.count} elements, {len(nodes)} nodes and "
-            f"{len(element.triangle)} numbers of a stiffness; {_WRITE}"
+            f"stiffness: {file} has elements: {element.count}, nodes: {len(nodes)}, numbers of a "
+            f"stiffness: {len(element.triangle)}; {_WRITE}"
         )
     # Abaqus lists each node once.
     if nodes[0] in nodes[1:]:
@@ -106,8 +106,8 @@ def _stiffness(triangle: list[float], size: int, file: str) -> Array:
     expected = size * (size + 1) // 2
     if len(triangle) != expected:
         raise ModelError(
-            f"stiffness: {file} has {len(triangle)} numbers, not {expected} for a triangle of "
-            f"{size} rows; {_WRITE}"
+            f"stiffness: {file} has {number_of(len(triangle), 'number')}, not {expected} for "
+            f"a triangle of {size} rows; {_WRITE}"
         )
     K = np.zeros((size, size))
     K[np.tril_indices(size)] = triangle

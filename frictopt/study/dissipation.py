@@ -25,6 +25,7 @@ from ..base import (
     finite_numbers,
     frozen,
     listed,
+    number_of,
     progress_bar,
     shown,
     warns_of_odd_values,
@@ -210,9 +211,10 @@ class _Study:
         for row in rows:
             self._add(row)
         left = len(self.runs) - self._finished
-        note = f"{left} runs are left; {self._finished} are in the attribute `table`"
+        note = f"{number_of(left, 'run is', 'runs are')} left; "
+        note += f"the attribute `table` has {self._finished}"
         if self.file is not None:
-            note += f" and in {str(self.file.path)!r}, from where the same call goes on"
+            note += f", and so has {str(self.file.path)!r}, from where the same call goes on"
         bar.keep("table", self.table, note)
         bar.count = len(self.rows)
         if self.file is not None and are_results and rows:

@@ -18,6 +18,7 @@ from ..base import (
     finite_array,
     finite_number,
     frozen,
+    number_of,
     progress_bar,
     warns_of_odd_values,
     whole_number,
@@ -256,7 +257,7 @@ def limit_after_protocol(
     def slips(load_factor: float) -> bool:
         tried[load_factor] = transients.rests(load_factor, loads)
         best = _rest_so_far(tried)
-        note = f"{best}; the {len(tried)} load factors tried are in the attribute `table`"
+        note = f"{best}; the attribute `table` has {number_of(len(tried), 'load factor')}"
         bar.keep("table", table, note, best)
         return tried[load_factor] != REST
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from ..base import listed
+from ..base import listed, number_of
 from ..errors import StoreError
 from .columns import FAILED, STORED, Row
 
@@ -88,8 +88,11 @@ class Store:
         sound = [values for *values, checksum in stored if checksum == _checksum(values)]
         damaged = len(stored) - len(sound)
         if damaged:
+            rows = number_of(
+                damaged, "row is damaged and does not count", "rows are damaged and do not count"
+            )
             warnings.warn(
-                f"store: {str(self.path)!r}: {damaged} rows are damaged and do not count",
+                f"store: {str(self.path)!r}: {rows}",
                 DamagedRows,
                 stacklevel=3,
             )

@@ -21,7 +21,7 @@ from math import ceil
 
 import numpy as np
 
-from ..base import PERIODIC, REPEATED, RESIDUAL, Outcome
+from ..base import PERIODIC, REPEATED, RESIDUAL, Outcome, number_of
 from ..contact import parted
 from ..errors import NoContinuation, SolverError
 from .classify import Settled, bend, classify, distance_left, without_work, work_error
@@ -64,7 +64,7 @@ SLOW_DRIFT = (
     "body that rolls or has no guide; guide it by a Support, or follow its drift with march{drift}"
 )
 SAME_DRIFT = (
-    "; a cycle from the state that the drift reaches in {left} more cycles has the same events, "
+    "; a cycle from the state that the drift reaches in {cycles} has the same events, "
     "changes gaps, and drifts by {change:.1e}"
 )
 
@@ -281,7 +281,8 @@ class Run:
         changed = 2 * np.abs(drift_ahead - drift).max()
         if cycle_ahead.events != latest.events or not changed < latest.change:
             return ""
-        return SAME_DRIFT.format(left=cycles_left, change=cycle_ahead.change)
+        cycles = number_of(cycles_left, "more cycle")
+        return SAME_DRIFT.format(cycles=cycles, change=cycle_ahead.change)
 
     def _given_up(self, latest: FollowedCycle, drift: str) -> NoContinuation:
         """The error of a run without a steady state, with the state after the latest return."""

@@ -17,6 +17,7 @@ from ..base import (
     finite_array,
     frame,
     listed,
+    number_of,
 )
 from ..base.results import named_places
 from ..contact import ContactSystem, most_shear
@@ -89,8 +90,8 @@ def _along_slip(
     epsilon = finite_array("strain", strain, shape)
     if len(sigma) != len(epsilon) or not len(sigma):
         raise ModelError(
-            f"stress, strain: {len(sigma)} and {len(epsilon)} states; give both at the same "
-            "states, at least one"
+            f"stress, strain: {len(sigma)} and {number_of(len(epsilon), 'state')}; give both at "
+            "the same states, at least one"
         )
     if system.tangents == 1:
         return sigma, epsilon
@@ -128,8 +129,8 @@ def with_worst_planes(
         worst[name] = np.choose(worst_swt, [cycle[name] for cycle in cycles])
     if len(worst_swt) != len(table):
         raise ModelError(
-            f"fields: they belong to a contact with {len(worst_swt)} nodes, but this contact has "
-            f"{len(table)}; give the fields of its model"
+            f"fields: they belong to a contact with {number_of(len(worst_swt), 'node')}, but this "
+            f"contact has {len(table)}; give the fields of its model"
         )
     table = table.assign(**worst)
     table.attrs["note"] += ENDS_NOTE

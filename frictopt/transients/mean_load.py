@@ -6,7 +6,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, Array, Booleans
+from ..base import CONDENSATION, Array, Booleans, number_of
 from ..contact import (
     ContactSystem,
     LoadCycle,
@@ -151,4 +151,4 @@ def _share(system: ContactSystem, which: Booleans) -> str:
         places[0] = f"x = {places[0]}"
         if len(runs) > _RANGES_IN_A_SENTENCE:
             places.append("...")
-    return f"{len(numbers)} of {system.nodes} nodes ({', '.join(places)})"
+    return f"{len(numbers)} of {number_of(system.nodes, 'node')} ({', '.join(places)})"

@@ -24,6 +24,7 @@ from ..base import (
     Table,
     flag,
     frame,
+    number_of,
     progress_bar,
     warns_of_odd_values,
 )
@@ -45,8 +46,8 @@ from .linear_forces import LinearForces, first_zero, linear_forces
 from .mean_load import unscaled_diagnosis
 
 SETTLED = (
-    "{diagnosis}; this is the onset of the contact once the mean load has settled, with {nodes} "
-    "nodes open"
+    "{diagnosis}; this is the onset of the contact once the mean load has settled, "
+    "with {nodes} open"
 )
 UNDEFINED = (
     "{diagnosis}; the bonded contact cannot carry the mean load: its onset is undefined and given "
@@ -179,7 +180,8 @@ class Onset(Kept, Plotted):
             return diagnosis
         if self.state is None:
             return UNDEFINED.format(diagnosis=diagnosis)
-        return SETTLED.format(diagnosis=diagnosis, nodes=int(self.state.open.sum()))
+        nodes = number_of(int(self.state.open.sum()), "node")
+        return SETTLED.format(diagnosis=diagnosis, nodes=nodes)
 
     @property
     def reactions(self) -> tuple[Array, Array]:
@@ -211,9 +213,9 @@ class Onset(Kept, Plotted):
         if self.touch is not None:
             answer["touch"] = self.touch
         if not self.mean_admissible:
-            nodes = len(self.friction)
-            answer["mean_slips"] = f"{len(self.mean_slips)} of {nodes} nodes"
-            answer["mean_opens"] = f"{len(self.mean_opens)} of {nodes} nodes"
+            nodes = number_of(len(self.friction), "node")
+            answer["mean_slips"] = f"{len(self.mean_slips)} of {nodes}"
+            answer["mean_opens"] = f"{len(self.mean_opens)} of {nodes}"
         answer["reason"] = self.reason
         return answer
 

@@ -19,6 +19,7 @@ from ..base import (
     SolveRecord,
     finite_number,
     flag,
+    number_of,
     progress_bar,
     warns_of_odd_values,
     whole_number,
@@ -156,8 +157,8 @@ def steady_state(
 
         def count() -> None:
             if run.works:
-                cycles = len(run.works)
-                note = f"the work of friction in each of {cycles} cycles is in the attribute `work`"
+                cycles = number_of(len(run.works), "cycle")
+                note = f"the attribute `work` has the work of friction in each of {cycles}"
                 bar.keep("work", np.array(run.works), note, best=run.progress)
             bar.update()
             if len(first_states) < SETTINGS.first_cycles:

@@ -12,6 +12,14 @@ FAULTS = (
         within="whole_number",
     ),
     Fault(
+        "base/checks.py",
+        "one thing is several",
+        old="count == 1",
+        new="count == 0",
+        tests="checks",
+        within="number_of",
+    ),
+    Fault(
         "base/files.py",
         "damaged members are let pass",
         old="archive.testzip()",

@@ -182,6 +182,13 @@ def test_an_array_of_another_kind_is_refused_with_what_numpy_says(values, why):
         checks.real_array("values", values)
 
 
+def test_a_count_agrees_with_its_noun_and_verb():
+    assert checks.number_of(1, "node") == "1 node"
+    assert checks.number_of(2, "node") == "2 nodes" and checks.number_of(0, "node") == "0 nodes"
+    assert checks.number_of(1, "node is", "nodes are") == "1 node is"
+    assert checks.number_of(3, "node is", "nodes are") == "3 nodes are"
+
+
 def test_friction_by_the_names_of_contacts_is_told_how_to_be_one_for_each_node():
     with pytest.raises(fo.ModelError, match=r"friction: a dict; .*np\.where\(system\.contact == "):
         checks.per_node("friction", {"head": 0.15}, 4)

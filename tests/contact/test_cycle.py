@@ -209,7 +209,7 @@ def test_no_answer_changes_by_the_points_left_out():
 
 @refused(
     (pd.DataFrame({"time": [0.0, 1.0]}), {}, "2 rows, 0 load cases"),
-    (pd.DataFrame({"a": []}), {}, "0 rows, 1 load cases"),
+    (pd.DataFrame({"a": []}), {}, "0 rows, 1 load case"),
     (pd.DataFrame({"a": [1.0, np.nan]}), {}, r"history\['a'\]: nan at index 1"),
     (
         pd.DataFrame({"a": [1.0, 2.0], "time": [1.0, 0.0]}),

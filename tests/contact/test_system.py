@@ -30,7 +30,7 @@ BAD = {
     "bonded['P'] p: shape (1,)": {"bonded": {"P": ([0.0, 0.0], [1.0])}},
     "load case name 'a\\x00b'": {"bonded": {"a\0b": ([0.0, 0.0], [1.0, 1.0])}},
     "load case name 3": {"bonded": {3: ([0.0, 0.0], [1.0, 1.0])}},
-    "contact: 1 names for 2 nodes": {"contact": ["one"]},
+    "contact: 1 name for 2 nodes": {"contact": ["one"]},
     "contact of node 1: 3; give a printable text": {"contact": ["one", 3]},
     "width: -1 at node 1; give the length or area that the node collects, > 0": {
         "width": [1.0, -1.0]

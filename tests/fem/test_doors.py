@@ -122,9 +122,9 @@ WHOLE = element(K, list(dict.fromkeys(LABELS[:, 0].tolist())), [(1, 2, 3)] * 22)
     (
         "*MATRIX,TYPE=STIFFNESS",
         "*MATRIX,TYPE=MASS",
-        r"bad\.mtx has 1 elements, 22 nodes and 0 numbers of a stiffness; write it with \*SUBSTRUCTURE",
+        r"bad\.mtx has elements: 1, nodes: 22, numbers of a stiffness: 0; write it with \*SUBSTRUCTURE",
     ),
-    ("** ELEMENT NODES", "** NODES", "has 1 elements, 0 nodes"),
+    ("** ELEMENT NODES", "** NODES", "has elements: 1, nodes: 0"),
     ("*USER ELEMENT", "*USER ELEMENT, NODES= 1, LINEAR\n*USER ELEMENT", "has 2 elements"),
     ("1, 2, 3\n*MATRIX", "1, 2\n*MATRIX", r"has 2211 numbers, not 990 for a triangle of 44 rows"),
     (
@@ -284,7 +284,7 @@ def test_other_files_of_nastran_are_refused(tmp_path):
         (
             "a.op4",
             {},
-            r"labels: none, and a\.op4 has 66 rows, not six for each of the 0 grid points",
+            r"labels: none, and a\.op4 has 66 rows, not six for each of 0 grid points",
         ),
         ("a.op4", {"deck": bdf}, "not six for each of the 32 grid points"),
         ("a.op4", {"labels": LABELS[:5]}, "of the size of the labels, 5"),

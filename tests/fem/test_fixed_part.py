@@ -327,7 +327,7 @@ def test_the_loads_of_corners_and_what_is_said_of_a_cycle():
 
 def test_bad_fixed_parts_are_refused():
     messages = {
-        ": 1 loads for 2 corners": [{}],
+        ": 1 load for 2 corners": [{}],
         ": a dict": {"P": 1.0},
         r"\[0\]\['P'\]: nan": [{"P": np.nan}, {}],
         r"\[0\]: a float": [1.0, 2.0],

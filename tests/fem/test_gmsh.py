@@ -215,7 +215,7 @@ LEFT_OUT = [
     ),
     (
         {"bodies": ("upper",)},
-        "a.msh: boundary 'bottom': [0-9]+ of its [0-9]+ faces belong to no element; put the body beside it into a group",
+        "a.msh: boundary 'bottom': faces that belong to no element: [0-9]+ of [0-9]+; put the body beside it into a group",
     ),
     ({"groups": ("nowhere",)}, "a.msh: boundary 'nowhere': it names no faces"),
 ]

@@ -301,6 +301,6 @@ def test_what_a_contact_of_quadratic_bodies_cannot_be_is_named():
     points[:, inside_out.dofs.facet_dofs[0, 0]] += 0.4
     with pytest.raises(
         fo.ModelError,
-        match=r"elements are not convex or have no area, .*; mesh finer, or with straight sides",
+        match=r"elements that are not convex or have no area: .*; mesh finer, or with straight sides",
     ):
         fo.Body(replace(inside_out, doflocs=points))

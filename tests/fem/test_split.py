@@ -70,7 +70,7 @@ BAD = {
     "materials: subdomain 'bolt' is unknown; this mesh names ['block', 'punch']": {
         "materials": {"bolt": ONE}
     },
-    "materials: 6 elements are in none of ['punch']": {"materials": {"punch": ONE}},
+    "materials: elements that are in none of ['punch']: 6": {"materials": {"punch": ONE}},
     "materials: subdomain 'all' shares elements with 'punch'": {
         "mesh": whole(punch=UPPER, all=lambda x: x[1] < 5),
         "materials": {"punch": ONE, "all": ONE},

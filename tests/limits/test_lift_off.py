@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.base import progress
+from frictopt.base import number_of, progress
 from frictopt.limits import Question, pose
 from frictopt.limits.lift_off import Ordered
 from helpers.cases import few
@@ -69,7 +69,9 @@ def test_a_pin_rests_though_its_sides_lift_off_in_each_cycle(
     assert rests(contact, PIN, friction, 0.9999 * limit.load_factor, initial_slip=limit.slip)
     assert not rests(contact, PIN, friction, 1.001 * limit.load_factor, initial_slip=limit.slip)
     assert (
-        f"{opening} nodes that open and close in this order" in limit.reason
+        number_of(opening, "node that opens and closes", "nodes that open and close")
+        + " in this order"
+        in limit.reason
         and "another order" in limit.covers
     )
     assert (

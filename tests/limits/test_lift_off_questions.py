@@ -62,7 +62,7 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
         assert not fo.safe_slip(pin, PIN, 0.8, load_factor).exists
         assert safe.margin == pytest.approx(margin_in_order(safe, *safe._question.order), abs=1e-7)
         assert (
-            f"{safe.events['node'].nunique()} of them open and close" in safe.reason
+            f"open and close in each cycle: {safe.events['node'].nunique()} (events)" in safe.reason
             and (safe.open_share > 0).any()
         )
     assert fo.steady_state(pin, PIN, 0.8, load_factor, initial_state=safe.state).dissipation < 1e-9

@@ -309,7 +309,7 @@ def test_what_is_said_of_it(rounded):
         f"with {count} of 25 nodes open: no"
     )
     assert (
-        f"these {count} nodes open and the others closed" in limit.covers
+        f"{count} nodes open (`open`) and the others closed" in limit.covers
         and limit.reason in explained(limit)
     )
     table = limit.to_frame()

@@ -454,7 +454,7 @@ def test_less_friction_is_enough_with_the_node_that_it_leaves_open():
     assert required.open.tolist() == [False, True]
     assert (
         required.reason
-        == "no residual slip is safe with less, 1 nodes open and the others closed: see the mechanism"
+        == "no residual slip is safe with less, 1 node open and the others closed: see the mechanism"
     )
     opened, pressed = (fo.shakedown_limit(contact, cycle, f) for f in (0.25, 0.3))
     assert (
@@ -491,5 +491,5 @@ def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
     assert required.open.tolist() == [True, False]
     assert (
         required.reason
-        == "no residual slip is safe with less, 1 nodes open and the others closed: see the mechanism"
+        == "no residual slip is safe with less, 1 node open and the others closed: see the mechanism"
     )

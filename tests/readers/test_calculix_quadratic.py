@@ -181,7 +181,7 @@ def test_faces_with_free_midside_nodes_make_no_pairs(tmp_path):
     with pytest.raises(
         fo.ModelError,
         match=re.escape(
-            "nodes: no facet of the outline lies between these 1 nodes; give the nodes of a face"
+            "nodes: no facet of the outline lies between these nodes (1); give the nodes of a face"
         ),
     ):
         job.with_linear_faces([0])

@@ -44,9 +44,9 @@ def test_modes_stand_in_the_order_of_the_rows(tmp_path):
     (
         "",
         [[7, 1]],
-        r"modes: .*job\.dat' has 0 frequencies and 0 modes; give the .dat of a step of \*FREQUENCY with \*NODE PRINT",
+        r"modes: .*job\.dat' has frequencies: 0, modes: 0; give the .dat of a step of \*FREQUENCY with \*NODE PRINT",
     ),
-    (MODE.replace("N U M B E R", "-"), [[7, 1]], "has 1 frequencies and 0 modes"),
+    (MODE.replace("N U M B E R", "-"), [[7, 1]], "has frequencies: 1, modes: 0"),
     (MODE, [[7, 1], [8, 1]], "has no displacement of node 8 of the matrix; print U of all nodes"),
     (MODE.replace("displacements", "forces"), [[7, 1]], "has no displacement of node 7"),
     (MODE, [[7, 1], [7, 6]], "modes: the matrix has unknowns that are no displacements of nodes"),

@@ -141,7 +141,7 @@ def test_unknown_loads_are_refused(punch):
             [0.0, 0.0],
             [1.0, -0.2],
             0.5,
-            ["1 of 2 nodes", "open under the mean load alone", "settled, with 1 nodes open"],
+            ["1 of 2 nodes", "open under the mean load alone", "settled, with 1 node open"],
         ),
     ],
 )
