@@ -125,7 +125,7 @@ WHOLE = element(K, list(dict.fromkeys(LABELS[:, 0].tolist())), [(1, 2, 3)] * 22)
         r"bad\.mtx has elements: 1, nodes: 22, numbers of a stiffness: 0; write it with \*SUBSTRUCTURE",
     ),
     ("** ELEMENT NODES", "** NODES", "has elements: 1, nodes: 0"),
-    ("*USER ELEMENT", "*USER ELEMENT, NODES= 1, LINEAR\n*USER ELEMENT", "has 2 elements"),
+    ("*USER ELEMENT", "*USER ELEMENT, NODES= 1, LINEAR\n*USER ELEMENT", "has elements: 2"),
     ("1, 2, 3\n*MATRIX", "1, 2\n*MATRIX", r"has 2211 numbers, not 990 for a triangle of 44 rows"),
     (
         "1, 2, 3\n*MATRIX",

@@ -1,0 +1,391 @@
+"""The table of `claims.md`: `python docs/claims.py` writes it anew.
+
+The text of a sentence stands in `frictopt/limits`. Its source and its tests stand here, because no
+user needs them at run time. What it assumes stands beside its text, or here if sentences share it.
+To add a sentence, write it as a `Sentence` there, give it a row here, and run this file.
+`tests/repository/test_claims.py` fails for a sentence without a row, assumption or test.
+"""
+
+import re
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+PAGE = Path(__file__).with_name("claims.md")
+HEAD = "| sentence | said by | holds if | source | test |\n|---|---|---|---|---|\n"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A row of the table.
+
+    `sentences` are names `file.NAME` of sentences in `frictopt/limits`. `also` is what claims the
+    same elsewhere: attributes, pages, errors. If `holds_if` is empty, the row has what its
+    sentences assume.
+    """
+
+    sentences: str
+    by: str
+    source: str
+    tests: str
+    holds_if: str = ""
+    also: str = ""
+
+    @property
+    def texts(self) -> list[str]:
+        """The sentences, with dots in place of values."""
+        return [shortened(text_of(name)) for name in self.sentences.split()]
+
+    @property
+    def row(self) -> str:
+        """The row of the table."""
+        said = "; ".join([*self.texts, *filter(None, [self.also])])
+        assumed = [getattr(sentence_of(name), "assumes", "") for name in self.sentences.split()]
+        holds_if = self.holds_if or "; ".join(dict.fromkeys(filter(None, assumed)))
+        tests = ", ".join(f"`{test}`" for test in self.tests.split())
+        cells = [said, self.by, holds_if, self.source, tests]
+        if not all(cells):
+            raise ValueError(f"{self.sentences}{self.also}: an empty cell in {cells}")
+        return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |\n"
+
+
+def sentence_of(name: str) -> object:
+    """The sentence with a name `file.NAME` in `frictopt/limits`: a `Sentence`, or a text."""
+    file, constant = name.split(".")
+    return getattr(import_module(f"frictopt.limits.{file}"), constant)
+
+
+def text_of(name: str) -> str:
+    """The text of a sentence."""
+    sentence = sentence_of(name)
+    return str(getattr(sentence, "text", sentence))
+
+
+def shortened(text: str) -> str:
+    """A text with dots in place of its values."""
+    text = text.replace("{slip}", "residual slip")
+    return re.sub(r"(\{[^{}]*\})+", "…", text).strip(" ;:,")
+
+
+CLAIMS = (
+    Claim(
+        "sentences.HIGHEST",
+        by="`ShakedownLimit`, README, index, checked, theory, glossary, validity",
+        holds_if="the nodes of `limit.open` stay open and all others closed at every corner, also under a static load of one corner; with `limit.events` these nodes open and close in this order",
+        source='multipliers (theory, eq. (8); "Nodes that open and close in each cycle")',
+        tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_lift_off::test_a_pin_rests_though_its_sides_lift_off_in_each_cycle",
+        also='`bound`; "from both sides"',
+    ),
+    Claim(
+        "sentences.OTHERS_OPEN sentences.BOUND_COVERS",
+        by="`ShakedownLimit`",
+        source="multipliers, which say nothing of other patterns",
+        tests="test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_own_constraints::test_constraints_that_nothing_obeys_are_named",
+    ),
+    Claim(
+        "sentences.STATIC",
+        by="`ShakedownLimit`",
+        holds_if="all corners are one load, without constraints of the user; all nodes closed",
+        source="multipliers, and those of `gross_slip`",
+        tests="test_claims::test_under_a_static_load_a_contact_rests_above_its_bound",
+    ),
+    Claim(
+        "",
+        also="states of rest with … all through the cycle; with others open, or nodes that open and close, the contact may rest above it; states of rest with …; with others, or in another order, the contact may rest above it; `covers`",
+        by="`ShakedownLimit`",
+        holds_if="the nodes of `limit.open` stay open, all others closed",
+        source="multipliers",
+        tests="test_patterns::test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds",
+    ),
+    Claim(
+        "sentences.NOTHING_SAFE sentences.NO_FRICTION sentences.NO_PRESSURE",
+        by="`ShakedownLimit`",
+        holds_if="the same nodes closed; one that opens and closes may rest",
+        source="multipliers",
+        tests="test_claims::test_where_nothing_is_safe_nothing_is_proven_of_starts test_spatial_embedded::test_a_node_that_alone_keeps_the_limit_at_zero_is_named",
+    ),
+    Claim(
+        "sentences.CONTRADICTED",
+        by="`ShakedownLimit`",
+        source="multipliers of the rows that contradict each other",
+        tests="test_own_constraints::test_constraints_that_nothing_obeys_are_named",
+    ),
+    Claim(
+        "sentences.UNSAFE_BELOW",
+        by="`ShakedownLimit`, `least` of `GuaranteedLimit`",
+        holds_if="the same nodes closed: below it slip, opening or touching goes on from every start",
+        source="multipliers",
+        tests="test_least_load::test_two_uncoupled_nodes_by_hand",
+        also="`least`",
+    ),
+    Claim(
+        "sentences.START_UNKNOWN",
+        by="`ShakedownLimit`",
+        source="said where there is no proof",
+        tests="test_least_load::test_where_rounding_hides_the_least_load_factor_the_limit_stands_and_says_so",
+    ),
+    Claim(
+        "sentences.INFINITE",
+        by="`ShakedownLimit`",
+        holds_if="always: it is a slip that obeys the law. It may be larger than assembly leaves",
+        source='a point that obeys all rows and a direction from there, checked in each run (theory, "Numerics below cvxpy")',
+        tests="test_least_load::test_one_node_without_a_largest_load_factor",
+    ),
+    Claim(
+        "sentences.CHOSEN",
+        by="`ShakedownLimit`",
+        source="multipliers",
+        tests="test_own_constraints::test_rows_equations_norms_and_objectives_of_slip_load_factor_and_reactions",
+    ),
+    Claim(
+        "sentences.ONLY_SLIP_PRESSES",
+        by="`ShakedownLimit`",
+        source="the sign of its force under the mean load without slip",
+        tests="test_reasons::test_a_node_that_only_slip_presses_is_named",
+    ),
+    Claim(
+        "sentences.BELONGS_TO_MESH",
+        by="`ShakedownLimit`, `GuaranteedLimit`",
+        source="observed on meshes of smooth contacts",
+        tests="test_walking::test_the_limit_of_a_cylinder_under_constant_pressure_falls_with_the_mesh_to_zero",
+    ),
+    Claim(
+        "",
+        also="what slip and gaps make in every cycle, from every start",
+        by="`LeastSlip`, `least_slip`, theory",
+        holds_if="open nodes carry nothing; `total`, of slip alone: all nodes stay closed",
+        source="multipliers (theory, eq. (20))",
+        tests="test_open_nodes::test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_nodes_carry_nothing",
+    ),
+    Claim(
+        "safe_slip._SAFE safe_slip._EVENTS",
+        by="`SafeSlip`",
+        holds_if="always: the slip obeys the law at every corner",
+        source="the contact law, checked in each run",
+        tests="test_lift_off_questions::test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it",
+    ),
+    Claim(
+        "safe_slip._NONE_SAFE safe_slip._OTHERS_OPEN",
+        by="`SafeSlip`",
+        holds_if="the same nodes closed; nodes that open and close may rest, too",
+        source="multipliers",
+        tests="test_claims::test_under_a_static_load_a_contact_rests_above_its_bound",
+    ),
+    Claim(
+        "required_friction._LESS_IS_NOT_SAFE required_friction._UNDECIDED",
+        by="`RequiredFriction`",
+        holds_if="all nodes closed, or those open that it counts; where nodes open and close in each cycle, that less is not enough is what the search finds",
+        source="multipliers",
+        tests="test_required_friction::test_it_is_proven_from_both_sides",
+        also='"from both sides"',
+    ),
+    Claim(
+        "required_friction._NONE_NEEDED",
+        by="`RequiredFriction`",
+        holds_if="always: the slip obeys the law at every corner",
+        source="the contact law, checked in each run",
+        tests="test_required_friction::test_where_no_friction_is_needed",
+    ),
+    Claim(
+        "required_friction._WITH_EVENTS",
+        by="`RequiredFriction`",
+        holds_if="asked with events: `slip` is checked; of less friction only nodes that stay as they are have a proof",
+        source="checked in each run, and the search",
+        tests="test_lift_off_questions::test_required_friction_agrees_with_the_limit_from_both_sides",
+    ),
+    Claim(
+        "required_friction._NONE_IS_ENOUGH required_friction._LOADS_OPEN",
+        by="`RequiredFriction`",
+        holds_if="all nodes closed; with open ones no friction may be needed",
+        source="multipliers",
+        tests="test_required_friction::test_less_friction_is_enough_with_the_node_that_it_leaves_open",
+    ),
+    Claim(
+        "safe_region._SIDES safe_region._NONE_SAFE safe_region._ALL_SAFE safe_region._ONE_UNLIMITED",
+        by="`SafeRegion`",
+        holds_if="the same nodes closed: those of the limit under both loads",
+        source="multipliers",
+        tests="test_open_nodes::test_amplitudes_of_two_loads_with_a_node_that_stays_open",
+    ),
+    Claim(
+        "design._BEST design._OTHERS_OPEN",
+        by="`Design`",
+        holds_if="the nodes of `opens` stay open in each scenario, all others closed",
+        source="multipliers",
+        tests="test_design_opens::test_the_best_design_of_random_contacts_is_that_of_its_open_nodes",
+    ),
+    Claim(
+        "design._STOPS",
+        by="`Design`",
+        holds_if="the nodes of `opens` stay open in each scenario, all others closed; `bound` is that of the larger designs",
+        source="`bound`: multipliers; where others open: a search",
+        tests="test_design_search::test_a_design_that_would_open_other_nodes_is_made_smaller",
+    ),
+    Claim(
+        "",
+        also="no design is safe at any load factor with all nodes closed; no design is safe at any load factor above 0 with all nodes closed",
+        by="`DesignModel`",
+        holds_if="all nodes closed",
+        source="multipliers",
+        tests="test_design_refused::test_designs_that_cannot_be_name_the_constraints_that_contradict",
+    ),
+    Claim(
+        "sentences.CRITICAL sentences.BOTH_BOUNDS sentences.BOUNDS_IN_SPACE sentences.AT_EVERY_LOAD sentences.UNLOADED",
+        by="`GuaranteedLimit`",
+        holds_if="always: the slip of the answer brings this node to these bounds",
+        source="the contact law, checked in each run",
+        tests="test_limit_kinds::test_the_reason_of_a_witness_names_node_and_corners test_least_load::test_the_guaranteed_limit_of_an_interval test_reasons::test_a_node_that_slip_unloads_is_named",
+    ),
+    Claim(
+        "sentences.WEDGED",
+        by="`GuaranteedLimit`",
+        source="the stiffness of this node alone (Klarbring 1990)",
+        tests="test_reasons::test_a_node_that_may_wedge_itself_is_named",
+    ),
+    Claim(
+        "sentences.ONLY_AT_LEAST",
+        by="`GuaranteedLimit`",
+        source="multipliers of each node",
+        tests="test_guaranteed_zero::test_where_loads_press_the_node_more_than_they_shear_it_is_no_witness",
+    ),
+    Claim(
+        "",
+        also='lambda_1 is lambda_2, because the contact is uncoupled (B = 0); `proven`; "a theorem"; "from every start"; "shakedown is certain"',
+        by="`GuaranteedLimit`, `GuaranteedModel`, `guaranteed_limit`, theory, validity, glossary, faq, tutorial/punch",
+        holds_if="B is zero for all nodes up to rounding: pressures and gaps then do not depend on slip, so open nodes stay open and closed ones closed from every start",
+        source="Klarbring, Ciavarella & Barber (2007); with B = 0 its proof holds where nodes are open, too: these carry nothing",
+        tests="test_claims::test_a_proven_guaranteed_limit_holds_from_starts_that_open_and_close_nodes",
+    ),
+    Claim(
+        "",
+        also="not said where the closed nodes alone are uncoupled",
+        by="`GuaranteedLimit`",
+        holds_if="-",
+        source="a start that closes an open node couples them",
+        tests="test_claims::test_a_guaranteed_limit_is_not_proven_where_the_closed_nodes_alone_are_uncoupled",
+    ),
+    Claim(
+        "",
+        also="not said where f B = 0 and B is not",
+        by="`GuaranteedLimit`",
+        holds_if="-",
+        source="a start that opens a node without friction couples the others",
+        tests="test_claims::test_a_node_without_friction_couples_the_others_once_a_start_opens_it",
+    ),
+    Claim(
+        "",
+        also="need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no load factors lie between",
+        by="`record.left_out`",
+        holds_if="the same, all nodes closed",
+        source="`reference.uncoupled_limit`",
+        tests="test_claims::test_without_any_friction_a_contact_is_uncoupled_only_where_it_is",
+    ),
+    Claim(
+        "sentences.SAME_LIMIT",
+        also="lambda_1 is lambda_2, because no node is critical below it; the nodes that need no program cannot be critical below the limit, by a lower bound, or can only lift off where they are critical, or have no friction",
+        by="`GuaranteedLimit`",
+        holds_if="it is said of critical nodes. That no start slips for ever below is an observation, of starts that keep nodes closed",
+        source="multipliers of each node",
+        tests="test_guaranteed::test_any_cycle_against_linear_programs_of_all_corners",
+    ),
+    Claim(
+        "sentences.LIFTING",
+        by="`GuaranteedLimit`",
+        source="some do",
+        tests="test_open_nodes::test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed_limit",
+    ),
+    Claim(
+        "",
+        also="what wears off, `proven`",
+        by="`worn_in`, `WornIn`, validity",
+        holds_if="B = 0, A = alpha C, one friction, loads on a line; else refused",
+        source="theory, eq. of the worn-in profile",
+        tests="test_worn_in::test_simulated_wear_ends_there",
+    ),
+    Claim(
+        "",
+        also="damping is zero from every start below the guaranteed limit, and from none above the shakedown limit",
+        by="`BackboneCurve`, `backbone_curve`, theory",
+        holds_if="nodes stay closed and have friction; below it, a theorem only where `proven`",
+        source="as above",
+        tests="test_backbone::test_damping_below_the_guaranteed_limit_where_a_node_opens_and_closes",
+    ),
+    Claim(
+        "",
+        also="limits and work of one node, or of uncoupled ones, from every start",
+        by="`uncoupled_limit`, `single_node_dissipation`, `smallest_circle_limit`",
+        holds_if="nodes stay closed",
+        source="Klarbring, Ciavarella & Barber (2007)",
+        tests="test_spatial_limits::test_uncoupled_nodes_are_limited_by_the_smallest_circle_around_their_shears",
+    ),
+    Claim(
+        "gross_slip._ABOVE gross_slip._BELOW gross_slip._NO_STATE gross_slip._APART gross_slip._UNBALANCED",
+        by="`GrossSlip`, theory",
+        holds_if="the supports and loads are those of the system: of its stiffness only the rigid motions count",
+        source="a rigid motion in which contact forces do no negative work (theory, eq. (33))",
+        tests="test_gross_slip::test_only_the_rigid_motions_of_a_stiffness_count_and_no_gap_does",
+        also="`bound`",
+    ),
+    Claim(
+        "gross_slip._HELD",
+        by="`GrossSlip`",
+        holds_if="the stiffness has no rigid motion that the contact alone holds",
+        source="the rigid motions of the stiffness",
+        tests="test_gross_slip::test_held_bodies_never_slide_off",
+    ),
+    Claim(
+        "gross_slip._ALL",
+        by="`GrossSlip`",
+        holds_if="forces within friction balance the loads; whether the contact finds them is not said",
+        source="a point that obeys all rows and a direction from there, checked in each run",
+        tests="test_gross_slip::test_random_faces_in_the_plane_agree_with_scipy",
+    ),
+    Claim(
+        "gross_slip._NOT_ABOVE gross_slip._NOWHERE gross_slip._UNKNOWN gross_slip._GOES_ON",
+        by="`GrossSlip`, theory",
+        holds_if="found, not proven: another start may slide off elsewhere",
+        source="transients from no slip",
+        tests="test_gross_slip::test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit",
+    ),
+    Claim(
+        "",
+        also="`bound_for_all`, `proven`",
+        by="`ShakedownLimit`",
+        holds_if="the same: it is `bound` of `gross_slip`",
+        source="the same",
+        tests="test_gross_slip::test_limits_of_all_states_and_of_some",
+    ),
+    Claim(
+        "",
+        also="no start with all nodes closed opens one up to a load factor, nor rests between the limit with all nodes closed and it; `stays_closed`",
+        by="`ShakedownLimit`, theory",
+        holds_if="all nodes are closed at the start, and the loads are those of the cycle: between its mean and its corners",
+        source='multipliers, one program a node (theory, "What is proven for which states")',
+        tests="test_stays_closed::test_no_start_with_closed_nodes_opens_one_or_rests_above_the_limit",
+    ),
+    Claim(
+        "",
+        also="the range of the work of friction over starts; what each start ends in",
+        by="`dissipation_range`, `dissipation_study`",
+        holds_if="found, not proven: another start may do more",
+        source="transients",
+        tests="test_dissipation_range::test_the_least_orbit_slips_as_little_as_is_proven",
+    ),
+    Claim(
+        "",
+        also="above the limit the contact slips in every cycle, whatever the start; below it not from every start",
+        by="theory, tutorial/spatial, tutorial/joint, tutorial/punch, tutorial/which",
+        holds_if="all nodes stay closed",
+        source="multipliers",
+        tests="test_claims::test_a_closed_contact_rests_above_its_bound_with_nodes_that_open_and_close",
+    ),
+)
+
+
+def page(text: str) -> str:
+    """The page with its table made anew: all of it from the head of the table on."""
+    return text.partition(HEAD)[0] + HEAD + "".join(claim.row for claim in CLAIMS)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
