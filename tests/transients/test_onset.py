@@ -242,7 +242,7 @@ def test_a_picture_and_the_reason_tell_the_settled_mean_load():
         1,
     )
     assert found.plot().get_title() == "contact under the settled mean load, at the onset of slip"
-    assert "with 1 nodes open" in found.reason and "touch" in repr(found)
+    assert "with 1 node open" in found.reason and "touch" in repr(found)
     free = fo.ContactSystem.from_blocks(
         np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), [0, 1], pair.bonded
     )  # nothing holds the open node
