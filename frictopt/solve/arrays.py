@@ -77,6 +77,11 @@ class Arrays(RowsInCones):
         return csr_array(self.sparse[:, :width].toarray() + self.sparse[:, width:] @ self.block)
 
     @cached_property
+    def dense(self) -> Array:
+        """The matrix of all rows, for the polish, whose equations are dense anyway."""
+        return np.asarray(self.matrix.toarray())
+
+    @cached_property
     def cones(self) -> list[Integers]:
         """The rows of the cones, (n, d) for each size d."""
         return [
@@ -237,19 +242,19 @@ class _Active:
         The Hessian is the negative one of the sum of these values, weighted by the multipliers m.
         """
         vanishing, *on_boundary = self.rows
-        matrix = self._program.matrix
+        matrix = self._program.dense
         s = self._program.slack(x)
         n = len(x)
         values = [s[vanishing]]
-        gradients = [-matrix[vanishing].toarray()]
+        gradients = [-matrix[vanishing]]
         hessian = np.zeros((n, n))
         first = len(vanishing)
         for cone in on_boundary:
             radius, unit = _directed(s[cone[:, 1:]])
-            sides = -matrix[cone[:, 1:].ravel()].toarray().reshape(*unit.shape, n)
+            sides = -matrix[cone[:, 1:]]
             along = np.einsum("ri,riz->rz", unit, sides)
             values.append(s[cone[:, 0]] - radius)
-            gradients.append(-matrix[cone[:, 0]].toarray() - along)
+            gradients.append(-matrix[cone[:, 0]] - along)
             multipliers = m[first : first + len(cone)]
             weight = np.sqrt(np.maximum(multipliers, 0.0) / radius)
             across = (sides - unit[:, :, None] * along[:, None]) * weight[:, None, None]

@@ -49,7 +49,7 @@ def best(contact, scenarios, preloads, profile, own):
 def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, tangents):
     """Built in and asked anew it has the same limit, which no scenario is below."""
     found, rel = 0, 1e-7 if tangents == 1 else 1e-6
-    for seed in range(12, 60) if part else range(12):
+    for seed in range(12, 60) if part else range(few(12, 5)):
         rng = np.random.default_rng(seed)
         nodes, bolts, profile = (
             int(rng.integers(1, 5)),
@@ -117,7 +117,7 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
         for (cycle, f), slip in zip(design.scenarios, design.slips, strict=True):
             q, p = at_corners(design.system, cycle, design.load_factor, slip)
             assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() <= 1e-8
-    assert found >= 6
+    assert found >= few(12, 5) // 2
 
 
 def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from helpers.cases import few
 from helpers.systems import CYCLE, random_system
 
 A = np.array([[2.0, -0.5, 0.0], [-0.5, 2.0, -0.5], [0.0, -0.5, 2.0]])
@@ -34,7 +35,7 @@ def with_a_bolt(seed, nodes):
     return system.with_bonded({"mean": (q, p), "bolt": bolt}), float(rng.uniform(0.3, 0.8))
 
 
-@pytest.mark.parametrize("seed", [4, 6, 7])
+@pytest.mark.parametrize("seed", few([4, 6, 7], 1))
 def test_the_search_begins_without_a_design_too(seed):
     """All nodes closed have a design, a worse one. Whatever the bound, no design obeys it."""
     system = pulled_open(seed)

@@ -121,7 +121,7 @@ def test_of_two_blocks_the_one_that_is_pushed_slides():
     )
 
 
-@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("axes", few([3, 2], 1))
 def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes):
     """A plate between two flat faces: each holds f P, whether the force P clamps it or rigid jaws
     do, whose pressure statics cannot know."""
@@ -272,7 +272,7 @@ def by_scipy(motions, friction, r0, r1, least=False):
 
 def test_random_faces_in_the_plane_agree_with_scipy():
     kinds = []
-    for seed in range(60):
+    for seed in range(few(60)):
         rng = np.random.default_rng(seed)
         n = int(rng.integers(2, 7))
         x = np.sort(rng.uniform(-1, 1, n))
@@ -327,7 +327,7 @@ def test_random_faces_in_the_plane_agree_with_scipy():
 
 def test_random_faces_in_space_agree_with_the_program_of_the_motions():
     finite = 0
-    for seed in range(20):
+    for seed in range(few(20)):
         rng = np.random.default_rng(seed)
         n = int(rng.integers(3, 8))
         points, normals = (

@@ -13,7 +13,7 @@ import frictopt as fo
 from frictopt.base import number_of, progress
 from frictopt.limits import Question, pose
 from frictopt.limits.lift_off import Ordered
-from helpers.cases import few
+from helpers.cases import ALL_CASES, few
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, random_system, system
@@ -125,7 +125,7 @@ def test_the_cycle_that_is_followed_opens_the_nodes_where_the_limit_says(pin):
 )
 def test_small_contacts_against_every_order(draw, nodes, seeds):
     opening = 0
-    for seed in seeds:
+    for seed in few(seeds, 4):
         rng = np.random.default_rng(seed)
         contact, friction = draw(rng, nodes), float(rng.uniform(0.1, 1.0))
         limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
@@ -137,7 +137,7 @@ def test_small_contacts_against_every_order(draw, nodes, seeds):
             assert rests(
                 contact, CYCLE, friction, 0.999 * limit.load_factor, initial_slip=limit.slip
             )
-    assert opening > 1
+    assert opening > (1 if ALL_CASES else 0)
 
 
 def test_one_node_on_a_vertical_spring_opens_and_never_slips():

@@ -70,7 +70,7 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
 
 
 def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
-    for contact, friction, limit in opening(few(3)):
+    for contact, friction, limit in opening(few(3, 1)):
         below, above = (
             fo.safe_slip(contact, CYCLE, friction, share * limit.load_factor, events=True)
             for share in (0.999, 1.001)

@@ -7,13 +7,15 @@ from hypothesis import Phase, assume, example, given, settings
 from hypothesis import strategies as st
 
 import frictopt as fo
-from helpers.cases import few
+from helpers.cases import ALL_CASES, few
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
 from helpers.systems import CYCLE, random_system
 
 STEP = 1e-6
 EXAMPLES = settings(phases=[Phase.explicit])  # alone
+# Those that are written, and a random one with all cases.
+WRITTEN = settings(max_examples=1, phases=None if ALL_CASES else [Phase.explicit])
 
 
 def agrees(rate, limit, asked, slack=1e-4):
@@ -62,7 +64,7 @@ def rates_agree(ask, contact, cycle, f, most=None, slack=1e-4):
 
         assert row.amplitude == parts[kind][k].get(case, 0.0)
         agrees(row.rate, limit, moved, slack)
-    for node, here in enumerate(np.eye(n)):
+    for node, here in enumerate(few([*np.eye(n)])):
         fitted = contact.with_interference({"fit": here})
         agrees(
             limit.interference_rate[node],
@@ -125,7 +127,7 @@ def test_with_open_nodes(seed):
     rates_agree(fo.shakedown_limit, contact, CYCLE, 0.5)
 
 
-@settings(max_examples=1)
+@WRITTEN
 @given(
     seed=st.integers(0, 10**6),
     nodes=st.integers(2, 4),
@@ -158,10 +160,7 @@ def test_of_the_guaranteed_limit_in_space(seed):
     rates_agree(fo.guaranteed_limit, contact, cycle, 0.6, slack=1e-3)
 
 
-@EXAMPLES
-@given(seed=st.integers())
-@example(seed=1)
-@example(seed=2)
+@pytest.mark.parametrize("seed", few([1, 2], 1))
 def test_of_the_guaranteed_limit_with_open_nodes(seed):
     contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap(
         [0.0, 0.0, 3.0, 0.0]

@@ -56,7 +56,7 @@ def test_the_limit_in_space_is_that_of_cones_in_all_slips_and_gaps(seed):
     assert not q[:, limit.open].any() and not p[:, limit.open].any()
 
 
-@settings(max_examples=few(3))
+@settings(max_examples=few(3, 1))
 @given(st.integers(0, 10**6))
 def test_a_plane_contact_in_space_has_the_same_limit_and_open_nodes(seed):
     contact, friction, limit = open_contact(seed, most_nodes=4)
@@ -134,7 +134,7 @@ def test_every_cycle_above_the_limit_slips_as_much_as_is_proven_while_the_open_n
     assert least.of(slip, gap) >= least.bound - 1e-8 * (1 + np.abs(slip).max())
 
 
-@pytest.mark.parametrize("seed", [3, 5, 11])
+@pytest.mark.parametrize("seed", few([3, 5, 11], 1))
 def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
     contact, cycle, best = open_in_space(seed, nodes=4)
     assert best.residual <= 1e-9
@@ -222,7 +222,7 @@ def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed
     )
 
 
-@pytest.mark.parametrize("seed", [1, 17])
+@pytest.mark.parametrize("seed", few([1, 17], 1))
 def test_no_set_that_differs_by_one_node_is_better(seed):
     contact, cycle, best = open_in_space(seed, nodes=9)
     with warnings.catch_warnings():

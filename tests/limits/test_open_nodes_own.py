@@ -87,7 +87,7 @@ def agrees(contact, cycle, f, limit, seed):
     return model, own, found
 
 
-@settings(max_examples=few(6))
+@settings(max_examples=few(6, 1, 6))
 @given(seeds, st.sampled_from([CYCLE, THREE]))
 def test_the_limit_under_rows_on_all_nodes(seed, cycle):
     contact, f, limit = open_contact(seed, cycle=cycle)
@@ -107,7 +107,7 @@ def test_the_limit_under_rows_on_all_nodes(seed, cycle):
     )
 
 
-@settings(max_examples=few(4))
+@settings(max_examples=few(4, 1, 4))
 @given(seeds)
 def test_the_limit_in_space_under_rows_on_all_nodes(seed):
     contact, cycle, limit = open_in_space(seed)
@@ -115,7 +115,7 @@ def test_the_limit_in_space_under_rows_on_all_nodes(seed):
     agrees(contact, cycle, 0.6, limit, seed)
 
 
-@settings(max_examples=few(4))
+@settings(max_examples=few(4, 1, 4))
 @given(seeds)
 def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
     """Also where rows that all pressures obey contradict each other with all nodes closed."""
@@ -141,7 +141,7 @@ def test_a_safe_slip_under_the_same_rows_exists_up_to_that_limit(seed):
             assert "no residual slip, safe or not, obeys this" in str(error)
 
 
-@settings(max_examples=few(3))
+@settings(max_examples=few(3, 1))
 @given(seeds)
 def test_a_guaranteed_limit_under_rows_is_the_least_with_a_closed_node_on_both_bounds(seed):
     contact, f, limit = open_contact(seed)

@@ -457,14 +457,26 @@ def test_a_parameter_that_loses_its_value_is_named():
             model.solve(0.4, **asked)
 
 
-@BOTH
+PULLED = fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])
+
+
 @pytest.mark.parametrize(
-    "cycle",
-    [TURNS, fo.LoadCycle({"mean": -1.0}, [{"mean": 0.0}, {"mean": -0.1}])],
-    ids=["pressed", "pulled"],
+    ("kind", "cycle", "tangents"),
+    few(
+        [
+            (fo.ShakedownModel, TURNS, 1),
+            (fo.ShakedownModel, PULLED, 2),
+            (fo.GuaranteedModel, TURNS, 2),
+            (fo.GuaranteedModel, PULLED, 1),
+            (fo.ShakedownModel, TURNS, 2),
+            (fo.ShakedownModel, PULLED, 1),
+            (fo.GuaranteedModel, TURNS, 1),
+            (fo.GuaranteedModel, PULLED, 2),
+        ],
+        4,
+    ),
 )
-@pytest.mark.parametrize("kind", [fo.ShakedownModel, fo.GuaranteedModel])
-def test_one_model_answers_questions_in_every_order(tangents, cycle, kind):
+def test_one_model_answers_questions_in_every_order(kind, cycle, tangents):
     """Also after an answer without a slip."""
     contact = contact_of(np.random.default_rng(0), 2, tangents)
 
@@ -714,9 +726,12 @@ def test_constraints_on_a_contact_that_nothing_presses_say_that_nothing_is_safe(
     )
     assert model.solve(0.4).load_factor == 0.0
     for asked in (model, one_solver):
-        for own, objective in (
-            ([asked.slip <= 1e-3], None),
-            ([], asked.load_factor - cp.norm1(asked.slip[0])),
+        for own, objective in few(
+            [
+                ([], asked.load_factor - cp.norm1(asked.slip[0])),
+                ([asked.slip <= 1e-3], None),
+            ],
+            1,
         ):
             if asked is one_solver:
                 with pytest.raises(fo.SolverError, match="no answer within the tolerance"):

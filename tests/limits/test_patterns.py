@@ -149,16 +149,19 @@ def test_sets_that_less_friction_opens_are_tried_where_few_nodes_want_to_open(pa
     assert 0 < closed.load_factor < 0.03 < 0.95 < limit.load_factor and np.flatnonzero(
         limit.open
     ).tolist() == [0, 1, 2, 10, 11, 12]
-    assert np.diff(limits_by_friction(contact, paper_cycle, np.linspace(0.1, 1.2, 6))).min() > 0
+    assert (
+        np.diff(limits_by_friction(contact, paper_cycle, np.linspace(0.1, 1.2, few(6, 4)))).min()
+        > 0
+    )
 
 
-@pytest.mark.parametrize("seed", few([0, 5, 10, 13]))
+@pytest.mark.parametrize("seed", few([0, 5, 10, 13], 1, 4))
 def test_the_limit_never_falls_as_friction_grows(seed):
     limits = limits_by_friction(random_question(seed, 3, 6)[0], CYCLE, np.linspace(0.1, 1.2, 8))
     assert (limits[1:] >= limits[:-1] * (1 - 1e-7)).all()
 
 
-@pytest.mark.parametrize("load_factor", few([0.2, 0.95, 0.45, 0.7], 1))
+@pytest.mark.parametrize("load_factor", few([0.95, 0.2, 0.45, 0.7], 1, 4))
 def test_required_friction_is_the_threshold_of_the_limit(load_factor, punch, paper_cycle):
     contact = punch(12).with_gap(2.0 * punch(12).x ** 4)
     required = fo.required_friction(contact, paper_cycle, load_factor)
@@ -204,7 +207,7 @@ def test_a_load_below_the_least_of_the_best_pattern_rests_with_other_nodes_open(
     assert both.exists and not both.open.any()
 
 
-@pytest.mark.parametrize("seed", few([2, 5, 10]))
+@pytest.mark.parametrize("seed", few([2, 5, 10], 1))
 def test_order_of_nodes_units_and_repeats_change_nothing(seed):
     contact, friction = random_question(seed, 4, 6)
     limit, n = fo.shakedown_limit(contact, CYCLE, friction), contact.nodes

@@ -80,7 +80,7 @@ def test_required_friction_by_brute_force(seed, nodes, factor, coupling, most):
 
 
 @pytest.mark.parametrize("make", [open_contact, fixed_contact])
-@settings(max_examples=few(3))
+@settings(max_examples=few(3, 1))
 @given(seed=st.integers(0, 10**6))
 def test_required_friction_is_where_the_ends_of_the_safe_load_factors_cross_the_load(make, seed):
     """With nodes that stay open, and where a part of the cycle is fixed."""
@@ -208,7 +208,7 @@ def fir():
 
 
 @pytest.mark.parametrize(
-    "load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)])
+    "load_factor", few([0.944, 0.3, 1.049, *np.random.default_rng(18).uniform(0.05, 1.6, 6)], 1, 9)
 )
 def test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit(load_factor, fir):
     """At 0.944 the best set is next to one that the mean load opens with less friction, and not
@@ -279,7 +279,7 @@ def test_faces_that_lock_themselves_need_slips_without_bound():
         held[0].required > held[1].required > free.required
         and "within the slip bound" in held[0].reason
     )
-    for required, most in zip(held, (1e2, 1e4), strict=True):
+    for required, most in few([*zip(held, (1e2, 1e4), strict=True)], 1):
         less, more = (
             fo.shakedown_limit(contact, cycle, f, slip_bound=most).load_factor
             for f in (required.bound, required.required)

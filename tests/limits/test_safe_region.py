@@ -164,9 +164,9 @@ def test_in_space_every_ray_ends_between_both_polygons(seed):
 def test_in_space_open_nodes_stay_open():
     contact, _, limit = open_in_space(1)
     region = fo.safe_region(
-        contact, {"mean": 1.0}, ["a", [{"b": 0.7, "c": 0.2}]], 0.6, tolerance=0.05
+        contact, {"mean": 1.0}, ["a", [{"b": 0.7, "c": 0.2}]], 0.6, tolerance=0.1
     )
-    assert limit.open.any() and len(region.vertices) > 1 and region.gap <= 0.05
+    assert limit.open.any() and len(region.vertices) > 1 and region.gap <= 0.1
     for ray in ([1.0, 0.3], [0.2, 1.0]):
         other = fo.shakedown_limit(contact, region.cycle(*ray), 0.6).load_factor
         assert (

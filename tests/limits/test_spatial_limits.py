@@ -161,8 +161,9 @@ def test_nodes_that_hardly_feel_the_load_do_not_move_the_limit_by_the_rounding_o
 
 
 def test_limits_that_hang_on_small_multipliers_are_certified():
-    kinds = certified(range(30))
-    assert kinds["FINITE"] >= 28 and kinds["refused"] <= 1
+    number = few(30)
+    kinds = certified(range(number))
+    assert kinds["FINITE"] >= number - 2 and kinds["refused"] <= 1
 
 
 def wedged(seed):
@@ -202,7 +203,7 @@ def test_what_steps_miss_by_rounding_is_mended_where_slips_press_hard(seed):
 def test_no_limit_is_below_a_load_factor_that_polygons_find_safe():
     """A mechanism that stresses the contact a little bounds nothing where slips can be large."""
     compared = 0
-    for seed in [52, 91, 234, 319, 340, *range(12)]:
+    for seed in [52, 91, 234, 319, 340, *range(few(12))]:
         system, loads, f = wedged(seed)
         try:
             limit = fo.shakedown_limit(system, loads, f)
