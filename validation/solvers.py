@@ -27,7 +27,7 @@ import pandas as pd
 
 import frictopt as fo
 from studies.progress import each
-from studies.tables import Study, Table, markdown
+from studies.tables import Study, Table, markdown, two_digits
 
 # Solver in cvxpy -> package on PyPI.
 PACKAGES = {
@@ -214,7 +214,7 @@ def _without_answer(status: str) -> str:
     return "inaccurate" if status.endswith("inaccurate") else "refused"
 
 
-class _Process:
+class SolverProcess:
     """One worker, begun anew after a solver crashes or runs out of time."""
 
     def __init__(self) -> None:
@@ -250,7 +250,7 @@ def tried(parameters: Parameters) -> Iterator[Mapping[str, Any]]:
     printed = {unit: problems(parameters, unit) for unit in parameters.units}
     for solver in each([*installed, NO_SOLVER_NAMED], "solvers"):
         for method, options in METHODS.get(solver, {solver: {}}).items():
-            process = _Process()
+            process = SolverProcess()
             for unit, named in printed.items():
                 for name, problem in named.items():
                     row = process.solve(pickle.dumps(problem), solver, options, parameters.seconds)
@@ -297,11 +297,22 @@ def _report(table: pd.DataFrame) -> str:
             outcomes = part.loc[part["problem"] == name, "outcome"]
             letters = "".join(LETTERS.get(outcome, "") for outcome in outcomes)
             cells.append(f"`{letters}`" if letters else "")
-        rows.append([f"{solver} ({package})", *cells])
+        rows.append([f"{solver} ({package})", *cells, _milliseconds(part)])
     units = ", ".join(f"{unit:g}" for unit in dict.fromkeys(table["unit"]))
     meaning = ", ".join(f"`{letter}` {outcome}" for outcome, letter in LETTERS.items())
-    legend = f"A letter for each unit of force ({units}): {meaning}. No letters: the solver does not take such problems."
-    return f"{markdown(['solver', *names], rows)}\n\n{legend}"
+    legend = (
+        f"A letter for each unit of force ({units}): {meaning}. No letters: the solver does not "
+        "take such problems. *ms*: processor time of `solve` for the limit in the plane in the "
+        "unit 1, cvxpy included."
+    )
+    head = ["solver", *names, "ms"]
+    return f"{markdown(head, rows)}\n\n{legend}"
+
+
+def _milliseconds(part: pd.DataFrame) -> str:
+    """Processor time of the limit in the plane in the unit of force 1, with cvxpy's part."""
+    seconds = part.loc[(part["problem"] == "limit, plane") & (part["unit"] == 1.0), "seconds"]
+    return "" if seconds.isna().all() else two_digits(1e3 * seconds.iloc[0])
 
 
 _COLUMNS = {

@@ -11,7 +11,6 @@ from typing import Protocol, TypeVar
 
 import clarabel
 import cvxpy as cp
-import highspy
 import numpy as np
 from scipy.sparse import csc_array
 
@@ -19,6 +18,15 @@ from ..base import Array, Attempt, shown
 from ..errors import ModelError, SolverError
 from .arrays import Arrays
 from .interior_point import interior_point
+
+try:
+    import highspy
+except ImportError as error:
+    raise ImportError(
+        f"highspy cannot be loaded ({error}); if another package in this process brings a HiGHS "
+        "library of its own, as ortools does, import frictopt before it, or in another process; "
+        "else reinstall highspy"
+    ) from error
 
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15
 # calls feasible ones infeasible if they are much tighter than these, and crashes on infeasible ones
