@@ -267,7 +267,15 @@ def heads(page):
 def test_tables_come_from_the_studies():
     pages = "".join(
         text(DOCS / f"{page}.md")
-        for page in ("checked", "paper", "performance", "published", "size", "validity")
+        for page in (
+            "checked",
+            "paper",
+            "performance",
+            "published",
+            "size",
+            "solvers",
+            "validity",
+        )
     )
     shown = set(re.findall(r"```\{include\} tables/(\w+)\.md", pages))
     assert shown == {path.stem for path in (*TABLES, FAULTS)} and {
