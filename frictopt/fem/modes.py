@@ -20,12 +20,14 @@ from ..base import (
     Shown,
     Table,
     checked_cases,
+    choice,
+    finite_array,
     frame,
     frozen,
     number_of,
     whole_number,
 )
-from ..base.checks import flags
+from ..base.checks import flags, listed_parts
 from ..contact import compliances
 from ..errors import ModelError, SolverError
 from . import schur
@@ -34,13 +36,15 @@ from .bodies import Body
 from .bolts import tied_across
 from .condense import Glued, eliminated, fronts
 from .elasticity import Kinematics, basis_of, circumference
-from .loads import NodalForces
+from .loads import BodyForce, Centrifugal, NodalForces, Pressure, Traction
 
 # Shift of the squares of angular frequencies, relative to (speed of sound / size)^2. It lies below
 # the first mode of most bodies.
 _SHIFT = 1e-3
 # Square of an angular frequency, relative to the shift, up to which the motion is rigid.
 _RIGID = 1e-7
+# Loads that are forces on bodies.
+_OF_FORCES = Traction, Pressure, BodyForce, Centrifugal, NodalForces
 # Vectors of the search beyond those of the modes. They find modes of one frequency together.
 _MORE_VECTORS = 20
 
@@ -112,6 +116,7 @@ class Modes(Shown, Plotted):
     bodies: Mapping[str, Body]
     units: str | None
     _masses: Mapping[str, csr_matrix]
+    _kinematics: Kinematics
 
     _shown_names = ("frequency", "mass")
 
@@ -131,6 +136,71 @@ class Modes(Shown, Plotted):
             NodalForces(name, frozen(shapes[mode] @ self._masses[name]))
             for name, shapes in self.shapes.items()
         ]
+
+    def force(
+        self, k: int, loads: Sequence[Load] = (), *, acceleration: ArrayLike | None = None
+    ) -> float:
+        """The modal force of loads on the bodies in mode k: `shape F`, force / square root of mass.
+
+        A small share of a load in a mode means that the load drives other modes more.
+
+        Parameters
+        ----------
+        k
+            Number of the mode, 0: the lowest.
+        loads
+            Tractions, pressures, forces per volume and nodal forces, at amplitude 1.
+        acceleration
+            (d,) acceleration of all supports along x, y (and z), for a shaken base: the
+            participation factors times the acceleration. The response is then the motion relative
+            to the base.
+
+        Raises
+        ------
+        ModelError
+            There is no such mode, neither loads nor an acceleration is given, a load is not one of
+            forces, or names an unknown body or boundary.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> from skfem import MeshQuad
+        >>> mesh = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0]).with_boundaries(
+        ...     {"left": lambda x: x[0] == 0, "middle": lambda x: x[0] == 1}
+        ... )
+        >>> right = mesh.translated((2.0, 0.0)).with_boundaries(
+        ...     {"left": lambda x: x[0] == 2, "end": lambda x: x[0] == 4}
+        ... )
+        >>> left = mesh.with_boundaries({"right": lambda x: x[0] == 2})
+        >>> steel = fo.Material(3.0, 0.0, density=2.0)
+        >>> model = fo.ContactModel(
+        ...     {"left": fo.Body(left, steel), "right": fo.Body(right, steel)},
+        ...     supports=[fo.Support("left", "left")],
+        ...     loads={"P": [fo.Pressure("right", "end")]},
+        ...     contacts=[fo.Contact("right", "left", "left", "right")],
+        ... )
+        >>> modes = model.modes(1)
+        >>> tip = modes.force(0, [fo.Traction("right", "end", y=1.0)])
+        >>> base = modes.force(0, acceleration=[0.0, 9.81])
+        >>> bool(abs(base / (9.81 * modes.participation[0, 1]) - 1) < 1e-12), abs(tip) > 0
+        (True, True)
+        """
+        mode = self._number(k)
+        forces: tuple[Any, ...] = listed_parts("loads", loads, *_OF_FORCES)
+        if not forces and acceleration is None:
+            raise ModelError("loads, acceleration: neither is given; give one of them, or both")
+        total = 0.0
+        if acceleration is not None:
+            axes = self.participation.shape[1]
+            total += float(
+                self.participation[mode] @ finite_array("acceleration", acceleration, (axes,))
+            )
+        for load in forces:
+            body = self.bodies[choice("loads: body", load.body, self.bodies)]
+            total += float(
+                np.sum(self.shapes[load.body][mode] * load._forces(body, self._kinematics))
+            )
+        return total
 
     def plot(self, ax: Any = None, *, k: int = 0) -> Any:
         """Draw the shape of mode k with matplotlib (extra `figures`), and return the axes.
@@ -238,6 +308,7 @@ def _modes(
         bodies=parts.bodies,
         units=units,
         _masses=masses,
+        _kinematics=parts.kinematics,
     )
 
 

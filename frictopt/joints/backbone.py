@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -28,7 +28,8 @@ from ..errors import ModelError, SolverError
 from ..limits import GrossSlip, GuaranteedLimit, gross_slip, guaranteed_limit, shakedown_limit
 from ..transients import SteadyState, steady_state
 from .curve_load import load_size, with_compliance
-from .curve_question import CurveCycle, CurveQuestion
+from .curve_question import CurveCycle, CurveQuestion, default_factors
+from .resonant import Resonant
 
 _MEASURES = (
     "work",
@@ -37,13 +38,15 @@ _MEASURES = (
     "displacement",
     "stiffness",
     "frequency",
+    "resonance",
     "damping",
 )
+_EXTREMES = ("load_factor", "extreme", "displacement", "frequency", "resonance", "damping")
 _RANGES = ("least_damping", "most_damping", "least_frequency", "most_frequency")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BackboneCurve(Kept, Plotted):
+class BackboneCurve(Kept, Plotted, Resonant):
     """The steady cycles of a joint at rising load factors, each from no residual slip.
 
     Attributes
@@ -69,6 +72,10 @@ class BackboneCurve(Kept, Plotted):
         (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, for the load of a
         mass-normalised mode, which has a `natural_frequency`. NaN for all other loads, because
         their stiffness does not belong to a modal mass of 1.
+    resonance
+        (K,) frequency of the first harmonic of the loop, where a harmonic force meets its
+        resonance; `frequency` is that of the tips of the loop. NaN where `frequency` is, and where
+        no cosine has the loop (see `note`). Theory, "The forced response".
     steady_states
         (K,) the steady states, None if there is none.
     by_contact
@@ -85,6 +92,10 @@ class BackboneCurve(Kept, Plotted):
         (K,) the smallest and the largest values of all steady states found in a search over the
         residual slips, see `dissipation_range`. These values occur, but the true range may be
         wider. NaN without a range; the frequencies are also NaN where `frequency` is.
+    extremes
+        DataFrame of the states of least and most damping, two rows for each load factor: columns
+        load_factor, extreme ("least", "most"), displacement, frequency, resonance, damping. Without
+        rows if there is no range.
     guaranteed_limit, shakedown_limit
         If nodes stay closed and have friction, the damping is zero from every start below the first
         load factor, and from no start above the second. NaN without a range.
@@ -136,6 +147,34 @@ class BackboneCurve(Kept, Plotted):
     steps: int | None
     residual: float
     self_stress: bool = False
+    resonance: Array = field(default_factory=lambda: np.zeros(0))
+    extremes: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=_EXTREMES))
+
+    def __post_init__(self) -> None:
+        if not len(self.resonance):  # a file of an earlier version
+            object.__setattr__(self, "resonance", np.full(len(self.load_factor), np.nan))
+        super().__post_init__()
+
+    def plot(self, ax: Any = None, *, scale: float | None = None) -> Any:
+        """Draw the curve with matplotlib (extra `figures`), and return its axes.
+
+        The horizontal axis is the load factor. With a `scale`, the motion of a point per modal
+        amplitude, it is the amplitude at this point. `ax` are two axes, four for a load with a
+        displacement, or None for a new figure. ImportError without matplotlib; ModelError for
+        another number of axes, or a scale if there is no displacement.
+        """
+        pictures = self._pictures()
+        return pictures.draw(self, ax, pictures.backbone, scale=scale)
+
+    @property
+    def step_error(self) -> Array:
+        """(K,) estimated relative error of the work by the size of increments; 0 on exact paths.
+
+        See `SteadyState`. NaN if there is no steady state.
+        """
+        return frozen(
+            [np.nan if steady is None else steady.step_error for steady in self.steady_states]
+        )
 
     @property
     def motion(self) -> Array:
@@ -217,7 +256,9 @@ class BackboneCurve(Kept, Plotted):
             "load_factor",
             "outcome",
             "exponent",
-            *_MEASURES[:4],
+            "work",
+            "step_error",
+            *_MEASURES[1:4],
             "motion",
             *_MEASURES[4:],
             *_RANGES,
@@ -235,8 +276,12 @@ class BackboneCurve(Kept, Plotted):
             values = getattr(self, name)
             if not np.isnan(values).all():
                 answer[f"largest_{name}"] = float(np.nanmax(values))
-        if not np.isnan(self.frequency).all():
-            answer["least_frequency"] = float(np.nanmin(self.frequency))
+        if np.nanmax(self.step_error, initial=0.0) > 0:
+            answer["largest_step_error"] = float(np.nanmax(self.step_error))
+        for name in ("frequency", "resonance"):
+            values = getattr(self, name)
+            if not np.isnan(values).all():
+                answer[f"least_{name}"] = float(np.nanmin(values))
         for name in ("natural_frequency", "guaranteed_limit", "shakedown_limit"):
             if not np.isnan(getattr(self, name)):
                 answer[name] = getattr(self, name)
@@ -325,25 +370,13 @@ def backbone_curve(
         gross: GrossSlip | SolverError = gross_slip(system, cycle, coefficients)
     except SolverError as error:
         gross = error  # for given load factors the curve does not need it
-    factors = _default_factors(gross) if load_factors is None else rising_factors(load_factors)
+    factors = default_factors(gross) if load_factors is None else rising_factors(load_factors)
     limits: tuple[float, GuaranteedLimit] | None = None
     if with_range:
         shakedown = shakedown_limit(system, cycle, coefficients)
         limits = shakedown.load_factor, guaranteed_limit(system, cycle, coefficients)
     question = CurveQuestion(system, cycle, coefficients, load, gross, limits, steps)
     return curve_at(question, factors, progress)
-
-
-def _default_factors(gross: GrossSlip | SolverError) -> Array:
-    """Eight load factors below the load that slides the bodies off."""
-    if isinstance(gross, SolverError):
-        raise gross
-    if not 0 < gross.load_factor < np.inf:
-        raise ModelError(
-            "load_factors: None, and the load that slides the bodies off is "
-            f"{gross.load_factor:g}; give load factors"
-        )
-    return gross.load_factor * np.geomspace(0.05, 0.95, 8)
 
 
 def rising_factors(load_factors: ArrayLike) -> Array:
@@ -380,6 +413,7 @@ def _curve(question: CurveQuestion, cycles: Sequence[CurveCycle]) -> BackboneCur
         log_work = np.log(table["work"].where(table["work"] > 0))
         exponent = np.gradient(log_work, np.log(table["load_factor"]))
     contacts = pd.concat([cycle.by_contact for cycle in cycles], ignore_index=True)
+    extremes = pd.concat([cycle.extremes for cycle in cycles], ignore_index=True)
     slides = None if isinstance(question.gross, SolverError) else question.gross
     shakedown, guaranteed = np.nan, np.nan
     if question.limits is not None:
@@ -393,6 +427,7 @@ def _curve(question: CurveQuestion, cycles: Sequence[CurveCycle]) -> BackboneCur
         by_contact=contacts.reindex(
             columns=["load_factor", "contact", "slipping", "work", "slip_range"]
         ),
+        extremes=extremes.reindex(columns=list(_EXTREMES)),
         gross_slip=np.nan if slides is None else slides.load_factor,
         guaranteed_limit=guaranteed,
         shakedown_limit=shakedown,

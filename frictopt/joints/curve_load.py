@@ -11,6 +11,7 @@ from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError
 from ..transients import SteadyState
 from ..transients.march import open_at_rest
+from .swing import swing_of
 
 # Relative difference up to which two natural frequencies are of the same mode. Other codes write
 # them with few digits.
@@ -32,31 +33,42 @@ class CurveLoad:
 
     def measured(self, steady: SteadyState) -> dict[str, float]:
         """Columns of the curve that follow from the displacement over a steady cycle."""
-        displacement = self._half_range(steady)
         load_factor = steady.load_factor
+        displacement, harmonic = self._motion(steady)
         stiffness = load_factor / displacement
         frequency = np.nan
+        resonance = np.nan
         if np.isfinite(self.natural_frequency):
             frequency = np.sqrt(stiffness) / (2 * np.pi)
+            resonance = np.sqrt(harmonic / displacement) / (2 * np.pi)
         # Divided one by one, because the product of two tiny numbers may be 0.
         damping = steady.dissipation / displacement / load_factor / (2 * np.pi)
         return {
             "displacement": displacement,
             "stiffness": stiffness,
             "frequency": frequency,
+            "resonance": resonance,
             "damping": damping,
         }
 
-    def _half_range(self, steady: SteadyState) -> float:
-        """Half the range of the displacement of the load; NaN if it drifts or is not known."""
+    def _motion(self, steady: SteadyState) -> tuple[float, float]:
+        """Half the range of the displacement of the load, and the first harmonic of the load.
+
+        Both are NaN if the displacement drifts or is not known. The harmonic is NaN if no cosine
+        has the loop, see `swing_of`, or if the state repeats after two cycles.
+        """
         if self.missing or steady.outcome is Outcome.RATCHETING:
-            return np.nan
+            return np.nan, np.nan
         rests = steady.outcome is Outcome.SHAKEDOWN
         if rests and steady.friction.all() and not steady.open.any():
-            return self.compliance * steady.load_factor
+            return self.compliance * steady.load_factor, steady.load_factor
         path = steady.states()
         displacements = path.system.displacements(path.amplitudes, path.slip, path.gap)
-        return float(np.ptp(displacements @ self.direction) / 2)
+        displacement = displacements @ self.direction
+        level = path.amplitudes @ self.direction / (self.direction @ self.direction)
+        swing = swing_of(level, displacement) if steady.period == 1 else None
+        harmonic = np.nan if swing is None else swing.first_harmonic(level)
+        return float(np.ptp(displacement) / 2), harmonic
 
 
 def load_size(system: ContactSystem, cycle: LoadCycle) -> float:
@@ -77,7 +89,7 @@ def with_compliance(
     """
     if natural_frequency is not None:
         natural_frequency = finite_number("natural_frequency", natural_frequency, above=0.0)
-    direction = _direction_of_opposed_corners(system, cycle)
+    direction = opposed_direction(system, cycle)
     if direction is None:
         remedy = (
             "give two opposed corners, [{'mode': 1.0}, {'mode': -1.0}], around a mean load, and no "
@@ -104,7 +116,7 @@ def with_compliance(
     return system, CurveLoad(direction, compliance, frequency)
 
 
-def _direction_of_opposed_corners(system: ContactSystem, cycle: LoadCycle) -> Array | None:
+def opposed_direction(system: ContactSystem, cycle: LoadCycle) -> Array | None:
     """(cases,) amplitudes of the first corner; None if there are not two opposed corners alone."""
     amplitudes = [
         np.array([corner.get(case, 0.0) for case in system.bonded]) for corner in cycle.corners

@@ -11,7 +11,7 @@ import pandas as pd
 
 from ..base import Array, Outcome
 from ..contact import ContactSystem, LoadCycle
-from ..errors import NoContinuation, SolverError
+from ..errors import ModelError, NoContinuation, SolverError
 from ..limits import GrossSlip, GuaranteedLimit
 from ..study.dissipation_range import dissipation_range
 from ..transients import SteadyState, steady_state
@@ -22,10 +22,14 @@ _SLIDES_OFF, _FAILED = "SLIDES_OFF", "FAILED"  # outcomes of load factors withou
 
 @dataclass(frozen=True)
 class CurveCycle:
-    """A load factor: its row of the curve, its rows by contact, and the state or the error."""
+    """A load factor: its row of the curve, its rows by contact, and the state or the error.
+
+    `extremes` are the rows of the states of least and most damping, with a range.
+    """
 
     row: dict[str, Any]
     by_contact: pd.DataFrame = field(default_factory=pd.DataFrame)
+    extremes: pd.DataFrame = field(default_factory=pd.DataFrame)
     steady: SteadyState | None = None
     error: NoContinuation | SolverError | None = None
 
@@ -64,14 +68,16 @@ class CurveQuestion:
             "residual": steady.residual,
             **measured,
         }
+        extremes = pd.DataFrame()
         if self.limits is not None:
-            row |= self._range_at(factor, steady, measured)
-        return CurveCycle(row, contacts.assign(load_factor=factor), steady)
+            ranges, extremes = self._range_at(factor, steady, measured)
+            row |= ranges
+        return CurveCycle(row, contacts.assign(load_factor=factor), extremes, steady)
 
     def _range_at(
         self, factor: float, steady: SteadyState, measured: dict[str, float]
-    ) -> dict[str, float]:
-        """Columns of the range over the residual slips, and the residual with its transients."""
+    ) -> tuple[dict[str, float], pd.DataFrame]:
+        """Columns of the range over the residual slips, the residual, and the extreme states."""
         assert self.limits is not None
         _, guaranteed = self.limits
         residual = steady.residual
@@ -84,13 +90,19 @@ class CurveQuestion:
             residual = max(residual, span.residual)
             states += [self.load.measured(state) for state in span.steady_states]
         table = pd.DataFrame(states)
-        return {
+        ranges = {
             "residual": residual,
             "least_damping": table["damping"].min(),
             "most_damping": table["damping"].max(),
             "least_frequency": table["frequency"].min(),
             "most_frequency": table["frequency"].max(),
         }
+        known = table.dropna(subset="damping")
+        if known.empty:
+            return ranges, pd.DataFrame()
+        rows = [known["damping"].argmin(), known["damping"].argmax()]
+        extremes = known.iloc[rows].assign(load_factor=factor, extreme=["least", "most"])
+        return ranges, extremes
 
     def _slides_off(self, factor: float) -> bool:
         """Whether statics proves that the bodies slide off.
@@ -140,4 +152,23 @@ class CurveQuestion:
                 notes.append(f"{name}: {cycle.error}")
             elif cycle.row["outcome"] == Outcome.RATCHETING.name and not self.load.missing:
                 notes.append(f"{name}: the contact ratchets, so its displacement has no range")
+            elif np.isfinite(cycle.row.get("frequency", np.nan)) and np.isnan(
+                cycle.row["resonance"]
+            ):
+                notes.append(
+                    f"{name}: no resonance, because its displacement turns back between the "
+                    "corners, or its steady state repeats after two cycles"
+                )
         return notes
+
+
+def default_factors(gross: GrossSlip | SolverError) -> Array:
+    """Eight load factors below the load that slides the bodies off."""
+    if isinstance(gross, SolverError):
+        raise gross
+    if not 0 < gross.load_factor < np.inf:
+        raise ModelError(
+            "load_factors: None, and the load that slides the bodies off is "
+            f"{gross.load_factor:g}; give load factors"
+        )
+    return gross.load_factor * np.geomspace(0.05, 0.95, 8)

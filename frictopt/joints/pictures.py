@@ -1,12 +1,14 @@
 """Pictures of joints: the backbone curve, wear, and the worn-in contact."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from ..base import Array
+from ..base import Array, finite_number
 from ..contact.face import face_map, panels_of
 from ..contact.strip import label_contacts, label_panels, lines, work_label
+from ..errors import ModelError
 from ..plots.draw import draw as draw
 from ..plots.style import (
     BLACK,
@@ -14,87 +16,177 @@ from ..plots.style import (
     POINTS,
     SERIES,
     AxesArray,
+    equals,
     legend,
     line,
     new_axes,
     picture,
     series,
 )
-from ..study.pictures import limit_line
 from .backbone import BackboneCurve
+from .forced_response import ForcedResponse
 from .wear import WearHistory
 from .worn_in import WornIn
 
+# Room of a curve beyond its smallest and its largest value, as a factor. Limits farther away are in
+# the legend alone.
+_ROOM = 1.5
+# Ratio of the largest to the smallest peak from which amplitudes have a logarithmic axis.
+_LOGARITHMIC = 8.0
 _DEPTH = "depth worn off (length)"
 _MARKED = {name: series(0)[name] for name in ("color", "marker")}
 
 
 @picture.register
-def _backbone_curve(curve: BackboneCurve, ax: AxesArray | None = None) -> AxesArray:
+def backbone(
+    curve: BackboneCurve, ax: AxesArray | None = None, scale: float | None = None
+) -> AxesArray:
     """Work, slipping share of each contact, stiffness and damping over the load factor (log).
 
-    The last two are drawn if they are known; of a mode the frequency stands for the stiffness.
-    Bands are ranges over the residual slips, vertical lines are limits.
+    The last two are drawn if they are known; of a mode the frequencies stand for the stiffness.
+    With a `scale` the horizontal axis is the amplitude at a point. Bars are errors of increments,
+    bands are ranges over the residual slips, vertical lines are limits.
     """
     has_stiffness = bool(np.isfinite(curve.stiffness).any())
-    is_mode = bool(np.isfinite(curve.natural_frequency))
+    drawn = _CurveAxis(curve, scale)
     if has_stiffness:
         panels = new_axes(ax, 4, (6.4, 9.0))
     else:
         panels = new_axes(ax, 2, (6.4, 5.4))
-    _draw_work(panels[0], curve)
-    _draw_shares(panels[1], curve)
+    _draw_work(panels[0], drawn)
+    _draw_shares(panels[1], drawn)
     if has_stiffness:
         _, _, stiffness, damping = panels
-        if is_mode:
-            _draw_with_band(
-                stiffness, curve, curve.frequency, curve.least_frequency, curve.most_frequency
-            )
-            stiffness.set_ylabel("frequency (cycles per time)")
-        else:
-            _draw_with_band(
-                stiffness, curve, curve.stiffness, curve.least_frequency, curve.most_frequency
-            )
-            stiffness.set_ylabel("stiffness\n(load factor over displacement)")
-        _draw_with_band(damping, curve, curve.damping, curve.least_damping, curve.most_damping)
+        _draw_stiffness(stiffness, drawn)
+        _draw_with_band(damping, drawn, curve.damping, curve.least_damping, curve.most_damping)
         damping.set_ylabel(r"damping ratio $\zeta$")
     for axes in panels:
-        axes.set_xscale("log")
-        _draw_limits(axes, curve)
-    if has_stiffness and is_mode:
-        panels[2].axhline(
-            curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact"
-        )
+        drawn.finish(axes)
     legend(panels[2] if has_stiffness else panels[0])
-    _label_load_factors(panels[-1])
+    _label_values(panels[-1], drawn.label)
     return np.array(panels)
 
 
-def _draw_work(axes: Axes, curve: BackboneCurve) -> None:
+class _CurveAxis:
+    """The horizontal axis of a curve: its load factors, or amplitudes at a point.
+
+    Attributes
+    ----------
+    x
+        (K,) values of the axis.
+    label
+        Name of the axis.
+    """
+
+    def __init__(self, curve: BackboneCurve, scale: float | None) -> None:
+        self.curve = curve
+        self.x = curve.load_factor
+        self.label = r"load factor $\lambda$"
+        if scale is not None:
+            if np.isnan(curve.displacement).all():
+                raise ModelError(
+                    f"scale: {scale:g}, and the load of this curve has no displacement; leave the "
+                    "scale out"
+                )
+            self.x = finite_number("scale", scale, above=0.0) * curve.displacement
+            self.label = "amplitude at the point (length)"
+
+    def at(self, load_factors: Array) -> Array:
+        """Values of the axis at load factors of the curve."""
+        return np.asarray(self.x[np.searchsorted(self.curve.load_factor, load_factors)])
+
+    def finish(self, axes: Axes) -> None:
+        """Scale the axis to the curve, and draw the limits.
+
+        A limit far from the curve would squeeze it: the legend names it alone.
+        """
+        known = self.x[np.isfinite(self.x)]
+        low = known.min() / _ROOM
+        high = known.max() * _ROOM
+        axes.set_xscale("log")
+        curve = self.curve
+        slides = "bodies slide off, from no slip" if curve.self_stress else "bodies slide off"
+        limits = {
+            r"guaranteed limit $\lambda_1$": (curve.guaranteed_limit, GREY),
+            r"shakedown limit $\lambda_2$": (curve.shakedown_limit, BLACK),
+            slides: (curve.gross_slip, SERIES[1]["color"]),
+        }
+        for name, (limit, color) in limits.items():
+            place = self._place_of(limit)
+            if low < place < high:
+                axes.axvline(
+                    place, color=color, lw=0.8, ls="--", zorder=0, label=equals(name, limit)
+                )
+            elif np.isfinite(limit) and limit > 0:
+                axes.plot([], [], color="none", label=equals(name, limit))
+        axes.set_xlim(low, high)
+
+    def _place_of(self, limit: float) -> float:
+        """Place of a load factor on the axis; NaN if the curve does not know its amplitude."""
+        factors = self.curve.load_factor
+        if self.x is factors:
+            return limit
+        known = np.isfinite(self.x)
+        inside = np.interp(limit, factors[known], self.x[known], left=np.nan, right=np.nan)
+        return float(inside)
+
+
+def _draw_work(axes: Axes, drawn: _CurveAxis) -> None:
+    curve = drawn.curve
     work = np.where(curve.work > 0, curve.work, np.nan)
-    axes.plot(curve.load_factor, work, **_MARKED)
+    axes.plot(drawn.x, work, **_MARKED)
+    error = np.where(np.isfinite(curve.step_error), curve.step_error, 0.0) * work
+    if (error > 0).any():
+        lower = np.minimum(error, 0.9 * work)  # a bar of a logarithm ends above 0
+        axes.errorbar(
+            drawn.x,
+            work,
+            yerr=[lower, error],
+            fmt="none",
+            ecolor=_MARKED["color"],
+            elinewidth=0.8,
+            capsize=2,
+            label="error of increments, estimated",
+        )
+        legend(axes)
     axes.set(yscale="log", ylabel=work_label(curve.system))
 
 
-def _draw_shares(axes: Axes, curve: BackboneCurve) -> None:
+def _draw_shares(axes: Axes, drawn: _CurveAxis) -> None:
     """The slipping share of each contact, and that of all if there are several."""
+    curve = drawn.curve
     contacts = curve.by_contact.groupby("contact", sort=False)
     for number, (name, rows) in enumerate(contacts):
-        axes.plot(rows["load_factor"], rows["slipping"], **line(number), label=name)
+        x = drawn.at(rows["load_factor"].to_numpy())
+        axes.plot(x, rows["slipping"], **line(number), label=name)
     if len(contacts) > 1:
-        axes.plot(curve.load_factor, curve.slipping, color=BLACK, label="all")
+        axes.plot(drawn.x, curve.slipping, color=BLACK, label="all")
         legend(axes)
     axes.set(ylabel="share that slips", ylim=(-0.03, 1.03))
 
 
+def _draw_stiffness(axes: Axes, drawn: _CurveAxis) -> None:
+    """Frequencies of a mode, or the stiffness of another load."""
+    curve = drawn.curve
+    least, most = curve.least_frequency, curve.most_frequency
+    if np.isnan(curve.natural_frequency):
+        _draw_with_band(axes, drawn, curve.stiffness, least, most)
+        axes.set_ylabel("stiffness\n(load factor over displacement)")
+        return
+    _draw_with_band(axes, drawn, curve.frequency, least, most)
+    axes.plot(drawn.x, curve.resonance, **line(1), label="resonance (first harmonic)")
+    axes.axhline(curve.natural_frequency, color=GREY, lw=0.6, zorder=0, label="glued contact")
+    axes.set_ylabel("frequency (cycles per time)")
+
+
 def _draw_with_band(
-    axes: Axes, curve: BackboneCurve, values: Array, least: Array, most: Array
+    axes: Axes, drawn: _CurveAxis, values: Array, least: Array, most: Array
 ) -> None:
     """Values from no residual slip, and a band of their range if it is known."""
-    axes.plot(curve.load_factor, values, **_MARKED, label="without residual slip")
+    axes.plot(drawn.x, values, **_MARKED, label="without residual slip")
     if not np.isnan(least).all():
         axes.fill_between(
-            curve.load_factor,
+            drawn.x,
             least,
             most,
             color=_MARKED["color"],
@@ -104,15 +196,9 @@ def _draw_with_band(
         )
 
 
-def _draw_limits(axes: Axes, curve: BackboneCurve) -> None:
-    limit_line(axes, r"guaranteed limit $\lambda_1$", curve.guaranteed_limit, GREY)
-    limit_line(axes, r"shakedown limit $\lambda_2$", curve.shakedown_limit, BLACK)
-    slides = "bodies slide off, from no slip" if curve.self_stress else "bodies slide off"
-    limit_line(axes, slides, curve.gross_slip, SERIES[1]["color"])
-
-
-def _label_load_factors(axes: Axes) -> None:
-    axes.set_xlabel(r"load factor $\lambda$")
+def _label_values(axes: Axes, label: str) -> None:
+    """Name the horizontal axis; short logarithmic axes have plain numbers."""
+    axes.set_xlabel(label)
     low, high = axes.get_xlim()
     if high < 30 * low:  # plain numbers instead of powers of ten
         axes.xaxis.set(
@@ -120,6 +206,70 @@ def _label_load_factors(axes: Axes) -> None:
             major_formatter=ScalarFormatter(),
             minor_formatter=NullFormatter(),
         )
+
+
+@picture.register
+def _forced_response(answer: ForcedResponse, ax: Axes | None = None) -> Axes:
+    """Amplitude over the frequency of each force, with the backbone through the peaks.
+
+    Bars are the band of the peaks over the residual slips. The part between the folds is dotted;
+    curves that end at the largest amplitude of the backbone go on beyond it.
+    """
+    (axes,) = new_axes(ax)
+    oscillator = answer.oscillator
+    backbone_frequency = np.sqrt(oscillator.stiffness) / (2 * np.pi)
+    axes.plot(
+        backbone_frequency,
+        answer.scale * oscillator.amplitude,
+        color=GREY,
+        lw=1.2,
+        zorder=0,
+        label="backbone",
+    )
+    forces = list(zip(answer.force, answer.least_peak, answer.most_peak, strict=True))
+    for number, (force, least, most) in enumerate(forces):
+        color = series(number)["color"]
+        rows = answer.branches[answer.branches["force"] == force]
+        _draw_branches(axes, rows, color, f"force {force:.4g}")
+        ends = [least, min(most, answer.scale * oscillator.largest)]
+        if np.isfinite(ends).all():
+            middle = np.interp(ends, answer.scale * oscillator.amplitude, backbone_frequency)
+            axes.plot(middle, ends, color=color, lw=4.0, alpha=0.35, solid_capstyle="butt")
+    top = answer.branches.groupby("force")["amplitude"].max()
+    drawn = answer.scale * oscillator.amplitude <= top.max()
+    axes.set_xlim(*_around_resonance(answer, backbone_frequency[drawn]))
+    if top.max() > _LOGARITHMIC * top.min():
+        axes.set(yscale="log", ylim=(top.min() / 10, 1.3 * top.max()))
+    else:
+        axes.set_ylim(0.0, 1.08 * top.max())
+    axes.set(
+        xlabel="frequency (cycles per time)",
+        ylabel="modal amplitude" if answer.scale == 1.0 else "amplitude at the point (length)",
+    )
+    legend(axes)
+    return axes
+
+
+def _draw_branches(axes: Axes, rows: pd.DataFrame, color: str, name: str) -> None:
+    """Stable parts of the curves of a force as lines, the parts between folds dotted."""
+    between = rows["branch"] == "between"
+    for detached in (False, True):
+        part = rows["detached"] == detached
+        for dotted in (False, True):
+            amplitude = rows["amplitude"].where(between == dotted)[part]
+            label = name if not (detached or dotted) else None
+            style = ":" if dotted else "-"
+            axes.plot(rows["frequency"][part], amplitude, style, color=color, label=label)
+
+
+def _around_resonance(answer: ForcedResponse, backbone_frequency: Array) -> tuple[float, float]:
+    """Range of frequencies around the backbone, and of the curves above a third of their peak."""
+    tops = answer.branches.groupby("force")["amplitude"].transform("max")
+    near = answer.branches[answer.branches["amplitude"] > tops / 3]["frequency"]
+    low = min([near.min(), *backbone_frequency])
+    high = max([near.max(), *backbone_frequency])
+    room = max(0.15 * (high - low), 0.01 * high)
+    return low - room, high + room
 
 
 @picture.register

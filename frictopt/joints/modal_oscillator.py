@@ -1,0 +1,171 @@
+"""One mode on the stiffness and the friction of its joint: its response to a harmonic force.
+
+A mode of unit modal mass with the amplitude a under the modal force `f cos(omega t)` obeys
+`a |k + i (g + 2 zeta omega_0 omega) - omega^2| = f`. Here k is the stiffness of the first harmonic
+of the loop, `g = W / (pi a^2)` the loss of friction, which does not depend on the frequency, and
+zeta the damping ratio of material and air.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+
+from ..base import Array, kept
+
+
+@dataclass(frozen=True)
+class OscillatorNumbers:
+    """The numbers of the search for amplitudes and frequencies."""
+
+    # Ratio of neighbouring amplitudes of the search for roots. Two roots that are closer together
+    # are missed; amplitudes of tests scatter more.
+    ratio: float = 1.001
+    # Part of the static amplitude at which the search begins. There is no root below half of it.
+    begin: float = 0.5
+    # Halvings of a range of frequencies: 2^-60 of it is rounding.
+    halvings: int = 60
+    # Tolerance of the roots, relative.
+    root: float = 1e-14
+
+
+@kept
+@dataclass(frozen=True, eq=False)
+class ModalOscillator:
+    """A mode at K rising amplitudes, with interpolation between them.
+
+    Below the first amplitude the stiffness stays and the loss falls in proportion to the amplitude,
+    as for a work that grows with its cube.
+
+    Attributes
+    ----------
+    amplitude, stiffness, loss
+        (K,) modal amplitude a, stiffness k of the first harmonic, and loss `W / (pi a^2)`.
+    natural
+        Angular frequency of the glued mode.
+    damping
+        Damping ratio of material and air.
+    """
+
+    amplitude: Array
+    stiffness: Array
+    loss: Array
+    natural: float
+    damping: float
+
+    @property
+    def largest(self) -> float:
+        """The largest amplitude that is known."""
+        return float(self.amplitude[-1])
+
+    @property
+    def viscous(self) -> float:
+        """Loss of material and air per angular frequency, `2 zeta omega_0`."""
+        return 2 * self.damping * self.natural
+
+    @cached_property
+    def _stiffness(self) -> PchipInterpolator:
+        values = np.concatenate([self.stiffness[:1], self.stiffness])
+        return PchipInterpolator(np.concatenate([[0.0], self.amplitude]), values)
+
+    @cached_property
+    def _loss(self) -> PchipInterpolator:
+        values = np.concatenate([[0.0], self.loss])
+        return PchipInterpolator(np.concatenate([[0.0], self.amplitude]), values)
+
+    def balance(self, a: Array, omega: Array) -> Array:
+        """Real and imaginary part of `k + i (g + 2 zeta omega_0 omega) - omega^2`, as complex."""
+        return np.asarray(
+            self._stiffness(a) - omega**2 + 1j * (self._loss(a) + self.viscous * omega)
+        )
+
+    def resonance(self, a: Array) -> Array:
+        """Angular frequency at which an amplitude needs the smallest force.
+
+        Without damping of the material it is the root of the stiffness. It is the largest root of
+        `u^3 + p u + q`, by the cosine of a third of an angle, or 0 if there is none above 0.
+        """
+        p = self.viscous**2 / 2 - self._stiffness(a)
+        q = self.viscous * self._loss(a) / 2
+        size = 2 * np.sqrt(np.maximum(-p, 0.0) / 3)
+        cosine = np.divide(3 * q, p * size, out=np.full(np.shape(p), -2.0), where=size > 0)
+        angle = np.arccos(np.clip(cosine, -1.0, 1.0)) / 3
+        return np.where(cosine >= -1, size * np.cos(angle), 0.0)
+
+    def needed(self, a: Array) -> Array:
+        """Modal force that holds an amplitude at its resonance."""
+        return a * np.abs(self.balance(a, self.resonance(a)))
+
+    def slope(self, a: Array, omega: Array) -> Array:
+        """Slope of ln f over ln a at a fixed frequency: below 0 where no motion is stable."""
+        value = self.balance(a, omega)
+        change = self._stiffness.derivative()(a) + 1j * self._loss.derivative()(a)
+        return np.asarray(1 + a * (value.conjugate() * change).real / np.abs(value) ** 2)
+
+    def peaks(self, force: float) -> list[float]:
+        """Amplitudes at which the resonance needs this force, rising.
+
+        The curve from rest ends at the first. Between the second and the third lies a detached
+        curve. There is none if the peak lies beyond the known amplitudes.
+        """
+        return self._roots(lambda a: self.needed(a) - force, force, 0.0)
+
+    def amplitudes(self, force: float, omega: float) -> list[float]:
+        """All amplitudes at one angular frequency, rising: one, or three where the curve folds."""
+
+        def excess(a: Array) -> Array:
+            return np.asarray(a * np.abs(self.balance(a, np.asarray(omega))) - force)
+
+        return self._roots(excess, force, omega)
+
+    def _roots(self, excess: Callable[[Array], Array], force: float, omega: float) -> list[float]:
+        """Roots of the force that an amplitude needs beyond the given one, up to the largest."""
+        numbers = OscillatorNumbers()
+        largest_loss = self.loss.max() + self.viscous * omega
+        lowest = numbers.begin * force / (self.stiffness.max() + omega**2 + largest_loss)
+        if lowest >= self.largest:
+            return []
+        steps = int(np.log(self.largest / lowest) / np.log(numbers.ratio)) + 2
+        grid = np.geomspace(lowest, self.largest, steps)
+        above = excess(grid) > 0
+        roots = []
+        for first in np.flatnonzero(above[1:] != above[:-1]):
+            pair = grid[first], grid[first + 1]
+            roots.append(float(brentq(excess, *pair, xtol=1e-300, rtol=numbers.root)))
+        return roots
+
+    def frequencies(self, force: float, a: Array, side: int) -> Array:
+        """Angular frequencies below (-1) or above (1) the resonance of amplitudes (n,).
+
+        NaN where the force moves the mode further at any frequency on this side. The range between
+        the resonance and a frequency that is too far from it is halved again and again.
+        """
+        resonance = self.resonance(a)
+        far = np.zeros(len(a)) if side < 0 else np.sqrt(self._stiffness(a) + force / a)
+        near = resonance.copy()
+        is_far_enough = a * np.abs(self.balance(a, far)) >= force * (1 - 1e-12)
+        is_far = far.copy()
+        for _ in range(OscillatorNumbers().halvings):
+            middle = (near + is_far) / 2
+            needs_more = a * np.abs(self.balance(a, middle)) > force
+            is_far = np.where(needs_more, middle, is_far)
+            near = np.where(needs_more, near, middle)
+        return np.where(is_far_enough, is_far, np.nan)
+
+    def sensitivity(self, a: float) -> float:
+        """D ln a / d ln f of the peak at an amplitude; inf where the force has a maximum."""
+        amplitude = np.asarray(a)
+        slope = float(self.slope(amplitude, self.resonance(amplitude)))
+        return 1 / slope if slope > 0 else np.inf
+
+    def largest_force(self, amplitude: float) -> float:
+        """The largest force whose resonance, swept from rest, stays at or below an amplitude."""
+        numbers = OscillatorNumbers()
+        steps = int(np.log(1e6) / np.log(numbers.ratio))
+        grid = np.geomspace(1e-6 * amplitude, amplitude, steps)
+        return float(self.needed(grid).max())

@@ -1,0 +1,98 @@
+"""How much the other modes of a structure take part in a swing, from the loads of these modes.
+
+A quasi-static loop moves the other modes as their stiffness says. At multiples of the frequency
+they answer dynamically instead, most where a multiple is near a natural frequency.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base import Array, Outcome, choice, listed
+from ..contact import ContactSystem, LoadCycle
+from ..errors import ModelError
+from ..transients import SteadyState
+from .curve_load import opposed_direction
+from .swing import swing_of
+
+
+@dataclass(frozen=True)
+class InteractionNumbers:
+    """The numbers of the interaction."""
+
+    # Damping ratio of the other modes, which bounds their answer at a multiple of the frequency.
+    damping: float = 0.005
+    # Relative compliance between two loads up to which they are of two modes. Other codes write
+    # modes with few digits.
+    orthogonal: float = 1e-2
+
+
+@dataclass(frozen=True)
+class OtherModes:
+    """The loads of other modes of unit modal mass: their columns in `bonded`, and frequencies."""
+
+    columns: Array
+    squares: Array  # of the natural angular frequencies
+
+    def forces(self, dynamic: Array, omega: float) -> float:
+        """The largest modal force by which a mode's dynamic answer differs from the static one.
+
+        `dynamic` (harmonics, m) are the harmonics of the displacements of the loads.
+        """
+        numbers = InteractionNumbers()
+        harmonic = np.arange(1, len(dynamic) + 1)[:, None]
+        ratio = harmonic * omega / np.sqrt(self.squares)
+        gain = 1 / (1 - ratio**2 + 2j * numbers.damping * ratio) - 1
+        return float((self.squares * np.linalg.norm(gain * dynamic, axis=0)).max())
+
+
+def other_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str]) -> OtherModes:
+    """Check the load cases of other modes: no load of two modes moves the other one."""
+    direction = opposed_direction(system, cycle)
+    assert direction is not None and system.compliance is not None
+    columns = []
+    for name in listed("other_modes", names):
+        choice("other_modes", name, system.bonded)
+        columns.append(list(system.bonded).index(name))
+    L = system.compliance
+    of_others = L[np.ix_(columns, columns)]
+    own = float(direction @ L @ direction)
+    for row, name in enumerate(names):
+        square = of_others[row, row]
+        across = np.abs(np.append(np.delete(of_others[row], row), L[columns[row]] @ direction))
+        sizes = np.append(np.delete(np.diag(of_others), row), own)
+        if not square > 0:
+            raise ModelError(
+                f"other_modes: the load case {name!r} does no work on the glued bodies; give the "
+                "load of a mode, see `Modes.load`"
+            )
+        if (across > InteractionNumbers().orthogonal * np.sqrt(square * sizes)).any():
+            raise ModelError(
+                f"other_modes: the load case {name!r} moves another mode; give loads of different "
+                "modes, see `Modes.load`, and not that of the cycle"
+            )
+    return OtherModes(np.array(columns, dtype=np.intp), 1 / np.diag(of_others))
+
+
+def interaction_at(steady: SteadyState, others: OtherModes, omega: float) -> float:
+    """Interaction of the other modes in a steady state that swings with an angular frequency.
+
+    It is the modal force of `OtherModes.forces` over the load factor. NaN if no cosine has this
+    loop.
+    """
+    rests = steady.outcome is Outcome.SHAKEDOWN
+    if rests and steady.friction.all() and not steady.open.any():
+        return 0.0
+    path = steady.states()
+    system = path.system
+    direction = opposed_direction(system, steady.cycle)
+    assert direction is not None
+    moved = system.displacements(path.amplitudes, path.slip, path.gap)
+    level = path.amplitudes @ direction
+    swing = swing_of(level, moved @ direction)
+    if swing is None or steady.period > 1:
+        return np.nan
+    return others.forces(swing.harmonics(moved[:, others.columns]), omega) / steady.load_factor

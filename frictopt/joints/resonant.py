@@ -1,0 +1,339 @@
+"""What a backbone curve says about the resonance of its mode: responses and largest forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+
+from ..base import Array, finite_number, frozen
+from ..errors import ModelError
+from .forced_response import ForcedResponse, positive_numbers
+from .modal_oscillator import ModalOscillator
+from .mode_interaction import interaction_at, other_modes
+from .response_branches import detached_of, folds_of, response_curves
+
+# Fewest load factors with a resonance: two points show no curve.
+_FEWEST = 3
+# Interaction times sensitivity from which other modes may change a peak much. In 21 trials beside
+# time integration the error of the peak was below 9 % up to this product, and 4 to 113 % above it.
+_INTERACTION = 0.05
+
+
+class Resonant:
+    """Base of curves whose load may be that of a mode."""
+
+    def response(
+        self: Any,
+        forces: ArrayLike,
+        *,
+        damping: float = 0.0,
+        scale: float = 1.0,
+        other_modes: Sequence[str] = (),
+    ) -> ForcedResponse:
+        """The response to harmonic forces near the resonance of the mode.
+
+        The mode has the stiffness of the first harmonic of its loop and the loss of its work of
+        friction, interpolated over the amplitude. The answer is an approximation and no bound:
+        validity, "The forced response". Theory, "The forced response".
+
+        Parameters
+        ----------
+        forces
+            (F,) amplitudes of the modal force, > 0, force / square root of mass: `Modes.force` has
+            that of a load, and that of a shaken base.
+        damping
+            Damping ratio of material and air for the glued mode, at least 0 and below 1. With 0
+            friction alone damps; a friction that slides in full cannot hold every force.
+        scale
+            Motion of a point per modal amplitude, > 0. All amplitudes are then those of this point.
+        other_modes
+            Names of load cases that are the loads of other modes, see `Modes.load`. They show how
+            far these modes take part: `ForcedResponse.interaction`.
+
+        Raises
+        ------
+        ModelError
+            Bad input; a curve without frequencies, with fewer than three load factors that have a
+            resonance, or with an amplitude that falls; other modes that are not loads of modes.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import frictopt as fo
+        >>> loads = {"N": ([0.0], [1.0]), "mode": ([-1.0], [0.0])}
+        >>> blocks = [[1.0]], [[0.0]], [[1.0]], [0.0], loads
+        >>> slider = fo.ContactSystem.from_blocks(*blocks, compliance=[[0, 0], [0, 1]])
+        >>> cycle = fo.LoadCycle({"N": 2.0}, [{"mode": 1.0}, {"mode": -1.0}])
+        >>> factors = np.geomspace(0.5, 8.0, 30)
+        >>> curve = fo.backbone_curve(slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi)
+        >>> answer = curve.response([0.02, 0.6], damping=0.01)  # 1 / (2 x 0.01) x 0.02 = 1
+        >>> answer.peak.round(2).tolist(), answer.beyond.tolist()
+        ([1.0, 3.46], [False, False])
+        """
+        wanted = positive_numbers("forces", forces)
+        ratio = finite_number("damping", damping, least=0.0, below=1.0)
+        size = finite_number("scale", scale, above=0.0)
+        points = _points_of(self)
+        oscillator = _oscillator(self, points, ratio)
+        interaction = _interaction(self, points, other_modes)
+        return _Answer(self, wanted, size, oscillator, interaction).result()
+
+    def largest_force(
+        self: Any,
+        *,
+        amplitude: float | None = None,
+        slip_range: float | None = None,
+        slipping: float | None = None,
+        work: float | None = None,
+        damping: float = 0.0,
+        scale: float = 1.0,
+    ) -> float:
+        """The largest modal force whose resonance, swept from rest, keeps within a limit.
+
+        The limit becomes an amplitude by the curve, which is linear between its load factors.
+
+        Parameters
+        ----------
+        amplitude, slip_range, slipping, work
+            The largest amplitude (of the point of `scale`), slip range of a node, share of the
+            contact that slips, or work of friction per cycle, > 0; one of the four.
+        damping, scale
+            See `response`.
+
+        Raises
+        ------
+        ModelError
+            None or several of the four limits, a limit above what the curve reaches, and the errors
+            of `response`.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import frictopt as fo
+        >>> loads = {"N": ([0.0], [1.0]), "mode": ([-1.0], [0.0])}
+        >>> blocks = [[1.0]], [[0.0]], [[1.0]], [0.0], loads
+        >>> slider = fo.ContactSystem.from_blocks(*blocks, compliance=[[0, 0], [0, 1]])
+        >>> cycle = fo.LoadCycle({"N": 2.0}, [{"mode": 1.0}, {"mode": -1.0}])
+        >>> factors = np.geomspace(0.5, 8.0, 40)
+        >>> curve = fo.backbone_curve(slider, cycle, 1.0, factors, natural_frequency=0.5 / np.pi)
+        >>> round(curve.largest_force(amplitude=4.0), 2)  # 4 (1 - 2 / 4) / pi
+        0.64
+        """
+        ratio = finite_number("damping", damping, least=0.0, below=1.0)
+        size = finite_number("scale", scale, above=0.0)
+        limits = {
+            "amplitude": amplitude,
+            "slip_range": slip_range,
+            "slipping": slipping,
+            "work": work,
+        }
+        named = {name: value for name, value in limits.items() if value is not None}
+        if len(named) != 1:
+            values = ", ".join(f"{name}={value}" for name, value in named.items()) or "none"
+            raise ModelError(f"{', '.join(limits)}: {values}; give one of the four")
+        ((name, value),) = named.items()
+        points = _points_of(self)
+        limit = finite_number(name, value, above=0.0)
+        return _oscillator(self, points, ratio).largest_force(
+            _amplitude_at(points, name, limit, size)
+        )
+
+
+def _points_of(curve: Any) -> pd.DataFrame:
+    """The load factors up to the first one without a resonance; their amplitudes rise."""
+    if np.isnan(curve.natural_frequency):
+        raise ModelError(
+            "natural_frequency: not known to the curve; give it to `backbone_curve`, with the load "
+            "of a mode (`Modes.load`)"
+        )
+    columns = ("load_factor", "displacement", "resonance", "work", "slip_range", "slipping")
+    table = pd.DataFrame({name: getattr(curve, name) for name in columns})
+    known = table[["displacement", "resonance", "work"]].notna().all(axis=1).cumprod() > 0
+    points = table[known].reset_index(drop=True)
+    if len(points) < _FEWEST:
+        raise ModelError(
+            f"load_factors: {len(points)} of {len(table)} up to the first one without a resonance "
+            f"({curve.note}); give at least {_FEWEST}, better 20, or compute a curve of an earlier "
+            "version anew"
+        )
+    if not (np.diff(points["displacement"], prepend=0.0) > 0).all():
+        raise ModelError(
+            f"displacement: {points['displacement'].tolist()}; the amplitude of this curve does "
+            "not rise with the load factor, so a resonance cannot be read from it"
+        )
+    return points
+
+
+def _oscillator(curve: Any, points: pd.DataFrame, damping: float) -> ModalOscillator:
+    """The mode of the curve from no residual slip."""
+    a = points["displacement"].to_numpy()
+    loss = points["work"].to_numpy() / (np.pi * a**2)
+    return _of_arrays(curve, a, points["resonance"].to_numpy(), loss, damping)
+
+
+def _of_arrays(
+    curve: Any, a: Array, resonance: Array, loss: Array, damping: float
+) -> ModalOscillator:
+    stiffness = frozen((2 * np.pi * resonance) ** 2)
+    natural = 2 * np.pi * curve.natural_frequency
+    return ModalOscillator(frozen(a), stiffness, frozen(loss), natural, damping)
+
+
+def _extreme(
+    curve: Any, points: pd.DataFrame, extreme: str, damping: float
+) -> ModalOscillator | None:
+    """The mode in its states of least or most damping; None without a range, or if they fail.
+
+    They fail if they lack a resonance or if their amplitudes do not rise.
+    """
+    states = curve.extremes[curve.extremes["extreme"] == extreme]
+    states = states[states["load_factor"].isin(points["load_factor"])]
+    a = states["displacement"].to_numpy(dtype=float)
+    resonance = states["resonance"].to_numpy(dtype=float)
+    complete = len(a) == len(points) and np.isfinite(resonance).all()
+    if not complete or not (np.diff(a, prepend=0.0) > 0).all():
+        return None
+    # The damping ratio is W / (2 pi load_factor a).
+    loss = 2 * states["damping"].to_numpy(dtype=float) * states["load_factor"].to_numpy() / a
+    return _of_arrays(curve, a, resonance, loss, damping)
+
+
+def _interaction(curve: Any, points: pd.DataFrame, names: Sequence[str]) -> Array:
+    """(K,) interaction of other modes at the load factors; NaN without names."""
+    if not len(names):
+        return np.full(len(points), np.nan)
+    others = other_modes(curve.system, curve.cycle, names)
+    return np.array(
+        [
+            interaction_at(steady, others, 2 * np.pi * resonance)
+            for steady, resonance in zip(curve.steady_states, points["resonance"], strict=False)
+        ]
+    )
+
+
+def _amplitude_at(points: pd.DataFrame, name: str, limit: float, scale: float) -> float:
+    """Modal amplitude up to which a column of the curve stays at or below a limit."""
+    a = np.append(0.0, points["displacement"])
+    values = scale * a if name == "amplitude" else np.append(0.0, points[name])
+    above = np.flatnonzero(values > limit)
+    if len(above):
+        pair = slice(above[0] - 1, above[0] + 1)
+        return float(np.interp(limit, values[pair], a[pair]))
+    if limit > values.max():
+        raise ModelError(
+            f"{name}: {limit:g}, and the curve reaches {values.max():.6g}; give a smaller limit, "
+            "or ask for a curve with more load_factors"
+        )
+    return float(a[-1])
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """A curve with its forces, and all that makes a `ForcedResponse` of them."""
+
+    curve: Any
+    forces: Array
+    scale: float
+    oscillator: ModalOscillator
+    interaction: Array
+
+    def result(self) -> ForcedResponse:
+        """The response to all forces."""
+        curves = pd.concat(
+            [response_curves(self.oscillator, force) for force in self.forces], ignore_index=True
+        )
+        curves["amplitude"] *= self.scale
+        detached = pd.DataFrame(
+            [row for force in self.forces for row in detached_of(self.oscillator, float(force))],
+            columns=["force", "least", "most"],
+        )
+        detached[["least", "most"]] *= self.scale
+        rows = pd.DataFrame([self._row(float(force)) for force in self.forces])
+        least, most = self._band(rows["peak"].to_numpy())
+        rows[["peak", "least_peak", "most_peak"]] = (
+            self.scale * np.array([rows["peak"], least, most]).T
+        )
+        return ForcedResponse(
+            **{name: frozen(rows[name]) for name in rows if name != "beyond"},
+            beyond=rows["beyond"].to_numpy(dtype=bool),
+            branches=curves,
+            folds=folds_of(curves),
+            detached=detached,
+            damping=self.oscillator.damping,
+            scale=self.scale,
+            oscillator=self.oscillator,
+            note="; ".join(self._notes(rows, detached)),
+            units=self.curve.system.units,
+        )
+
+    def _row(self, force: float) -> dict[str, Any]:
+        """Numbers of the peak of one force, in modal amplitudes."""
+        peak = next(iter(self.oscillator.peaks(force)), np.inf)
+        if peak == np.inf:
+            names = ("resonance", "lag", "sensitivity", "interaction")
+            return {"force": force, "peak": peak, "beyond": True} | dict.fromkeys(names, np.nan)
+        a = np.asarray(peak)
+        omega = self.oscillator.resonance(a)
+        balance = complex(self.oscillator.balance(a, omega))
+        return {
+            "force": force,
+            "peak": peak,
+            "beyond": False,
+            "resonance": float(omega) / (2 * np.pi),
+            "lag": float(np.degrees(np.angle(balance))),
+            "sensitivity": self.oscillator.sensitivity(peak),
+            "interaction": float(np.interp(peak, self.oscillator.amplitude, self.interaction)),
+        }
+
+    def _band(self, peaks: Array) -> tuple[Array, Array]:
+        """Least and most peak over the residual slips of the range; NaN without one."""
+        points = _points_of(self.curve)
+        found = [peaks]
+        for extreme in ("most", "least"):
+            oscillator = _extreme(self.curve, points, extreme, self.oscillator.damping)
+            if oscillator is None:
+                unknown = np.full(len(peaks), np.nan)
+                return unknown, unknown
+            found.append(
+                np.array([next(iter(oscillator.peaks(force)), np.inf) for force in self.forces])
+            )
+        return np.min(found, axis=0), np.max(found, axis=0)
+
+    def _notes(self, rows: pd.DataFrame, detached: pd.DataFrame) -> list[str]:
+        """Sentences about what the numbers do not know."""
+        notes = ["an approximation by one mode, no bound"]
+        last = self.curve.load_factor[-1]
+        points = _points_of(self.curve)
+        if points["load_factor"].iloc[-1] < last:
+            notes.append(
+                f"the curve is used up to the load factor {points['load_factor'].iloc[-1]:g}, "
+                "above which it has no resonance"
+            )
+        holds = self.oscillator.largest_force(self.oscillator.largest)
+        peak = rows["peak"] / self.scale
+        is_below = (peak < self.oscillator.amplitude[0]) & (self.oscillator.loss[0] > 0)
+        doubtful = rows["interaction"] * rows["sensitivity"] > _INTERACTION
+        said = {
+            f"the peak lies beyond the curve, which holds forces up to {holds:.6g}: give more "
+            "load factors, or the damping of the material": rows["beyond"],
+            "the peak lies below the first load factor, where the loss is taken in proportion to "
+            "the amplitude": is_below,
+            "other modes take part and may change the peak by more than a tenth": doubtful,
+            "a sweep from rest does not reach the detached curve": rows["force"].isin(
+                detached["force"]
+            ),
+        }
+        for sentence, holds_for in said.items():
+            if holds_for.any():
+                names = ", ".join(f"{force:g}" for force in self.forces[holds_for.to_numpy()])
+                notes.append(f"force {names}: {sentence}")
+        if np.isnan(self.interaction).all():
+            notes.append("without other_modes nothing shows whether other modes take part")
+        if np.isnan(rows["least_peak"]).all():
+            notes.append("no band of the peak: the curve has no range, or its states no resonance")
+        return notes
