@@ -6,6 +6,7 @@ from typing import Any
 from .base import Attempt, SolveRecord, archive
 from .contact import Verdict
 from .joints.backbone import BackboneCurve
+from .joints.forced_response import ForcedResponse
 from .joints.report import Report
 from .joints.wear import WearHistory
 from .joints.worn_in import WornIn
@@ -32,6 +33,7 @@ __all__ = [
     "DamagedRows",
     "Design",
     "DissipationRange",
+    "ForcedResponse",
     "GrossSlip",
     "GuaranteeCheck",
     "GuaranteedLimit",

@@ -1,0 +1,540 @@
+"""Forced responses: the slider in closed form, the linear mode, works by hand, folds, units, other
+modes, and time integration that shares no code with the package."""
+
+from dataclasses import replace
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+
+import frictopt as fo
+from helpers.vibrations import Structure, Vibration, rocking, slider, wedges
+
+matplotlib.use("Agg")
+pytestmark = pytest.mark.usefixtures("few_starts", "no_figures_stay_open")
+
+# The slider: stiffness with and without its spring, force of friction, and amplitude of first slip.
+STIFF, SPRING, LIMIT = 1e4, 6e3, 20.0
+START = LIMIT / SPRING
+
+
+@pytest.fixture(scope="module")
+def curve():
+    factors = (STIFF + SPRING) * START * np.append(0.5, np.geomspace(1.0, 40.0, 200))
+    return slider(STIFF, SPRING, LIMIT).curve(0, factors)
+
+
+@pytest.fixture(scope="module")
+def light():
+    return rocking().curve(0, np.geomspace(10, 700, 60))
+
+
+def stiffness(a):
+    """First harmonic of a spring and a slider, over the amplitude."""
+    angle = np.arccos(np.clip(1 - 2 * START / a, -1, 1))
+    slides = np.where(a > START, angle, np.pi)
+    return STIFF + SPRING / np.pi * (slides - np.sin(2 * slides) / 2)
+
+
+def test_the_resonance_of_a_slider_is_its_first_harmonic(curve):
+    a = curve.displacement
+    assert (2 * np.pi * curve.resonance) ** 2 == pytest.approx(stiffness(a), rel=1e-9)
+    assert curve.resonance[-1] < 0.82 * curve.natural_frequency
+    assert (curve.resonance >= curve.frequency - 1e-9).all()
+    assert curve.to_frame()["resonance"].tolist() == curve.resonance.tolist()
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6, 0.9])
+def test_friction_alone_holds_a_slider_up_to_four_over_pi_of_its_force(curve, share):
+    bound = 4 * LIMIT / np.pi
+    answer = curve.response([share * bound])
+    exact = START / (1 - share)
+    assert answer.peak[0] == pytest.approx(exact, rel=1e-3)
+    assert answer.resonance[0] == pytest.approx(np.sqrt(stiffness(exact)) / 2 / np.pi, rel=1e-3)
+    assert answer.lag[0] == pytest.approx(90.0, abs=1e-4)
+    # The balance of energy is pi f a = 4 F (a - a_s).
+    assert answer.sensitivity[0] == pytest.approx((exact - START) / START, rel=0.03)
+    assert curve.largest_force(amplitude=exact) == pytest.approx(share * bound, rel=1e-3)
+    assert np.isnan([*answer.interaction, *answer.least_peak, *answer.most_peak]).all()
+
+
+def test_above_four_over_pi_of_its_force_only_other_damping_holds_a_slider(curve):
+    force = 1.05 * 4 * LIMIT / np.pi
+    free = curve.response([force, 0.5 * force])
+    assert free.beyond.tolist() == [True, False] and free.peak[0] == np.inf
+    assert np.isnan([free.resonance[0], free.lag[0], free.sensitivity[0]]).all()
+    assert f"force {force:g}: the peak lies beyond the curve" in free.note
+    ratio = 0.01
+
+    def excess(a):
+        omega = np.sqrt(stiffness(a))
+        viscous = 2 * ratio * 2 * np.pi * curve.natural_frequency * omega * a
+        return 4 * LIMIT * (1 - START / a) / np.pi + viscous - force
+
+    exact = brentq(excess, 1.01 * START, 40 * START)
+    damped = curve.response([force], damping=ratio)
+    assert damped.peak[0] == pytest.approx(exact, rel=1e-3)
+    # At this frequency the balance of energy is a quadratic equation for the amplitude.
+    viscous = 4 * np.pi * ratio * curve.natural_frequency * 2 * np.pi * damped.resonance[0]
+    roots = np.roots([np.pi * viscous, 4 * LIMIT - np.pi * force, -4 * LIMIT * START])
+    assert damped.peak[0] == pytest.approx(roots.max(), rel=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.001, 0.05, 0.6, 0.9])
+def test_without_slip_a_mode_is_linear(ratio):
+    still = slider().curve(0, [10.0, 20.0, 30.0, 50.0])
+    force = np.array([1e-3, 2 * ratio * 40.0])
+    answer = still.response(force, damping=ratio)
+    omega = 2 * np.pi * still.natural_frequency
+    if ratio < np.sqrt(0.5):
+        peak = force / (2 * ratio * omega**2 * np.sqrt(1 - ratio**2))
+        turn = still.natural_frequency * np.sqrt(1 - 2 * ratio**2)
+        assert answer.lag == pytest.approx(
+            np.degrees(np.arctan2(np.sqrt(1 - 2 * ratio**2), ratio)), rel=1e-9
+        )
+    else:  # no resonance: the static amplitude is the largest
+        peak, turn = force / omega**2, 0.0
+    assert answer.peak == pytest.approx(peak, rel=1e-12)
+    assert answer.resonance == pytest.approx(turn, rel=1e-12)
+    assert answer.sensitivity == pytest.approx(1.0, rel=1e-9)
+    assert still.largest_force(amplitude=answer.peak[1], damping=ratio) == pytest.approx(force[1])
+    at = answer.at([0.3 * still.natural_frequency, 1.7 * still.natural_frequency])
+    driven = 2 * np.pi * at["frequency"].to_numpy()
+    dynamic = omega**2 - driven**2 + 2j * ratio * omega * driven
+    assert at["amplitude"].to_numpy() == pytest.approx(
+        at["force"].to_numpy() / np.abs(dynamic), rel=1e-11
+    )
+    assert at["lag"].to_numpy() == pytest.approx(np.degrees(np.angle(dynamic)), rel=1e-9)
+    assert not answer.beyond.any() and answer.folds.empty and answer.detached.empty
+    rows = answer.branches
+    driven = 2 * np.pi * rows["frequency"].to_numpy()
+    dynamic = np.abs(omega**2 - driven**2 + 2j * ratio * omega * driven)
+    assert dynamic * rows["amplitude"].to_numpy() == pytest.approx(
+        rows["force"].to_numpy(), rel=1e-9
+    )
+
+
+def by_hand(curve, work):
+    """A curve with the works of a function of the amplitude, and the stiffness of its first load
+    factor."""
+    a = curve.displacement
+    constant = np.full(len(a), curve.natural_frequency)
+    return replace(curve, work=work(a), resonance=constant, frequency=constant)
+
+
+def test_a_work_that_grows_with_the_cube_of_the_amplitude(curve):
+    """W = c a^3, so pi f = c a^2, also below the first load factor and whatever the stiffness."""
+    cubic = by_hand(curve, lambda a: 7.0 * a**3)
+    forces = 7.0 * np.array([0.2 * START, START, 9.0 * START]) ** 2 / np.pi
+    answer = cubic.response(forces)
+    assert answer.peak == pytest.approx(np.sqrt(np.pi * forces / 7.0), rel=1e-9)
+    assert answer.sensitivity == pytest.approx(0.5, rel=1e-9)
+    assert f"force {forces[0]:g}: the peak lies below the first load factor" in answer.note
+    assert cubic.largest_force(work=7.0 * curve.displacement[50] ** 3) == pytest.approx(
+        7.0 * curve.displacement[50] ** 2 / np.pi
+    )
+
+
+def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve(curve):
+    """W grows with the cube up to a knee and stays. Then `pi f a = W + 2 pi zeta w0^2 a^2` has two
+    roots above the knee."""
+    knee, ratio = curve.displacement[60], 1e-4
+    saturated = by_hand(curve, lambda a: np.minimum(a / knee, 1.0) ** 3)
+    viscous = 2 * ratio * (2 * np.pi * curve.natural_frequency) ** 2
+    force = 0.8 / (np.pi * knee)
+    roots = np.sort(np.roots([viscous, -force, 1 / np.pi]).real)
+    assert knee < roots[0] < roots[1] < curve.displacement[-1]
+    answer = saturated.response([force], damping=ratio)
+    first = brentq(lambda a: a**2 / (np.pi * knee**3) + viscous * a - force, 1e-9, knee)
+    assert answer.peak == pytest.approx([first], rel=1e-6)
+    (row,) = answer.detached.itertuples()
+    assert (row.least, row.most) == pytest.approx(tuple(roots), rel=1e-4)
+    far = answer.branches[answer.branches["detached"]]
+    assert far["amplitude"].agg(["min", "max"]).tolist() == pytest.approx([row.least, row.most])
+    assert "a sweep from rest does not reach the detached curve" in answer.note
+    strongest = 1 / (np.pi * knee) + viscous * knee
+    assert saturated.largest_force(
+        amplitude=curve.displacement[-1] / 2, damping=ratio
+    ) == pytest.approx(strongest, rel=1e-3)
+    shorter = replace(
+        saturated,
+        **{
+            name: getattr(saturated, name)[:-20]
+            for name in ("load_factor", "displacement", "resonance", "work", "slip_range")
+        },
+        slipping=saturated.slipping[:-20],
+    )
+    assert shorter.displacement[-1] < roots[1]
+    assert shorter.response([force], damping=ratio).detached["most"].tolist() == [np.inf]
+
+
+def test_every_row_holds_the_force(light):
+    """`a |k + i (g + 2 zeta w0 w) - w^2| = f` with the stiffness and the loss between the load
+    factors by an interpolation of the test."""
+    forces, ratio = [0.33, 0.83, 1.7], 5e-3
+    answer = light.response(forces, damping=ratio, scale=2.5)
+    a = light.displacement
+    nodes = np.append(0.0, a)
+    square = (2 * np.pi * light.resonance) ** 2
+    k = PchipInterpolator(nodes, np.append(square[0], square))
+    g = PchipInterpolator(nodes, np.append(0.0, light.work / np.pi / a**2))
+    rows = answer.branches
+    amplitude, omega = rows["amplitude"].to_numpy() / 2.5, 2 * np.pi * rows["frequency"].to_numpy()
+    viscous = 2 * ratio * 2 * np.pi * light.natural_frequency * omega
+    value = k(amplitude) - omega**2 + 1j * (g(amplitude) + viscous)
+    assert amplitude * np.abs(value) == pytest.approx(rows["force"].to_numpy(), rel=1e-9)
+    assert rows["lag"].to_numpy() == pytest.approx(np.degrees(np.angle(value)), abs=1e-9)
+    for force, peak, resonance in zip(forces, answer.peak, answer.resonance, strict=True):
+        part = rows[rows["force"] == force]
+        top = part["amplitude"].argmax()
+        assert part["amplitude"].iloc[top] == pytest.approx(peak, rel=1e-12)
+        assert part["frequency"].iloc[top] == pytest.approx(resonance, rel=1e-6)
+        assert {"below", "above", "between"} == set(part["branch"])
+    plain = light.response(forces, damping=ratio)
+    assert answer.peak == pytest.approx(2.5 * plain.peak, rel=1e-12)
+    assert light.largest_force(amplitude=2.5 * 0.003, scale=2.5, damping=ratio) == pytest.approx(
+        light.largest_force(amplitude=0.003, damping=ratio)
+    )
+
+
+def test_a_fold_has_three_amplitudes_between_its_two_jumps(light):
+    answer = light.response([0.83], damping=5e-3)
+    low, high = sorted(answer.folds["frequency"])
+    assert 16.5 < low < 16.7 < 18.6 < high < 18.8
+    outside = answer.at([0.99 * low, 1.01 * high])
+    assert len(outside) == 2 and outside["branch"].tolist() == ["below", "above"]
+    (_, middle, _) = rows = answer.at((low + high) / 2).itertuples()
+    assert [row.branch for row in rows] == ["below", "between", "above"]
+    branch = answer.branches[answer.branches["branch"] == "between"].sort_values("frequency")
+    assert middle.amplitude == pytest.approx(
+        np.interp(middle.frequency, branch["frequency"], branch["amplitude"]), rel=1e-3
+    )
+
+
+def test_an_amplitude_beyond_the_curve_is_told(light):
+    answer = light.response([30.0], damping=1e-3)
+    low = 0.9 * light.resonance[-1]
+    assert answer.beyond.all()
+    rows = answer.at([low, light.resonance[-1]])
+    assert rows["branch"].tolist()[-1] == "beyond" and rows["amplitude"].iloc[-1] == np.inf
+
+
+def scaled(b, mass, length, time):
+    """The structure in other units: numbers of masses, lengths and times are multiplied."""
+    spring, force = mass / time**2, mass * length / time**2
+    return Structure(
+        mass * b.mass,
+        spring * b.bodies,
+        b.along,
+        b.against,
+        spring * b.tangential,
+        spring * b.normal,
+        b.friction,
+        force * b.static,
+    )
+
+
+def test_other_units_give_the_same_answer():
+    mass, length, time = 1e-3, 1e3, 60.0
+    factors = np.geomspace(100, 1500, 12)
+    curve = wedges().curve(2, factors)
+    modal_force = np.sqrt(mass) * length / time**2
+    other = scaled(wedges(), mass, length, time).curve(2, modal_force * factors)
+    forces = np.array([15.0, 30.0])
+    first = curve.response(forces, damping=2e-3, other_modes=["mode 0", "mode 1", "mode 3"])
+    second = other.response(
+        modal_force * forces, damping=2e-3, other_modes=["mode 0", "mode 1", "mode 3"]
+    )
+    units = {"peak": np.sqrt(mass) * length, "resonance": 1 / time}
+    for name in ("peak", "resonance", "lag", "sensitivity", "interaction"):
+        expected = units.get(name, 1.0) * getattr(first, name)
+        assert getattr(second, name) == pytest.approx(expected, rel=1e-6), name
+
+
+def test_the_band_over_residual_slips_encloses_the_curve():
+    curve = wedges().curve(2, [300.0, 500.0, 700.0, 900.0], range=True)
+    extremes = curve.extremes
+    assert extremes["extreme"].tolist() == ["least", "most"] * 4
+    for name in ("least", "most"):
+        own = extremes[extremes["extreme"] == name]
+        assert own["damping"].to_numpy() == pytest.approx(getattr(curve, f"{name}_damping"))
+    answer = curve.response([20.0, 25.0, 500.0], damping=1e-3)
+    assert (answer.least_peak <= answer.peak).all() and (answer.peak <= answer.most_peak).all()
+    assert answer.most_peak[0] > 1.05 * answer.least_peak[0]
+    assert answer.least_peak[2] == answer.most_peak[2] == np.inf
+    # The state of most damping has a displacement of its own, and the least peak is its own peak.
+    own = extremes[extremes["extreme"] == "most"]
+    a = own["displacement"].to_numpy(dtype=float)
+    work = 2 * np.pi * own["damping"].to_numpy(dtype=float) * curve.load_factor * a
+    alone = replace(
+        curve, displacement=a, work=work, resonance=own["resonance"].to_numpy(dtype=float)
+    )
+    assert answer.least_peak[0] == pytest.approx(
+        min(answer.peak[0], alone.response([20.0], damping=1e-3).peak[0])
+    )
+
+
+def modal_series(b, steady, k, times):
+    """(times, n) modal coordinates of all modes under x = a cos t, by the statics of the whole
+    structure with the forces of its contacts."""
+    path = steady.states()
+    _, shapes = b.modes()
+    amplitude = path.amplitudes[:, list(path.system.bonded).index(f"mode {k}")]
+    loads = np.outer(amplitude, b.mass * shapes[:, k]) + b.static
+    loads -= path.q @ b.along + path.p @ b.against
+    q = loads @ np.linalg.inv(b.bodies) @ (b.mass[:, None] * shapes)
+    x = 2 * (q[:, k] - q[:, k].min()) / np.ptp(q[:, k]) - 1
+    top = int(np.argmax(amplitude))
+    t = 2 * np.pi * np.arange(times) / times
+    series = np.empty((times, len(b.mass)))
+    for n, cosine in enumerate(np.cos(t)):
+        leg = slice(top, None) if t[n] <= np.pi else slice(0, top + 1)
+        order = np.argsort(x[leg], kind="stable")
+        series[n] = [np.interp(cosine, x[leg][order], one[leg][order]) for one in q.T]
+    return series
+
+
+def test_the_interaction_is_what_other_modes_answer_at_multiples_of_the_frequency():
+    b, k = wedges(), 2
+    curve = b.curve(k, [300.0, 600.0, 1000.0])
+    others = [j for j in range(6) if j != k]
+    answer = curve.response([20.0], damping=1e-3, other_modes=[f"mode {j}" for j in others])
+    omega, _ = b.modes()
+    seen = []
+    for steady, resonance in zip(curve.steady_states, curve.resonance, strict=True):
+        series = modal_series(b, steady, k, 512)
+        t = 2 * np.pi * np.arange(512) / 512
+        largest = 0.0
+        for j in others:
+            extra = 0.0
+            for n in range(1, 13):
+                static = 2 * np.mean(series[:, j] * np.exp(-1j * n * t))
+                ratio = n * 2 * np.pi * resonance / omega[j]
+                dynamic = static / (1 - ratio**2 + 0.01j * ratio)
+                extra += abs(omega[j] ** 2 * (dynamic - static)) ** 2
+            largest = max(largest, np.sqrt(extra))
+        seen.append(largest / steady.load_factor)
+    expected = np.interp(answer.peak[0], curve.displacement, seen)
+    assert answer.interaction[0] == pytest.approx(expected, rel=1e-6)
+    assert "without other_modes" not in answer.note and 0.01 < expected < 0.2
+    still = b.curve(k, [1.0, 2.0, 3.0])
+    assert still.response([1e-3], damping=0.01, other_modes=["mode 0"]).interaction == 0.0
+
+
+def test_the_interaction_tells_a_heavy_block_from_a_light_one(light):
+    """Time integration is 9 % from the light block at most, and 27 to 113 % from the heavy one."""
+    names = ["mode 1", "mode 2", "mode 3"]
+    good = light.response([0.33, 0.83], damping=5e-3, other_modes=names)
+    heavy = rocking(4.0, 1.5).curve(0, np.geomspace(10, 300, 40))
+    bad = heavy.response([0.81, 1.66], damping=5e-3, other_modes=names)
+    assert (good.interaction * good.sensitivity < 0.055).all()
+    assert (bad.interaction * bad.sensitivity > 0.2).all()
+    assert "force 0.81, 1.66: other modes take part" in bad.note
+
+
+def test_the_largest_force_keeps_each_limit(light):
+    ratio = 5e-3
+    for name in ("slip_range", "work", "slipping"):
+        values = getattr(light, name)
+        row = int(np.argmax(values > 0)) + 8 if name != "slipping" else int(np.argmax(values > 0))
+        limit = float(values[row]) if name != "slipping" else 0.5 * float(values[row])
+        force = light.largest_force(damping=ratio, **{name: limit})
+        peak = light.response([force * (1 - 1e-6)], damping=ratio).peak[0]
+        at = np.interp(peak, light.displacement, values)
+        assert at <= limit * (1 + 1e-6) and at == pytest.approx(limit, rel=1e-2)
+
+
+@settings(max_examples=20, deadline=None)
+@given(share=st.floats(0.05, 0.95), ratio=st.floats(0.0, 0.3))
+def test_a_peak_is_the_largest_amplitude_at_any_frequency(curve, share, ratio):
+    amplitude = START * (1 + 20 * share)
+    force = curve.largest_force(amplitude=amplitude, damping=ratio)
+    answer = curve.response([0.999 * force], damping=ratio)
+    near = answer.resonance[0] * np.linspace(0.7, 1.3, 41)
+    amplitudes = answer.at(near)["amplitude"]
+    assert amplitudes.max() <= answer.peak[0] * (1 + 1e-9) <= amplitude * (1 + 1e-9)
+    assert amplitudes.max() == pytest.approx(answer.peak[0], rel=1e-6)
+
+
+def test_a_curve_ends_where_its_displacement_turns_back():
+    """Strong coupling lets the displacement of a load run back between its corners."""
+    root = [[-0.3, -0.6, 0.3, -2.0], [0.6, -0.8, 0.4, 0.5], [3.1, -2.7, -0.9, 2.0]]
+    root = np.array([*root, [-1.0, -0.2, -0.3, -0.6]])
+    loads = {"P": [0.6, 0.0, 0.5, 0.6], "Q": [-0.5, -0.1, -0.2, 1.8]}
+    S = root @ root.T + 0.2 * np.eye(4)
+    system = fo.ContactSystem(S, [[0, 0], [1, 0]], loads, compliance=0.1 * np.eye(2))
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    steady = fo.steady_state(system, cycle, 0.7, 1.0)
+    moved = steady.loop("Q").displacement
+    assert steady.period == 1 and (np.diff(moved) > 1e-3).any() and (np.diff(moved) < -1e-3).any()
+    rising = np.diff(moved)[: int(np.argmax(moved))]
+    falling = np.diff(moved)[int(np.argmax(moved)) :]
+    assert (rising < -1e-4).any() or (falling > 1e-4).any()
+    curve = fo.backbone_curve(
+        system, cycle, 0.7, [0.02, 0.03, 0.04, 1.0], natural_frequency=np.sqrt(10) / 2 / np.pi
+    )
+    assert np.isfinite(curve.frequency).all()
+    assert np.isfinite(curve.resonance[:3]).all() and np.isnan(curve.resonance[3])
+    assert "load factor 1: no resonance, because its displacement turns back" in curve.note
+    answer = curve.response([1e-4], damping=0.01)
+    assert "the curve is used up to the load factor 0.04" in answer.note
+    with pytest.raises(fo.ModelError, match=r"load_factors: 2 of 3 .*turns back"):
+        fo.backbone_curve(
+            system, cycle, 0.7, [0.02, 0.03, 1.0], natural_frequency=np.sqrt(10) / 2 / np.pi
+        ).response([1.0])
+
+
+def test_a_response_is_kept_shown_and_drawn(light, tmp_path):
+    answer = light.response([0.33, 0.83, 6.0], damping=5e-3, scale=2.0)
+    answer.save(tmp_path / "response.npz")
+    again = fo.results.load(tmp_path / "response.npz")
+    assert isinstance(again, fo.results.ForcedResponse)
+    pd.testing.assert_frame_equal(again.to_frame(), answer.to_frame())
+    pd.testing.assert_frame_equal(again.branches, answer.branches)
+    pd.testing.assert_frame_equal(again.at([17.0, 18.0]), answer.at([17.0, 18.0]))
+    table = answer.to_frame()
+    assert table.attrs["note"] == answer.note and "an approximation" in answer.note
+    assert list(table)[:4] == ["force", "peak", "resonance", "lag"]
+    assert f"{answer.peak[0]:.6g}" in repr(answer) and not hasattr(answer, "proven")
+    axes = answer.plot()
+    assert axes.get_ylabel() == "amplitude at the point (length)" and axes.get_yscale() == "log"
+    lines = axes.get_lines()
+    assert {"backbone", "force 0.33", "force 0.83", "force 6"} <= {x.get_label() for x in lines}
+    drawn = max(np.nanmax(line.get_ydata()) for line in lines[1:])
+    assert drawn == pytest.approx(answer.peak.max()) and axes.get_ylim()[1] > drawn
+    low, high = axes.get_xlim()
+    assert low < answer.resonance.min() and light.natural_frequency < high
+    one = light.response([0.83], damping=5e-3).plot()
+    assert one.get_ylabel() == "modal amplitude" and one.get_yscale() == "linear"
+    dotted = [line for line in one.get_lines() if line.get_linestyle() == ":"]
+    assert any(np.isfinite(line.get_ydata()).any() for line in dotted)
+
+
+def test_the_bar_of_a_peak_is_its_band():
+    answer = wedges().curve(2, [300.0, 500.0, 800.0], range=True).response([20.0], damping=1e-3)
+    bars = [line for line in answer.plot().get_lines() if line.get_linewidth() == 4.0]
+    assert bars[0].get_ydata().tolist() == [answer.least_peak[0], answer.most_peak[0]]
+
+
+def test_a_curve_of_an_earlier_version_has_no_resonance(light, tmp_path):
+    old = replace(light, resonance=np.zeros(0))
+    assert len(old.resonance) == len(light.load_factor) and np.isnan(old.resonance).all()
+    with pytest.raises(fo.ModelError, match="of an earlier version anew"):
+        old.response([1.0])
+
+
+def test_bad_input(curve, light):
+    for odd in ([], [0.0], [-1.0], [np.nan], [np.inf], [[1.0]], "1", None):
+        with pytest.raises(fo.ModelError, match=r"^forces"):
+            curve.response(odd)
+        with pytest.raises(fo.ModelError, match=r"^frequencies"):
+            curve.response([1.0]).at(odd)
+    for odd in (-0.1, 1.0, np.nan, "1"):
+        with pytest.raises(fo.ModelError, match=r"^damping"):
+            curve.response([1.0], damping=odd)
+        with pytest.raises(fo.ModelError, match=r"^damping"):
+            curve.largest_force(amplitude=START, damping=odd)
+    for odd in (0.0, -1.0, np.inf):
+        with pytest.raises(fo.ModelError, match=r"^scale"):
+            curve.response([1.0], scale=odd)
+        with pytest.raises(fo.ModelError, match=r"^scale"):
+            curve.largest_force(amplitude=1.0, scale=odd)
+        with pytest.raises(fo.ModelError, match=r"^amplitude"):
+            curve.largest_force(amplitude=odd)
+    with pytest.raises(fo.ModelError, match=r"amplitude, slip_range, .*: none; give one"):
+        curve.largest_force()
+    with pytest.raises(fo.ModelError, match=r"work=1\.0.*; give one of the four"):
+        curve.largest_force(work=1.0, slipping=0.5)
+    with pytest.raises(fo.ModelError, match=r"^work: 1e\+09, and the curve reaches"):
+        curve.largest_force(work=1e9)
+    for odd, said in (
+        (["mode 7"], "other_modes: 'mode 7'"),
+        (["mode 0"], "'mode 0' moves another mode"),
+        (["static"], "'static' moves another mode"),
+        ("mode 1", "other_modes: 'mode 1'"),
+    ):
+        with pytest.raises(fo.ModelError, match=said):
+            light.response([1.0], other_modes=odd)
+    plain = replace(curve, natural_frequency=np.nan)
+    with pytest.raises(fo.ModelError, match="natural_frequency: not known to the curve"):
+        plain.response([1.0])
+    falling = replace(curve, displacement=curve.displacement[::-1])
+    with pytest.raises(fo.ModelError, match=r"displacement: .* does not rise"):
+        falling.response([1.0])
+    with pytest.raises(fo.ModelError, match="load_factors: 2 of 2"):
+        slider().curve(0, [10.0, 20.0]).largest_force(amplitude=1e-3)
+
+
+def test_a_curve_over_the_amplitude_at_a_point(light):
+    panels = light.plot(scale=3.0)
+    assert panels[-1].get_xlabel() == "amplitude at the point (length)"
+    for panel, name in zip(panels, ("work", "slipping", "frequency", "damping"), strict=True):
+        x, y = panel.get_lines()[0].get_data()
+        known = np.isfinite(y)
+        assert x == pytest.approx(3.0 * light.displacement)
+        assert y[known] == pytest.approx(getattr(light, name)[known])
+    resonance = next(x for x in panels[2].get_lines() if "first harmonic" in x.get_label())
+    assert resonance.get_ydata() == pytest.approx(light.resonance)
+    low, high = panels[0].get_xlim()
+    assert low > 3.0 * light.displacement[0] / 2 and high < 3.0 * light.displacement[-1] * 2
+    bare = replace(light, displacement=np.full(len(light.load_factor), np.nan))
+    with pytest.raises(fo.ModelError, match="scale: 2, and the load of this curve"):
+        bare.plot(scale=2.0)
+    with pytest.raises(fo.ModelError, match=r"^scale"):
+        light.plot(scale=0.0)
+
+
+def test_a_far_limit_does_not_squeeze_a_curve_and_is_named():
+    loads = {"P": [0, 1.0], "X": [1.0, 0]}
+    free = fo.ContactSystem(np.zeros((2, 2)), [[0, 0]], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+    near = fo.backbone_curve(free, cycle, 0.5, [0.1, 0.45]).plot()
+    far = fo.backbone_curve(free, cycle, 0.5, [1e-4, 1e-3]).plot()
+    for panels, inside in ((near, True), (far, False)):
+        (line,) = (x for x in panels[0].get_lines() if "slide off" in x.get_label())
+        assert ("0.5" in line.get_label()) and (len(line.get_xdata()) > 0) == inside
+    assert far[0].get_xlim()[1] < 2e-3
+
+
+def test_the_error_of_increments_is_a_column_and_a_bar():
+    loads = {"P": [0, 0, 0, 0, 1, 3], "X": [1, 0.3, 0, 0.4, 0, 0]}
+    S = np.eye(6) + 0.3 * np.ones((6, 6))
+    pair = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], loads, compliance=np.eye(2))
+    cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": -1.0}])
+    curve = fo.backbone_curve(pair, cycle, 0.5, [0.3, 1.0, 1.6], steps=2)
+    errors = [steady.step_error for steady in curve.steady_states]
+    assert curve.step_error.tolist() == errors == curve.to_frame()["step_error"].tolist()
+    assert max(errors) > 0 and f"largest_step_error={max(errors):.6g}" in repr(curve)
+    work = curve.plot()[0]
+    (bars,) = work.containers
+    ends = np.array([segment[:, 1] for segment in bars.lines[2][0].get_segments() if len(segment)])
+    known = curve.work[np.array(errors) > 0]
+    assert ends[-1].max() == pytest.approx(known[-1] * (1 + errors[-1]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("structure", "mode", "factors", "ratio", "force", "error", "shift"),
+    [
+        (wedges(), 2, (100, 2000), 1e-3, 10.0, 0.05, 0.012),
+        (wedges(), 2, (100, 2000), 1e-3, 30.0, 0.05, 0.012),
+        (rocking(), 0, (10, 300), 5e-3, 0.33, 0.05, 0.012),
+        (rocking(), 0, (10, 300), 5e-3, 0.83, 0.1, 0.025),
+    ],
+    ids=["wedges, 10", "wedges, 30", "block, 0.33", "block, 0.83"],
+)
+def test_time_integration_from_rest_meets_the_peak(
+    structure, mode, factors, ratio, force, error, shift
+):
+    """Swept down from above the resonance, in 60 steps of 80 periods."""
+    curve = structure.curve(mode, np.geomspace(*factors, 40))
+    answer = curve.response([force], damping=ratio)
+    frequencies = np.linspace(1.03 * curve.natural_frequency, 0.97 * answer.resonance[0], 60)
+    peak, at = Vibration(structure, mode, ratio, 600).sweep(force, frequencies)
+    assert answer.peak[0] == pytest.approx(peak, rel=error)
+    assert answer.resonance[0] == pytest.approx(at, rel=shift)
