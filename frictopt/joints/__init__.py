@@ -6,6 +6,9 @@ In come a contact, its load cycle and its friction. Out go:
   (numbers with units) and `advice.py` (sentences)
 - `backbone.py`: work W, stiffness k and damping W / (2 pi k u^2) over the amplitude u of the load,
   from `curve_question.py` (one load factor) and `curve_load.py` (the displacement of the load)
+- `forced_response.py`: amplitude over the frequency of a harmonic force, asked of a curve in
+  `resonant.py`, from `swing.py` (harmonics of a loop), `modal_oscillator.py` (one mode),
+  `response_branches.py` (its curves) and `mode_interaction.py` (other modes)
 - `tightening.py`: shortenings of locked bolts that give them their forces
 - `wear.py`: wear by Archard's law, in jumps of load cycles (`wear_course.py`)
 - `worn_in.py`: the end of wear by a theorem

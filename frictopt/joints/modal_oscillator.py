@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-from ..base import Array, kept
+from ..base import Array, Kept
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,8 @@ class OscillatorNumbers:
     root: float = 1e-14
 
 
-@kept
-@dataclass(frozen=True, eq=False)
-class ModalOscillator:
+@dataclass(frozen=True, eq=False, repr=False)
+class ModalOscillator(Kept):
     """A mode at K rising amplitudes, with interpolation between them.
 
     Below the first amplitude the stiffness stays and the loss falls in proportion to the amplitude,
@@ -57,6 +56,8 @@ class ModalOscillator:
     loss: Array
     natural: float
     damping: float
+
+    _said = ("largest", "natural", "damping")
 
     @property
     def largest(self) -> float:

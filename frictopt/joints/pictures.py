@@ -255,7 +255,7 @@ def _draw_branches(axes: Axes, rows: pd.DataFrame, color: str, name: str) -> Non
     between = rows["branch"] == "between"
     for detached in (False, True):
         part = rows["detached"] == detached
-        for dotted in (False, True):
+        for dotted in (False, True) if part.any() else ():
             amplitude = rows["amplitude"].where(between == dotted)[part]
             label = name if not (detached or dotted) else None
             style = ":" if dotted else "-"

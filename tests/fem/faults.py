@@ -54,6 +54,20 @@ FAULTS = (
     ),
     Fault(
         "fem/modes.py",
+        "loads drive the first mode alone",
+        old="np.sum(self.shapes[load.body][mode] * nodal)",
+        new="np.sum(self.shapes[load.body][0] * nodal)",
+        tests="modes",
+    ),
+    Fault(
+        "fem/modes.py",
+        "a base shakes the first mode alone",
+        old="self.participation[mode]",
+        new="self.participation[0]",
+        tests="modes",
+    ),
+    Fault(
+        "fem/modes.py",
         "the load of a mode is its shape",
         old="shapes[mode] @ self._masses[name]",
         new="shapes[mode]",

@@ -307,6 +307,49 @@ def test_the_load_of_a_mode_moves_it_alone(kind, give):
     )
 
 
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex])
+def test_the_modal_force_of_loads_is_their_work_in_the_mode(kind):
+    """By the condensed system: under the unit load of a mode the displacement of another load is
+    its modal force over the square of the angular frequency."""
+    d = dimensions(kind)
+    base = bars(kind, 8, supports=[fo.Support("left", "end")])
+    modes = base.modes(3)
+    push = dict(zip("xyz", [0.4, -0.3, 0.2][:d], strict=False))
+    loads = {
+        "faces": [fo.Pressure("right", "end", 0.7), fo.Traction("right", "end", **push)],
+        "volume": [fo.BodyForce("left", y=lambda x, *_: 0.1 * x), fo.BodyForce("right", x=0.5)],
+        "mode 1": modes.load(1),
+    }
+    model = base.with_loads({f"of mode {k}": modes.load(k) for k in range(3)} | loads)
+    system = model.condense()
+    cases = list(system.bonded)
+    for name, parts in loads.items():
+        for k in range(3):
+            moved = system.compliance[cases.index(name), cases.index(f"of mode {k}")]
+            force = moved * (2 * np.pi * modes.frequency[k]) ** 2
+            assert modes.force(k, parts) == pytest.approx(force, rel=1e-6, abs=1e-9)
+    assert modes.force(1, modes.load(1)) == pytest.approx(1.0, rel=1e-9)
+    # A base shaken by b is the inertia of all bodies, forces per volume of density times b.
+    shake = np.array([0.3, -1.2, 0.7])[:d]
+    weight = dict(zip("xyz", RHO * shake, strict=False))
+    inertia = [fo.BodyForce(name, **weight) for name in ("left", "right")]
+    for k in range(3):
+        alone = modes.force(k, acceleration=shake)
+        assert alone == pytest.approx(modes.force(k, inertia), rel=1e-9, abs=1e-9)
+        both = modes.force(k, loads["faces"], acceleration=shake)
+        assert both == pytest.approx(alone + modes.force(k, loads["faces"]), abs=1e-9)
+    with pytest.raises(fo.ModelError, match="loads, acceleration: neither is given"):
+        modes.force(0)
+    with pytest.raises(fo.ModelError, match=r"loads: .*give a list of Traction or Pressure"):
+        modes.force(0, [fo.Displacement("left", "end", x=1.0)])
+    with pytest.raises(fo.ModelError, match="loads: body: 'middle'"):
+        modes.force(0, [fo.Pressure("middle", "end")])
+    with pytest.raises(fo.ModelError, match="acceleration: shape"):
+        modes.force(0, acceleration=[1.0])
+    with pytest.raises(fo.ModelError, match=r"^k: 3"):
+        modes.force(3, loads["faces"])
+
+
 @pytest.mark.parametrize(
     ("name", "element"), [("right", "quadratic"), ("left", "quadratic"), ("left", "linear")]
 )

@@ -45,7 +45,9 @@ def test_the_resonance_of_a_slider_is_its_first_harmonic(curve):
     a = curve.displacement
     assert (2 * np.pi * curve.resonance) ** 2 == pytest.approx(stiffness(a), rel=1e-9)
     assert curve.resonance[-1] < 0.82 * curve.natural_frequency
-    assert (curve.resonance >= curve.frequency - 1e-9).all()
+    # At first slip the tips of the loop are softer than its first harmonic, in full slip stiffer.
+    assert curve.resonance[8] > 1.005 * curve.frequency[8]
+    assert curve.resonance[-1] < 0.999 * curve.frequency[-1]
     assert curve.to_frame()["resonance"].tolist() == curve.resonance.tolist()
 
 
@@ -88,7 +90,7 @@ def test_above_four_over_pi_of_its_force_only_other_damping_holds_a_slider(curve
 @pytest.mark.parametrize("ratio", [0.001, 0.05, 0.6, 0.9])
 def test_without_slip_a_mode_is_linear(ratio):
     still = slider().curve(0, [10.0, 20.0, 30.0, 50.0])
-    force = np.array([1e-3, 2 * ratio * 40.0])
+    force = np.array([1e-3, 40.0 * min(1.0, 2 * ratio * np.sqrt(1 - min(ratio, 0.7) ** 2))])
     answer = still.response(force, damping=ratio)
     omega = 2 * np.pi * still.natural_frequency
     if ratio < np.sqrt(0.5):
@@ -143,31 +145,32 @@ def test_a_work_that_grows_with_the_cube_of_the_amplitude(curve):
 def test_a_force_that_falls_with_the_amplitude_has_a_detached_curve(curve):
     """W grows with the cube up to a knee and stays. Then `pi f a = W + 2 pi zeta w0^2 a^2` has two
     roots above the knee."""
-    knee, ratio = curve.displacement[60], 1e-4
-    saturated = by_hand(curve, lambda a: np.minimum(a / knee, 1.0) ** 3)
+    knee, ratio = curve.displacement[60], 1e-3
     viscous = 2 * ratio * (2 * np.pi * curve.natural_frequency) ** 2
-    force = 0.8 / (np.pi * knee)
-    roots = np.sort(np.roots([viscous, -force, 1 / np.pi]).real)
+    most = 10 * np.pi * knee**2 * viscous
+    saturated = by_hand(curve, lambda a: most * np.minimum(a / knee, 1.0) ** 3)
+    force = 8 * viscous * knee
+    roots = knee * (4 + np.sqrt(6) * np.array([-1, 1]))
     assert knee < roots[0] < roots[1] < curve.displacement[-1]
     answer = saturated.response([force], damping=ratio)
-    first = brentq(lambda a: a**2 / (np.pi * knee**3) + viscous * a - force, 1e-9, knee)
-    assert answer.peak == pytest.approx([first], rel=1e-6)
+    first = knee * (np.sqrt(1 + 4 * 10 * 8) - 1) / 20  # 10 a^2 / knee + a = 8 knee
+    assert answer.peak == pytest.approx([first], rel=1e-5)
     (row,) = answer.detached.itertuples()
     assert (row.least, row.most) == pytest.approx(tuple(roots), rel=1e-4)
     far = answer.branches[answer.branches["detached"]]
     assert far["amplitude"].agg(["min", "max"]).tolist() == pytest.approx([row.least, row.most])
     assert "a sweep from rest does not reach the detached curve" in answer.note
-    strongest = 1 / (np.pi * knee) + viscous * knee
+    strongest = 11 * viscous * knee
     assert saturated.largest_force(
         amplitude=curve.displacement[-1] / 2, damping=ratio
-    ) == pytest.approx(strongest, rel=1e-3)
+    ) == pytest.approx(strongest, rel=3e-3)  # between load factors the knee is round
     shorter = replace(
         saturated,
         **{
-            name: getattr(saturated, name)[:-20]
+            name: getattr(saturated, name)[:-60]
             for name in ("load_factor", "displacement", "resonance", "work", "slip_range")
         },
-        slipping=saturated.slipping[:-20],
+        slipping=saturated.slipping[:-60],
     )
     assert shorter.displacement[-1] < roots[1]
     assert shorter.response([force], damping=ratio).detached["most"].tolist() == [np.inf]
@@ -208,7 +211,8 @@ def test_a_fold_has_three_amplitudes_between_its_two_jumps(light):
     assert 16.5 < low < 16.7 < 18.6 < high < 18.8
     outside = answer.at([0.99 * low, 1.01 * high])
     assert len(outside) == 2 and outside["branch"].tolist() == ["below", "above"]
-    (_, middle, _) = rows = answer.at((low + high) / 2).itertuples()
+    rows = list(answer.at((low + high) / 2).itertuples())
+    middle = rows[1]
     assert [row.branch for row in rows] == ["below", "between", "above"]
     branch = answer.branches[answer.branches["branch"] == "between"].sort_values("frequency")
     assert middle.amplitude == pytest.approx(
@@ -281,13 +285,13 @@ def test_the_band_over_residual_slips_encloses_the_curve():
 
 def modal_series(b, steady, k, times):
     """(times, n) modal coordinates of all modes under x = a cos t, by the statics of the whole
-    structure with the forces of its contacts."""
+    structure whose springs the slips and gaps have moved."""
     path = steady.states()
     _, shapes = b.modes()
     amplitude = path.amplitudes[:, list(path.system.bonded).index(f"mode {k}")]
     loads = np.outer(amplitude, b.mass * shapes[:, k]) + b.static
-    loads -= path.q @ b.along + path.p @ b.against
-    q = loads @ np.linalg.inv(b.bodies) @ (b.mass[:, None] * shapes)
+    loads += b.tangential * path.slip @ b.along - b.normal * path.gap @ b.against
+    q = loads @ np.linalg.inv(b.glued) @ (b.mass[:, None] * shapes)
     x = 2 * (q[:, k] - q[:, k].min()) / np.ptp(q[:, k]) - 1
     top = int(np.argmax(amplitude))
     t = 2 * np.pi * np.arange(times) / times

@@ -14,6 +14,19 @@ def _deep_profile(contact):
     return model.solve(F, [model.profile >= 0, model.profile <= 1])
 
 
+def _response(contact, lam, steps):
+    """Of a load as if it were that of a mode."""
+    curve = fo.backbone_curve(
+        contact,
+        CYCLE,
+        F,
+        lam * np.array([0.3, 0.5, 0.7]),
+        natural_frequency=0.5 / np.pi / np.sqrt(10.0),
+        **steps,
+    )
+    return curve.response([0.1], damping=0.01)
+
+
 ASKED = {
     "onset": lambda s, lam, steps: fo.onset(s, CYCLE, F),
     "shakedown_limit": lambda s, lam, steps: fo.shakedown_limit(s, CYCLE, F),
@@ -52,6 +65,7 @@ ASKED = {
         s, CYCLE, F, 0.5 * lam, **steps
     ),
     "backbone_curve": lambda s, lam, steps: fo.backbone_curve(s, CYCLE, F, [0.5 * lam], **steps),
+    "BackboneCurve.response": _response,
     "report": lambda s, lam, steps: fo.report(s, CYCLE, F, [0.5 * lam], **steps),
     "limit_after_protocol": lambda s, lam, steps: fo.limit_after_protocol(
         s, CYCLE, F, scan=1, tolerance=0.5, **steps

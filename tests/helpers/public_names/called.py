@@ -50,6 +50,7 @@ INCREMENT = {"slip": SLIP, "bonded": BONDED}
 CLAIMED = dict.fromkeys(
     ("v", "w", "q", "p", "previous_slip"), SLIP
 )  # may be nan, and the state is then infinitely wrong
+CURVE = fo.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
 STEP = fo.starts.LoadStep({"mean": 0.5})
 BLOCKS, PLACED = (
     {"A": np.eye(2), "B": np.zeros((2, 2)), "C": np.eye(2)},
@@ -268,6 +269,19 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "backbone_curve": (
         fo.backbone_curve,
         {**ASKED, "load_factors": [0.5], "natural_frequency": 1.0},
+    ),
+    "BackboneCurve.response": (
+        CURVE.response,
+        {"forces": [0.1], "damping": 0.01, "scale": 2.0, "other_modes": ()},
+    ),
+    "BackboneCurve.largest_force": (
+        CURVE.largest_force,
+        {"amplitude": 1e-4, "damping": 0.01, "scale": 2.0},
+    ),
+    "ForcedResponse.at": (CURVE.response([0.1], damping=0.01).at, {"frequencies": [1.0]}),
+    "Modes.force": (
+        HEAVY.modes(1).force,
+        {"k": 0, "loads": [fo.BodyForce("punch", y=1.0)], "acceleration": [0.0, 1.0]},
     ),
     "modal_load": (
         fo.modal_load,
