@@ -197,9 +197,8 @@ class Modes(Shown, Plotted):
             )
         for load in forces:
             body = self.bodies[choice("loads: body", load.body, self.bodies)]
-            total += float(
-                np.sum(self.shapes[load.body][mode] * load._forces(body, self._kinematics))
-            )
+            nodal = load._forces(body, self._kinematics)
+            total += float(np.sum(self.shapes[load.body][mode] * nodal))
         return total
 
     def plot(self, ax: Any = None, *, k: int = 0) -> Any:
