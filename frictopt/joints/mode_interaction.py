@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base import Array, Outcome, choice, listed
+from ..base import Array, Outcome, choice
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..transients import SteadyState
@@ -49,12 +49,12 @@ class OtherModes:
         return float((self.squares * np.linalg.norm(gain * dynamic, axis=0)).max())
 
 
-def other_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str]) -> OtherModes:
+def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str]) -> OtherModes:
     """Check the load cases of other modes: no load of two modes moves the other one."""
     direction = opposed_direction(system, cycle)
     assert direction is not None and system.compliance is not None
     columns = []
-    for name in listed("other_modes", names):
+    for name in names:
         choice("other_modes", name, system.bonded)
         columns.append(list(system.bonded).index(name))
     L = system.compliance

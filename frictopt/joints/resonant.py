@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import Array, finite_number, frozen
+from ..base import Array, finite_number, frozen, listed
 from ..errors import ModelError
 from .forced_response import ForcedResponse, positive_numbers
 from .modal_oscillator import ModalOscillator
-from .mode_interaction import interaction_at, other_modes
+from .mode_interaction import checked_modes, interaction_at
 from .response_branches import detached_of, folds_of, response_curves
 
 # Fewest load factors with a resonance: two points show no curve.
@@ -80,7 +80,7 @@ class Resonant:
         size = finite_number("scale", scale, above=0.0)
         points = _points_of(self)
         oscillator = _oscillator(self, points, ratio)
-        interaction = _interaction(self, points, other_modes)
+        interaction = _interaction(self, points, listed("other_modes", other_modes))
         return _Answer(self, wanted, size, oscillator, interaction).result()
 
     def largest_force(
@@ -207,7 +207,7 @@ def _interaction(curve: Any, points: pd.DataFrame, names: Sequence[str]) -> Arra
     """(K,) interaction of other modes at the load factors; NaN without names."""
     if not len(names):
         return np.full(len(points), np.nan)
-    others = other_modes(curve.system, curve.cycle, names)
+    others = checked_modes(curve.system, curve.cycle, names)
     return np.array(
         [
             interaction_at(steady, others, 2 * np.pi * resonance)
