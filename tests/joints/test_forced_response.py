@@ -214,6 +214,8 @@ def test_a_fold_has_three_amplitudes_between_its_two_jumps(light):
     rows = list(answer.at((low + high) / 2).itertuples())
     middle = rows[1]
     assert [row.branch for row in rows] == ["below", "between", "above"]
+    doubled = light.response([0.83], damping=5e-3, scale=2.0).at((low + high) / 2)
+    assert doubled["amplitude"].tolist() == pytest.approx([2 * row.amplitude for row in rows])
     branch = answer.branches[answer.branches["branch"] == "between"].sort_values("frequency")
     assert middle.amplitude == pytest.approx(
         np.interp(middle.frequency, branch["frequency"], branch["amplitude"]), rel=1e-3
