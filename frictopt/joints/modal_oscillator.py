@@ -1,4 +1,4 @@
-"""One mode on the stiffness and the friction of its joint: its response to a harmonic force.
+"""A mode on the stiffness and the friction of its joint, and its answer to a harmonic force.
 
 A mode of unit modal mass with the amplitude a under the modal force `f cos(omega t)` obeys
 `a |k + i (g + 2 zeta omega_0 omega) - omega^2| = f`. Here k is the stiffness of the first harmonic

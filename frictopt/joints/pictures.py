@@ -28,9 +28,11 @@ from .forced_response import ForcedResponse
 from .wear import WearHistory
 from .worn_in import WornIn
 
-# Room of a curve beyond its smallest and its largest value, as a factor. Limits farther away are in
-# the legend alone.
-_ROOM = 1.5
+# Farthest limit that is drawn, over the largest value of a curve, or under the smallest. Limits
+# farther away are in the legend alone.
+_FARTHEST = 1.5
+# Room around the values and the limits that are drawn, as a factor.
+_ROOM = 1.12
 # Ratio of the largest to the smallest peak from which amplitudes have a logarithmic axis.
 _LOGARITHMIC = 8.0
 _DEPTH = "depth worn off (length)"
@@ -101,8 +103,9 @@ class _CurveAxis:
         A limit far from the curve would squeeze it: the legend names it alone.
         """
         known = self.x[np.isfinite(self.x)]
-        low = known.min() / _ROOM
-        high = known.max() * _ROOM
+        low = known.min()
+        high = known.max()
+        drawn = [low, high]
         axes.set_xscale("log")
         curve = self.curve
         slides = "bodies slide off, from no slip" if curve.self_stress else "bodies slide off"
@@ -113,13 +116,14 @@ class _CurveAxis:
         }
         for name, (limit, color) in limits.items():
             place = self._place_of(limit)
-            if low < place < high:
+            if low / _FARTHEST < place < high * _FARTHEST:
+                drawn.append(place)
                 axes.axvline(
                     place, color=color, lw=0.8, ls="--", zorder=0, label=equals(name, limit)
                 )
             elif np.isfinite(limit) and limit > 0:
                 axes.plot([], [], color="none", label=equals(name, limit))
-        axes.set_xlim(low, high)
+        axes.set_xlim(min(drawn) / _ROOM, max(drawn) * _ROOM)
 
     def _place_of(self, limit: float) -> float:
         """Place of a load factor on the axis; NaN if the curve does not know its amplitude."""

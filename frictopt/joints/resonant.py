@@ -1,4 +1,4 @@
-"""What a backbone curve says about the resonance of its mode: responses and largest forces."""
+"""Responses and largest forces at the resonance of the mode of a backbone curve."""
 
 from __future__ import annotations
 

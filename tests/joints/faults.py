@@ -223,7 +223,7 @@ FAULTS = (
     Fault(
         "joints/pictures.py",
         "a far limit squeezes the curve",
-        old="axes.set_xlim(low, high)",
+        old="axes.set_xlim(min(drawn) / _ROOM, max(drawn) * _ROOM)",
         new="axes.autoscale()",
         tests="forced_response::test_a_far_limit_does_not_squeeze_a_curve_and_is_named",
     ),
