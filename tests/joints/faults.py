@@ -20,8 +20,8 @@ FAULTS = (
     Fault(
         "joints/curve_load.py",
         "the displacement is the whole range",
-        old="np.ptp(displacements @ self.direction) / 2",
-        new="np.ptp(displacements @ self.direction)",
+        old="np.ptp(displacement) / 2",
+        new="np.ptp(displacement)",
         tests="backbone",
     ),
     Fault(
