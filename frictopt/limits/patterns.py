@@ -21,7 +21,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..base import Array, Bar, Booleans, Integers, flag, progress_bar
+from ..base import RESIDUAL, Array, Bar, Booleans, Integers, flag, progress_bar
 from ..contact import other_laws
 from ..errors import FrictoptError, ModelError, SolverError
 from ..transients.statics import Statics
@@ -39,6 +39,14 @@ class SearchSettings:
     frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
     # A node governs the limit if its motion in the mechanism is above this share of the largest.
     governs: float = 0.02
+    # The same share for a node that touches: an open node without gap at a corner, or a closed node
+    # without pressure. The motion of an open node is in the unit of its gap, and can be far smaller
+    # than the slips of closed nodes.
+    governs_touching: float = 1e-6
+    # Pressed nodes of a closed contact are opened only if nodes have gaps, or if the contact has at
+    # most this number of nodes. In a larger closed contact this costs a program for each of them,
+    # and in the contacts measured it gains nothing.
+    small: int = 16
     # The same share for a node that may open or close at a corner.
     governs_event: float = 1e-6
     # Smallest relative gain of a limit that counts; a smaller one may be rounding.
@@ -67,37 +75,31 @@ def best_pattern(
 ) -> L:
     """The best limit over sets of open nodes that the search finds.
 
-    `closed` is the limit with all nodes closed. It is the answer if the mean load is safe and no
-    governing node tends to open. `limit_of(question, above)` computes the limit of a question with
-    other open nodes; it may raise an error if this limit is at most `above`.
+    `closed` is the limit with all nodes closed. It is the answer if zero slip is safe under the
+    mean load and no governing node may open. `limit_of(question, above)` computes the limit of a
+    question with other open nodes; it may raise an error if this limit is at most `above`.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
     The first limit that reaches `enough` ends the search. Under a static load only the nodes that
     the mean load opens are tried: a search would open more nodes until a body slides off.
     """
     question = closed._question
-    may_change = not closed._question.static
-    counts = _counts(closed, start_by)
-
-    tends_to_open = False
-    if may_change and counts and closed.load_factor < enough:
-        tends_to_open = any(opened.any() for opened in _next_to(closed))
-    if not tends_to_open and closed.least <= 0:
+    may_change = not question.static
+    searches = may_change and _counts(closed, start_by) and closed.load_factor < enough
+    may_open = searches and len(_governing(closed)) > 0
+    tends_to_open = searches and bool(_tends_to_open(closed).any())
+    no_slip = np.zeros(question.system.slip_shape)
+    # If zero slip is safe, the mean load alone leaves all nodes closed, as `closed` does.
+    settles_closed = question.violation(0.0, no_slip) <= RESIDUAL
+    if settles_closed and not may_open:
         return closed
 
     with progress_bar(True, "open nodes", "program") as bar:
         search = _PatternSearch(limit_of, closed, start_by, enough, may_change, bar)
         search.climb(closed)
-        starts: list[L] = []
-        for open_nodes in _settled(question, tends_to_open, _counts(search.best, start_by)):
-            limit = search.limit(open_nodes)
-            if limit is not None:
-                starts.append(limit)
-        if starts:
-            search.climb(max(starts, key=lambda limit: limit.load_factor))
-            # The last start has the least friction. Other sets are close to it.
-            if len(search.tried) * closed.slip.size < SEARCH.work:
-                search.climb(starts[-1])
+        if tends_to_open or not settles_closed:
+            safe = _counts(search.best, start_by)
+            search.climb_from(_settled(question, tends_to_open, safe))
     return search.best
 
 
@@ -135,6 +137,16 @@ class _PatternSearch(Generic[L]):
             above = current.load_factor * (1 + SEARCH.gain)
             neighbours = (self.limit(open_nodes, above) for open_nodes in _next_to(current))
             current = next(filter(None, neighbours), None)
+
+    def climb_from(self, sets: Iterator[Booleans]) -> None:
+        """Climb from the best of some sets and, if that is no great work, from the last one."""
+        starts = [limit for limit in map(self.limit, sets) if limit is not None]
+        if not starts:
+            return
+        self.climb(max(starts, key=lambda limit: limit.load_factor))
+        # The last start has the least friction. Other sets are close to it.
+        if len(self.tried) * starts[-1].slip.size < SEARCH.work:
+            self.climb(starts[-1])
 
     def _goes_on(self) -> bool:
         return _counts(self.best, self._start_by) and self.best.load_factor < self._enough
@@ -245,21 +257,50 @@ def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
 
 
 def _governing(limit: ShakedownAnswer) -> Integers:
-    """Nodes that govern a limit, largest motion first.
+    """Nodes that govern a limit and may change, largest motion first.
 
-    If all nodes are closed, only governing nodes that tend to open: without pressure, or pulled by
-    the mean load.
+    In a large closed contact without gaps they are only the nodes that tend to open.
     """
     question = limit._question
-    motion = limit._motion.parts(question.system).sum(axis=(0, 1))  # (N,)
-    count = int((motion > SEARCH.governs * motion.max()).sum())
-    governing = np.argsort(-motion, kind="stable")[:count]
-    if question.open_nodes.any():
-        return governing
-    pressed = limit.reactions[1].min(axis=0) > TOUCHES * question.force
-    pulled = question.r0[:, -1].max(axis=0) < 0
-    tends_to_open: Booleans = ~pressed | pulled
-    return np.asarray(governing[tends_to_open[governing]])
+    motion = _motion(limit)
+    share = np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)
+    governs = motion > share * motion.max()
+    if not (question.open_nodes.any() or _pressed_nodes_may_open(question)):
+        governs = _tends_to_open(limit)
+    order = np.argsort(-motion, kind="stable")
+    return np.asarray(order[governs[order]])
+
+
+def _tends_to_open(closed: ShakedownAnswer) -> Booleans:
+    """(N,) governing nodes of a closed contact without pressure, or pulled by the mean load."""
+    motion = _motion(closed)
+    unpressed = _touching(closed) & (motion > SEARCH.governs_touching * motion.max())
+    pulled = closed._question.r0[:, -1].max(axis=0) < 0
+    return np.asarray(unpressed | pulled & (motion > SEARCH.governs * motion.max()))
+
+
+def _motion(limit: ShakedownAnswer) -> Array:
+    """(N,) motions of the nodes in the mechanism of a limit; of open nodes, how far they touch."""
+    motion: Array = limit._motion.parts(limit._question.system).sum(axis=(0, 1))
+    return motion
+
+
+def _pressed_nodes_may_open(question: Question) -> bool:
+    """Whether pressed nodes are opened, too, while all nodes are closed."""
+    system = question.system
+    has_gaps = bool((system.gap > TOUCHES * question.clearance).any())
+    return has_gaps or system.nodes <= SEARCH.small
+
+
+def _touching(limit: ShakedownAnswer) -> Booleans:
+    """(N,) open nodes whose gap closes at a corner, and closed nodes without pressure at one."""
+    question = limit._question
+    if not np.isfinite(limit.load_factor):
+        return np.zeros(question.system.nodes, dtype=bool)
+    u, r = question.states(limit.load_factor, limit.slip)
+    shut = u[:, -1].min(axis=0) <= TOUCHES * question.clearance
+    unpressed = r[:, -1].min(axis=0) <= TOUCHES * question.force
+    return np.asarray(np.where(question.open_nodes, shut, unpressed))
 
 
 def best_order(

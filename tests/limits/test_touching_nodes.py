@@ -1,0 +1,173 @@
+"""Which nodes the search of open nodes tries: those that touch, those that are pressed, and those
+that the mean load opens. Against every set of open nodes, by linear programs of scipy."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.limits import patterns
+from frictopt.limits.patterns import _next_to
+from frictopt.limits.shakedown import ShakedownLimits
+from helpers.cases import few
+from helpers.separation import open_in_space, pulled_system, rests
+from helpers.spatial import vectors
+from helpers.systems import CYCLE, random_system
+from validation.fuzz.cases import random_case
+from validation.open_patterns import largest_with_open
+
+TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial"
+MOST = 30.0  # load factor up to which sets are compared
+# Random contacts whose best set the search missed while it opened nodes without pressure alone.
+PRESSED = [13, 34, 42, 87, 88, 95, 106, 120, 127, 149, 169]
+# Random contacts whose best set is next to one that the mean load opens, though some slip would
+# keep all nodes closed.
+SETTLED = [15, 41, 84, 101]
+# Random contacts in space whose limit an open node governs that touches.
+SOFT = [15, 31]
+
+
+def fuzzed(seed):
+    """A random contact of two to six nodes, its cycle and friction."""
+    nodes = int(np.random.default_rng([seed, 75]).integers(2, 7))
+    case = random_case(9_000_000 + seed, nodes=nodes)
+    return case.system, case.cycle, case.friction
+
+
+def lifted(seed):
+    """A random contact that is closed under its mean load, and that the cyclic load lifts."""
+    rng = np.random.default_rng([seed, 11])
+    contact = random_system(rng, int(rng.integers(2, 6)), coupling=1.0)
+    (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
+    contact = contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
+    return contact, CYCLE, float(rng.uniform(0.2, 1.5))
+
+
+def pulled(seed):
+    """A random contact with gaps, and with nodes that the mean load pulls."""
+    rng = np.random.default_rng([seed, 12])
+    return pulled_system(rng, int(rng.integers(2, 6))), CYCLE, float(rng.uniform(0.1, 1.0))
+
+
+def better_set(contact, cycle, friction, limit):
+    """The load factor of the set that is safe just below a limit and reaches furthest above it; the
+    limit itself without one."""
+    best = limit.load_factor
+    for number in range(2**contact.nodes - 1):
+        opened = np.array([number >> node & 1 for node in range(contact.nodes)], dtype=bool)
+        every = np.tile(opened, (len(cycle.corners), 1))
+        claim = largest_with_open(contact, cycle, friction, every, 3 * limit.load_factor)
+        if claim is not None and claim[0] > best * (1 + 1e-5):
+            own = fo.shakedown_limit(contact, cycle, friction, open=opened)
+            if own.least <= limit.load_factor:
+                best = claim[0]
+    return best
+
+
+@pytest.mark.parametrize("case", [pulled, lifted])
+@pytest.mark.parametrize("seed", few(range(12)))
+def test_no_set_of_a_small_contact_is_better(case, seed):
+    contact, cycle, friction = case(seed)
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    if 1e-3 < limit.load_factor < MOST:
+        assert better_set(contact, cycle, friction, limit) == limit.load_factor
+
+
+@pytest.mark.parametrize("seed", few(PRESSED, 3))
+def test_pressed_nodes_of_a_small_contact_are_opened(seed, monkeypatch):
+    contact, cycle, friction = fuzzed(seed)
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    assert limit.residual < 1e-9
+    assert better_set(contact, cycle, friction, limit) == limit.load_factor
+    monkeypatch.setattr(patterns, "SEARCH", replace(patterns.SEARCH, small=0))
+    assert fo.shakedown_limit(contact, cycle, friction).load_factor < 0.95 * limit.load_factor
+
+
+def test_pressed_nodes_are_opened_where_nodes_have_gaps():
+    contact, cycle, friction = fuzzed(13)
+    gap = 1e-3 * contact.bonded["mean"][1].mean() / contact.stiffness_scale
+    with_gap = contact.with_gap(np.eye(contact.nodes)[0] * gap)
+    best = fo.shakedown_limit(contact, cycle, friction).load_factor
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(patterns, "SEARCH", replace(patterns.SEARCH, small=0))
+        closed = fo.shakedown_limit(contact, cycle, friction).load_factor
+        opened = fo.shakedown_limit(with_gap, cycle, friction).load_factor
+    assert closed < 0.9 * best
+    assert opened == pytest.approx(best, rel=1e-2)
+
+
+@pytest.mark.parametrize("seed", few(SETTLED, 2))
+def test_the_set_of_the_mean_load_is_tried_though_a_slip_keeps_all_nodes_closed(seed, monkeypatch):
+    monkeypatch.setattr(patterns, "SEARCH", replace(patterns.SEARCH, small=0))
+    contact, cycle, friction = fuzzed(seed)
+    settled = fo.march(contact, cycle, friction, 0.0, cycles=1).status[-1] == 2
+    closed = fo.shakedown_limit(contact, cycle, friction, open=np.zeros(contact.nodes, dtype=bool))
+    assert settled.any() and closed.least == 0.0
+    limit = fo.shakedown_limit(contact, cycle, friction)
+    assert limit.open.any() and limit.load_factor > 1.4 * closed.load_factor
+    assert rests(contact, cycle, friction, 0.999 * limit.load_factor, initial_state=limit.state)
+
+
+@pytest.mark.parametrize("elements", [24, 60])
+def test_a_closed_contact_of_more_nodes_asks_one_program(elements, monkeypatch):
+    contact = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
+    asked = []
+    of_set = ShakedownLimits.of_set
+
+    def counted(self, *args, **options):
+        asked.append(1)
+        return of_set(self, *args, **options)
+
+    monkeypatch.setattr(ShakedownLimits, "of_set", counted)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    limit = fo.shakedown_limit(contact, cycle, 0.6)
+    assert not limit.open.any() and len(asked) == 1
+
+
+@pytest.mark.parametrize("seed", SOFT)
+def test_an_open_node_that_touches_is_tried_in_any_unit_of_its_gap(seed):
+    """With the displacements of a node in another unit, its motion is far smaller than the others,
+    but the contact is the same."""
+    contact, cycle, limit = open_in_space(seed)
+    motion = limit._motion.parts(contact).sum(axis=(0, 1))
+    node = int(np.where(limit.open, motion, 0.0).argmax())
+    unit = np.tile(np.where(np.arange(contact.nodes) == node, 1e-3, 1.0), 3)
+    loads = {name: r * unit for name, r in vectors(contact).items()}
+    S = contact.S * np.outer(unit, unit)
+    other = fo.ContactSystem(S, contact.points, loads, gap=contact.gap / unit[: contact.nodes])
+    again = fo.shakedown_limit(other, cycle, 0.6, open=limit.open)
+    assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
+    changed = again._motion.parts(other).sum(axis=(0, 1))
+    assert 1e-5 < changed[node] / changed.max() < 0.02 < motion[node] / motion.max()
+    flips = [np.flatnonzero(opened ^ limit.open).tolist() for opened in _next_to(again)]
+    assert [node] in flips
+
+
+@pytest.mark.slow
+def test_a_quarter_of_a_flange_whose_touching_node_hardly_moves(monkeypatch):
+    """Node 6 is open and touches. It has half a percent of the largest motion, because the motion of
+    an open node is in the unit of its gap."""
+    steel = dict.fromkeys(("upper", "lower", "bolt"), fo.Material(E=210e3, nu=0.3))
+    bodies = fo.split_bodies(fo.read_mesh(TUTORIAL / "flange.msh"), steel)
+    contacts = [
+        fo.Contact("upper", "lower", "lower", "upper", name="flange"),
+        fo.Contact("bolt", "upper", "upper", "bolt", name="head"),
+        fo.Contact("bolt", "lower", "lower", "bolt", name="nut"),
+    ]
+    supports = [fo.Support("lower", "bottom")]
+    supports += [fo.Cyclic(body, "low", "high") for body in ("upper", "lower")]
+    turn = fo.Traction("upper", "top", x=lambda x, y, z: -y / 33, y=lambda x, y, z: x / 33)
+    loads = {"bolt": [fo.BoltPreload("bolt", "section", 25e3)], "twist": [turn]}
+    quarter = fo.ContactModel(bodies, supports, loads, contacts).condense()
+    cycle = fo.LoadCycle({"bolt": 1.0}, [{"twist": 1.0}, {"twist": -1.0}])
+    limit = fo.shakedown_limit(quarter, cycle, 0.15)
+    steady = fo.steady_state(
+        quarter, cycle, 0.15, 0.99 * limit.load_factor, initial_state=limit.state, most_cycles=200
+    )
+    assert steady.outcome is fo.Outcome.SHAKEDOWN
+    search = replace(patterns.SEARCH, governs_touching=patterns.SEARCH.governs)
+    monkeypatch.setattr(patterns, "SEARCH", search)
+    few_nodes = fo.shakedown_limit(quarter, cycle, 0.15)
+    assert few_nodes.load_factor < 0.96 * limit.load_factor
