@@ -814,7 +814,7 @@ FAULTS = (
     Fault(
         "limits/patterns.py",
         "sets beside that of least friction are not looked at",
-        old="search.climb(starts[-1])",
+        old="self.climb(starts[-1])",
         new="None",
         tests=(
             "required_friction::test_required_friction_of_a_fir_tree_is_the_threshold_of_its_limit"

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import patterns
-from frictopt.limits.patterns import _next_to
-from frictopt.limits.shakedown import ShakedownLimits
+from frictopt.limits import patterns, shakedown
 from helpers.cases import few
 from helpers.separation import open_in_space, pulled_system, rests
 from helpers.spatial import vectors
@@ -114,13 +112,13 @@ def test_the_set_of_the_mean_load_is_tried_though_a_slip_keeps_all_nodes_closed(
 def test_a_closed_contact_of_more_nodes_asks_one_program(elements, monkeypatch):
     contact = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     asked = []
-    of_set = ShakedownLimits.of_set
+    of_set = shakedown.ShakedownLimits.of_set
 
     def counted(self, *args, **options):
         asked.append(1)
         return of_set(self, *args, **options)
 
-    monkeypatch.setattr(ShakedownLimits, "of_set", counted)
+    monkeypatch.setattr(shakedown.ShakedownLimits, "of_set", counted)
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     limit = fo.shakedown_limit(contact, cycle, 0.6)
     assert not limit.open.any() and len(asked) == 1
@@ -141,7 +139,7 @@ def test_an_open_node_that_touches_is_tried_in_any_unit_of_its_gap(seed):
     assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
     changed = again._motion.parts(other).sum(axis=(0, 1))
     assert 1e-5 < changed[node] / changed.max() < 0.02 < motion[node] / motion.max()
-    flips = [np.flatnonzero(opened ^ limit.open).tolist() for opened in _next_to(again)]
+    flips = [np.flatnonzero(opened ^ limit.open).tolist() for opened in patterns._next_to(again)]
     assert [node] in flips
 
 
