@@ -832,7 +832,7 @@ FAULTS = (
     Fault(
         "limits/patterns.py",
         "nodes are opened under a static load",
-        old="not closed._question.static",
+        old="not question.static",
         new="True",
         tests="patterns",
     ),
