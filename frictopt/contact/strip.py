@@ -115,12 +115,14 @@ def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
         axes.set_xlabel("")
 
 
+def work_unit(system: ContactSystem) -> str:
+    """Unit of a work: per depth in the plane."""
+    return "(force times length per depth)" if system.tangents == 1 else "(force times length)"
+
+
 def work_label(system: ContactSystem) -> str:
     """Name of the axis of the work of friction per cycle."""
-    unit = "force times length"
-    if system.tangents == 1:
-        unit = "force times length per depth"
-    return f"work of friction per cycle\n({unit})"
+    return f"work of friction per cycle\n{work_unit(system)}"
 
 
 def friction_bounds(ax: Axes, bound: str = "(f p)") -> None:

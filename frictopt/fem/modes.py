@@ -56,7 +56,9 @@ class Modes(Shown, Plotted):
     Attributes
     ----------
     frequency
-        (n,) natural frequencies, cycles per unit of time; 0 for free rigid motions.
+        (n,) natural frequencies, cycles per unit of time; 0 for free rigid motions. The unit of
+        time is that of the densities: the second if they are in tonne/mm^3 beside N and mm, or in
+        kg/m^3 beside N and m. These are Hz.
     shapes
         Body name -> (n, d, nodes) displacements, normalised to unit modal mass. A body with a
         `BoltPreload` has the nodes of its section twice.
@@ -201,11 +203,12 @@ class Modes(Shown, Plotted):
             total += float(np.sum(self.shapes[load.body][mode] * nodal))
         return total
 
-    def plot(self, ax: Any = None, *, k: int = 0) -> Any:
+    def plot(self, k: int = 0, ax: Any = None) -> Any:  # type: ignore[override]
         """Draw the shape of mode k with matplotlib (extra `figures`), and return the axes.
 
-        It is drawn in one axes `ax`, or in a new figure (None). ImportError without matplotlib;
-        ModelError for another number of axes, or if there is no such mode.
+        The bodies are bent, and stand over their undeformed shape in grey. The picture is drawn in
+        one axes `ax`, or in a new figure (None). ImportError without matplotlib; ModelError for
+        another number of axes, or if there is no such mode.
         """
         pictures = self._pictures()
         return pictures.draw(self, ax, pictures.mode, number=self._number(k))

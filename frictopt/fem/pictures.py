@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from ..base import Array, Integers
@@ -43,6 +43,17 @@ Mesh: TypeAlias = Any  # of scikit-fem
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
 # Order of names in space: above all faces, whose order matplotlib takes from their distance.
 _ABOVE = 1e3
+# Length units in metres.
+_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+# Speeds of sound of solids from rubber to diamond, metres per second.
+_SPEEDS_OF_SOUND = (20.0, 2e4)
+# Largest displacement in a picture, as a share of the size of the bodies: of fields, and of modes,
+# whose size means nothing.
+_DEFORMED = 0.1
+_BENT = 0.15
+# Sides of neighbouring faces are outlines in space if the cosine between the normals is at most
+# this: cos 30 degrees.
+_OUTLINE = 0.87
 # Mark of a support that holds one direction.
 _MARKS = {"x": ">", "y": "^", "z": "v"}
 
@@ -342,14 +353,27 @@ def deformed(
     In space the surfaces are drawn. `enlarged` is a factor on the displacements.
     """
     title = "displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)"
-    return _moved(fields.bodies, fields.displacement, ax, enlarged, title)
+    return _moved(fields.bodies, fields.displacement, ax, enlarged, title, _DEFORMED)
 
 
 def mode(modes: Modes, ax: AnyAxes | None = None, number: int = 0) -> AnyAxes:
     """The shape of one mode: each body in its colour, and in grey its outline at rest."""
     shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
-    title = f"mode {number}: {modes.frequency[number]:.5g} cycles per unit of time"
-    return _moved(modes.bodies, shape, ax, None, title)
+    title = f"mode {number}: {modes.frequency[number]:.5g} {_unit_of_frequency(modes)}"
+    return _moved(modes.bodies, shape, ax, None, title, _BENT)
+
+
+def _unit_of_frequency(modes: Modes) -> str:
+    """Hz, if the units of length and density are those of seconds.
+
+    The speeds of sound of all bodies, in metres per unit of time, are then those of solids. With
+    other units of time they are smaller or larger by a factor of a thousand.
+    """
+    length = (modes.units or ", ").split(", ")[1]
+    materials = [body.material for body in modes.bodies.values()]
+    speeds = [_METRES.get(length, np.nan) * np.sqrt(m.E / (m.density or np.nan)) for m in materials]
+    low, high = _SPEEDS_OF_SOUND
+    return "Hz" if all(low <= speed <= high for speed in speeds) else "cycles per unit of time"
 
 
 def _moved(
@@ -358,10 +382,11 @@ def _moved(
     ax: AnyAxes | None,
     enlarged: float | None,
     title: str,
+    share: float,
 ) -> AnyAxes:
     """Bodies under displacements, enlarged by a factor.
 
-    None: the largest displacement is a tenth of the size of the picture.
+    None: the largest displacement is a share of the size of the bodies.
     """
     axes, ends = _axes_of(bodies, ax)
     in_space = ends.shape[1] == 3
@@ -369,15 +394,38 @@ def _moved(
     largest = max(float(np.linalg.norm(u, axis=0).max()) for u in displacement.values())
     scale = enlarged
     if scale is None:
-        scale = 0.1 * size / largest if largest > 0 else 1.0
-    outline: Look = {"color": GREY, "lw": 0.8, "zorder": 0.4}
+        scale = share * size / largest if largest > 0 else 1.0
+    outline: Look = {"color": GREY, "linewidth": 0.8, "zorder": 0.4}
     for number, (name, body) in enumerate(bodies.items()):
         mesh = body.mesh
-        if not in_space:
-            label = "as it was" if number == 0 else None
+        label = "as it was" if number == 0 else None
+        if in_space:
+            _outline(axes, mesh, label, **outline)
+        else:
             draw_edges(axes, mesh, mesh.boundary_facets(), label=label, **outline)
         moved = replace(mesh, doflocs=mesh.doflocs + scale * displacement[name])
         _body(axes, moved, number, name, 0.25, 0.6)
     axes.set_title(title.format(scale=scale, largest=largest))
-    finish_axes(axes, ends, 0.1 * size)
+    finish_axes(axes, ends, share * size)
     return _with_legend(axes, ax, in_space)
+
+
+def _outline(axes: AnyAxes, mesh: Mesh, label: str | None, **look: Any) -> None:
+    """Draw the sides at which neighbouring faces of a body in space make an angle."""
+    facets = mesh.facets[:, mesh.boundary_facets()]
+    points = mesh.p[:, facets]
+    normals = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0], axis=0)
+    normals /= np.linalg.norm(normals, axis=0)
+    corners = len(facets)
+    sides = np.concatenate(
+        [facets[[corner, (corner + 1) % corners]].T for corner in range(corners)]
+    )
+    face = np.tile(np.arange(facets.shape[1]), corners)
+    sides.sort(axis=1)
+    order = np.lexsort(sides.T)
+    sides, face = sides[order], face[order]
+    # A closed surface has each side twice.
+    first, second = face[::2], face[1::2]
+    angled = np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= _OUTLINE
+    lines = mesh.p[:, sides[::2][angled]].transpose(1, 2, 0)
+    axes.add_collection3d(Line3DCollection(lines, label=label, **look))

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 
 from ..base import Table
 from ..contact.face import panels_of
-from ..contact.strip import label_panels
+from ..contact.strip import label_panels, work_unit
 from ..plots.draw import draw as draw
 from ..plots.style import (
     ALONG,
@@ -31,6 +31,10 @@ from .protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 _OUTCOMES = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
 _OUTCOME_SIZE = 6.4, 2.4  # size of a picture with a row for each outcome, inches
 _PANEL_HEIGHT = 2.4  # of each further panel of a study, inches
+# Share of the height of a panel for the runs without work, if several stand at one place.
+_STRIP = 0.22
+# Names of families of starts in legends.
+_FAMILIES = {"none": "no slip"}
 _COLUMNS = {
     "load_ratio": r"load factor over the shakedown limit, $\lambda / \lambda_2$",
     "load_factor": r"load factor $\lambda$",
@@ -127,6 +131,7 @@ def _dissipation_range(span: DissipationRange, ax: AxesArray | None = None) -> A
     """
     states = {"least work found": span.least_state, "most work found": span.most_state}
     system = span.least_state.system
+    unit = work_unit(system)
     load_factor = rf"$\lambda = {span.least_state.load_factor:.4g}$"
     if system.tangents == 2:
         panels = panels_of(ax, system, blocks=2)
@@ -134,14 +139,14 @@ def _dissipation_range(span: DissipationRange, ax: AxesArray | None = None) -> A
         for maps, (name, steady) in zip(
             (panels[:half], panels[half:]), states.items(), strict=True
         ):
-            work = f"$W = {steady.dissipation:.4g}$ per cycle"
+            work = f"$W$ = {steady.dissipation:.4g} {unit} per cycle"
             work_map(maps, steady, f"{load_factor}: {name}, {work}")
         return np.array(panels)
     slip_axes, work_axes = panels = new_axes(ax, 2, (6.4, 5.4))
     for number, (name, steady) in enumerate(states.items()):
         slip_and_work(slip_axes, work_axes, steady, **line(number), label=name)
     slip_axes.set_title(
-        f"{load_factor}: $W$ from {span.least:.4g} to {span.most:.4g} per cycle found"
+        f"{load_factor}: $W$ from {span.least:.4g} to {span.most:.4g} {unit} per cycle found"
     )
     legend(slip_axes)
     label_panels(panels, system)
@@ -180,12 +185,13 @@ class _StudyPicture:
     table, x, colour
         The study, the column along the horizontal axis, and that of the colours; None: family.
     runs, failed
-        The runs with a result, with the coordinates of their marks in the columns `place` and
-        `height`, and the number of the other runs.
+        The runs with a result, with the place of their marks along the horizontal axis in the
+        column `place`, and the number of the other runs.
     names
         Values along the horizontal axis if they are no numbers.
-    low, high
-        Range of the dissipation. Runs without any stand in a strip below it.
+    low, high, bottom
+        Range of the dissipation. Runs without any stand in a strip below it, which ends at
+        `bottom`.
     """
 
     def __init__(self, table: Table, x: str | None, colour: str | None) -> None:
@@ -209,11 +215,29 @@ class _StudyPicture:
         if not pd.api.types.is_numeric_dtype(table[x]):
             self.names = list(table[x].unique())
             place = place.map({name: number for number, name in enumerate(self.names)})
-        height = runs["dissipation"].where(runs["dissipation"] > 0, self.low / 2)
-        self.runs = runs.assign(place=place, height=height)
+        self.runs = runs.assign(place=place)
+        self.bottom = self.low / 4
+        if self._at_rest(self.runs).groupby(place).sum().max() > 1:
+            self.bottom = self.low / (self.high / self.low) ** (_STRIP / (1 - _STRIP))
+
+    def _at_rest(self, runs: Table) -> "pd.Series[bool]":
+        """Whether each run has no dissipation."""
+        return ~(runs["dissipation"] > 0)
+
+    def _heights(self, runs: Table) -> "pd.Series[float]":
+        """Height of the mark of each run of a panel.
+
+        Runs without dissipation at one place stand above each other in the strip.
+        """
+        at_rest = self._at_rest(runs)
+        rank = at_rest.groupby(runs["place"]).cumsum()
+        number = at_rest.groupby(runs["place"]).transform("sum")
+        strip = self.low * (self.bottom / self.low) ** (rank / (number + 1))
+        return runs["dissipation"].where(~at_rest, strip)
 
     def draw_panel(self, axes: Axes, runs: Table) -> None:
         """A mark for each run, above a strip for those without dissipation."""
+        runs = runs.assign(height=self._heights(runs))
         colour = self.colour or "family"
         colours = list(self.table[colour].unique())
         for (family, value), group in runs.groupby(["family", colour], sort=False):
@@ -222,7 +246,7 @@ class _StudyPicture:
                 group["height"],
                 color=series(colours.index(value))["color"],
                 marker=series(self.families.index(family))["marker"],
-                label=family if self.colour is None else None,
+                label=_family_name(family) if self.colour is None else None,
                 markersize=5,
                 linestyle="none",
                 mfc="none",
@@ -233,12 +257,15 @@ class _StudyPicture:
         unit = "force times length per depth" if in_plane else "force times length"
         axes.set(
             yscale="log",
-            ylim=(self.low / 4, self.high),
+            ylim=(self.bottom, self.high),
             ylabel=f"work of friction per cycle, $W$\n({unit})",
         )
+        for minor in (False, True):
+            ticks = axes.get_yticks(minor=minor)
+            axes.set_yticks(ticks[(ticks >= self.low) & (ticks <= self.high)], minor=minor)
         axes.annotate(
             "$W = 0$",
-            (1, self.low / 2),
+            (1, np.sqrt(self.low * self.bottom)),
             (5, 0),
             xycoords=("axes fraction", "data"),
             textcoords="offset points",
@@ -257,7 +284,7 @@ class _StudyPicture:
         for number, family in enumerate(self.families):
             marker = series(number)["marker"]
             look = {"color": BLACK, "marker": marker, "mfc": "none", "linestyle": "none"}
-            axes.plot([], [], label=family, **look)
+            axes.plot([], [], label=_family_name(family), **look)
         groups = list(self.table.groupby(self.colour, sort=False))
         for number, (value, group) in enumerate(groups[: len(SERIES)]):
             name = _value_name(value)
@@ -265,6 +292,10 @@ class _StudyPicture:
                 name = _friction_name(group.iloc[0])
             axes.plot([], [], color=series(number)["color"], lw=3, label=name)
         return legend(axes, f"start and\n{_column_name(self.colour)}")
+
+
+def _family_name(family: str) -> str:
+    return _FAMILIES.get(family, family)
 
 
 def _friction_name(run: "pd.Series[float]") -> str:

@@ -37,7 +37,8 @@ def plot_study(
 
     Columns of the table, also columns that you add, split it: `plot_study(table, x="cycle",
     colour="friction", rows="load_factor")`. Runs that shake down have no dissipation and stand in a
-    strip at the bottom. Runs that failed have no mark; the title counts them.
+    strip at the bottom, several of one load above each other. Runs that failed have no mark; the
+    title counts them.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def plot_study(
     >>> cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
     >>> axes = fo.plot_study(fo.dissipation_study(rod, cycle, 0.5, load_factors=[0.3, 1.0]))
     >>> axes.get_yscale(), [text.get_text() for text in axes.get_legend().get_texts()]
-    ('log', ['none'])
+    ('log', ['no slip'])
     """
     if any(name not in getattr(table, "columns", ()) for name in _NEEDED):
         raise ModelError(

@@ -8,6 +8,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from scipy.linalg import block_diag, eigh
 from skfem import Basis, BilinearForm, ElementVector, MeshHex, MeshQuad, MeshTet, MeshTri
 from skfem.helpers import dot
@@ -417,11 +418,11 @@ def test_bad_input_is_named():
 def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
     model = bars(kind, 4, 1, supports=[fo.Support("left", "end")])
     modes = model.modes(3)
-    axes = modes.plot(k=2)
+    axes = modes.plot(2)
     assert axes.get_title() == f"mode 2: {modes.frequency[2]:.5g} cycles per unit of time"
     if kind is MeshQuad:
         shape, mesh = modes.shapes["left"][2], model.bodies["left"].mesh
-        moved = mesh.p + shape * 0.1 * LENGTH / max(
+        moved = mesh.p + shape * 0.15 * LENGTH / max(
             np.linalg.norm(own[2], axis=0).max() for own in modes.shapes.values()
         )
         drawn = np.concatenate([line.get_xydata() for line in axes.lines])
@@ -429,7 +430,52 @@ def test_a_mode_is_drawn_with_its_number_and_frequency(kind):
     legend = model.with_loads({"mode": modes.load(0)}).plot().figure.legends[0]
     assert "load mode (2 x nodal forces)" in [text.get_text() for text in legend.get_texts()]
     with pytest.raises(fo.ModelError, match="k: 3; "):
-        modes.plot(k=3)
+        modes.plot(3)
+    plt.close("all")
+
+
+@pytest.mark.parametrize(
+    ("units", "per", "unit"),
+    [
+        ("N, mm", 7.85e-9, "Hz"),
+        ("N, m", 7850.0, "Hz"),
+        ("kN, mm", 7.85e-6, "cycles per unit of time"),
+        (None, 7.85e-9, "cycles per unit of time"),
+    ],
+)
+def test_a_frequency_is_in_hertz_if_the_density_is_that_of_seconds(units, per, unit):
+    """With kN, mm and kg/mm^3 the unit of time is the millisecond."""
+    E = {"N, mm": 210e3, "N, m": 210e9, "kN, mm": 210.0, None: 210e3}[units]
+    mesh = MeshQuad.init_tensor([0.0, 1.0], [0.0, 1.0])
+    names = {"low": lambda x: x[1] == 0, "high": lambda x: x[1] == 1}
+    steel = fo.Material(E, 0.3, density=per)
+    bodies = {
+        "upper": fo.Body(
+            mesh.translated((0.0, 1.0)).with_boundaries({"face": lambda x: x[1] == 1}), steel
+        ),
+        "lower": fo.Body(mesh.with_boundaries(names), steel),
+    }
+    model = fo.ContactModel(
+        bodies,
+        contacts=[fo.Contact("upper", "lower", "face", "high")],
+        supports=[fo.Support("lower", "low")],
+        loads={"P": [fo.Pressure("upper", "face")]},
+        units=units,
+    )
+    assert model.modes(1).plot().get_title().endswith(f" {unit}")
+    plt.close("all")
+
+
+def test_a_mode_in_space_stands_over_its_undeformed_edges():
+    """Each half of the bar has the twelve edges of its box, 4 (5 + 1 + 1) long in all: a diagonal of
+    the mesh within a face is none."""
+    model = bars(MeshTet, 4, 1, supports=[fo.Support("left", "end")])
+    axes = model.modes(1).plot()
+    outlines = [part for part in axes.collections if isinstance(part, Line3DCollection)]
+    for outline in outlines:
+        ends = np.array(outline._segments3d)
+        assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum() == pytest.approx(28.0)
+    assert len(outlines) == 2
     plt.close("all")
 
 

@@ -336,7 +336,8 @@ def test_a_study_has_a_mark_for_each_run():
     slips = table["dissipation"] > 0
     assert slips.any() and not slips.all()
     for family, rows in table.groupby("family"):
-        x, y = (np.asarray(data) for data in labelled(ax)[family].get_data())
+        name = {"none": "no slip"}.get(family, family)
+        x, y = (np.asarray(data) for data in labelled(ax)[name].get_data())
         assert np.array_equal(x, rows["load_ratio"])
         assert np.array_equal(
             y[rows["dissipation"] > 0], rows.loc[rows["dissipation"] > 0, "dissipation"]
@@ -349,6 +350,24 @@ def test_a_study_has_a_mark_for_each_run():
         and ax.get_yscale() == "log"
         and not ax.get_title()
     )
+
+
+def test_runs_without_work_do_not_hide_each_other():
+    """Twenty of them at one load stand above each other, at least a mark's size apart."""
+    starts = fo.starts.random_slips(PAIR, [0.1], 10)
+    table = fo.dissipation_study(PAIR, CYCLE, F, [0.2, 1.5], starts, progress=False)
+    at_rest = table[table["dissipation"] == 0]
+    assert len(at_rest) >= 20
+    ax = fo.plot_study(table)
+    ax.figure.draw_without_rendering()
+    spots = np.concatenate(
+        [ax.transData.transform(line.get_xydata()) for line in labelled(ax).values()]
+    )
+    spots = spots[spots[:, 0] == spots[:, 0].min()]
+    heights = np.sort(spots[:, 1])
+    assert len(heights) == (table["load_factor"] == 0.2).sum()
+    low, high = ax.transAxes.transform([(0, 0), (0, 1)])[:, 1]
+    assert np.diff(heights).min() > 0.005 * (high - low) and heights[0] > low
 
 
 def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_counted():
@@ -389,7 +408,7 @@ def test_columns_split_a_study_into_panels_colours_and_places():
     assert colours[0] == colours[1] and len(set(colours[0])) == 3
     named = [text.get_text() for text in panels[0].get_legend().get_texts()]
     assert (
-        named == ["none", "0.6", "1.5", "2.5"]
+        named == ["no slip", "0.6", "1.5", "2.5"]
         and "load factor" in panels[0].get_legend().get_title().get_text()
     )
     by_bolts = fo.plot_study(table, x="bolts")

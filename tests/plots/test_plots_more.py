@@ -86,7 +86,8 @@ def test_a_range_shows_the_steady_states_of_least_and_most_work(contact):
         )
     assert (
         found.most >= found.least
-        and f"from {found.least:.4g} to {found.most:.4g} per cycle" in slip.get_title()
+        and f"from {found.least:.4g} to {found.most:.4g} (force times length per depth) per cycle"
+        in slip.get_title()
     )
     assert (
         f"{factor:.4g}" in slip.get_title()

@@ -102,4 +102,11 @@ FAULTS = (
         new="None",
         tests="command_questions",
     ),
+    Fault(
+        "study/pictures.py",
+        "runs without work hide each other",
+        old="rank / (number + 1)",
+        new="0.5 + 0 * rank",
+        tests="plots",
+    ),
 )
