@@ -420,7 +420,7 @@ def test_columns_split_a_study_into_panels_colours_and_places():
     assert [
         text.get_text()
         for text in fo.plot_study(table[table["friction"] == 0.7]).get_legend().get_texts()
-    ] == ["none", "quick", "slow"]
+    ] == ["no slip", "quick", "slow"]
     for name in ("x", "colour", "rows"):
         with pytest.raises(fo.ModelError, match=f"{name}: 'bolt'; give 'friction'"):
             fo.plot_study(table, **{name: "bolt"})
