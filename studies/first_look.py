@@ -302,7 +302,7 @@ def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
         )
         axes.set_ylabel("work of friction per cycle in the end\n$W E^* / P^2$")
         axes.legend(loc="upper left", frameon=False)
-        zones.set(yticks=[])
+        zones.set(yticks=[], ylim=(0.0, 1.0))
         figure.savefig(path, dpi=150)
         plt.close(figure)
     return path
