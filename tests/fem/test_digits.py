@@ -8,6 +8,7 @@ from skfem import MeshHex, MeshQuad
 
 import frictopt as fo
 from frictopt.fem.coincidence import coordinate_errors, measured
+from frictopt.fem.faces import sag
 from helpers.cases import few
 
 
@@ -86,6 +87,22 @@ def test_what_is_beyond_the_digits_is_told(angle, count, form, space):
         lap(space, lambda x: form(x, count), angle, apart=far)
     gap = lap(space, lambda x: form(x, count), angle, apart=far, gap="measured").gap
     assert gap == pytest.approx(far, abs=2 * 10.0**-count)
+
+
+@pytest.mark.parametrize("count", [6, 8])
+def test_a_line_has_the_sag_of_its_curve_and_none_of_its_digits(count):
+    """The sag of an arc is that of its longest edges, edge^2 / 8 times the curvature."""
+    x = np.linspace(0.0, 1.0, 8)
+    facets = np.column_stack([np.arange(7), np.arange(1, 8)])
+
+    def of_line(curvature):
+        points = digits(np.column_stack([x, 0.1 + x / 3 + curvature * x**2 / 2]), count)
+        return sag(facets, points, coordinate_errors(points))
+
+    slope = 1 / 3 + 0.2 * x[3]
+    edge = (x[1] - x[0]) * np.sqrt(1 + slope**2)
+    assert not of_line(0.0).any()
+    assert of_line(0.2)[3] == pytest.approx(edge**2 / 8 * 0.2 / (1 + slope**2) ** 1.5, rel=0.1)
 
 
 def plates(gap, size=10.0):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from frictopt.fem.faces import neighbours, normals_of
+from frictopt.fem.faces import facet_overlaps, neighbours, normals_of
 from frictopt.fem.touching import check_touching
 from helpers.cases import few
 from helpers.meshes import blocks, hung, rotation, turned, uniform_loads
@@ -115,6 +115,16 @@ def test_bodies_that_meet_in_a_point_or_look_the_same_way_do_not_touch():
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated(by))}, {})
     with pytest.raises(fo.ModelError, match=r"around \(2, 1.5\)"):
         check_touching({"one": fo.Body(square), "two": fo.Body(square.translated([2.0, 1.0]))}, {})
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 55, 65, 80])
+def test_facets_face_each_other_up_to_sixty_degrees(degrees):
+    """Two edges that cross in the middle: the projection of one covers the cosine of the other."""
+    along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))]) / 2
+    edge, ends = np.array([[0, 1]]), np.array([[-0.5, 0.0], [0.5, 0.0]])
+    overlaps = facet_overlaps(edge, ends, edge, np.array([along, -along]))
+    shared = np.cos(np.radians(degrees)) if degrees <= 60 else 0.0
+    assert overlaps.weights.sum() == pytest.approx(shared, rel=1e-12)
 
 
 @settings(max_examples=few(30))
