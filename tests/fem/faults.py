@@ -204,7 +204,7 @@ FAULTS = (
         "a cylinder with two names has edges",
         old="np.einsum('abn,bnd->and', smooth, weighted)",
         new="weighted",
-        tests="oblique_supports",
+        tests="sectors",
     ),
     Fault(
         "fem/assembly.py",

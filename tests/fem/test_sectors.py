@@ -13,6 +13,7 @@ from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
 from frictopt.fem.paraview import contact_face
+from frictopt.fem.supports import normals_along
 from helpers.meshes import around, extruded, turned
 
 STEEL, ALLOY = fo.Material(E=2.0, nu=0.3, density=0.5), fo.Material(E=0.7, nu=0.2, density=0.2)
@@ -116,6 +117,56 @@ def ring_model(count, whole, element="linear", centre=(0.3, -0.2), turn=None):
         loads,
         element,
     )
+
+
+def test_a_sector_of_one_element_around_has_radial_normals_on_its_cut():
+    """One edge of a face does not show that it is curved; its copy in the next sector does."""
+    count, centre = 12, (0.3, -0.2)
+    sectors = {
+        "shaft": polar(MeshQuad, [0.4, 0.7, 1.0], count, 1, {"bore": 0.4, "contact": 1.0}),
+        "hub": polar(MeshQuad, [1.0, 1.3, 1.8], count, 1, {"contact": 1.0, "outside": 1.8}),
+    }
+    held, load = [fo.Support("shaft", "bore")], {"P": [fo.Pressure("hub", "outside", 1.0)]}
+    model = joined(sectors, count, False, np.eye(2), centre, (0, 0, 1), held, load)
+    system = model.condense()
+    radial = np.asarray(system.points) - np.array(centre)
+    assert len(radial) == 1 and np.allclose(np.abs(system.normals * radial).sum(), 1.0, atol=1e-12)
+
+    shaft = fo.Body(sectors["shaft"])
+    low, high = (
+        shaft.mesh.facets[:, shaft.mesh.boundaries[name]].ravel() for name in ("low", "high")
+    )
+    turn = Rotation.from_rotvec([0, 0, 2 * np.pi / count]).as_matrix()[:2, :2]
+    low = np.unique(low)
+    places = turn @ shaft.mesh.p[:, low]
+    apart = np.linalg.norm(shaft.mesh.p[:, np.unique(high), None] - places[:, None], axis=0)
+    high = np.unique(high)[apart.argmin(axis=0)]
+    bore = [fo.Support("shaft", "bore", normal=True)]
+    ((nodes, normals),) = normals_along(shaft, bore, (high, low, turn))
+    radial = shaft.mesh.p.T[nodes] / 0.4
+    assert np.allclose(np.abs(np.sum(normals * radial, axis=1)), 1.0, rtol=0, atol=1e-12)
+
+
+def test_two_faces_that_meet_smoothly_at_one_node_and_sharply_at_another():
+    """A drop, mirrored about its axis: at its round end both faces have the normal along the axis,
+    at its tip each has its own."""
+    angle = np.radians(np.linspace(90, 210, 7))
+    left = np.column_stack([1.3 * np.cos(angle), np.sin(angle)])
+    tangent = np.array([-1.3 * np.sin(angle[-1]), np.cos(angle[-1])])
+    tip = left[-1] - tangent * left[-1, 0] / tangent[0]
+    inner = np.vstack([left, tip, left[:0:-1] * [-1, 1]])
+    count = len(inner)
+    on, along = np.arange(count), np.roll(np.arange(count), -1)
+    points = np.vstack([inner, 3 * inner])
+    mesh = MeshQuad(points.T, np.array([on, along, count + along, count + on]))
+    facets = mesh.boundary_facets()
+    bore = facets[(mesh.facets[:, facets] < count).all(axis=0)]
+    middles = mesh.p[:, mesh.facets[:, bore]].mean(axis=1)
+    mesh = mesh.with_boundaries({"left": bore[middles[0] < 0], "right": bore[middles[0] > 0]})
+    supports = [fo.Support("drop", name, normal=True) for name in ("left", "right")]
+    for nodes, normals in normals_along(fo.Body(mesh), supports):
+        assert np.allclose(np.abs(normals[nodes == 0]), [0.0, 1.0], rtol=0, atol=1e-12)
+        assert np.abs(normals[nodes == len(left)]).min() > 0.1
 
 
 def compared(one, part, count, cycle, load_factor=1.5, **steps):
