@@ -25,6 +25,8 @@ _BY_NAME: dict[str, dict[str, Any]] = {
     "coefficient": _NUMBERS,
     "slip_bound": _NUMBERS,
     "load_factors": {"type": float, "nargs": "+", "metavar": "X"},
+    "forces": {"type": float, "nargs": "+", "metavar": "X"},
+    "other_modes": {"nargs": "+", "metavar": "CASE"},
     "contacts": {"nargs": "+", "metavar": "NAME"},
     "loads": {"nargs": 2, "metavar": "CASE"},
     "excursion": {"type": loads_of, "metavar": "CASE=X[,CASE=X]"},

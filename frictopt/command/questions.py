@@ -108,6 +108,12 @@ QUESTIONS = (
         _single("backbone_curve"),
     ),
     Question(
+        "response",
+        "the response of a mode to harmonic forces near its resonance, about",
+        f"joint.npz {_CYCLE} --friction .3 --natural-frequency 140 --forces .1 .2 --damping .002",
+        _single("backbone_curve", "results.BackboneCurve.response"),
+    ),
+    Question(
         "wear",
         "the wear of a contact over many load cycles, by Archard's law",
         f"joint.npz {_CYCLE} --friction .3 --load-factor 1 --coefficient 1e-8 --cycles 1e6",

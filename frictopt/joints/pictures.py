@@ -187,7 +187,7 @@ def _draw_with_band(
     axes: Axes, drawn: _CurveAxis, values: Array, least: Array, most: Array
 ) -> None:
     """Values from no residual slip, and a band of their range if it is known."""
-    axes.plot(drawn.x, values, **_MARKED, label="without residual slip")
+    axes.plot(drawn.x, values, **_MARKED, label="from a start without slip")
     if not np.isnan(least).all():
         axes.fill_between(
             drawn.x,

@@ -30,6 +30,10 @@ PUSH = ["--mean", "P=1", "--corners", "Q=-1", "Q=1"]
 SIGMA = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
 SHEAR = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
 F = ["--friction", "0.5"]
+# That of a unit mass which the load Q moves.
+FREQUENCY = float(
+    PUNCH.compliance[list(PUNCH.bonded).index("Q")][list(PUNCH.bonded).index("Q")]
+) ** -0.5 / (2 * np.pi)
 
 
 @pytest.fixture(autouse=True)
@@ -87,6 +91,13 @@ ASKED = {
     "backbone": (
         [*PUSH, *F, "--load-factors", ".2", ".4"],
         lambda: fo.backbone_curve(PUNCH, SHEAR, 0.5, [0.2, 0.4]),
+    ),
+    "response": (
+        [*PUSH, *F, "--load-factors", ".1", ".2", ".3", "--natural-frequency", repr(FREQUENCY)]
+        + "--forces .001 .002 --damping .01".split(),
+        lambda: fo.backbone_curve(
+            PUNCH, SHEAR, 0.5, [0.1, 0.2, 0.3], natural_frequency=FREQUENCY
+        ).response([0.001, 0.002], damping=0.01),
     ),
     "wear": (
         [*PULL, *F, *"--load-factor 1.3 --coefficient 1e-3 --cycles 5".split()],
