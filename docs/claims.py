@@ -349,6 +349,14 @@ CLAIMS = (
     ),
     Claim(
         "",
+        also="by a theorem: the load of statics never falls with friction, and is a concave function of the preloads",
+        by="`Report`, `report`, validity, tutorial/report",
+        holds_if="no contact forces balance themselves; else the corners are followed, and no theorem is claimed",
+        source='forces within friction are a convex cone that grows with friction (validity, "Scatter")',
+        tests="test_sheet::test_no_input_in_the_ranges_is_worse_against_gross_slip",
+    ),
+    Claim(
+        "",
         also="`bound_for_all`, `proven`",
         by="`ShakedownLimit`",
         holds_if="the same: it is `bound` of `gross_slip`",

@@ -29,6 +29,7 @@ _BY_NAME: dict[str, dict[str, Any]] = {
     "other_modes": {"nargs": "+", "metavar": "CASE"},
     "contacts": {"nargs": "+", "metavar": "NAME"},
     "loads": {"nargs": 2, "metavar": "CASE"},
+    "limits": {"type": loads_of, "metavar": "NAME=X[,NAME=X]"},
     "excursion": {"type": loads_of, "metavar": "CASE=X[,CASE=X]"},
     "protocol": {"type": loads_of, "nargs": "+", "metavar": "CASE=X[,CASE=X]"},
     "start": {"metavar": "WORD"},

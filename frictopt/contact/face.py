@@ -15,7 +15,18 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import offset_copy
 
 from ..base import Array, Booleans
-from ..plots.style import BLACK, FACE, GREY, SERIES, AxesArray, Look, arrows, new_axes, spread
+from ..plots.style import (
+    BLACK,
+    FACE,
+    GREY,
+    SERIES,
+    AxesArray,
+    Look,
+    arrows,
+    axes_by_size,
+    new_axes,
+    spread,
+)
 from .face_views import Face, faces_of
 from .system import ContactSystem
 from .triangles import neighbours
@@ -37,6 +48,13 @@ class MapStyle:
 
 _ONE_MAP = MapStyle(area_of_points=25_000, arrows=60, longest_arrow=0.12, arrow_width=0.007)
 _SEVERAL_MAPS = MapStyle(area_of_points=6_000, arrows=24, longest_arrow=0.2, arrow_width=0.012)
+# Sizes of panels of several faces at one scale, inches: of the longest side, of the root of the
+# largest area, of the shortest side, of the labels beside a panel, and of a row of panels.
+_LONGEST_PANEL = 6.5
+_MEAN_SIDE = 3.4
+_SMALLEST_PANEL = 1.3
+_ROOM_FOR_LABELS = np.array([0.9, 0.8])
+_WIDEST_ROW = 7.5
 # Smallest and largest area of a point, points^2.
 _POINT_AREA = (6.0, 160.0)
 # Slips below this share of the longest one have no arrow.
@@ -67,6 +85,31 @@ def panels_of(
     return new_axes(ax, panels, size, common_x=False, columns=columns, blocks=blocks)
 
 
+def panels_by_size(
+    ax: Axes | AxesArray | None, system: ContactSystem, shown: Booleans
+) -> list[Axes]:
+    """Axes for the faces in space that have some of the nodes (N,) `shown`, at one scale.
+
+    The area of a panel is that of its face, but no panel is smaller than its labels need.
+    """
+    faces = _shown_faces(system, shown)
+    if len(faces) == 1:
+        return new_axes(ax, 1, FACE)
+    extents = np.array([np.ptp(face.places, axis=0) for face in faces])
+    longest = extents.max() or 1.0
+    mean_side = np.sqrt(extents.prod(axis=1).max()) or longest
+    scale = min(_LONGEST_PANEL / longest, _MEAN_SIDE / mean_side)
+    sizes = np.clip(scale * extents, _SMALLEST_PANEL, _LONGEST_PANEL)
+    return axes_by_size(ax, sizes + _ROOM_FOR_LABELS, _WIDEST_ROW)
+
+
+def _shown_faces(system: ContactSystem, shown: Booleans | None) -> list[Face]:
+    faces = faces_of(system)
+    if shown is None:
+        return faces
+    return [face for face in faces if shown[face.nodes].any()]
+
+
 def together(panels: Sequence[Axes]) -> Axes | AxesArray:
     """The axes that a picture returns: a single one, or an array of several."""
     return panels[0] if len(panels) == 1 else np.array(panels)
@@ -81,16 +124,19 @@ def face_map(
     *,
     slip: Array | None = None,
     slip_name: str = "",
+    to_and_fro: bool = False,
     opened: Booleans | None = None,
+    shown: Booleans | None = None,
     circled: tuple[Array, str] | None = None,
 ) -> Axes | AxesArray:
     """Draw values of the nodes (N,) >= 0 as colours, in a panel for each face.
 
     The colours end at `most`, or at the largest value. Nodes with NaN are grey. Slips (N, 2) are
-    arrows, open nodes are small rings. `circled` has areas (N,) of larger rings, 0 for none, and
-    their name. The title of the first panel becomes that of all maps.
+    arrows, with two heads if they go `to_and_fro`; open nodes are small rings. `circled` has areas
+    (N,) of larger rings, 0 for none, and their name. The title of the first panel becomes that of
+    all maps. `shown` are the nodes of `panels_by_size`; None: all faces have a panel.
     """
-    faces = faces_of(system)
+    faces = _shown_faces(system, shown)
     several = len(faces) > 1
     style = _SEVERAL_MAPS if several else _ONE_MAP
     title = panels[0].get_title()
@@ -112,20 +158,38 @@ def face_map(
             # Open nodes have no residual slip.
             of_closed = np.where(closed[:, None], slip, np.nan)[face.nodes]
             label = f"{slip_name}, longest {longest:.3g} (length)"
-            _draw_slips(axes, face, of_closed, longest, label, style)
+            _draw_slips(axes, face, of_closed, longest, label, style, to_and_fro)
         if circled is not None:
             _draw_rings(axes, face, *circled)
 
     if several:
-        _label_panels(panels, faces)
-        panels[0].set_title(f"{title}\n", loc="left")
+        if shown is None:
+            _label_panels(panels, faces)
+            panels[0].set_title(f"{title}\n", loc="left")
+        else:
+            for axes, face in zip(panels, faces, strict=True):
+                axes.set_title(face.contact)
+            panels[0].figure.suptitle(title)
         bar: Look = {"shrink": 0.7, "aspect": 30}
     else:
         # The colour bar is no taller than a wide map.
         bar = {"shrink": float(np.clip(1.5 * half_size[1] / half_size[0], 0.5, 1.0))}
-    panels[0].figure.colorbar(points, ax=list(panels), label=name, **bar)
+    panels[0].figure.colorbar(points, ax=_beside_the_first(panels), label=name, **bar)
     _draw_legend(panels)
     return together(panels)
+
+
+def _beside_the_first(panels: Sequence[Axes]) -> list[Axes]:
+    """The panels in the grid of the first one: in one row, or all of them."""
+    specs = [axes.get_subplotspec() for axes in panels]
+    if specs[0] is None:
+        return list(panels)
+    grid = specs[0].get_gridspec()
+    return [
+        axes
+        for axes, spec in zip(panels, specs, strict=True)
+        if spec is not None and spec.get_gridspec() is grid
+    ]
 
 
 def _draw_values(
@@ -182,9 +246,17 @@ def _draw_rings(axes: Axes, face: Face, areas: Array, label: str) -> None:
 
 
 def _draw_slips(
-    axes: Axes, face: Face, slip: Array, longest: float, label: str, style: MapStyle
+    axes: Axes,
+    face: Face,
+    slip: Array,
+    longest: float,
+    label: str,
+    style: MapStyle,
+    to_and_fro: bool,
 ) -> None:
     """Draw slips (n, 2) of the nodes of a face as arrows in the directions of the map.
+
+    An arrow `to_and_fro` has a head at either end, and its middle at the node.
 
     The `longest` slip of all maps has the same length on paper in each map.
     """
@@ -200,8 +272,13 @@ def _draw_slips(
         "linewidth": 0.5,
         "width": style.arrow_width,
     }
-    arrows(axes, face.places[slips], on_map, enlarged, zorder=3, **look)
-    marker: Look = {"linestyle": "none", "marker": r"$\rightarrow$", "markersize": 11}
+    places = face.places[slips]
+    if to_and_fro:
+        places = np.tile(places, (2, 1))
+        on_map = np.concatenate([on_map, -on_map]) / 2
+    arrows(axes, places, on_map, enlarged, zorder=3, **look)
+    sign = r"$\leftrightarrow$" if to_and_fro else r"$\rightarrow$"
+    marker: Look = {"linestyle": "none", "marker": sign, "markersize": 11}
     axes.plot([], [], color=BLACK, label=label, **marker)
 
 

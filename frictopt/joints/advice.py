@@ -8,7 +8,27 @@ from ..base import ROUNDING, Outcome
 from ..contact.diagnosis import counted
 from ..limits import GrossSlip
 from ..transients import SteadyState
-from .report_parts import ReportParts, many_nodes_slip, mean_load_opens
+from .motion_names import LIFTS_OFF, PRIES, SLIDES, TURNS, motion_in_words, motion_of_joint
+from .report_parts import (
+    ReportParts,
+    increments_are_coarse,
+    many_nodes_slip,
+    mean_load_opens,
+    rests_at_load,
+)
+
+# Largest coefficient of friction that advice asks for. Dry metals reach about 1.
+_PRACTICAL_FRICTION = 1.0
+# Share of the gross-slip load below which prying says nothing about slip, and share of the contacts
+# that then slips.
+_FAR_BELOW = 0.5
+_MUCH_SLIPS = 0.05
+_MOVES_OFF = {
+    SLIDES: "bodies slide off",
+    TURNS: "bodies turn",
+    PRIES: "bodies pry open",
+    LIFTS_OFF: "bodies lift off",
+}
 
 
 def kind_of_contact(parts: ReportParts) -> str:
@@ -41,21 +61,44 @@ def kind_of_contact(parts: ReportParts) -> str:
     )
 
 
+def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
+    """The gross-slip load, the motion of the bodies, and whether statics knows it."""
+    gross = parts.gross_slip
+    if gross is None:
+        return
+    motion = motion_in_words(parts.system, gross)
+    if np.isnan(gross.load_factor):
+        yield f"No load factor has a state of rest: {motion}."
+    elif gross.load_factor == np.inf:
+        yield "Bodies do not slide off at any load factor."
+    elif motion:
+        yield f"At load factor {gross.load_factor:.4g} {motion}."
+    else:
+        yield f"At load factor {gross.load_factor:.4g} bodies slide off."
+    if gross.self_stress is not None:
+        yield (
+            "Contact forces can balance themselves here, as in a press fit or with a locked bolt: "
+            "statics cannot know how far the fit presses, and transients decide."
+        )
+
+
 def advice_on(parts: ReportParts) -> Iterator[str]:
     """Advice from the numbers of a report, in sentences."""
     if parts.mean_state is not None and parts.mean_state.open.all():
         yield "The mean load opens all nodes: press the contact."
         return
+    yield from _on_verdicts(parts)
     # More friction helps, unless it is known that no friction keeps the contact stuck.
     friction_helps = parts.required is None or bool(np.isfinite(parts.required.required))
     if parts.gross_slip is not None:
-        yield from _on_sliding(parts.gross_slip, friction_helps)
+        yield from _on_sliding(parts, parts.gross_slip, friction_helps)
     if parts.steady is not None:
         if parts.steady.outcome is Outcome.SHAKEDOWN:
             yield from _on_rest(parts, parts.steady)
         else:
             yield from _on_slip(parts, parts.steady, friction_helps)
-    elif "steady state at load factor 1" in parts.missing:
+        yield from _on_increments(parts.steady)
+    elif parts.gross_slip is None or rests_at_load(parts.gross_slip):
         yield "At your load no steady state is found, see what is without an answer."
     if mean_load_opens(parts):
         settled = "the gross-slip load"
@@ -64,12 +107,25 @@ def advice_on(parts: ReportParts) -> Iterator[str]:
         yield f"Quote {settled}, not the limits, which change with the mesh."
 
 
-def _on_sliding(gross_slip: GrossSlip, friction_helps: bool) -> Iterator[str]:
-    """Advice on bodies that slide off."""
+def _on_verdicts(parts: ReportParts) -> Iterator[str]:
+    """Whether the thresholds are kept."""
+    if parts.verdicts.empty:
+        return
+    failed = parts.verdicts.loc[~parts.verdicts["passed"].astype(bool), "quantity"].tolist()
+    if failed:
+        yield f"Not passed: {', '.join(failed)}."
+    else:
+        yield "All of your thresholds are kept."
+
+
+def _on_sliding(parts: ReportParts, gross_slip: GrossSlip, friction_helps: bool) -> Iterator[str]:
+    """Advice on bodies that slide off, turn, pry open or lift off."""
+    motion = motion_of_joint(parts.system, gross_slip)
+    move_off = _MOVES_OFF.get(motion, "bodies slide off")
     if not gross_slip.load_factor * (1 + ROUNDING) >= 1:
-        raise_friction = " raise friction," if friction_helps else ""
+        raise_friction = " raise friction," if friction_helps and motion in (SLIDES, TURNS) else ""
         yield (
-            "At your load nothing rests, bodies slide off: press them more,"
+            f"At your load nothing rests, {move_off}: press them more,"
             f"{raise_friction} or load them less."
         )
     elif gross_slip.least * (1 - ROUNDING) > 1:
@@ -81,10 +137,14 @@ def _on_sliding(gross_slip: GrossSlip, friction_helps: bool) -> Iterator[str]:
         of_fit = ""
         if gross_slip.self_stress is not None:
             of_fit = " in a transient from no slip: statics cannot know how far the fit presses"
-        yield (
-            f"Your load is {1 / gross_slip.load_factor:.1%} of the gross-slip load, at which "
-            f"bodies slide off{of_fit}."
-        )
+        share = 1 / gross_slip.load_factor
+        yield f"Your load is {share:.1%} of the gross-slip load, at which {move_off}{of_fit}."
+        slips = 0.0 if parts.steady is None else parts.steady.slipping_share
+        if motion == PRIES and share < _FAR_BELOW and slips > _MUCH_SLIPS:
+            yield (
+                "That load opens the joint and says little about slip, which begins far below it: "
+                "judge the slip by its range and its work."
+            )
 
 
 def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
@@ -112,19 +172,47 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
         f"cycle at your load{place}."
     )
     if steady.outcome is Outcome.RATCHETING:
-        yield "It ratchets: with each cycle it slips further in one direction."
+        length = "" if parts.system.units is None else f" {parts.system.units.split(', ')[1]}"
+        yield (
+            "It ratchets: with each cycle it slips further in one direction, by up to "
+            f"{steady.drift:.3g}{length}."
+        )
     if limit is not None and limit.least <= 1 <= limit.load_factor:
         yield (
             "A state of rest exists at your load: `steady_state(..., initial_slip=limit.slip)` "
             "shows whether that start leads there."
         )
     elif parts.required is not None and friction_helps:
-        yield (
-            f"Friction of {parts.required.required:.3g} and the right residual slip would keep it "
-            "stuck."
-        )
+        yield from _on_required_friction(parts.required.required)
     if guaranteed is not None and guaranteed.load_factor >= 1:
         yield (
             "It slips below the guaranteed limit: nodes open and close in each cycle, and such "
             "cycles it does not cover."
+        )
+
+
+def _on_required_friction(required: float) -> Iterator[str]:
+    """Advice on the friction that would keep the contact stuck, as far as it is practical."""
+    if float(f"{required:.3g}") <= _PRACTICAL_FRICTION:
+        yield f"Friction of {required:.3g} and the right residual slip would keep it stuck."
+    else:
+        yield (
+            f"No practical friction keeps it stuck: it needs {required:.3g}. Press the contact "
+            "more, or load it less."
+        )
+
+
+def _on_increments(steady: SteadyState) -> Iterator[str]:
+    """Advice on increments that are too coarse."""
+    if not steady.steps:
+        return
+    if np.isinf(steady.step_error):
+        yield (
+            f"Finer increments may have another answer: repeat with steps={4 * steady.steps}, or "
+            "more."
+        )
+    elif increments_are_coarse(steady):
+        yield (
+            f"Finer increments may change the work by {steady.step_error:.0%}: repeat with "
+            f"steps={2 * steady.steps}."
         )

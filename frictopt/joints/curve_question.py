@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,7 +39,8 @@ class CurveQuestion:
     """The input of a curve, with its gross-slip load and, if it has a range, its limits.
 
     `gross` is the error if no solver finds a gross-slip load. `limits` are the load factor of the
-    shakedown limit, and the guaranteed limit.
+    shakedown limit, and the guaranteed limit. `steady_at` gives the steady state at a load factor;
+    None: it is followed.
     """
 
     system: ContactSystem
@@ -49,11 +50,12 @@ class CurveQuestion:
     gross: GrossSlip | SolverError
     limits: tuple[float, GuaranteedLimit] | None
     steps: int | None
+    steady_at: Callable[[float], SteadyState] | None = None
 
     def follow(self, factor: float) -> CurveCycle:
         """Follow the contact to its steady cycle at one load factor."""
         try:
-            steady = steady_state(self.system, self.cycle, self.friction, factor, steps=self.steps)
+            steady = self._steady(factor)
             contacts = steady.by_contact()[["contact", "slipping", "work", "slip_range"]]
             measured = self.load.measured(steady)
         except (NoContinuation, SolverError) as error:
@@ -73,6 +75,11 @@ class CurveQuestion:
             ranges, extremes = self._range_at(factor, steady, measured)
             row |= ranges
         return CurveCycle(row, contacts.assign(load_factor=factor), extremes, steady)
+
+    def _steady(self, factor: float) -> SteadyState:
+        if self.steady_at is not None:
+            return self.steady_at(factor)
+        return steady_state(self.system, self.cycle, self.friction, factor, steps=self.steps)
 
     def _range_at(
         self, factor: float, steady: SteadyState, measured: dict[str, float]

@@ -2,67 +2,34 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from html import escape
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from textwrap import fill
-from typing import Any, NamedTuple
 
-import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import ROUNDING, Array, Bar, Booleans, Kept, Plotted, progress_bar, warns_of_odd_values
+from ..base import Kept, flag, progress_bar, warns_of_odd_values, whole_number
 from ..base.files import output
-from ..base.results import WIDE
-from ..contact import (
-    ContactState,
-    ContactSystem,
-    LoadCycle,
-    checked_cycle,
-    checked_system,
-    friction_coefficients,
-    other_laws,
-)
-from ..errors import ModelError, NoContinuation, SolverError
-from ..limits import (
-    GrossSlip,
-    ShakedownLimit,
-    gross_slip,
-    guaranteed_limit,
-    required_friction,
-    shakedown_limit,
-)
-from ..transients.march import mean_state
+from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system
+from ..errors import ModelError
 from .advice import advice_on, kind_of_contact
-from .backbone import BackboneCurve, curve_at, rising_factors
-from .curve_load import with_compliance
-from .curve_question import CurveQuestion
+from .backbone import rising_factors
+from .report_files import write_html, write_json, write_spreadsheet
+from .report_pages import Pages
 from .report_parts import ReportParts
-from .report_tables import curve_table, numbers_of, with_units
+from .report_tables import numbers_of
+from .report_text import PAGES, shown_page, whole_text
+from .scatter import checked_scatter
+from .thresholds import checked_limits
 
-_SHOWN_CORNERS = 4  # corners whose loads and forces are shown
-_HEAD = """<!doctype html>
-<html lang="en"><meta charset="utf-8"><title>Joint</title>
-<style>
-body {max-width: 60em; margin: 2em auto; padding: 0 1em; font-family: sans-serif; line-height: 1.4}
-table {border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto}
-td, th {padding: .2em .6em; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top;
-white-space: nowrap}
-td:nth-child(n+4):nth-last-child(-n+2) {white-space: normal}
-img {max-width: 100%}
-</style>"""
-
-
-class _Section(NamedTuple):
-    """A part of the text of a report."""
-
-    title: str
-    sentences: list[str]
-    table: pd.DataFrame | None = None
-    picture: Plotted | None = None
+# Ending of a file -> the function that writes a report in this form.
+_WRITERS: dict[str, Callable[[ReportParts, Path], None]] = {
+    ".html": write_html,
+    ".htm": write_html,
+    ".json": write_json,
+    ".xlsx": write_spreadsheet,
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,12 +43,29 @@ class Report(Kept, ReportParts):
     system, cycle, friction
         The input; friction is (N,). The load of the joint is the cycle at load factor 1.
     missing
-        Parts without an answer, name -> reason.
+        Parts without an answer, name -> reason; the most important part comes first.
     mean_state
         The state under the mean load, reached from a state without slip.
-    gross_slip, curve, limit, guaranteed, required
-        Results of `gross_slip`, `backbone_curve` (with both limits, for its picture),
-        `shakedown_limit`, `guaranteed_limit`, `required_friction`; None if `missing` has a reason.
+    gross_slip
+        Result of `gross_slip`. On the first page it is that of statics alone, with its
+        `self_stress`.
+    steady
+        The steady state at load factor 1, from no slip; None if `missing` has a reason.
+    curve, limit, guaranteed, required
+        Results of `backbone_curve` (with both limits, for its picture), `shakedown_limit`,
+        `guaranteed_limit`, `required_friction`; None if `missing` has a reason.
+    safety
+        DataFrame with a row for each safety factor, the number by which the cyclic load may grow:
+        columns against, nominal, worst (of the scatter), at (the worst input), by (a theorem, or
+        the corners of the scatter). A factor is inf if it exceeds 16, against gross slip if nothing
+        slides off at any load, and 0 if nothing rests.
+    verdicts
+        DataFrame with a row for each threshold: columns quantity, value, limit, unit, passed,
+        margin, where, at (the worst input). The margin is the limit over the value. It is the
+        value with its `step_error` if it is a work. Of gross slip the margin is the factor over its
+        limit. Without a steady state the value is NaN and the threshold is not passed.
+    scatter
+        The ranges of friction and preloads in words; "" if nothing scatters.
 
     Examples
     --------
@@ -121,128 +105,32 @@ class Report(Kept, ReportParts):
         """Advice from these numbers, in sentences."""
         return list(advice_on(self))
 
-    def _sections(self) -> Iterator[_Section]:
-        """The parts of the text, in their order."""
-        yield _Section("Advice", self.advice)
-        yield _Section("Kind of contact", [self.kind])
-        yield _Section("Numbers", [], self.numbers, self.limit)
-        if self.steady is not None:
-            names = self.cycle.corner_names
-            if len(names) <= _SHOWN_CORNERS:
-                corners = "; ".join(f"{k}: {name}" for k, name in enumerate(names))
-                contacts = self.contacts
-                sentences = [
-                    "P, Q and fP are pressure, shear and the most that friction can hold, at the "
-                    f"corners {corners}."
-                ]
-            else:
-                sentences = []
-                contacts = self.contacts.filter(regex=r"^(?!f?[PQ]_\d)")  # without forces
-            table = with_units(self, contacts)
-            yield _Section("Contacts at load factor 1", sentences, table, self.steady)
-        if self.curve is not None:
-            sentence = (
-                "work: of friction, per cycle; slipping: share of all contacts; slip_range: "
-                "largest of all nodes; damping: ratio."
-            )
-            table = with_units(self, curve_table(self, self.curve))
-            yield _Section("What grows with the load", [sentence], table, self.curve)
-        if self.missing:
-            sentences = [f"{name}: {reason}" for name, reason in self.missing.items()]
-            yield _Section("Without an answer", sentences)
-
-    @property
-    def _title(self) -> str:
-        least, most = self.friction.min(), self.friction.max()
-        friction = f"{least:g}" if least == most else f"{least:g} to {most:g}"
-        title = f"Joint of {self.system.nodes} contact nodes, friction {friction}"
-        if self.system.orthotropic:
-            title += ", another one along the second tangents"
-        if self.system.capped:
-            title += " up to the shear strength of the surface"
-        if self.system.units is not None:
-            title += f", in {self.system.units}"
-        return title
-
-    @property
-    def _loads(self) -> str:
-        mean = ", ".join(f"{name} = {value:.4g}" for name, value in self.cycle.mean.items())
-        names = self.cycle.corner_names
-        corners = [*names[:_SHOWN_CORNERS]]
-        if len(names) > _SHOWN_CORNERS:
-            corners.append("...")
-        return f"Mean load: {mean or 'none'}. Corners at load factor 1: {'; '.join(corners)}."
-
     def __str__(self) -> str:
-        lines = [self._title, fill(self._loads, WIDE)]
-        for section in self._sections():
-            lines += ["", section.title, "-" * len(section.title)]
-            lines += [fill(sentence, WIDE) for sentence in section.sentences]
-            if section.title == "Numbers":
-                lines += self._lines_of_numbers()
-            elif section.table is not None:
-                text = section.table.to_string(
-                    index=False, float_format="{:.4g}".format, line_width=WIDE - 4
-                )
-                lines.append(text.rstrip())
-        return "\n".join(lines)
-
-    def _lines_of_numbers(self) -> Iterator[str]:
-        """Two texts for each number: its value, and its meaning."""
-        for row in self.numbers.itertuples():
-            yield f"{row.number}: {row.value:.5g} {row.unit}".rstrip()
-            meaning = f"{row.meaning}. Settles with the mesh: {row.settles}."
-            yield fill(meaning, WIDE, initial_indent="    ", subsequent_indent="    ")
+        return whole_text(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the report with its pictures into a single HTML file.
+        """Write the report to a file; its ending says in which form.
 
-        If the name does not end in .html or .htm, the report is saved as any other result, for
-        `results.load`.
+        - `.html`: one page to print and sign, with verdicts, safety factors, numbers and advice;
+          behind it all pages with their tables and pictures, in the same file.
+        - `.json`: all numbers and sentences as strict JSON, null for NaN and the texts "inf" and
+          "-inf".
+        - `.xlsx`: the sentences, and a sheet for each table.
+        - Any other ending: as any other result, for `results.load`.
 
         Raises
         ------
         ModelError
             The file cannot be written.
         ImportError
-            matplotlib is not installed (extra `figures`).
+            matplotlib is not installed (`.html`, extra `figures`), or openpyxl (`.xlsx`, extra
+            `xlsx`).
         """
-        if Path(path).suffix.lower() not in (".html", ".htm"):
+        write = _WRITERS.get(Path(path).suffix.lower())
+        if write is None:
             super().save(path)
-            return
-        file = output(path)
-        from ..plots.draw import png  # imported here, because matplotlib is slow to import
-
-        parts = [_HEAD, f"<h1>{escape(self._title)}</h1><p>{escape(self._loads)}</p>"]
-        for section in self._sections():
-            parts.append(f"<h2>{section.title}</h2>")
-            for sentence in section.sentences:
-                parts.append(f"<p>{escape(sentence).replace('`', '')}</p>")
-            if section.table is not None:
-                text = section.table.to_html(index=False, float_format="{:.4g}".format, border=0)
-                parts.append(text)
-            if section.picture is not None:
-                image = b64encode(png(section.picture)).decode()
-                parts.append(f'<img alt="{section.title}" src="data:image/png;base64,{image}">')
-        file.write_text("\n".join(parts), encoding="utf-8")
-
-
-LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
-"""Default load factors of the curve; they are reduced if the bodies slide off below the last one.
-"""
-
-# The default curve ends at this share of the gross-slip load. Closer to it the slip needs many
-# cycles to become steady.
-_BELOW_GROSS_SLIP = 0.95
-
-_PARTS = {  # name of a part -> attribute of the report
-    "mean load": "mean_state",
-    "gross-slip load": "gross_slip",
-    "curve": "curve",
-    "shakedown limit": "limit",
-    "guaranteed limit": "guaranteed",
-    "required friction": "required",
-}
+        else:
+            write(self, output(path))
 
 
 @warns_of_odd_values
@@ -252,29 +140,61 @@ def report(
     friction: ArrayLike,
     load_factors: ArrayLike | None = None,
     *,
+    preload: Mapping[str, tuple[float, float]] | None = None,
+    limits: Mapping[str, float] | None = None,
+    pages: int = 3,
+    mesh_limits: bool = False,
+    show: Callable[[str], object] | None = None,
     steps: int | None = None,
     progress: bool = True,
 ) -> Report:
     """All answers of frictopt about a joint; its load has the load factor 1.
 
-    Its parts are: the nodes that are open under the mean load; the load at which bodies slide off
-    (`gross_slip`); work, slip and stiffness as functions of the load, from no slip
-    (`backbone_curve`), with the steady state at load factor 1; shakedown and guaranteed limit; the
-    friction that would keep the contact stuck (`required_friction`); and advice. For a part without
-    an answer there is a reason.
+    The answers come in pages:
 
-    If nodes of a contact in space are open under the mean load, the shakedown limit is computed
-    with these open nodes only. Guaranteed limit and required friction are then left out, because
-    their search takes minutes. For full searches call `shakedown_limit`, `guaranteed_limit` and
-    `required_friction` themselves. The last two do not support a shear strength.
+    1. The nodes that are open under the mean load; the load at which bodies slide off, turn or pry
+       open, by statics; the steady state at load factor 1, from no slip; verdicts.
+    2. Work, slip and stiffness as functions of the load (`backbone_curve`), and safety factors. If
+       contact forces balance themselves, transients find the load at which bodies slide off
+       (`gross_slip`).
+    3. Shakedown and guaranteed limit, and the friction that would keep the contact stuck
+       (`required_friction`).
+
+    For a part without an answer there is a reason. The last two questions do not support a shear
+    strength. If the mean load leaves nodes open, the third page belongs to the mesh and is left out
+    unless `mesh_limits`. In space the shakedown limit is then computed with these open nodes only,
+    and the other two are left out, because their search takes minutes: call the functions
+    themselves for full searches.
+
+    Safety factors against gross slip follow theorems: the load of statics never falls if friction
+    grows, and it is a concave function of the preloads, so its least value is at a corner of their
+    ranges. If contact forces balance themselves, and for steady slip, there is no such theorem. The
+    nominal input and all corners are then followed, and a worse input between them is possible.
 
     Parameters
     ----------
-    system, cycle, friction
-        The contact, its load cycle, and its coefficient of friction, one or one per node.
+    system, cycle
+        The contact and its load cycle.
+    friction
+        Coefficient of friction, one or one per node. A tuple of three is (least, nominal, most).
     load_factors
         (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2,
         reduced in proportion if 2 is above 95 % of the gross-slip load.
+    preload
+        Load case of the mean load -> (least, most) amplitude, for the scatter of tightening. At
+        most four; bolts that scatter alike belong into one load case. Each corner of the scatter
+        has steady states of its own.
+    limits
+        Thresholds for the verdicts, name -> largest value: "slip range" and "drift" (length),
+        "work" (of friction per cycle), "work density" (per area), "Ruiz" (`F1` of the fretting
+        table), "slipping share"; and "gross slip", the least safety factor. For the slip range and
+        the slipping share there are safety factors, too.
+    pages
+        Number of pages, 1 to 3.
+    mesh_limits
+        Whether to answer the third page although it belongs to the mesh.
+    show
+        Function that is called with the text of each page when it is ready, such as `print`.
     steps, progress
         Number of increments from corner to corner, and whether to show a bar after two seconds.
         None: the exact path in the plane, 2 increments in space; `step_error` estimates their
@@ -294,121 +214,38 @@ def report(
     >>> joint = fo.report(punch, cycle, friction=0.9, load_factors=[0.5, 1.5])
     >>> print(joint.advice[0])
     From assembly without slip the contact stops slipping at your load.
+
+    A threshold, with friction between 0.2 and 0.4:
+
+    >>> sheet = fo.report(
+    ...     punch, cycle, friction=(0.2, 0.3, 0.4), limits={"slipping share": 0.3}, pages=2
+    ... )
+    >>> sheet.verdicts[["quantity", "passed", "at"]]
+             quantity  passed                  at
+    0  slipping share   False  least friction 0.2
     """
-    coefficients = np.array(friction_coefficients(friction, checked_system(system).nodes))
-    checked_cycle(cycle).corner_reactions(
-        system
-    )  # raises an error if the cycle names an unknown load case
+    # This raises an error if the cycle names an unknown load case.
+    checked_cycle(cycle).corner_reactions(checked_system(system))
+    scatter = checked_scatter(system, cycle, friction, preload)
+    thresholds = checked_limits(system, limits)
+    whole_number("pages", pages, least=1, most=len(PAGES))
+    with_mesh_limits = flag("mesh_limits", mesh_limits)
+    if show is not None and (isinstance(show, type) or not callable(show)):
+        raise ModelError(f"show: {show!r}; give a function of a text, such as print")
     if steps is None and system.tangents == 2:
         steps = 2
     factors = None if load_factors is None else rising_factors(load_factors)
-    with progress_bar(progress, "report", "part", total=len(_PARTS)) as bar:
-        parts = _Parts(system, cycle, coefficients, steps, bar)
-        mean = parts.ask("mean load", lambda: mean_state(system, cycle, coefficients))
-        slides = parts.ask("gross-slip load", lambda: gross_slip(system, cycle, coefficients))
-        parts.ask_curve(factors, slides)
-        parts.ask_limits(mean)
-    return parts.report()
-
-
-class _Parts:
-    """The known parts of a report, attribute -> result, and the reasons of the missing parts.
-
-    The bar counts the parts and shows the current one. An interrupt keeps those that are known.
-    """
-
-    def __init__(
-        self, system: ContactSystem, cycle: LoadCycle, friction: Array, steps: int | None, bar: Bar
-    ) -> None:
-        self.system = system
-        self.cycle = cycle
-        self.friction = friction
-        self.steps = steps
-        self.known = dict[str, Any]()
-        self.missing = dict[str, str]()
-        self._bar = bar
-
-    def ask(self, part: str, question: Callable[[], Any]) -> Any:
-        """Keep and return an answer; if there is none, keep the reason and return None."""
-        left = ", ".join(self._left())
-        note = f"the parts known so far are in the attribute `report`, without {left}"
-        self._bar.keep("report", self._interrupted, note, best=part)
-        answer = None
-        try:
-            answer = self.known[_PARTS[part]] = question()
-        except (NoContinuation, SolverError) as error:
-            self.missing[part] = str(error)
-        self._bar.update()
-        return answer
-
-    def ask_curve(self, factors: Array | None, slides: GrossSlip | None) -> None:
-        """The backbone curve, with load factor 1 unless the bodies slide off below."""
-        upper = np.inf if slides is None else slides.load_factor
-        if factors is None:
-            scale = min(1.0, _BELOW_GROSS_SLIP * upper / LOAD_FACTORS[-1]) if upper > 0 else 1.0
-            factors = scale * np.array(LOAD_FACTORS)
-        load_rests = 1 <= upper * (1 + ROUNDING)
-        if load_rests:
-            factors = np.union1d(factors, [1.0])
-        joint, load = with_compliance(self.system, self.cycle, self.friction, None)
-        gross = slides or SolverError(self.missing["gross-slip load"])
-        question = CurveQuestion(joint, self.cycle, self.friction, load, gross, None, self.steps)
-        curve = self.ask("curve", lambda: curve_at(question, factors, True))
-        if curve is not None and load_rests:
-            states = [state for state in curve.steady_states if state is not None]
-            if all(state.load_factor != 1 for state in states):
-                self.missing["steady state at load factor 1"] = curve.note
-
-    def ask_limits(self, mean: ContactState | None) -> None:
-        """Both limits and the required friction, except long searches for open nodes in space."""
-        system, cycle, f = self.system, self.cycle, self.friction
-        reason = ""
-        if mean is not None and mean.open.any() and system.tangents == 2:
-            self.ask("shakedown limit", lambda: self._limit_with_open(mean.open))
-            reason = (
-                "not asked, for with open nodes in space its search takes minutes: call `fo.{}` "
-                "yourself"
-            )
-        else:
-            self.ask("shakedown limit", lambda: shakedown_limit(system, cycle, f))
-            for law in other_laws(system):
-                reason = f"not known of a surface with {law}"
-        if reason:
-            for part in ("guaranteed limit", "required friction"):
-                self.missing[part] = reason.format(part.replace(" ", "_"))
-            return
-        self.ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
-        self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
-
-    def _limit_with_open(self, is_open: Booleans) -> ShakedownLimit:
-        """The shakedown limit with these nodes open."""
-        try:
-            return shakedown_limit(self.system, self.cycle, self.friction, open=is_open)
-        except ModelError as error:
-            # The closed nodes do not hold the open ones.
-            raise NoContinuation(str(error)) from error
-
-    def report(self) -> Report:
-        """The report of the known parts; the curve gets the limits for its picture."""
-        known = dict(self.known)
-        curve: BackboneCurve | None = known.get("curve")
-        if curve is not None:
-            if "limit" in known:
-                curve = replace(curve, shakedown_limit=known["limit"].load_factor)
-            if "guaranteed" in known:
-                curve = replace(curve, guaranteed_limit=known["guaranteed"].load_factor)
-            known["curve"] = curve
-        return Report(self.system, self.cycle, self.friction, dict(self.missing), **known)
-
-    def _left(self) -> list[str]:
-        """The parts that are neither known nor missing."""
-        return [
-            part
-            for part, attribute in _PARTS.items()
-            if attribute not in self.known and part not in self.missing
+    with progress_bar(progress, "report", "page", total=pages) as bar:
+        parts = Pages(system, scatter, thresholds, steps, bar, Report)
+        questions: list[Callable[[], None]] = [
+            parts.ask_at_load,
+            lambda: parts.ask_with_load(factors),
+            lambda: parts.ask_limits(with_mesh_limits),
         ]
-
-    def _interrupted(self) -> Report:
-        """The report of the known parts, in which the parts that are left are missing."""
-        missing = {**self.missing, **dict.fromkeys(self._left(), "interrupted")}
-        return replace(self.report(), missing=missing)
+        for page, ask in enumerate(questions[:pages], start=1):
+            ask()
+            bar.update()
+            if show is not None:
+                show(shown_page(parts.report(), page, pages))
+        parts.leave_out_after(pages)
+    return parts.report()

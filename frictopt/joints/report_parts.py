@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
 
-from ..base import Array
+from ..base import ROUNDING, Array
 from ..contact import ContactState, ContactSystem, LoadCycle
 from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit
 from ..transients import SteadyState
 from .backbone import BackboneCurve
+from .curve_load import load_size, with_compliance
+from .safety import SAFETY_COLUMNS, VERDICT_COLUMNS
 
 # From so many slipping nodes on, their work and share change by a few per cent with the mesh.
 _MANY_NODES = 20
+# Estimated relative error of the work above which increments are too coarse to be quoted.
+_COARSE = 0.05
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,25 +32,25 @@ class ReportParts:
     missing: Mapping[str, str]
     mean_state: ContactState | None = None
     gross_slip: GrossSlip | None = None
+    steady: SteadyState | None = None
     curve: BackboneCurve | None = None
     limit: ShakedownLimit | None = None
     guaranteed: GuaranteedLimit | None = None
     required: RequiredFriction | None = None
-
-    @property
-    def steady(self) -> SteadyState | None:
-        """The steady state at load factor 1, from no slip; None if there is none."""
-        if self.curve is None:
-            return None
-        for state in self.curve.steady_states:
-            if state is not None and state.load_factor == 1:
-                return state
-        return None
+    safety: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=SAFETY_COLUMNS))
+    verdicts: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=VERDICT_COLUMNS))
+    scatter: str = ""
 
     @property
     def contacts(self) -> pd.DataFrame:
         """Contacts at load factor 1, see `SteadyState.by_contact`; empty without steady state."""
         return pd.DataFrame() if self.steady is None else self.steady.by_contact()
+
+
+def rests_at_load(gross_slip: GrossSlip) -> bool:
+    """Whether statics does not say that bodies slide off at load factor 1."""
+    largest = gross_slip.load_factor * (1 + ROUNDING)
+    return gross_slip.least * (1 - ROUNDING) <= 1 <= largest
 
 
 def mean_load_opens(parts: ReportParts) -> bool:
@@ -59,9 +63,15 @@ def many_nodes_slip(parts: ReportParts) -> bool:
     return parts.steady is not None and int(parts.steady.slipping.sum()) >= _MANY_NODES
 
 
+def increments_are_coarse(steady: SteadyState) -> bool:
+    """Whether finer increments may change the work by more than a few per cent."""
+    return steady.steps > 0 and steady.step_error > _COARSE
+
+
 def motion_of_load(parts: ReportParts) -> float:
     """Half the range of the motion of the load at load factor 1; not finite if it is not known."""
-    if parts.curve is None:
+    if parts.steady is None:
         return np.nan
-    at_load = parts.curve.load_factor == 1
-    return float(parts.curve.motion[at_load].max(initial=-np.inf))
+    _, load = with_compliance(parts.system, parts.cycle, parts.friction, None)
+    displacement = load.measured(parts.steady)["displacement"]
+    return displacement / load_size(parts.system, parts.cycle)

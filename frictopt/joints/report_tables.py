@@ -5,24 +5,43 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from ..base import Outcome
 from ..limits import GrossSlip
 from ..transients import SteadyState
 from .backbone import BackboneCurve
 from .curve_load import load_size
-from .report_parts import ReportParts, many_nodes_slip, mean_load_opens, motion_of_load
+from .report_parts import (
+    ReportParts,
+    increments_are_coarse,
+    many_nodes_slip,
+    mean_load_opens,
+    motion_of_load,
+)
+from .thresholds import QUANTITIES, SLIP_RANGE
 
 _Row = tuple[str, float, str, str, str]
+_COLUMNS = ["number", "value", "unit", "settles", "meaning"]
+SLIP_RANGE_ROW = "largest slip range"
 
 
 def numbers_of(parts: ReportParts) -> pd.DataFrame:
     """A row for each number: columns number, value, unit, settles (with the mesh), meaning."""
+    return pd.concat([numbers_at_load(parts), numbers_of_limits(parts)], ignore_index=True)
+
+
+def numbers_at_load(parts: ReportParts) -> pd.DataFrame:
+    """The rows of the first page: the gross-slip load, and the steady state at load factor 1."""
     rows = list[_Row]()
     if parts.gross_slip is not None:
         rows.append(_gross_slip_row(parts.gross_slip))
     if parts.steady is not None:
         rows += _steady_rows(parts, parts.steady)
-    rows += _limit_rows(parts)
-    return pd.DataFrame(rows, columns=["number", "value", "unit", "settles", "meaning"])
+    return pd.DataFrame(rows, columns=_COLUMNS)
+
+
+def numbers_of_limits(parts: ReportParts) -> pd.DataFrame:
+    """The rows of both limits and the required friction."""
+    return pd.DataFrame([*_limit_rows(parts)], columns=_COLUMNS)
 
 
 def _gross_slip_row(gross_slip: GrossSlip) -> _Row:
@@ -34,13 +53,7 @@ def _gross_slip_row(gross_slip: GrossSlip) -> _Row:
 def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
     """Numbers of the steady state at load factor 1."""
     units = units_of(parts)
-    slipping = int(steady.slipping.sum())
-    if many_nodes_slip(parts):
-        settles = "yes"
-    elif slipping:
-        settles = f"once more nodes slip, {slipping} do here"
-    else:
-        settles = "unless nodes slip on finer meshes"
+    settles = _settles(parts, steady)
     of_cycle = "in each cycle of this steady state"
 
     meaning = f"of friction, from assembly without slip, at load factor 1: {steady.outcome.value}"
@@ -61,8 +74,13 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
         f"of {whole}, in each cycle of this steady state",
     )
 
-    slip_range = float(parts.contacts["slip_range"].max())
-    yield "largest slip range", slip_range, units["slip_range"], settles, of_cycle
+    slip_range = QUANTITIES[SLIP_RANGE].judged(steady)
+    where = f"{of_cycle}, at {slip_range.where}" if slip_range.value else of_cycle
+    yield SLIP_RANGE_ROW, slip_range.value, units["slip_range"], settles, where
+
+    if steady.outcome is Outcome.RATCHETING:
+        meaning = "largest slip that a node gains in each cycle"
+        yield "drift per cycle", steady.drift, units["drift"], settles, meaning
 
     motion = motion_of_load(parts)
     if np.isfinite(motion):
@@ -70,7 +88,22 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
             "half the range of the mean motion of what the load acts on, along the load, in this "
             "steady state"
         )
-        yield "motion of the load", motion, units["motion"], "yes", meaning
+        yield "motion of the load", motion, units["motion"], _if_fine(steady, "yes"), meaning
+
+
+def _settles(parts: ReportParts, steady: SteadyState) -> str:
+    """Whether work and slip settle with the mesh, and on which condition."""
+    slipping = int(steady.slipping.sum())
+    if many_nodes_slip(parts):
+        return _if_fine(steady, "yes")
+    if slipping:
+        return f"once more nodes slip, {slipping} do here"
+    return "unless nodes slip on finer meshes"
+
+
+def _if_fine(steady: SteadyState, settles: str) -> str:
+    """Whether a number settles; not yet if the increments are too coarse."""
+    return "once its increments are finer" if increments_are_coarse(steady) else settles
 
 
 def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
@@ -100,6 +133,9 @@ def units_of(parts: ReportParts) -> dict[str, str]:
         "work": f"{force} {length}{per_depth}",
         "slip_range": length,
         "motion": length,
+        "drift": length,
+        "work_density": f"{force} per {length}",
+        "Ruiz": f"{force} per {length}",
         "area": length if in_plane else f"{length}^2",
         "stiffness": f"{force}{per_depth} per {length}",
         "displacement": f"{force} {length}{per_depth} per load factor",
@@ -109,16 +145,24 @@ def units_of(parts: ReportParts) -> dict[str, str]:
     }
 
 
-def with_units(parts: ReportParts, table: pd.DataFrame) -> pd.DataFrame:
-    """A table with the unit of each column in its name, such as "P_0 (N per depth)"."""
+def columns_with_units(parts: ReportParts, table: pd.DataFrame) -> dict[str, tuple[str, str]]:
+    """Column of a table -> its name and its unit, "" without one, such as ("P_0", "N")."""
     units = units_of(parts)
-    names = dict[str, str]()
+    names = dict[str, tuple[str, str]]()
     for column in table.columns:
         quantity = column.split("_")[0] if column[-1:].isdigit() else column
-        if quantity in units:
-            # The displacement of a curve is the work of the load over its load factor.
-            name = "work of the load" if column == "displacement" else column
-            names[column] = f"{name} ({units[quantity]})"
+        # The displacement of a curve is the work of the load over its load factor.
+        name = "work of the load" if column == "displacement" else column
+        names[column] = name, units.get(quantity, "")
+    return names
+
+
+def with_units(parts: ReportParts, table: pd.DataFrame) -> pd.DataFrame:
+    """A table with the unit of each column in its name, such as "P_0 (N per depth)"."""
+    names = {
+        column: f"{name} ({unit})" if unit else column
+        for column, (name, unit) in columns_with_units(parts, table).items()
+    }
     return table.rename(columns=names)
 
 

@@ -31,7 +31,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 
 from ..base import LimitKind
 from .design import Design, DesignModel
-from .gross_slip import GrossSlip, gross_slip
+from .gross_slip import GrossSlip, gross_slip, gross_slip_of_statics
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .guaranteed_model import GuaranteedModel
 from .least_slip import LeastSlip

@@ -197,6 +197,12 @@ def gross_slip(
         return _with_transients(_statics(question, only), question)
 
 
+def gross_slip_of_statics(system: ContactSystem, cycle: LoadCycle, friction: Any) -> GrossSlip:
+    """The answer of statics, with its `self_stress`, but without the transients of `gross_slip`."""
+    question = pose(system, cycle, friction, question_name="gross_slip")
+    return _with_self_stress(_statics(question, ""), question)
+
+
 def statics_alone(system: ContactSystem, cycle: LoadCycle, friction: Any) -> float:
     """`GrossSlip.bound`: the load factor of statics, without transients."""
     return _statics(pose(system, cycle, friction, question_name="gross_slip"), "").load_factor
@@ -366,8 +372,8 @@ def _result(
     )
 
 
-def _with_transients(statics: GrossSlip, question: Question) -> GrossSlip:
-    """The answer of statics, corrected by transients if contact forces can balance themselves.
+def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
+    """The answer of statics, with contact forces that balance themselves if there are any.
 
     Without friction, or if the cyclic loads drive no body, statics has the answer.
     """
@@ -381,14 +387,22 @@ def _with_transients(statics: GrossSlip, question: Question) -> GrossSlip:
     forces = self_stress(system, friction, N)
     if forces is None:
         return statics
+    return replace(statics, self_stress=forces, reason=_UNKNOWN.format(statics=statics.reason))
 
-    load_factor, why = sliding_off(system, question.cycle, friction, statics.load_factor)
-    unknown = _UNKNOWN.format(statics=statics.reason)
+
+def _with_transients(statics: GrossSlip, question: Question) -> GrossSlip:
+    """The answer of statics, corrected by transients if contact forces can balance themselves."""
+    answer = _with_self_stress(statics, question)
+    if answer.self_stress is None:
+        return answer
+    load_factor, why = sliding_off(
+        question.system, question.cycle, question.friction, statics.load_factor
+    )
     if not why:
-        reason = _GOES_ON.format(unknown=unknown)
+        reason = _GOES_ON.format(unknown=answer.reason)
     elif load_factor == 0:
-        reason = _NOWHERE.format(why=why, unknown=unknown)
+        reason = _NOWHERE.format(why=why, unknown=answer.reason)
         load_factor = np.nan
     else:
-        reason = _NOT_ABOVE.format(load_factor=load_factor, why=why, unknown=unknown)
-    return replace(statics, self_stress=forces, load_factor=load_factor, reason=reason)
+        reason = _NOT_ABOVE.format(load_factor=load_factor, why=why, unknown=answer.reason)
+    return replace(answer, load_factor=load_factor, reason=reason)

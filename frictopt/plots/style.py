@@ -140,6 +140,39 @@ def _axes_of_new_figure(
     return list(grid[:, :in_block].flat)
 
 
+def axes_by_size(ax: AnyAxes, sizes: Array, widest: float) -> list[Axes]:
+    """Axes of panels with sizes (n, 2) in inches, in rows that are at most so wide.
+
+    The given axes, or those of a new figure, as in `new_axes`.
+    """
+    if ax is not None:
+        return new_axes(ax, len(sizes))
+    rows: list[list[int]] = [[]]
+    for panel, (width, _) in enumerate(sizes):
+        if rows[-1] and sizes[rows[-1], 0].sum() + width > widest:
+            rows.append([])
+        rows[-1].append(panel)
+    widths = [sizes[row, 0].sum() for row in rows]
+    heights = [sizes[row, 1].max() for row in rows]
+    widths[0] += ROOM_FOR_BAR
+    width = max(widths)
+    figure = plt.figure(figsize=(width, sum(heights) + ROOM_FOR_TITLE), layout="constrained")
+    grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
+    axes = []
+    for row, cell, used in zip(rows, grid, widths, strict=True):
+        # The last cell of a row stays empty.
+        ratios = [*sizes[row, 0], max(width - used, 0.01)]
+        cells = cell.subgridspec(1, len(ratios), width_ratios=ratios)
+        axes += [figure.add_subplot(cells[number]) for number in range(len(row))]
+    return axes
+
+
+ROOM_FOR_BAR = 1.0
+"""Width of a colour bar beside the first row of panels of several sizes, inches."""
+ROOM_FOR_TITLE = 1.0
+"""Height of the title and the legend of these panels, inches."""
+
+
 def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **look: Any) -> None:
     """Draw arrows (n, 2) or (n, 3), none if they are NaN, and make room for them in the plane."""
     if begin.shape[1] == 3:

@@ -102,6 +102,8 @@ class SteadyState(Recorded, Plotted):
         steady state. In increments no event is proven.
     steps
         Number of increments from corner to corner; 0 for the exact path.
+    drift
+        Largest slip that a node gains per load cycle, length. It is 0 unless the contact ratchets.
 
     Examples
     --------
@@ -136,6 +138,7 @@ class SteadyState(Recorded, Plotted):
     unproven: int
     steps: int
     record: SolveRecord
+    drift: float = 0.0
 
     @property
     def engine(self) -> str:
@@ -370,7 +373,7 @@ class SteadyState(Recorded, Plotted):
 
     def _answer(self) -> Mapping[str, object]:
         last = "unproven" if self.engine == "path" else "step_error"
-        return {
-            name: getattr(self, name)
-            for name in ("outcome", "dissipation", "cycles", "residual", last)
-        }
+        names = ["outcome", "dissipation", "cycles", "residual", last]
+        if self.outcome is Outcome.RATCHETING:
+            names.insert(2, "drift")
+        return {name: getattr(self, name) for name in names}

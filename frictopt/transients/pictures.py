@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 
-from ..base import RESIDUAL, ROUNDING, SIMULTANEOUS, Array, Integers
+from ..base import RESIDUAL, ROUNDING, SIMULTANEOUS, Array, Booleans, Integers
 from ..contact import lengths, most_shear
-from ..contact.face import face_map, panels_of, together
+from ..contact.face import face_map, panels_by_size, panels_of, together
 from ..contact.strip import (
     ONE_NODE,
     Circles,
@@ -43,6 +43,7 @@ from .onset import Onset
 from .outcome import SteadyState
 from .trajectory import LoadLoop, Trajectory
 
+_MOST_NAMES = 4  # contacts that a title names
 # Code, word and colour of each status.
 _STATUS = (
     (0, "stick", "#DDDDDD"),
@@ -162,11 +163,13 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
     system = steady.system
     outcome = steady.outcome.name.lower().replace("_", " ")
     if system.tangents == 2:
-        title = f"{outcome}, work of friction per cycle {steady.dissipation:.4g}"
-        return work_map(panels_of(ax, system), steady, title)
+        shown = _slipping_contacts(steady)
+        title = _title_in_space(steady, outcome, shown)
+        return work_map(panels_by_size(ax, system, shown), steady, title, shown)
     panels = new_axes(ax, 3, (6.4, 7.6))
     slip, force, work = panels
-    slip.set_title(f"{outcome}, $W = {steady.dissipation:.4g}$ per cycle")
+    work_of_cycle = f"{steady.dissipation:.4g} (force times length per depth)"
+    slip.set_title(f"{outcome}, $W$ = {work_of_cycle} per cycle")
     slip_and_work(slip, work, steady, color=BLACK)
 
     states = steady.states()
@@ -211,10 +214,37 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     return axes
 
 
-def work_map(panels: Sequence[Axes], steady: SteadyState, title: str) -> Axes | AxesArray:
+def _slipping_contacts(steady: SteadyState) -> Booleans:
+    """(N,) the nodes of the contacts that slip; all nodes if none slips."""
+    slips = steady.slipping
+    if steady.system.contact is not None:
+        slips = np.isin(steady.system.contact, np.unique(steady.system.contact[slips]))
+    return slips if slips.any() else np.ones_like(slips)
+
+
+def _title_in_space(steady: SteadyState, outcome: str, shown: Booleans) -> str:
+    """The outcome and the work, and the contacts that are left out because they do not slip."""
+    work = f"{steady.dissipation:.4g} (force times length)"
+    title = f"{outcome}, work of friction per cycle {work}"
+    names = steady.system.contact
+    if names is None or shown.all():
+        return title
+    kept = dict.fromkeys(names[shown].tolist())
+    left_out = list(dict.fromkeys(names[~shown].tolist()))
+    if len(kept) == 1:
+        title = f"{next(iter(kept))}: {title}"
+    without_slip = ", ".join(left_out)
+    if len(left_out) > _MOST_NAMES:
+        without_slip = f"{len(left_out)} other contacts"
+    return f"{title}\nno slip: {without_slip}"
+
+
+def work_map(
+    panels: Sequence[Axes], steady: SteadyState, title: str, shown: Booleans | None = None
+) -> Axes | AxesArray:
     """Work of friction per cycle at each node that closes, and the slip range as arrows.
 
-    An arrow goes from one to the other of the two slips of the cycle that are furthest apart.
+    An arrow has the length and the direction of the largest difference of two slips of the cycle.
     """
     panels[0].set_title(title)
     states = steady.states()
@@ -228,7 +258,9 @@ def work_map(panels: Sequence[Axes], steady: SteadyState, title: str) -> Axes | 
         "work of friction per cycle (force times length)",
         slip=ranges,
         slip_name="slip range",
+        to_and_fro=True,
         opened=states.gap.min(axis=0) > 0,
+        shown=shown,
     )
 
 

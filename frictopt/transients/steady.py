@@ -32,7 +32,7 @@ from .increment_doubts import doubts
 from .march import path_of
 from .outcome import SteadyState
 from .stepped import SteppedPath
-from .transient import FollowedCycle
+from .transient import FollowedCycle, Transient
 
 MOST_CYCLES = 2000
 """Default number of cycles after which the search for a steady state gives up."""
@@ -286,7 +286,16 @@ def reported(run: Run, settled: Settled, step_error: float) -> SteadyState:
             sentences,
             perf_counter() - path.started,
         ),
+        drift=_drift(path, cycle) / run.period if settled.outcome is Outcome.RATCHETING else 0.0,
     )
+
+
+def _drift(path: Transient, cycle: FollowedCycle) -> float:
+    """Largest slip that a node gains in a return of the transient, length."""
+    t = path.system.tangents
+    moved = ((cycle.after - cycle.before) * path.unit)[: t * path.nodes].reshape(t, path.nodes)
+    true_slip = moved / path.system.stretch.reshape(path.nodes, t).T
+    return float(np.linalg.norm(true_slip, axis=0).max())
 
 
 def _residual(run: Run, settled: Settled) -> float:

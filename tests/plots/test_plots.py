@@ -263,7 +263,8 @@ def test_a_steady_state_shows_slip_range_traction_and_work(contact, cycle):
     assert work.get_xlabel().endswith("(length)")
     assert (
         slip.get_title()
-        == f"{steady.outcome.name.lower().replace('_', ' ')}, $W = {steady.dissipation:.4g}$ per cycle"
+        == f"{steady.outcome.name.lower().replace('_', ' ')}, $W$ = {steady.dissipation:.4g} "
+        "(force times length per depth) per cycle"
     )
 
 

@@ -43,9 +43,9 @@ def marks(ax):
     return points[0], next(iter(circles), None), next(iter(arrows), None)
 
 
-def check_face(ax, contact, axes, values, slip):
+def check_face(ax, contact, axes, values, slip, to_and_fro=False):
     """Places, colours and arrows of the nodes (none of slip None, of either sense, for slips of 2 %
-    of the longest and more); (N, 2) places."""
+    of the longest and more; to and fro: two halves of opposite sense); (N, 2) places."""
     places = contact.points @ axes[:2].T
     points, _, arrows = marks(ax)
     assert np.allclose(points.get_offsets(), places, atol=1e-14)
@@ -55,13 +55,18 @@ def check_face(ax, contact, axes, values, slip):
     if slip is not None:
         sizes = np.linalg.norm(slip, axis=1)
         long = sizes >= 0.02 * sizes.max()
-        assert np.allclose(arrows.get_offsets(), places[long], atol=1e-14)
+        begins = np.tile(places[long], (1 + to_and_fro, 1))
+        assert np.allclose(arrows.get_offsets(), begins, atol=1e-14)
         drawn = np.column_stack([arrows.U, arrows.V])
+        if to_and_fro:
+            forth, back = np.split(drawn, 2)
+            assert np.array_equal(forth, -back)
+            drawn = forth - back
         assert np.allclose(
             drawn * np.sign((drawn * slip[long]).sum(axis=1))[:, None], slip[long], rtol=1e-12
         )
         ax.figure.canvas.draw()
-        at = arrows.get_offset_transform().transform(places[long])
+        at = arrows.get_offset_transform().transform(begins)
         shapes = [
             arrows.get_transform().transform(path.vertices) + place
             for path, place in zip(arrows.get_paths(), at, strict=True)
@@ -175,11 +180,13 @@ def test_a_steady_state_shows_the_work_of_each_node(contact, axes):
         axes,
         steady.to_frame()["dissipation"],
         pairs.reshape(-1, *slips.shape[1:])[most, np.arange(slips.shape[1])],
+        to_and_fro=True,
     )
     assert (
         marks(ax)[0].get_clim() == (0, steady.dissipation_per_node.max()) and steady.dissipation > 0
     )
-    assert ax.get_title() == f"cyclic slip, work of friction per cycle {steady.dissipation:.4g}"
+    work = f"{steady.dissipation:.4g} (force times length)"
+    assert ax.get_title() == f"cyclic slip, work of friction per cycle {work}"
     largest = steady.fretting_table()["slip_range"].max()
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         f"slip range, longest {largest:.3g} (length)"
@@ -337,6 +344,40 @@ def test_contacts_of_several_planes_have_a_panel_each_with_one_scale_of_colours_
     ] and "most work" in lower[0].get_title("left")
     assert upper[0].get_position().y0 > lower[0].get_position().y1
     plt.close("all")
+
+
+def test_contacts_that_never_slip_are_left_out_and_the_others_have_one_scale():
+    """The second contact is half as large as the first one, along another normal."""
+    contact = fo.ContactSystem(
+        FLAT.S,
+        np.r_[FLAT.points[:3], 0.5 * FLAT.points[:3]],
+        FLAT.bonded,
+        frames=[np.eye(3)] * 3 + [TURN] * 3,
+        contact=["lap"] * 3 + ["head"] * 3,
+        units="N, mm",
+    )
+    factor = 2 * fo.shakedown_limit(contact, cycle(), F).load_factor
+    steady = fo.steady_state(contact, cycle(), F, factor, steps=2)
+    both = replace(steady, slipping=np.ones(6, dtype=bool))
+    panels = both.plot()
+    figure = panels[0].figure
+    work = f"work of friction per cycle {steady.dissipation:.4g} (N mm)"
+    assert figure.get_suptitle().endswith(work) and "no slip" not in figure.get_suptitle()
+    assert [ax.get_title() for ax in panels] == ["lap", "head"]
+    scales = [ax.get_window_extent().width / np.ptp(ax.get_xlim()) for ax in panels]
+    assert scales[0] == pytest.approx(scales[1], rel=0.25)
+    boxes = [text.get_window_extent() for text in (ax.title for ax in panels)]
+    assert not boxes[0].overlaps(boxes[1]) and not boxes[0].overlaps(
+        figure._suptitle.get_window_extent()
+    )
+    alone = replace(steady, slipping=contact.contact == "lap").plot()
+    assert len(marks(alone)[0].get_offsets()) == 3
+    first, second = alone.get_title().splitlines()
+    assert first.startswith("lap: ") and first.endswith(work) and second == "no slip: head"
+    at_rest = replace(steady, slipping=np.zeros(6, dtype=bool)).plot()
+    assert len(at_rest) == 2
+    with pytest.raises(fo.ModelError, match="give 2 matplotlib axes"):
+        both.plot(alone)
 
 
 def test_contacts_that_are_not_flat_or_above_each_other_are_refused_and_their_transients_drawn():

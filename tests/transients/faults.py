@@ -615,10 +615,10 @@ FAULTS = (
         "transients/pictures.py",
         "the slip at the last corner as slip range",
         old=(
-            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=ranges, slip_name='slip range', opened=states.gap.min(axis=0) > 0)"
+            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=ranges, slip_name='slip range', to_and_fro=True, opened=states.gap.min(axis=0) > 0, shown=shown)"
         ),
         new=(
-            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=steady.slip, slip_name='slip range', opened=states.gap.min(axis=0) > 0)"
+            "face_map(panels, steady.system, steady.dissipation_per_node, 'work of friction per cycle (force times length)', slip=steady.slip, slip_name='slip range', to_and_fro=True, opened=states.gap.min(axis=0) > 0, shown=shown)"
         ),
         tests="plots_spatial::test_a_steady_state_shows_the_work_of_each_node",
     ),

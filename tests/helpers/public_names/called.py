@@ -258,7 +258,17 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         fo.tightened,
         {"system": BOLTED, "cycle": fo.LoadCycle({"bolt": 1.0}, [{"pull": 0.1}]), "friction": 0.5},
     ),
-    "report": (fo.report, {**ASKED, "load_factors": [0.5]}),
+    "report": (
+        fo.report,
+        {
+            **ASKED,
+            "load_factors": [0.5],
+            "preload": {"mean": (0.9, 1.1)},
+            "limits": {"work": 1.0},
+            "pages": 2,
+            "mesh_limits": True,
+        },
+    ),
     "shakedown_limit": (fo.shakedown_limit, ASKED),
     "steady_state": (fo.steady_state, {**ASKED, "load_factor": 0.5, "most_cycles": 50}),
     "after_overload": (

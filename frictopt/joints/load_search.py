@@ -1,0 +1,93 @@
+"""The load factor at which a quantity of the steady state reaches a threshold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class LoadSearchSettings:
+    """Numbers of the search."""
+
+    # Width of the last bracket, over its upper end, in the plane and in space, where steady states
+    # in increments are less exact.
+    tolerance: tuple[float, float] = (1e-4, 1e-2)
+    # Ratio of two load factors while the search looks for one above the threshold.
+    growth: float = 2.0
+    # Largest load factor tried; a threshold that is kept there counts as not reached.
+    largest_load: float = 16.0
+    # Share of the gross-slip load up to which the search goes. Closer to it the slip needs many
+    # cycles to become steady.
+    below_gross_slip: float = 0.95
+    # Each third trial halves the bracket, because interpolation fails at jumps.
+    halved: int = 3
+    # The search ends below this load factor: the threshold is then exceeded at nearly no load.
+    smallest_load: float = 1e-3
+    # Share of the tolerance by which a trial goes beyond the interpolated load factor, so that two
+    # trials enclose it.
+    beyond: float = 0.4
+
+
+SETTINGS = LoadSearchSettings()
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A threshold is kept at `load_factor`, and exceeded at `above`, inf if it is not reached."""
+
+    load_factor: float
+    above: float
+
+
+def load_at_threshold(
+    value_at: Callable[[float], float],
+    values_known: dict[float, float],
+    threshold: float,
+    end: float,
+    tolerance: float,
+) -> Reached:
+    """Search the least load factor up to `end` at which a value exceeds a threshold.
+
+    `value_at` gives the value at a load factor, inf if there is no steady state; `values_known` are
+    the values known before.
+    """
+    known = {factor: value for factor, value in values_known.items() if factor <= end}
+    high = _least_above(known, threshold)
+    low = _largest_below(known, threshold, high)
+    while high == np.inf and low < end:
+        trial = min(max(1.0, SETTINGS.growth * low), end)
+        known[trial] = value_at(trial)
+        high = _least_above(known, threshold)
+        low = _largest_below(known, threshold, high)
+    if high == np.inf:
+        return Reached(low, np.inf)
+
+    trials = 0
+    shift = -SETTINGS.beyond * tolerance
+    while high > SETTINGS.smallest_load and high - low > tolerance * high:
+        trials += 1
+        trial = (low + high) / 2
+        values = known.get(low, 0.0), known.get(high, np.inf)
+        if trials % SETTINGS.halved and np.isfinite(values).all() and values[0] < values[1]:
+            share = (threshold - values[0]) / (values[1] - values[0])
+            guess = (low + share * (high - low)) * (1 + shift)
+            if low < guess < high:
+                trial = guess
+        known[trial] = value_at(trial)
+        exceeds = known[trial] > threshold
+        shift = abs(shift) if not exceeds else -abs(shift)
+        low, high = (low, trial) if exceeds else (trial, high)
+    return Reached(low, high)
+
+
+def _least_above(known: dict[float, float], threshold: float) -> float:
+    above = [factor for factor, value in known.items() if value > threshold]
+    return min(above, default=np.inf)
+
+
+def _largest_below(known: dict[float, float], threshold: float, high: float) -> float:
+    below = [factor for factor, value in known.items() if value <= threshold and factor < high]
+    return max(below, default=0.0)

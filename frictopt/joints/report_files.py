@@ -1,0 +1,175 @@
+"""Files of a report: one page of HTML to print and sign, JSON, and tables for a spreadsheet."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+from html import escape
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .advice import advice_on, gross_slip_in_words, kind_of_contact
+from .report_parts import ReportParts
+from .report_tables import curve_table, numbers_of, with_units
+from .report_text import (
+    PAGES,
+    Section,
+    loads_of,
+    missing_in_words,
+    sections_of,
+    title_of,
+    verdicts_in_words,
+)
+
+_HEAD = """<!doctype html>
+<html lang="en"><meta charset="utf-8"><title>Joint</title>
+<style>
+body {max-width: 60em; margin: 2em auto; padding: 0 1em; font-family: sans-serif; line-height: 1.4}
+table {border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto}
+td, th {padding: .2em .6em; border-bottom: 1px solid #ccc; text-align: left; vertical-align: top;
+white-space: nowrap}
+.long td:last-child, .long td:nth-last-child(2) {white-space: normal}
+img {max-width: 100%}
+.signed {display: flex; gap: 2em; margin: 3em 0 2em}
+.signed span {flex: 1; border-top: 1px solid; padding-top: .3em}
+@media print {
+  @page {size: A4; margin: 14mm}
+  body {max-width: none; margin: 0; padding: 0; font-size: 9.5pt; line-height: 1.3}
+  h1 {font-size: 14pt; margin: 0 0 .4em} h2 {font-size: 11pt; margin: .8em 0 .3em}
+  p, ul {margin: .2em 0} table {overflow: visible; display: table}
+  td, th {white-space: normal}
+  .details {break-before: page; font-size: 8.5pt} img {max-height: 150mm}
+  tr, img {break-inside: avoid}
+  .details h2, .details h3 {break-after: avoid}
+}
+</style>"""
+_SIGNED = (
+    '<div class="signed"><span>Prepared, date</span><span>Checked, date</span>'
+    "<span>Released, date</span></div>"
+)
+_BRIEF = ["number", "value", "unit", "settles"]  # columns of the numbers on the sheet
+
+
+def write_html(parts: ReportParts, file: Path) -> None:
+    """Write the sheet, one page to print and sign, and behind it all pages with their pictures."""
+    from ..plots.draw import png  # imported here, because matplotlib is slow to import
+
+    lines = [_HEAD, *_sheet(parts), '<div class="details">']
+    for page, title in enumerate(PAGES, start=1):
+        sections = list(sections_of(parts, page))
+        if sections:
+            lines.append(f"<h2>{title}</h2>")
+        for section in sections:
+            lines += _section(parts, section)
+            if section.picture is not None:
+                image = b64encode(png(section.picture)).decode()
+                lines.append(f'<img alt="{section.title}" src="data:image/png;base64,{image}">')
+    lines.append("</div>")
+    file.write_text("\n".join(lines), encoding="utf-8")
+
+
+def _sheet(parts: ReportParts) -> Iterator[str]:
+    """The first page: input, verdicts, safety factors, numbers and advice, with lines to sign."""
+    yield f"<h1>{escape(title_of(parts))}</h1><p>{escape(loads_of(parts))}</p>"
+    if not parts.verdicts.empty:
+        yield "<h2>Verdicts at load factor 1</h2>"
+        yield _table(verdicts_in_words(parts))
+    if not parts.safety.empty:
+        yield "<h2>Safety factors</h2>"
+        yield _table(parts.safety.drop(columns="by"))
+    yield "<h2>Numbers</h2>"
+    yield _table(numbers_of(parts)[_BRIEF])
+    yield "<h2>In words</h2><ul>"
+    sentences = [*advice_on(parts), *gross_slip_in_words(parts), kind_of_contact(parts)]
+    yield from (f"<li>{_text(sentence)}</li>" for sentence in sentences)
+    yield f"</ul>{_SIGNED}"
+
+
+def _section(parts: ReportParts, section: Section) -> Iterator[str]:
+    """A section in full."""
+    yield f"<h3>{section.title}</h3>"
+    yield from (f"<p>{_text(sentence)}</p>" for sentence in section.sentences)
+    if section.table is not None:
+        table = section.table if section.units is None else with_units(parts, section.table)
+        yield _table(table, "long" if "meaning" in table.columns else "")
+
+
+def _table(table: pd.DataFrame, kind: str = "") -> str:
+    html: str = table.to_html(
+        index=False, float_format="{:.4g}".format, border=0, classes=kind or None
+    )
+    return html
+
+
+def _text(sentence: str) -> str:
+    return escape(sentence).replace("`", "")
+
+
+def tables_of(parts: ReportParts) -> dict[str, pd.DataFrame]:
+    """Name -> table of a report, with units in the names of columns."""
+    tables = {
+        "verdicts": parts.verdicts,
+        "safety": parts.safety,
+        "numbers": numbers_of(parts),
+        "contacts": with_units(parts, parts.contacts),
+    }
+    if parts.curve is not None:
+        tables["curve"] = with_units(parts, curve_table(parts, parts.curve))
+    return {name: table for name, table in tables.items() if not table.empty}
+
+
+def write_json(parts: ReportParts, file: Path) -> None:
+    """Write all numbers and sentences as strict JSON: null for NaN, "inf" and "-inf" as texts."""
+    content: dict[str, Any] = {
+        "title": title_of(parts),
+        "loads": loads_of(parts),
+        "units": parts.system.units,
+        "scatter": parts.scatter,
+        "advice": list(advice_on(parts)),
+        "kind": kind_of_contact(parts),
+        "gross_slip": list(gross_slip_in_words(parts)),
+        "outcome": None if parts.steady is None else parts.steady.outcome.name,
+        "missing": dict(parts.missing),
+    }
+    for name, table in tables_of(parts).items():
+        content[name] = table.to_dict("records")
+    text = json.dumps(_strict(content), indent=1, allow_nan=False, ensure_ascii=False)
+    file.write_text(text, encoding="utf-8")
+
+
+def _strict(value: Any) -> Any:
+    """The value in the types of JSON."""
+    if isinstance(value, Mapping):
+        return {str(name): _strict(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_strict(part) for part in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if not isinstance(value, float) or np.isfinite(value):
+        return value
+    return None if np.isnan(value) else str(value)
+
+
+def write_spreadsheet(parts: ReportParts, file: Path) -> None:
+    """Write a sheet with the sentences and one for each table.
+
+    Raises
+    ------
+    ImportError
+        openpyxl is not installed (extra `xlsx`).
+    """
+    if find_spec("openpyxl") is None:
+        raise ImportError("files in .xlsx need openpyxl: python -m pip install 'frictopt[xlsx]'")
+    sentences = [title_of(parts), loads_of(parts), *advice_on(parts), *gross_slip_in_words(parts)]
+    sentences.append(kind_of_contact(parts))
+    sentences += missing_in_words(parts)
+    with pd.ExcelWriter(file, engine="openpyxl") as writer:
+        words = pd.DataFrame({"joint": sentences})
+        words.to_excel(writer, sheet_name="joint", index=False)
+        for name, table in tables_of(parts).items():
+            table.to_excel(writer, sheet_name=name, index=False)

@@ -1,0 +1,277 @@
+"""The questions of a report, page by page, and the reasons of those without an answer."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from ..base import Array, Bar, Booleans
+from ..contact import ContactSystem, LoadCycle, other_laws
+from ..errors import ModelError, NoContinuation, SolverError
+from ..limits import (
+    GrossSlip,
+    ShakedownLimit,
+    gross_slip,
+    gross_slip_of_statics,
+    guaranteed_limit,
+    required_friction,
+    shakedown_limit,
+)
+from ..transients import SteadyState
+from ..transients.march import mean_state
+from .backbone import BackboneCurve, curve_at
+from .curve_load import with_compliance
+from .curve_question import CurveQuestion
+from .report_parts import ReportParts, mean_load_opens, rests_at_load
+from .report_tables import units_of
+from .safety import SteadyStates, safety_table, verdict_table
+from .scatter import Scatter
+
+Parts = TypeVar("Parts", bound=ReportParts)
+
+LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
+"""Default load factors of the curve; they are reduced if the bodies slide off below the last one.
+"""
+
+# The default curve ends at this share of the gross-slip load. Closer to it the slip needs many
+# cycles to become steady.
+_BELOW_GROSS_SLIP = 0.95
+# Longest list of node numbers in a reason.
+_MOST_NODES = 5
+
+_AT_LOAD = "steady state at load factor 1"
+_SAFETY = "safety factors and verdicts"
+_PARTS = {  # name of a part -> attribute of the report, the most important part first
+    _AT_LOAD: "steady",
+    "gross-slip load": "gross_slip",
+    "mean load": "mean_state",
+    "curve": "curve",
+    "shakedown limit": "limit",
+    "guaranteed limit": "guaranteed",
+    "required friction": "required",
+}
+_ON_PAGE = {
+    "mean load": 1,
+    "gross-slip load": 1,
+    _AT_LOAD: 1,
+    "curve": 2,
+    "shakedown limit": 3,
+    "guaranteed limit": 3,
+    "required friction": 3,
+}
+_OF_THE_MESH = (
+    "not asked, because the mean load leaves nodes open and the answer changes with the mesh: "
+    "give mesh_limits=True"
+)
+_LONG_SEARCH = (
+    "not asked, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
+)
+_OTHER_PAGE = "on page {page}, which was not asked"
+
+
+class Pages(Generic[Parts]):
+    """The known parts of a report, attribute -> result, and the reasons of the missing parts.
+
+    The bar counts the pages and shows the current part. An interrupt keeps the known parts.
+    """
+
+    def __init__(
+        self,
+        system: ContactSystem,
+        scatter: Scatter,
+        limits: Mapping[str, float],
+        steps: int | None,
+        bar: Bar,
+        made: type[Parts],
+    ) -> None:
+        self.system = system
+        self.scatter = scatter
+        self.cycle: LoadCycle = scatter.cycle
+        self.friction: Array = scatter.friction
+        self.limits = limits
+        self.steps = steps
+        self.states = SteadyStates(system, scatter, steps)
+        self.known = dict[str, Any]()
+        self.missing = dict[str, str]()
+        self._bar = bar
+        self._made = made
+
+    def ask(self, part: str, question: Callable[[], Any]) -> Any:
+        """Keep and return an answer; if there is none, keep the reason and return None."""
+        self._keep(part)
+        try:
+            answer = self.known[_PARTS[part]] = question()
+        except (NoContinuation, SolverError) as error:
+            self.missing[part] = without_lists(str(error))
+            return None
+        self.missing.pop(part, None)
+        return answer
+
+    def _keep(self, doing: str) -> None:
+        """Set the parts that an interrupt keeps from now on."""
+        left = ", ".join(self._left())
+        note = f"the parts known so far are in the attribute `report`, without {left}"
+        self._bar.keep("report", self._interrupted, note, best=doing)
+
+    def ask_at_load(self) -> None:
+        """Page 1: the contact, gross slip by statics, and the steady state at load factor 1."""
+        system, cycle, friction = self.system, self.cycle, self.friction
+        self.ask("mean load", lambda: mean_state(system, cycle, friction))
+        slides = self.ask("gross-slip load", lambda: gross_slip_of_statics(system, cycle, friction))
+        if slides is None or rests_at_load(slides):
+            self.ask(_AT_LOAD, self._steady_at_load)
+        else:
+            self.missing[_AT_LOAD] = slides.reason
+            self.states.known[self.states.nominal().name, 1.0] = NoContinuation(slides.reason)
+        if not self.scatter.exists:
+            fit_is_known = slides is None or slides.self_stress is None
+            self._judge(slides if fit_is_known else None, {})
+
+    def _steady_at_load(self) -> SteadyState:
+        answer = self.states.at(self.states.nominal(), 1.0)
+        if not isinstance(answer, SteadyState):
+            raise answer
+        answer.states()  # tables need them: an error of theirs is one of the steady state
+        return answer
+
+    def ask_with_load(self, factors: Array | None) -> None:
+        """Page 2: the load at which a fit slides off, the curve, and the safety factors."""
+        slides: GrossSlip | None = self.known.get("gross_slip")
+        if slides is not None and slides.self_stress is not None:
+            slides = self.ask(
+                "gross-slip load", lambda: gross_slip(self.system, self.cycle, self.friction)
+            )
+            if slides is not None and _AT_LOAD in self.missing and not rests_at_load(slides):
+                self.missing[_AT_LOAD] = slides.reason
+        self._ask_curve(factors, slides)
+        self._keep("safety factors")
+        self._judge(slides, self.limits)
+
+    def _judge(self, slides: GrossSlip | None, factors_against: Mapping[str, float]) -> None:
+        """Safety factors against gross slip and some thresholds, and verdicts on all thresholds."""
+        try:
+            safety = safety_table(self.states, slides, factors_against)
+        except SolverError as error:
+            self.missing[_SAFETY] = without_lists(str(error))
+            return
+        self.known["safety"] = safety
+        self.known["verdicts"] = verdict_table(
+            self.states, safety, self.limits, units_of(self.report())
+        )
+
+    def _ask_curve(self, factors: Array | None, slides: GrossSlip | None) -> None:
+        """The backbone curve, with load factor 1 unless the bodies slide off below."""
+        upper = np.inf if slides is None else slides.load_factor
+        if factors is None:
+            scale = min(1.0, _BELOW_GROSS_SLIP * upper / LOAD_FACTORS[-1]) if upper > 0 else 1.0
+            factors = scale * np.array(LOAD_FACTORS)
+        if slides is None or rests_at_load(slides):
+            factors = np.union1d(factors, [1.0])
+        joint, load = with_compliance(self.system, self.cycle, self.friction, None)
+        gross = slides or SolverError(self.missing["gross-slip load"])
+        nominal = self.states.nominal()
+
+        def steady_at(factor: float) -> SteadyState:
+            answer = self.states.at(nominal, factor)
+            if not isinstance(answer, SteadyState):
+                raise answer
+            return answer
+
+        question = CurveQuestion(
+            joint, self.cycle, self.friction, load, gross, None, self.steps, steady_at
+        )
+        self.ask("curve", lambda: curve_at(question, factors, True))
+
+    def ask_limits(self, mesh_limits: bool) -> None:
+        """Page 3: both limits and the required friction.
+
+        They are left out if they belong to the mesh, unless `mesh_limits`, and so are long searches
+        for open nodes in space.
+        """
+        system, cycle, f = self.system, self.cycle, self.friction
+        opens = mean_load_opens(self.report())
+        if opens and not mesh_limits:
+            for part in ("shakedown limit", "guaranteed limit", "required friction"):
+                self.missing[part] = _OF_THE_MESH
+            return
+        reason = ""
+        if opens and system.tangents == 2:
+            mean = self.known["mean_state"]
+            self.ask("shakedown limit", lambda: self._limit_with_open(mean.open))
+            reason = _LONG_SEARCH
+        else:
+            self.ask("shakedown limit", lambda: shakedown_limit(system, cycle, f))
+            for law in other_laws(system):
+                reason = f"not known of a surface with {law}"
+        if reason:
+            for part in ("guaranteed limit", "required friction"):
+                self.missing[part] = reason.format(part.replace(" ", "_"))
+            return
+        self.ask("guaranteed limit", lambda: guaranteed_limit(system, cycle, f))
+        self.ask("required friction", lambda: required_friction(system, cycle, 1.0))
+
+    def _limit_with_open(self, is_open: Booleans) -> ShakedownLimit:
+        """The shakedown limit with these nodes open."""
+        try:
+            return shakedown_limit(self.system, self.cycle, self.friction, open=is_open)
+        except ModelError as error:
+            # The closed nodes do not hold the open ones.
+            raise NoContinuation(str(error)) from error
+
+    def leave_out_after(self, pages: int) -> None:
+        """Say of the parts of later pages that they were not asked."""
+        for part in self._left():
+            if _ON_PAGE[part] > pages:
+                self.missing[part] = _OTHER_PAGE.format(page=_ON_PAGE[part])
+        if pages == 1 and self.scatter.exists:
+            self.missing[_SAFETY] = _OTHER_PAGE.format(page=2)
+
+    def report(self) -> Parts:
+        """The known parts; the curve gets the limits for its picture."""
+        known = dict(self.known)
+        curve: BackboneCurve | None = known.get("curve")
+        if curve is not None:
+            if "limit" in known:
+                curve = replace(curve, shakedown_limit=known["limit"].load_factor)
+            if "guaranteed" in known:
+                curve = replace(curve, guaranteed_limit=known["guaranteed"].load_factor)
+            known["curve"] = curve
+        names = [*_PARTS, _SAFETY]
+        missing = {part: self.missing[part] for part in names if part in self.missing}
+        return self._made(
+            system=self.system,
+            cycle=self.cycle,
+            friction=self.friction,
+            missing=missing,
+            scatter=self.scatter.in_words(),
+            **known,
+        )
+
+    def _left(self) -> list[str]:
+        """The parts that are neither known nor missing."""
+        return [
+            part
+            for part, attribute in _PARTS.items()
+            if attribute not in self.known and part not in self.missing
+        ]
+
+    def _interrupted(self) -> Parts:
+        """The report of the known parts, in which the parts that are left are missing."""
+        missing = {**self.missing, **dict.fromkeys(self._left(), "interrupted")}
+        return replace(self.report(), missing=missing)
+
+
+def without_lists(reason: str) -> str:
+    """A reason in which long lists of node numbers are numbers of nodes."""
+
+    def counted(match: re.Match[str]) -> str:
+        numbers = match[2].split(",")
+        if len(numbers) <= _MOST_NODES:
+            return match[0]
+        return f"{len(numbers)} nodes" if match[1] else "[...]"
+
+    return re.sub(r"(nodes )?\[([-\d, ]+)\]", counted, reason)

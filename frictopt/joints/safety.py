@@ -1,0 +1,225 @@
+"""Safety factors of a joint and verdicts on its thresholds, with the scatter of its input.
+
+A safety factor is the number by which the cyclic load may grow. Against gross slip theorems say
+where the worst input is, as long as statics answers: more friction never lowers the load, and over
+the preloads the load is a concave function, so that its least value is at a corner. Steady slip has
+no such theorem, so the corners of the ranges are followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from ..base import ROUNDING
+from ..contact import ContactSystem
+from ..errors import NoContinuation, SolverError
+from ..limits import GrossSlip, gross_slip, gross_slip_of_statics
+from ..transients import SteadyState, steady_state
+from .load_search import SETTINGS, load_at_threshold
+from .scatter import Corner, Scatter
+from .thresholds import GROSS_SLIP, QUANTITIES, SLIP_RANGE, SLIPPING_SHARE, Judged
+
+NOMINAL = "the nominal input"
+_NO_SCATTER = "at the nominal input, because nothing scatters"
+_BY_THEOREM = (
+    "by a theorem: the load of statics never falls with friction, and is a concave function of the "
+    "preloads"
+)
+_BY_CORNERS = (
+    "by the nominal input and the corners of the ranges; no theorem covers the inputs between them"
+)
+_NO_STEADY_STATE = "no steady state: {reason}"
+
+SAFETY_COLUMNS = ["against", "nominal", "worst", "at", "by"]
+VERDICT_COLUMNS = ["quantity", "value", "limit", "unit", "passed", "margin", "where", "at"]
+
+SteadyAnswer = SteadyState | NoContinuation | SolverError
+
+
+@dataclass
+class SteadyStates:
+    """Steady states of a joint by corner of the scatter and load factor, each followed once."""
+
+    system: ContactSystem
+    scatter: Scatter
+    steps: int | None
+    known: dict[tuple[str, float], SteadyAnswer] = field(default_factory=dict)
+
+    def nominal(self) -> Corner:
+        """The nominal input as a corner."""
+        return Corner(NOMINAL, self.scatter.friction, self.scatter.cycle)
+
+    def all_corners(self) -> list[Corner]:
+        """The nominal input, and the corners of the ranges if anything scatters."""
+        corners = self.scatter.corners() if self.scatter.exists else []
+        return [self.nominal(), *corners]
+
+    def at(self, corner: Corner, factor: float) -> SteadyAnswer:
+        """The steady state of a corner at a load factor, or the error in its place."""
+        key = corner.name, factor
+        if key not in self.known:
+            answer: SteadyAnswer
+            try:
+                answer = steady_state(
+                    self.system, corner.cycle, corner.friction, factor, steps=self.steps
+                )
+            except (NoContinuation, SolverError) as error:
+                answer = error
+            self.known[key] = answer
+        return self.known[key]
+
+    def judged(self, name: str, corner: Corner, factor: float) -> Judged:
+        """A quantity of this steady state; infinite without one."""
+        steady = self.at(corner, factor)
+        if not isinstance(steady, SteadyState):
+            return Judged(np.nan, _NO_STEADY_STATE.format(reason=steady), np.inf)
+        try:
+            return QUANTITIES[name].judged(steady)
+        except SolverError as error:
+            return Judged(np.nan, str(error), np.inf)
+
+    def factors(self, corner: Corner) -> list[float]:
+        """The load factors at which a corner is known."""
+        return [factor for name, factor in self.known if name == corner.name]
+
+
+def safety_table(
+    states: SteadyStates, nominal: GrossSlip | None, limits: Mapping[str, float]
+) -> pd.DataFrame:
+    """A row for each safety factor, with columns `SAFETY_COLUMNS`.
+
+    Rows are gross slip, and the limits on slip range and slipping share if they are given.
+    """
+    rows = list[tuple[object, ...]]()
+    end = np.inf
+    if nominal is not None:
+        rows.append(_against_gross_slip(states, nominal))
+        if nominal.self_stress is None:
+            end = SETTINGS.below_gross_slip * factor_of(nominal)
+    for name in (SLIP_RANGE, SLIPPING_SHARE):
+        if name in limits:
+            rows.append(_against_slip(states, name, limits[name], end))
+    return pd.DataFrame(rows, columns=SAFETY_COLUMNS)
+
+
+def _against_gross_slip(states: SteadyStates, nominal: GrossSlip) -> tuple[object, ...]:
+    """The row of gross slip."""
+    scatter = states.scatter
+    nominal_factor = factor_of(nominal)
+    if not scatter.exists:
+        return GROSS_SLIP, nominal_factor, nominal_factor, NOMINAL, _NO_SCATTER
+    question: Callable[..., GrossSlip] = gross_slip_of_statics
+    by = _BY_THEOREM
+    corners = scatter.corners_of_least_friction()
+    if nominal.self_stress is not None:
+        question = gross_slip
+        by = _BY_CORNERS
+        corners = scatter.corners()
+    factors = [nominal_factor]
+    for corner in corners:
+        factors.append(factor_of(question(states.system, corner.cycle, corner.friction)))
+    worst = int(np.argmin(factors))
+    names = [NOMINAL, *(corner.name for corner in corners)]
+    return GROSS_SLIP, nominal_factor, factors[worst], names[worst], by
+
+
+def factor_of(gross: GrossSlip) -> float:
+    """The safety factor of a gross-slip load; 0 if nothing rests at load factor 1 or below."""
+    if np.isnan(gross.load_factor) or gross.least > 1 + ROUNDING:
+        return 0.0
+    return gross.load_factor
+
+
+def _against_slip(
+    states: SteadyStates, name: str, threshold: float, end: float
+) -> tuple[object, ...]:
+    """The row of a quantity of the steady state, at all corners.
+
+    A corner that keeps the threshold at the least load factor of the corners before it is not
+    followed further.
+    """
+    tolerance = SETTINGS.tolerance[states.system.tangents - 1]
+    nominal, *corners = states.all_corners()
+    nominal_factor = _factor(states, name, threshold, nominal, end, tolerance)
+    worst, at = nominal_factor, NOMINAL
+    for corner in corners:
+        above = worst * (1 + tolerance)
+        if np.isfinite(above) and states.judged(name, corner, above).value <= threshold:
+            continue
+        factor = _factor(states, name, threshold, corner, above, tolerance)
+        if factor < worst:
+            worst, at = factor, corner.name
+    by = _BY_CORNERS if states.scatter.exists else _NO_SCATTER
+    return f"{name} of {threshold:g}", nominal_factor, worst, at, by
+
+
+def _factor(
+    states: SteadyStates,
+    name: str,
+    threshold: float,
+    corner: Corner,
+    end: float,
+    tolerance: float,
+) -> float:
+    """The load factor up to which a corner keeps a threshold; inf if it is not reached."""
+
+    def value_at(factor: float) -> float:
+        value = states.judged(name, corner, factor).value
+        return np.inf if np.isnan(value) else value
+
+    known = {factor: value_at(factor) for factor in states.factors(corner)}
+    reached = load_at_threshold(
+        value_at, known, threshold, min(end, SETTINGS.largest_load), tolerance
+    )
+    not_reached = reached.above == np.inf and end >= SETTINGS.largest_load
+    return np.inf if not_reached else reached.load_factor
+
+
+def verdict_table(
+    states: SteadyStates,
+    safety: pd.DataFrame,
+    limits: Mapping[str, float],
+    units: Mapping[str, str],
+) -> pd.DataFrame:
+    """A row for each threshold, with columns `VERDICT_COLUMNS`: the worst of all corners.
+
+    The margin of a threshold is the threshold over the judged value; of gross slip it is the safety
+    factor over the threshold.
+    """
+    rows = list[tuple[object, ...]]()
+    for name, threshold in limits.items():
+        if name == GROSS_SLIP:
+            rows += _verdict_on_gross_slip(safety, threshold)
+            continue
+        judged = [
+            (states.judged(name, corner, 1.0), corner.name) for corner in states.all_corners()
+        ]
+        worst, at = max(judged, key=lambda pair: pair[0].judged)
+        unit = units.get(QUANTITIES[name].unit, "of 1")
+        passed = bool(worst.judged <= threshold)
+        margin = _margin(threshold, worst.judged)
+        rows.append((name, worst.value, threshold, unit, passed, margin, worst.where, at))
+    return pd.DataFrame(rows, columns=VERDICT_COLUMNS)
+
+
+def _verdict_on_gross_slip(safety: pd.DataFrame, threshold: float) -> list[tuple[object, ...]]:
+    """The verdict on the safety factor against gross slip."""
+    rows = safety[safety["against"] == GROSS_SLIP]
+    if rows.empty:
+        return [(GROSS_SLIP, np.nan, threshold, "load factor", False, 0.0, "no answer", NOMINAL)]
+    row = rows.iloc[0]
+    factor = float(row["worst"])
+    margin = _margin(factor, threshold)
+    passed = factor >= threshold
+    return [(GROSS_SLIP, factor, threshold, "load factor", passed, margin, "", row["at"])]
+
+
+def _margin(allowed: float, value: float) -> float:
+    """The allowed value over the value: inf for a value of 0, 0 for an infinite one."""
+    if value == 0:
+        return np.inf
+    return allowed / value

@@ -1,0 +1,145 @@
+"""The scatter of friction and of preloads, and its corners."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from ..base import ROUNDING, Array, finite_number, listed, shown
+from ..base.checks import checked_cases
+from ..contact import ContactSystem, LoadCycle, friction_coefficients
+from ..errors import ModelError
+
+# Largest number of preloads that scatter. Each doubles the number of corners, and each corner has a
+# steady state of its own.
+_MOST_PRELOADS = 4
+
+
+@dataclass(frozen=True)
+class Corner:
+    """A friction (N,) and a load cycle, with their name in words."""
+
+    name: str
+    friction: Array
+    cycle: LoadCycle
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """The nominal input of a report, and the ranges of its friction and its preloads.
+
+    Frictions are (N,); `least_friction` and `most_friction` are None if the friction has no range.
+    `preload` maps a load case of the mean load to its least and largest amplitude.
+    """
+
+    cycle: LoadCycle
+    friction: Array
+    least_friction: Array | None = None
+    most_friction: Array | None = None
+    preload: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def exists(self) -> bool:
+        """Whether anything scatters."""
+        return self.least_friction is not None or bool(self.preload)
+
+    def frictions(self) -> dict[str, Array]:
+        """The ends of the range of friction by their names; without a range the nominal one."""
+        if self.least_friction is None or self.most_friction is None:
+            return {"": self.friction}
+        return {
+            f"least friction {_range_of(self.least_friction)}": self.least_friction,
+            f"most friction {_range_of(self.most_friction)}": self.most_friction,
+        }
+
+    def corners(self) -> list[Corner]:
+        """All corners of the ranges, those of the least friction and preloads first."""
+        return [
+            corner
+            for friction_name, friction in self.frictions().items()
+            for corner in self._corners_of_preload(friction_name, friction)
+        ]
+
+    def corners_of_least_friction(self) -> list[Corner]:
+        """The corners of the preloads with the least friction."""
+        friction_name, friction = next(iter(self.frictions().items()))
+        return list(self._corners_of_preload(friction_name, friction))
+
+    def _corners_of_preload(self, friction_name: str, friction: Array) -> Iterator[Corner]:
+        for amplitudes in product(*self.preload.values()):
+            loads = dict(zip(self.preload, amplitudes, strict=True))
+            names = [f"{case} {amplitude:g}" for case, amplitude in loads.items()]
+            if friction_name:
+                names.insert(0, friction_name)
+            cycle = replace(self.cycle, mean={**self.cycle.mean, **loads})
+            yield Corner(", ".join(names) or "the nominal input", friction, cycle)
+
+    def in_words(self) -> str:
+        """The ranges in words; "" if nothing scatters."""
+        texts = []
+        if self.least_friction is not None and self.most_friction is not None:
+            texts.append(
+                f"friction of {_range_of(self.least_friction)} to {_range_of(self.most_friction)}"
+            )
+        for case, (least, most) in self.preload.items():
+            texts.append(f"{case} of {least:g} to {most:g}")
+        return ", ".join(texts)
+
+
+def _range_of(friction: Array) -> str:
+    least, most = float(friction.min()), float(friction.max())
+    return f"{least:g}" if least == most else f"{least:g} to {most:g}"
+
+
+def checked_scatter(
+    system: ContactSystem, cycle: LoadCycle, friction: object, preload: object
+) -> Scatter:
+    """Check the friction of a report, a tuple of three if it scatters, and the preloads."""
+    preloads = _checked_preload(cycle, preload)
+    if not isinstance(friction, tuple) or len(friction) != 3:
+        return Scatter(cycle, _coefficients(friction, system), preload=preloads)
+    least, nominal, most = (_coefficients(part, system) for part in friction)
+    if (least > nominal).any() or (nominal > most).any():
+        raise ModelError(
+            f"friction: {shown(friction)}; a tuple of three is (least, nominal, most), which must "
+            "not fall; give one coefficient per node as a list or an array"
+        )
+    return Scatter(cycle, nominal, least, most, preloads)
+
+
+def _coefficients(friction: Any, system: ContactSystem) -> Array:
+    return np.array(friction_coefficients(friction, system.nodes))
+
+
+def _checked_preload(cycle: LoadCycle, preload: object) -> dict[str, tuple[float, float]]:
+    """Check the ranges of preloads, which lie around their amplitudes in the mean load."""
+    if preload is None:
+        return {}
+    cases = checked_cases("preload", preload, "(least, most) amplitude in the mean load")
+    if len(cases) > _MOST_PRELOADS:
+        raise ModelError(
+            f"preload: {len(cases)} load cases; give at most {_MOST_PRELOADS}, and tighten bolts "
+            "that scatter alike in one load case"
+        )
+    ranges = dict[str, tuple[float, float]]()
+    for case, ends in cases.items():
+        name = f"preload[{case!r}]"
+        if case not in cycle.mean:
+            raise ModelError(
+                f"{name}: the mean load has no such load case; it has {sorted(cycle.mean)}"
+            )
+        pair = [finite_number(name, end) for end in listed(name, ends)]
+        nominal = cycle.mean[case]
+        rounding = ROUNDING * abs(nominal)
+        is_range = len(pair) == 2 and pair[0] - rounding <= nominal <= pair[1] + rounding
+        if not is_range:
+            raise ModelError(
+                f"{name}: {shown(ends)}; give (least, most) around {nominal:g}, its amplitude in "
+                "the mean load"
+            )
+        ranges[case] = pair[0], pair[1]
+    return ranges

@@ -1,0 +1,144 @@
+"""Thresholds that the user gives, and the values that they judge."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base import ROUNDING, Array, finite_number, place, shown
+from ..base.checks import checked_cases
+from ..contact import ContactSystem
+from ..errors import ModelError
+from ..transients import SteadyState
+
+GROSS_SLIP = "gross slip"
+SLIP_RANGE = "slip range"
+SLIPPING_SHARE = "slipping share"
+
+_DIGITS = 3  # of the size of a contact, after its first one, in places of nodes
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A value that a threshold judges, its place in words, and the value to be judged.
+
+    The judged value is larger than the value by an estimate of its error, if there is one.
+    """
+
+    value: float
+    where: str
+    judged: float
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a steady state that has a threshold.
+
+    `unit` names its unit in forces and lengths, see `units_of`; "" for a share.
+    """
+
+    unit: str
+    judged: Callable[[SteadyState], Judged]
+    needs_width: bool = False
+
+
+def checked_limits(system: ContactSystem, limits: object) -> dict[str, float]:
+    """Check thresholds, name of a quantity -> number of at least 0."""
+    if limits is None:
+        return {}
+    names = [GROSS_SLIP, *QUANTITIES]
+    thresholds = dict[str, float]()
+    for name, value in checked_cases("limits", limits, "threshold").items():
+        if name not in names:
+            raise ModelError(f"limits: {shown(name)} is no quantity; give some of {names}")
+        threshold = finite_number(f"limits[{name!r}]", value, least=0.0)
+        if name == SLIPPING_SHARE and threshold > 1:
+            raise ModelError(
+                f"limits[{name!r}]: {threshold:g}; it is a share of the contacts, give at most 1"
+            )
+        if name in QUANTITIES and QUANTITIES[name].needs_width and system.width is None:
+            raise ModelError(
+                f"limits[{name!r}]: the system has no width of its nodes, so it has no tractions; "
+                "give the system a width, or leave this threshold out"
+            )
+        thresholds[name] = threshold
+    return thresholds
+
+
+def _at_node(steady: SteadyState, values: Array) -> Judged:
+    """The largest of some values (N,) at the nodes, and its place."""
+    node = int(np.argmax(values))
+    value = float(values[node])
+    where = f"node {node} at {_place_of(steady.system, node)}"
+    if steady.system.contact is not None:
+        where = f"{steady.system.contact[node]}, {where}"
+    return Judged(value, where, value)
+
+
+def _place_of(system: ContactSystem, node: int) -> str:
+    """The place of a node, to four digits of the size of the contact."""
+    size = float(np.ptp(system.points, axis=0).max()) or 1.0
+    digits = _DIGITS - int(np.floor(np.log10(size)))
+    return place(np.round(system.points[node], digits) + 0.0)  # adding 0 turns -0 into 0
+
+
+def _with_step_error(steady: SteadyState, value: Judged) -> Judged:
+    """A part of the work, judged with the estimated error of its increments."""
+    error = steady.step_error if steady.steps else 0.0
+    # At rest, an infinite error says that finer increments may slip.
+    judged = np.inf if np.isinf(error) else value.value * (1 + error)
+    return Judged(value.value, value.where, judged)
+
+
+def _slip_range(steady: SteadyState) -> Judged:
+    ranges = _column(steady, "slip_range")
+    is_rounding = ranges <= ROUNDING * np.abs(steady.slip).max()
+    return _at_node(steady, np.where(is_rounding, 0.0, ranges))
+
+
+def _ruiz(steady: SteadyState) -> Judged:
+    return _at_node(steady, _column(steady, "F1"))
+
+
+def _work_density(steady: SteadyState) -> Judged:
+    return _with_step_error(steady, _at_node(steady, _column(steady, "work_density")))
+
+
+def _column(steady: SteadyState, name: str) -> Array:
+    return np.asarray(steady.fretting_table()[name], dtype=float)
+
+
+def _work(steady: SteadyState) -> Judged:
+    value = Judged(steady.dissipation, _contact_of_most(steady, "work"), steady.dissipation)
+    return _with_step_error(steady, value)
+
+
+def _slipping_share(steady: SteadyState) -> Judged:
+    share = steady.slipping_share
+    return Judged(share, _contact_of_most(steady, "slipping"), share)
+
+
+def _drift(steady: SteadyState) -> Judged:
+    return Judged(steady.drift, "", steady.drift)
+
+
+def _contact_of_most(steady: SteadyState, column: str) -> str:
+    """The contact with the largest value of a column; "" if there is one contact or no value."""
+    table = steady.by_contact()
+    if len(table) == 1 or not table[column].any():
+        return ""
+    contact = table.loc[table[column].idxmax(), "contact"]
+    return f"most in {contact}"
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    SLIP_RANGE: Quantity("slip_range", _slip_range),
+    "work": Quantity("work", _work),
+    "work density": Quantity("work_density", _work_density, needs_width=True),
+    "Ruiz": Quantity("Ruiz", _ruiz, needs_width=True),
+    SLIPPING_SHARE: Quantity("", _slipping_share),
+    "drift": Quantity("drift", _drift),
+}
+"""Name of a threshold -> its quantity. `gross slip` is the least safety factor against it."""

@@ -1,0 +1,471 @@
+"""The sheet of a joint: pages, safety factors, verdicts, names of motions, and files, against
+closed forms, and unchanged by units."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from frictopt.joints import report_files, report_pages, safety
+from helpers.cases import few
+from helpers.systems import CYCLE, random_system
+
+STIFFNESS = 3.0
+BLOCK = fo.ContactSystem.from_blocks(
+    [[STIFFNESS]],
+    [[0.0]],
+    [[1.0]],
+    [0.0],
+    {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])},
+    compliance=[[0, 0], [0, 1]],
+    units="N, mm",
+    width=[2.0],
+)
+TO_AND_FRO = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+FREE = fo.ContactSystem.from_blocks(
+    [[0.0]],
+    [[0.0]],
+    [[0.0]],
+    [0.0],
+    {"P": ([0.0], [1.0]), "Q": ([-1.0], [0.0]), "side": ([-1.0], [0.0])},
+)
+
+
+def jenkins(friction_force, load=1.0):
+    """Slip range and work of Jenkins' element."""
+    slip = 2 * max(load - friction_force, 0.0) / STIFFNESS
+    return slip, 2 * friction_force * slip
+
+
+def row(table, column, name):
+    return table.set_index(column).loc[name]
+
+
+# Safety factors
+
+
+def test_against_gross_slip_the_least_friction_and_a_corner_of_the_preloads_are_the_worst():
+    """A free block slides off at f P - |side|, a concave function of P and side."""
+    cycle = fo.LoadCycle({"P": 1.0, "side": 0.1}, [{"Q": 1.0}, {"Q": -1.0}])
+    ranges = {"P": (0.8, 1.1), "side": (-0.15, 0.2)}
+    joint = fo.report(FREE, cycle, (0.4, 0.5, 0.6), preload=ranges, pages=2)
+    factor = row(joint.safety, "against", "gross slip")
+    assert factor["nominal"] == pytest.approx(0.5 * 1.0 - 0.1)
+    assert factor["worst"] == pytest.approx(0.4 * 0.8 - 0.2)
+    assert factor["at"] == "least friction 0.4, P 0.8, side 0.2"
+    assert "by a theorem" in factor["by"]
+    assert "friction of 0.4 to 0.6, P of 0.8 to 1.1, side of -0.15 to 0.2" in str(joint).replace(
+        "\n", " "
+    )
+
+
+@pytest.mark.parametrize("seed", few(range(6)))
+def test_no_input_in_the_ranges_is_worse_against_gross_slip(seed):
+    """The theorem, on random free bodies of three nodes and random inputs in the ranges."""
+    rng = np.random.default_rng(seed)
+    stiff = np.eye(3) - 1 / 3  # rigid along the face
+    loads = {name: (rng.normal(size=3) / 3, rng.uniform(0.5, 1.5, 3)) for name in ("P", "B")}
+    loads["Q"] = (rng.normal(size=3), 0.2 * rng.normal(size=3))
+    body = fo.ContactSystem.from_blocks(stiff, np.zeros((3, 3)), np.zeros((3, 3)), range(3), loads)
+    cycle = fo.LoadCycle({"P": 1.0, "B": 0.5}, [{"Q": 1.0}, {"Q": -0.7}])
+    ranges = {"P": (0.7, 1.2), "B": (0.2, 0.6)}
+    joint = fo.report(body, cycle, (0.3, 0.4, 0.6), [0.01], preload=ranges, pages=2)
+    worst = joint.safety["worst"][0]
+    assert worst > 0
+    for _ in range(8):
+        mean = {case: rng.uniform(*ends) for case, ends in ranges.items()}
+        inside = fo.gross_slip(body, replace(cycle, mean=mean), rng.uniform(0.3, 0.6))
+        assert inside.load_factor >= worst * (1 - 1e-9)
+
+
+def test_against_slip_the_corners_are_followed():
+    """Jenkins' element slips from f N on, by 2 (load - f N) / stiffness."""
+    limits = {"slip range": 0.6, "slipping share": 0.5, "work": 1.0}
+    joint = fo.report(
+        BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), preload={"N": (0.9, 1.1)}, limits=limits, pages=2
+    )
+    beyond = 0.6 * STIFFNESS / 2
+    for name, force in (("slip range of 0.6", beyond), ("slipping share of 0.5", 0.0)):
+        factor = row(joint.safety, "against", name)
+        assert factor["nominal"] == pytest.approx(0.5 + force, rel=1e-4)
+        assert factor["worst"] == pytest.approx(0.4 * 0.9 + force, rel=1e-4)
+        assert factor["worst"] <= 0.4 * 0.9 + force  # on the safe side
+        assert factor["at"] == "least friction 0.4, N 0.9" and "corners" in factor["by"]
+    assert joint.safety["nominal"][0] == np.inf and len(joint.safety) == 3
+
+
+def test_below_the_least_load_factor_nothing_is_safe():
+    """The mean load slides the block off, unless Q holds it: 3 - 0.9 load <= f P = 0.5."""
+    cycle = fo.LoadCycle({"P": 1.0, "Q": 3.0}, [{"Q": -1.0}, {"Q": -0.9}])
+    joint = fo.report(FREE, cycle, 0.5, limits={"gross slip": 1.0}, pages=1)
+    assert joint.gross_slip.least == pytest.approx(2.5 / 0.9)
+    assert joint.safety["nominal"].tolist() == [0.0] and not joint.verdicts["passed"].any()
+
+
+def test_a_threshold_that_no_load_reaches_has_an_infinite_factor():
+    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, limits={"slip range": 20.0}, pages=2)
+    assert joint.safety["worst"].tolist() == [np.inf, np.inf]
+
+
+def test_near_sliding_off_the_search_stops():
+    """The block rests, glued, up to f P = 0.5: 95 % of it are tried."""
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    joint = fo.report(FREE, cycle, 0.5, limits={"slip range": 0.1}, pages=2)
+    assert joint.safety["nominal"].tolist() == pytest.approx([0.5, 0.95 * 0.5])
+
+
+# Verdicts
+
+
+@pytest.mark.parametrize("above", [True, False])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("slip range", jenkins(0.5)[0]),
+        ("work", jenkins(0.5)[1]),
+        ("work density", jenkins(0.5)[1] / 2.0),
+        ("Ruiz", 0.5 / 2.0 * jenkins(0.5)[0]),
+        ("slipping share", 1.0),
+    ],
+)
+def test_a_verdict_turns_at_the_value(name, value, above):
+    threshold = value * (1 + (1e-6 if above else -1e-6))
+    if name == "slipping share":
+        threshold = min(threshold, 1.0)
+    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, limits={name: threshold}, pages=1)
+    verdict = row(joint.verdicts, "quantity", name)
+    assert verdict["value"] == pytest.approx(value) and verdict["passed"] == above
+    assert verdict["margin"] == pytest.approx(threshold / value)
+    assert ("All of your thresholds are kept." if above else f"Not passed: {name}.") in joint.advice
+    assert "node 0 at (0, 0)" in verdict["where"] or name in ("work", "slipping share")
+
+
+def test_with_scatter_a_verdict_is_the_worst_of_all_corners():
+    """Work has its largest value inside the range of friction, where the nominal input is."""
+    ranges = {"N": (0.9, 1.1)}
+    joint = fo.report(
+        BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), preload=ranges, limits={"work": 1, "slip range": 1}
+    )
+    forces = [0.5, *(f * N for f in (0.4, 0.6) for N in (0.9, 1.1))]
+    slips, works = np.transpose([jenkins(force) for force in forces])
+    slip, work = (row(joint.verdicts, "quantity", name) for name in ("slip range", "work"))
+    assert slip["value"] == pytest.approx(slips.max()) and slip["at"] == "least friction 0.4, N 0.9"
+    assert work["value"] == pytest.approx(works.max()) and work["at"] == "the nominal input"
+    assert joint.friction == pytest.approx(0.5) and joint.steady.dissipation == works[0]
+    first = fo.report(BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), limits={"work": 1}, pages=1)
+    assert first.verdicts.empty and "page 2" in first.missing["safety factors and verdicts"]
+
+
+def test_without_a_steady_state_no_threshold_is_kept():
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+    limits = {"slip range": 1.0, "gross slip": 1.0}
+    joint = fo.report(FREE, cycle, 0.5, limits=limits, pages=1)
+    assert not joint.verdicts["passed"].any() and joint.steady is None
+    assert row(joint.verdicts, "quantity", "gross slip")["margin"] == pytest.approx(0.5)
+    assert "no steady state" in row(joint.verdicts, "quantity", "slip range")["where"]
+    assert next(iter(joint.missing)) == "steady state at load factor 1"
+
+
+def test_increments_count_against_a_work():
+    """A work of 1 with an error of 10 % does not keep a threshold of 1.05."""
+    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, pages=1)
+    states = safety.SteadyStates(BLOCK, _scatter(), None)
+    coarse = replace(joint.steady, steps=2, step_error=0.1)
+    states.known[safety.NOMINAL, 1.0] = coarse
+    work = joint.steady.dissipation
+    for factor, passed in ((1.05, False), (1.15, True)):
+        limits = {"work": factor * work}
+        verdicts = safety.verdict_table(states, joint.safety, limits, {"work": "N mm"})
+        assert verdicts["passed"].tolist() == [passed]
+        assert verdicts["margin"][0] == pytest.approx(factor / 1.1)
+
+
+def _scatter():
+    return safety.Scatter(TO_AND_FRO, np.array([0.5]))
+
+
+@pytest.mark.parametrize("seed", few(range(3)))
+def test_units_change_no_verdict(seed):
+    """Forces in thousandths, lengths in thousands: factors and margins stay."""
+    system = random_system(np.random.default_rng(seed), 4)
+    force, length = 1e-3, 1e3
+    other = fo.ContactSystem(
+        system.S * force / length,
+        system.points * length,
+        {name: np.concatenate([q, p]) * force for name, (q, p) in system.bonded.items()},
+        gap=system.gap * length,
+        frames=system.frames,
+    )
+    limits = {"slip range": 0.1, "work": 0.2, "slipping share": 0.3}
+    scaled = {
+        **limits,
+        "slip range": limits["slip range"] * length,
+        "work": limits["work"] * force * length,
+    }
+    first = fo.report(system, CYCLE, (0.3, 0.4, 0.5), [1.0], limits=limits, pages=2)
+    second = fo.report(other, CYCLE, (0.3, 0.4, 0.5), [1.0], limits=scaled, pages=2)
+    columns = ["nominal", "worst"]
+    assert np.allclose(first.safety[columns], second.safety[columns], rtol=1e-3)
+    assert np.allclose(first.verdicts["margin"], second.verdicts["margin"], rtol=1e-6)
+    assert first.verdicts["passed"].tolist() == second.verdicts["passed"].tolist()
+
+
+# Input
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"limits": {"slip": 1.0}}, "'slip' is no quantity"),
+        ({"limits": {"slip range": np.nan}}, "slip range.*nan"),
+        ({"limits": {"work": -1.0}}, "work.*at least 0"),
+        ({"limits": {"slipping share": 1.5}}, "at most 1"),
+        ({"limits": [1.0]}, "limits: a list"),
+        ({"friction": (0.6, 0.5, 0.4)}, "must not fall"),
+        ({"friction": (0.1, 0.2, np.nan)}, "friction"),
+        ({"preload": {"B": (0.9, 1.1)}}, "no such load case"),
+        ({"preload": {"N": (1.1, 1.2)}}, "around 1"),
+        ({"preload": {"N": (0.9, np.inf)}}, "finite"),
+        ({"preload": {"N": 0.9}}, "give a list"),
+        ({"preload": dict.fromkeys("abcde", (0.9, 1.1))}, "at most 4"),
+        ({"pages": 0}, "pages"),
+        ({"pages": 4}, "pages"),
+        ({"show": "page"}, "show"),
+        ({"mesh_limits": 1.5}, "mesh_limits"),
+    ],
+)
+def test_bad_input_is_refused_by_name(options, told):
+    with pytest.raises(fo.ModelError, match=told):
+        fo.report(BLOCK, TO_AND_FRO, **{"friction": 0.5, **options})
+
+
+def test_tractions_need_a_width():
+    bare = replace(BLOCK, width=None)
+    with pytest.raises(fo.ModelError, match=r"Ruiz.*width"):
+        fo.report(bare, TO_AND_FRO, 0.5, limits={"Ruiz": 1.0})
+
+
+# Pages
+
+
+def test_each_page_is_shown_before_the_next_is_asked(monkeypatch):
+    """The first page follows one steady state, and the curve does not follow it again."""
+    factors, shown = [], []
+
+    def counted(*arguments, **options):
+        factors.append(arguments[3])
+        return fo.steady_state(*arguments, **options)
+
+    monkeypatch.setattr(safety, "steady_state", counted)
+    joint = fo.report(
+        BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0], show=lambda text: shown.append((text, len(factors)))
+    )
+    texts, followed = zip(*shown, strict=True)
+    assert followed == (1, 2, 2) and factors == [1.0, 0.4]
+    assert [f"Page {page} of 3" in text for page, text in enumerate(texts, 1)] == [True] * 3
+    assert "Numbers" in texts[0] and "What grows" in texts[1] and "shakedown limit" in texts[2]
+    assert joint.curve.steady_states[1] is joint.steady
+
+
+def test_the_first_page_alone_says_what_is_on_the_others():
+    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, pages=1)
+    assert joint.curve is None and joint.limit is None and joint.steady is not None
+    assert joint.missing == {
+        "curve": "on page 2, which was not asked",
+        **dict.fromkeys(
+            ("shakedown limit", "guaranteed limit", "required friction"),
+            "on page 3, which was not asked",
+        ),
+    }
+
+
+def test_limits_that_belong_to_the_mesh_are_given_if_they_are_asked():
+    system = random_system(np.random.default_rng(1), 4).with_gap([10.0, 0.0, 0.0, 0.0])
+    joint = fo.report(system, CYCLE, 0.4, [0.5])
+    assert joint.mean_state.open.any() and joint.limit is None
+    assert "mesh_limits=True" in joint.missing["shakedown limit"]
+    assert str(joint).count("mesh_limits=True") == 1  # once for all three
+    asked = fo.report(system, CYCLE, 0.4, [0.5], mesh_limits=True)
+    assert asked.limit.load_factor == fo.shakedown_limit(system, CYCLE, 0.4).load_factor
+
+
+def test_on_the_first_page_statics_does_not_know_a_press_fit():
+    system = fo.scenes.PressFit(elements=6).condense()
+    cycle = fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}])
+    joint = fo.report(system, cycle, 0.3, limits={"gross slip": 1.2}, pages=1)
+    assert joint.gross_slip.self_stress is not None and joint.gross_slip.load_factor == np.inf
+    assert not joint.verdicts["passed"].any() and joint.safety.empty
+    assert "balance themselves" in " ".join(str(joint).split())
+
+
+# Motions
+
+
+def flat_body(points):
+    """A rigid body on nodes of the plane z = 0 that nothing else holds."""
+    x, y = points.T
+    n, zero = len(x), np.zeros(len(x))
+    one = zero + 1
+    v1, v2 = [one, zero, zero, -y, zero, zero], [zero, one, zero, x, zero, zero]
+    w = [zero, zero, one, zero, y, -x]
+    motions = np.hstack([v1, v2, w]).T
+    S = np.eye(3 * n) - motions @ np.linalg.pinv(motions)
+    loads = {
+        "P": np.r_[zero, zero, one / n],
+        "push": np.r_[-one / n, zero, zero],
+        "torque": np.r_[y, -x, zero] / n,
+        "moment": np.r_[zero, zero, x / n],
+    }
+    return fo.ContactSystem(S, np.column_stack([points, zero]), loads)
+
+
+SQUARE = flat_body(np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]))
+
+
+@pytest.mark.parametrize(
+    ("load", "motion", "factor"),
+    [("push", "slides", 0.4), ("torque", "turns", 0.4 * 2**0.5 / 2), ("moment", "pries", 1.0)],
+)
+def test_the_motion_has_its_name(load, motion, factor):
+    """A force slides at f P, a torque of r^2 = 2 turns at f P r / 2, a moment of x^2 = 1 tips at P."""
+    cycle = fo.LoadCycle({"P": 1.0}, [{load: 1.0}, {load: -1.0}])
+    joint = fo.report(SQUARE, cycle, 0.4, pages=1)
+    assert joint.gross_slip.load_factor == pytest.approx(factor, rel=1e-6)
+    assert f"body 1 {motion} at the contact" in " ".join(str(joint).split())
+
+
+def test_a_body_in_the_plane_pries_where_it_tips():
+    """Two nodes under P / 2 each lift off one after the other at the moment 1."""
+    body = fo.ContactSystem.from_blocks(
+        [[1, -1], [-1, 1]],
+        np.zeros((2, 2)),
+        np.zeros((2, 2)),
+        [0, 1],
+        {"P": ([0, 0], [1, 1]), "M": ([0, 0], [1, -1])},
+    )
+    for load, words in ((1.6, "nothing rests, bodies pry open"), (0.8, "at which bodies pry open")):
+        cycle = fo.LoadCycle({"P": 1.0}, [{"M": load}, {"M": -load}])
+        joint = fo.report(body, cycle, 0.3, pages=1)
+        assert joint.gross_slip.load_factor == pytest.approx(1 / load)
+        assert words in joint.advice[0] and "raise friction" not in joint.advice[0]
+
+
+def test_a_ratcheting_contact_tells_its_drift():
+    """The drift is the difference of slips of a transient, a cycle apart."""
+    pair = fo.ContactSystem.from_blocks(
+        [[1, -1], [-1, 1]],
+        np.zeros((2, 2)),
+        [[1, -1], [-1, 1]],
+        [0, 1],
+        {"P": ([0, 0], [1, 1]), "Q": ([1, 1], [0, 0]), "R": ([0, 0], [1, -1])},
+        units="N, mm",
+    )
+    cycle = fo.LoadCycle({"P": 1.0, "Q": 0.2}, [{"R": 0.8}, {"R": -0.8}])
+    path = fo.march(pair, cycle, 0.3, 1.0, cycles=12)
+    ends = [path.slip[np.searchsorted(path.time, 2 * k + 1e-9) - 1] for k in (11, 12)]
+    drift = np.abs(ends[1] - ends[0]).max()
+    joint = fo.report(pair, cycle, 0.3, limits={"drift": 0.9 * drift}, pages=1)
+    assert drift > 0 and joint.steady.drift == pytest.approx(drift)
+    assert "drift" in repr(joint.steady) and not joint.verdicts["passed"][0]
+    assert any(f"by up to {drift:.3g} mm" in sentence for sentence in joint.advice)
+    assert row(joint.numbers, "number", "drift per cycle")["value"] == joint.steady.drift
+    assert fo.report(BLOCK, TO_AND_FRO, 0.5, pages=1).steady.drift == 0
+
+
+# Words
+
+
+def test_friction_that_no_surface_has_is_no_advice():
+    """A force of 1.48 on a pressure of 1 needs friction of 1.48."""
+    for force, told in ((0.9, "Friction of 0.9 "), (1.48, "No practical friction keeps it stuck")):
+        cycle = fo.LoadCycle({"N": 1.0}, [{"F": force}, {"F": -force}])
+        joint = fo.report(BLOCK, cycle, 0.5, [1.0])
+        assert any(told in sentence for sentence in joint.advice)
+
+
+def test_nothing_settles_before_its_increments_are_fine():
+    system = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": -0.3}])
+    joint = fo.report(system, cycle, 0.5, steps=2, pages=1)
+    for error, settles in ((0.01, "yes"), (0.1, "once its increments are finer")):
+        coarse = replace(joint, steady=replace(joint.steady, step_error=error))
+        assert row(coarse.numbers, "number", "motion of the load")["settles"] == settles
+        assert any("repeat with steps=4" in s for s in coarse.advice) == (error > 0.05)
+
+
+def test_a_reason_has_no_list_of_61_nodes():
+    reason = f"at load factor 1 nodes {list(range(61))} (lap) are at their bounds; nodes [1, 2] not"
+    assert report_pages.without_lists(reason) == (
+        "at load factor 1 61 nodes (lap) are at their bounds; nodes [1, 2] not"
+    )
+    assert (
+        report_pages.without_lists(f"statuses {[0] * 9} or [1, -1]") == "statuses [...] or [1, -1]"
+    )
+
+
+def test_the_text_fits_on_paper():
+    """Names of 40 characters, many corners, all tables."""
+    name = "a contact with a name that is 40 wide"
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(6, EA=1.0, h=1.0))
+    rod = replace(rod, contact=[f"{name} 1"] * 3 + [f"{name} 2"] * 3, units="kN, mm")
+    cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    limits = {"slip range": 1.0, "slipping share": 0.5, "work": 1.0, "gross slip": 1.2}
+    joint = fo.report(rod, cycle, (0.4, 0.5, 0.6), limits=limits)
+    lines = str(joint).splitlines()
+    assert max(map(len, lines)) <= 72 and not any(line.endswith("\\") for line in lines)
+    assert sum("P_0" in line.split() for line in lines) == 1
+
+
+# Files
+
+
+def sheet():
+    limits = {"slip range": 0.3, "gross slip": 1.2}
+    return fo.report(BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), [0.4, 1.0], limits=limits)
+
+
+def test_json_is_strict(tmp_path):
+    def refuse(constant):
+        raise AssertionError(constant)
+
+    joint, file = sheet(), tmp_path / "joint.json"
+    joint.save(file)
+    content = json.loads(file.read_text(encoding="utf-8"), parse_constant=refuse)
+    assert content["safety"][0]["nominal"] == "inf" and content["outcome"] == "CYCLIC_SLIP"
+    assert [verdict["passed"] for verdict in content["verdicts"]] == [False, True]
+    assert content["verdicts"][0]["value"] == joint.verdicts["value"][0]
+    assert content["numbers"][1]["value"] == joint.steady.dissipation
+    assert len(content["curve"]) == 2 and content["advice"] == joint.advice
+
+
+def test_a_spreadsheet_has_a_sheet_for_each_table(tmp_path, monkeypatch):
+    joint, file = sheet(), tmp_path / "joint.xlsx"
+    joint.save(file)
+    sheets = pd.read_excel(file, sheet_name=None)
+    assert list(sheets) == ["joint", "verdicts", "safety", "numbers", "contacts", "curve"]
+    assert sheets["verdicts"]["value"].tolist() == pytest.approx(joint.verdicts["value"].tolist())
+    assert "work (N mm per depth)" in sheets["curve"].columns
+    monkeypatch.setattr(report_files, "find_spec", lambda _name: None)
+    with pytest.raises(ImportError, match=r"frictopt\[xlsx\]"):
+        joint.save(file)
+
+
+def test_a_page_to_sign_comes_first(tmp_path):
+    joint, file = sheet(), tmp_path / "joint.html"
+    joint.save(file)
+    first, details = file.read_text(encoding="utf-8").split('<div class="details">')
+    for text in ("Prepared, date", "Verdicts", "Safety factors", "least friction 0.4", "NO"):
+        assert text in first
+    assert "<img" not in first and details.count("<img") == 3
+
+
+def test_a_saved_report_is_read_again(tmp_path):
+    joint, file = sheet(), tmp_path / "joint.npz"
+    joint.save(file)
+    again = fo.results.load(file)
+    assert str(again) == str(joint) and again.steady.drift == 0.0
+    with pytest.raises(fo.ModelError, match="folder"):
+        joint.save(tmp_path / "none" / "joint.json")
