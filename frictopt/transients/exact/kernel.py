@@ -608,7 +608,9 @@ def _advance(f, bonded, time, state, step):
         status, before = state.status[node], r[nodes + node]
         r[node] += step * r_rate[node]
         r[nodes + node] += step * r_rate[nodes + node]
-        if status != STICK and status != OPEN:
+        if status == STICK:
+            continue
+        if status != OPEN:
             slid = abs(step * u_rate[node])
             state.slid[node] += slid
             state.work[node] += f[node] * 0.5 * (before + r[nodes + node]) * slid
