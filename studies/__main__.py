@@ -9,7 +9,7 @@ from frictopt.base.files import to_its_end
 from .tables import Study
 
 _MODULES = """
-studies.first_look studies.limits studies.scenes studies.guaranteed studies.separation
+studies.first_look studies.limits studies.scenes studies.guaranteed studies.separation studies.moving_areas
 studies.lift_off studies.vanishing studies.increments studies.dissipation studies.range
 studies.damping studies.wear studies.design studies.joint studies.space studies.spatial
 studies.size studies.validity studies.flicek studies.published.study validation.left_out

@@ -21,6 +21,9 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   none.
 - `patterns.py`, `open_nodes.py`, `lift_off.py`: the search of open nodes, and of nodes that open
   and close in each cycle.
+- `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of
+  pressures in `normal_path.py`, the shear of the nodes that come and go in `rim.py`, and the limit
+  of all states of rest in `moving_limit.py`.
 - `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the
   guaranteed limit.
 - `best_pressed.py`, `least_slip.py`, `safe_vertices.py`, `region_rays.py`, `design_program.py`,
@@ -35,6 +38,8 @@ from .gross_slip import GrossSlip, gross_slip, gross_slip_of_statics
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .guaranteed_model import GuaranteedModel
 from .least_slip import LeastSlip
+from .moving_areas import moving_areas
+from .normal_path import NoPath, normal_path
 from .question import Question, pose, with_open
 from .required_friction import RequiredFriction, required_friction
 from .safe_region import SafeRegion, safe_region

@@ -200,11 +200,14 @@ class Answered(Recorded, Plotted):
 
     @property
     def events(self) -> pd.DataFrame:
-        """The nodes that open and close between the first and the last corner, in order.
+        """The nodes that open and close in each cycle, in order.
 
-        On the way back the order is reversed. Columns: node, contact (if several), x (x, y, z in
-        space), event ("opens" or "closes"), way (place between the corners, 0 to 1), loads (at this
-        place, for load factor 1). Empty for a limit without `events`.
+        If the load goes to and fro, these are the events between the first and the last corner, and
+        on the way back the order is reversed. If normal loads alone open and close nodes, all
+        events of the cycle are listed, and the way counts legs: 2.5 is half way from corner 2 on.
+        Columns: node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way
+        (place between the corners, 0 to 1), loads (at this place, for load factor 1). Empty if no
+        node comes and goes.
         """
         columns = {"node": int, "event": str, "way": float, "loads": str}
         table = pd.DataFrame(self._question.events, columns=list(columns)).astype(columns)
@@ -323,6 +326,9 @@ class Proven(Answered, Explained):
     def _by_friction(self) -> Array:
         """(N,) rate with the friction of each node: multipliers of its bounds times pressures."""
         _, _, p = self._instants
+        if self._question.moves:
+            # The corners of the program are other instants at other nodes.
+            return np.asarray((self._motion.size * p).sum(axis=0))
         # If several rows have the same name, the first counts: rows of the user come last.
         rows = dict(reversed(self._duals))
         rates = [np.maximum(rows.get(f"stuck[{k}]", 0.0), 0.0) * p[k] for k in range(len(p))]
@@ -355,7 +361,8 @@ class Rated(Proven):
 
     @property
     def _rated(self) -> bool:
-        return bool(np.isfinite(self.load_factor)) and not self.constraints
+        finite = bool(np.isfinite(self.load_factor))
+        return finite and not self.constraints and not self._question.moves
 
     @cached_property
     def load_rates(self) -> pd.DataFrame:

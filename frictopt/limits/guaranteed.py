@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 
 from ..base import (
-    NO_COUPLING,
     Array,
     LimitKind,
     SolveRecord,
@@ -41,6 +40,7 @@ from .critical_search import (
     CriticalSearch,
     NodeClaim,
 )
+from .moving_areas import uncoupled
 from .programs import labelled_rows
 from .question import Question, pose
 from .safe_model import SafeModel
@@ -80,8 +80,10 @@ class GuaranteedLimit(Rated):
         and the limit. This is so for uncoupled contacts: `B` = 0 at all nodes, open and
         frictionless nodes included (Klarbring, Ciavarella & Barber 2007). For coupled contacts the
         limit is only an upper bound of the load factor up to which slip stops from every start
-        while nodes stay closed. Even that fails if friction is above the critical value `A/|B|` of
-        `node`: the node may wedge itself, and all slip stop above the limit, too (see `reason`).
+        while nodes stay closed. If nodes open and close in each cycle of an uncoupled contact, and
+        the bodies slide freely, it is observed, not proven. Even that fails if friction is above
+        the critical value `A/|B|` of `node`: the node may wedge itself, and all slip stop above the
+        limit, too (see `reason`).
     slip
         (N,) or (N, 2) the witness, length: a slip that is safe at the limit and makes `node`
         critical. If no node is critical below lambda_2, the safe slip at lambda_2. NaN if the limit
@@ -220,7 +222,7 @@ class GuaranteedLimits(SafeModel):
     """The guaranteed limits of one system and cycle, for any friction."""
 
     def _begin(self, question: Question, solver: str | None) -> None:
-        if question.system.tangents > 1 and question.fixed:
+        if question.system.tangents > 1 and question.fixed and not uncoupled(question):
             raise ModelError(
                 "cycle: its fixed parts differ, and the contact is in space, where the pressure "
                 "that a node needs is not linear in the load factor, so that the slips that make "
@@ -243,16 +245,22 @@ class GuaranteedLimits(SafeModel):
 
         Otherwise the limit with the open nodes of the best shakedown limit.
         """
+        if not user_rows:
+            moving = self._shakedown.of_moving_areas(question)
+            if moving is not None:
+                return _uncoupled_result(moving)
         shakedown = self._shakedown.of_set(question, user_rows)
         if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
             shakedown = self._shakedown.of_any_set(question, user_rows)
         if shakedown.kind is not LimitKind.NO_SAFE_SLIP and np.isnan(shakedown.least):
             raise SolverError(f"guaranteed limit: {shakedown.reason}")
         question = shakedown._question
+        if uncoupled(question):
+            return _uncoupled_result(shakedown)
         values = standing(shakedown.problem)
         search = self._search(question, user_rows)
         nodes = CriticalNodes(question, shakedown.load_factor)
-        if uncoupled(question) or not shakedown.load_factor > shakedown.least:
+        if not shakedown.load_factor > shakedown.least:
             nodes.need_no_program()
         else:
             self._find_critical(nodes, search, shakedown)
@@ -261,7 +269,7 @@ class GuaranteedLimits(SafeModel):
         else:
             # The programs of the nodes have changed the unknowns, and so the rows of the user.
             put_back(values)
-        return _result(shakedown, nodes, search)
+        return _result(shakedown, nodes, search.records)
 
     def _find_critical(
         self, nodes: CriticalNodes, search: CriticalSearch, shakedown: ShakedownLimit
@@ -309,14 +317,21 @@ class GuaranteedLimits(SafeModel):
         return search
 
 
+def _uncoupled_result(shakedown: ShakedownLimit) -> GuaranteedLimit:
+    """The guaranteed limit of an uncoupled contact: the shakedown limit, without a program."""
+    nodes = CriticalNodes(shakedown._question, shakedown.load_factor)
+    nodes.need_no_program()
+    return _result(shakedown, nodes, [])
+
+
 def _result(
-    shakedown: ShakedownLimit, nodes: CriticalNodes, search: CriticalSearch
+    shakedown: ShakedownLimit, nodes: CriticalNodes, critical: Sequence[SolveRecord]
 ) -> GuaranteedLimit:
     """The guaranteed limit: from the critical node, or the shakedown limit if there is none."""
     question = shakedown._question
     without_coupling = uncoupled(question)
     coincide = int((nodes.how == COINCIDE_ALONE).sum())
-    records = [shakedown.record, *search.records]
+    records = [shakedown.record, *critical]
     record = SolveRecord(
         shakedown.record.solver,
         tuple(attempt for record in records for attempt in record.attempts),
@@ -328,7 +343,7 @@ def _result(
         load_factor=shakedown.load_factor,
         kind=shakedown.kind,
         reason=guaranteed_reason(shakedown, nodes.best, without_coupling, coincide),
-        proven=without_coupling and shakedown.kind is not LimitKind.NO_SAFE_SLIP,
+        proven=without_coupling and shakedown._of_every_start,
         slip=shakedown.slip,
         node=None,
         corners=None,
@@ -363,18 +378,6 @@ def _of_node(limit: GuaranteedLimit, best: NodeClaim) -> GuaranteedLimit:
         _duals=duals(problem),
         _above=best.above,
     )
-
-
-def uncoupled(question: Question) -> bool:
-    """Whether slip changes no pressure of the whole contact: B is zero up to rounding.
-
-    Each entry of B is compared with the entries of A of the two nodes that it couples.
-    """
-    system = question.system
-    stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(-1, system.nodes).sum(axis=0))
-    scale = np.outer(stiffness, np.resize(stiffness, system.B.shape[1]))
-    coupling = np.maximum(question.friction, 1.0)[:, None] * np.abs(system.B)
-    return not (coupling > NO_COUPLING * scale).any()
 
 
 @warns_of_odd_values

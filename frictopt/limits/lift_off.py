@@ -75,7 +75,7 @@ class LiftOff(Question):
         """See `Question.from_kept`."""
         of_question = {name: fields_in_file[name] for name in Question.KEPT_FIELDS}
         own_fields = {name: fields_in_file[name] for name in ("order", "way", "sets")}
-        return cls(**_fields_of(Question.from_kept(of_question)), **own_fields)
+        return cls(**fields_of(Question.from_kept(of_question)), **own_fields)
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""
@@ -169,7 +169,7 @@ class LiftOff(Question):
         return float(np.nan_to_num(worst, nan=np.inf))
 
 
-def _fields_of(question: Question) -> dict[str, Any]:
+def fields_of(question: Question) -> dict[str, Any]:
     """Name -> value of the fields of a question."""
     return {part.name: getattr(question, part.name) for part in fields(question)}
 
@@ -192,7 +192,7 @@ def with_order(
     if always is None:
         return None
     return LiftOff(
-        **_fields_of(always), order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets)
+        **fields_of(always), order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets)
     )
 
 

@@ -6,6 +6,7 @@ constraints of the user.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -15,7 +16,7 @@ import numpy as np
 from cvxpy.reductions.dcp2cone.dcp2cone import Dcp2Cone
 from scipy.optimize import nnls
 from scipy.sparse import issparse
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from ..base import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, shown
 from ..contact import ContactSystem, LoadCycle, contact_law, lengths
@@ -44,6 +45,11 @@ def free_slips(question: Question) -> tuple[Array, Array]:
         by_open_nodes.clear()
         by_open_nodes[key] = unresisted(question.A, question.B, along, across)
     return by_open_nodes[key]
+
+
+def is_held(question: Question) -> bool:
+    """Whether every slip meets a resistance: supports hold the bodies along the contact."""
+    return not free_slips(question)[0].size
 
 
 def tractions(question: Question, dense: Sequence[Row] | None = None) -> Change:
@@ -282,9 +288,13 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
     for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed])):
         for case in sorted({case for load in loads for case in load}):
             columns.append([load.get(case, 0.0) for load in loads])
-    points = np.array(columns).reshape(-1, count).T  # (K, cases)
+    return vertices_of_hull(np.array(columns).reshape(-1, count).T)
 
-    # Coordinates in the directions in which the corners differ.
+
+def vertices_of_hull(points: Array) -> list[int]:
+    """Points (K, any number) that are no mean of the others; some others too in many directions."""
+    count = len(points)
+    # Coordinates in the directions in which the points differ.
     spread = np.ptp(points, axis=0)
     points = (points - points.mean(axis=0)) / np.where(spread > 0, spread, 1.0)
     _, size, directions = np.linalg.svd(points, full_matrices=False)
@@ -296,7 +306,9 @@ def outer_corners(cycle: LoadCycle) -> list[int]:
     if dimension == 1:
         return sorted({int(along.argmin()), int(along.argmax())})
     if dimension <= _HULL_DIRECTIONS and count > dimension + 1:
-        return sorted(ConvexHull(along).vertices.tolist())
+        # A hull that is nearly flat has no vertices that rounding leaves alone.
+        with suppress(QhullError):
+            return sorted(ConvexHull(along).vertices.tolist())
     return list(range(count))
 
 

@@ -201,6 +201,9 @@ class Question:
         """
         return ~self.open_nodes[None], self.open_nodes[None]
 
+    # Whether the normal loads alone open and close nodes in each cycle, see `MovingAreas`.
+    moves: ClassVar[bool] = False
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the instants, which list their loads."""

@@ -8,11 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base import ROUNDING, LimitKind, number_of
+from ..base import ROUNDING, Integers, LimitKind, number_of
 from ..contact.diagnosis import in_contact
 from ..transients.mean_load import unscaled_diagnosis
 from .critical_search import NodeClaim
+from .moving_areas import MovingAreas
+from .programs import is_held
 from .shakedown_answer import ShakedownAnswer
+
+# Number of nodes that a sentence lists one by one.
+_NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,45 @@ BELONGS_TO_MESH = Sentence(
     assumes="the node is next to open nodes, and its pressure is below the mean",
 )
 
+# Contacts whose normal loads alone open and close nodes
+
+MOVES = Sentence(
+    "no state of rest exists above it, whatever opens and closes: the contact is uncoupled "
+    "(B = 0), so that loads alone open and close {nodes} in each cycle{below}",
+    assumes="B = 0, the load factor scales shear alone, and the limit is finite, above 0",
+)
+SLIPS_AT_ANY = Sentence(
+    "slip goes on in every cycle at any load factor above 0{starts}: node {node}{contact} closes "
+    "under another shear load than the one under which it opens, whatever friction is; "
+    "steady_state gives the work of a cycle",
+    assumes="B = 0, the load factor scales shear alone, and the equations of the rim have no "
+    "solution above 0",
+)
+SLIPS_BUT_AT_ONE = Sentence(
+    "slip goes on in every cycle at any other load factor{starts}: node {node}{contact} closes "
+    "under another shear load than the one under which it opens; steady_state gives the work of a "
+    "cycle",
+    assumes="the same, and the equations have a solution at one load factor above 0",
+)
+NOTHING_RESTS = Sentence(
+    "no state of rest exists at any load factor{above}, whatever opens and closes: {cause}",
+    assumes="B = 0, the load factor scales shear alone, and no slip is safe in the program",
+)
+CLOSES_OTHERWISE = Sentence(
+    "node {node}{contact} closes under another shear load than the one under which it opens",
+    assumes="the equations of the rim have no solution at any load factor",
+)
+TOO_LITTLE_PRESSURE = Sentence(
+    "the pressure of node {node}{contact} is too low for any cyclic load",
+    assumes="the limit is 0, the equations of the rim have a solution, and this node governs",
+)
+FROM_EVERY_START = Sentence(", from every start", assumes="supports hold the bodies")
+OBSERVED = Sentence(
+    "; the bodies slide freely, so that every start comes to rest below it is observed in "
+    "transients, and not proven",
+    assumes="nodes open and close in each cycle, and some slide meets no stiffness",
+)
+
 # Guaranteed limits
 
 CRITICAL = Sentence(
@@ -128,6 +172,8 @@ LIFTING = Sentence(
 def shakedown_reason(limit: ShakedownAnswer) -> str:
     """Why a shakedown limit is what it is."""
     grows = limit.kind is LimitKind.UNBOUNDED
+    if limit._question.moves and not grows:
+        return _reason_of_moving(limit)
     if limit._why and not grows:
         reason = limit._why
     elif not limit.load_factor > 0:
@@ -141,6 +187,41 @@ def shakedown_reason(limit: ShakedownAnswer) -> str:
         _, below = _start(limit)
         reason = HIGHEST(slip=_slip(limit), pattern=pattern, others=_others(limit), below=below)
     return limit._opened + reason + governing_node(limit)
+
+
+def _reason_of_moving(limit: ShakedownAnswer) -> str:
+    """The reason of a limit whose normal loads alone open and close nodes."""
+    question = limit._question
+    assert isinstance(question, MovingAreas)
+    node = question.slipping(1)
+    starts = FROM_EVERY_START() if is_held(question) else ""
+    _, below = _start(limit)
+    if limit.kind is LimitKind.NO_SAFE_SLIP:
+        slips = question.slipping(0) if node is None else node
+        cause = _mean_load(limit)
+        if slips is not None:
+            cause = CLOSES_OTHERWISE(node=slips, contact=in_contact(question.system, slips))
+        return NOTHING_RESTS(above="", cause=cause)
+    if node is not None:
+        sentence = SLIPS_BUT_AT_ONE if limit.load_factor > 0 else SLIPS_AT_ANY
+        return sentence(starts=starts, node=node, contact=in_contact(question.system, node))
+    if not limit.load_factor > 0:
+        weak = limit._ruling
+        cause = TOO_LITTLE_PRESSURE(node=weak, contact=in_contact(question.system, weak))
+        return NOTHING_RESTS(above=" above 0", cause=cause)
+    moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
+    return MOVES(nodes=_named(moving), below=below)
+
+
+def _named(nodes: Integers) -> str:
+    """Some nodes by their numbers; of many the first and the last ones."""
+    numbers = [str(node) for node in nodes.tolist()]
+    if len(numbers) == 1:
+        return f"node {numbers[0]}"
+    if len(numbers) > _NAMED:
+        shown = ", ".join([*numbers[:2], "...", *numbers[-2:]])
+        return f"{len(numbers)} nodes ({shown})"
+    return f"nodes {', '.join(numbers[:-1])} and {numbers[-1]}"
 
 
 def governing_node(limit: ShakedownAnswer) -> str:
@@ -275,6 +356,8 @@ def guaranteed_reason(
         nodes = number_of(coincide, "node is", "nodes are")
         reason += ONLY_AT_LEAST(nodes=nodes, least=shakedown.least)
     load_factor = shakedown.load_factor if best is None else best.load_factor
+    if uncoupled and shakedown._question.moves and not is_held(shakedown._question):
+        reason += OBSERVED()
     if not uncoupled and _may_lift(shakedown, load_factor):
         reason += LIFTING()
     return reason

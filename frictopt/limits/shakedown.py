@@ -25,13 +25,15 @@ from ..base import (
     progress_bar,
     warns_of_odd_values,
 )
-from ..base.checks import flags
+from ..base.checks import flag, flags
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
 from .answered import answered
 from .lift_off import LiftOff, Ordered
 from .models import least_load, shakedown
+from .moving_areas import moving_areas
+from .moving_limit import on_all_instants, ordinary_question
 from .no_limit import NoLimit, constraint_names, every_load_is_safe, no_limit
 from .open_nodes import is_safe_at_mean_load
 from .patterns import best_order, best_pattern, check_events
@@ -60,8 +62,11 @@ def shakedown_limit(
     Safe means: every node sticks at every corner of the cycle, or is open during the whole cycle
     (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of it. The open
     nodes are searched near the settled mean load. With other nodes open, a contact may rest above
-    the limit. Ctrl-C in a search raises KeyboardInterrupt with an attribute `limit`, the best limit
-    so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman & Klarbring 1987.
+    the limit. If the contact is uncoupled (B = 0) and the load factor scales shear alone, normal
+    loads alone open and close nodes. Then the limit is that of all states of rest, whatever opens
+    and closes (theory, "Contact areas that move"). Ctrl-C in a search raises KeyboardInterrupt with
+    an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4;
+    Bjorkman & Klarbring 1987.
 
     Parameters
     ----------
@@ -125,6 +130,11 @@ class ShakedownLimits(SafeModel):
         With `events` the pattern may have nodes that open and close in each cycle.
         """
         restricted = bool(user_rows) or objective is not None or open is not None
+        if not restricted:
+            moving = self.of_moving_areas(question)
+            if moving is not None:
+                flag("events", events)
+                return moving
         check_events(events, question, restricted)
         if open is not None:
             opened = with_open(question, flags("open", open, question.system.nodes))
@@ -136,6 +146,18 @@ class ShakedownLimits(SafeModel):
             return self.of_set(opened, user_rows, objective)
         limit = self.of_any_set(question, user_rows, objective)
         return self.of_any_order(limit) if events else limit
+
+    def of_moving_areas(self, question: Question) -> ShakedownLimit | None:
+        """The limit of all states of rest, if normal loads alone open and close nodes; else None.
+
+        See `moving_areas`. The contact is uncoupled then, and the load factor scales shear alone.
+        """
+        areas = moving_areas(question)
+        if areas is None:
+            return None
+        ordinary, instants = ordinary_question(areas)
+        limit = ShakedownLimits._on(ordinary, self._solver).of_set(ordinary)
+        return on_all_instants(limit, areas, instants)
 
     def of_any_set(
         self,

@@ -8,13 +8,15 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from ..base import Array, LimitKind, finite_number, frozen, number_of
+from ..base import ZERO_LOAD_FACTOR, Array, LimitKind, finite_number, frozen, number_of
 from ..contact import lengths
 from ..errors import ModelError
 from .answered import Rated
 from .gross_slip import statics_alone
 from .least_slip import LeastSlip, least_slip
+from .moving_areas import has_all_states
 from .open_nodes import stays_closed
+from .programs import is_held
 
 # The bound of all states of rest equals the limit if their relative distance is at most this.
 _SAME_BOUND = 1e-6
@@ -60,6 +62,8 @@ class ShakedownAnswer(Rated):
     @property
     def covers(self) -> str:
         """The states of rest for which `bound` holds, in words."""
+        if self._all_states:
+            return "all states of rest, whatever opens and closes"
         if self._question.events:
             return (
                 f"states of rest{self._question.pattern}; with others, or in another order, the "
@@ -78,17 +82,38 @@ class ShakedownAnswer(Rated):
     def bound_for_all(self) -> float:
         """Load factor above which no state of rest exists, for any start and any open nodes.
 
-        It is `bound` of `gross_slip`; 0 if a body slides off under the mean load. Inf if supports
-        hold the bodies: then the states that `covers` leaves out have no proven bound. SolverError
-        if no solver's answer passes the checks.
+        It is `bound` if the limit covers all states of rest, 0 if none exists. Otherwise it is
+        `bound` of `gross_slip`; 0 if a body slides off under the mean load. Inf if supports hold
+        the bodies: then the states that `covers` leaves out have no proven bound. SolverError if no
+        solver's answer passes the checks.
         """
+        if self._all_states:
+            return 0.0 if np.isnan(self.bound) else self.bound
         largest = statics_alone(self.system, self.cycle, self.friction)
         return 0.0 if np.isnan(largest) else largest
 
     @property
     def proven(self) -> bool:
         """Whether no state of rest exists above the limit: `bound_for_all` equals it up to 1e-6."""
-        return bool(self.bound_for_all <= self.load_factor * (1 + _SAME_BOUND))
+        largest = self.load_factor * (1 + _SAME_BOUND)
+        return bool(self.bound_for_all <= largest + ZERO_LOAD_FACTOR * self._question.load_unit)
+
+    @property
+    def _of_every_start(self) -> bool:
+        """Whether the theorem of uncoupled contacts covers the limit, if the contact is one.
+
+        If nodes open and close in each cycle, its proof needs supports that hold the bodies.
+        """
+        if self.kind is LimitKind.NO_SAFE_SLIP:
+            return False
+        return not self._question.moves or is_held(self._question)
+
+    @property
+    def _all_states(self) -> bool:
+        """Whether the limit covers all states of rest, see `has_all_states`."""
+        if self.constraints or self.objective is not None:
+            return False
+        return has_all_states(self._question)
 
     def stays_closed(self, load_factor: float) -> bool:
         """Whether all nodes, if closed at first, are proven to stay closed up to a load factor.

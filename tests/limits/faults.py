@@ -4,6 +4,69 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "limits/normal_path.py",
+        "nodes that touch stay as they are",
+        old="opened[touching] = _open_nodes(C, rates, rounding, length)",
+        new="None",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/normal_path.py",
+        "the nearest event is the furthest one",
+        old="(values[falling] / -rates[falling]).min(initial=np.inf)",
+        new="(values[falling] / -rates[falling]).max(initial=0.0)",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/rim.py",
+        "the rim does not see that nodes carry nothing where they open",
+        old="self.before ^ self.after",
+        new="~self.before & self.after",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/rim.py",
+        "an episode ends where the cycle ends",
+        old="start = int(np.argmin(presses))",
+        new="start = len(presses) - 1",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/moving_limit.py",
+        "equations of the rim without a solution are forgotten",
+        old="rows[:, areas.rim.nodes] |= areas.unsolved.any(axis=(0, 2))",
+        new="None",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/moving_limit.py",
+        "a node has its largest pressure",
+        old="pressure.argmin()",
+        new="pressure.argmax()",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/moving_limit.py",
+        "the rim does not soften the nodes that never open",
+        old="areas.A[np.ix_(inner, inner)] - across @ areas.rim_compliance @ across.T",
+        new="areas.A[np.ix_(inner, inner)]",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/moving_areas.py",
+        "a scaled normal load is taken for a fixed one",
+        old="normal > ROUNDING * np.abs(question.bonded[1]).max()",
+        new="False",
+        tests="moving_areas",
+    ),
+    Fault(
+        "limits/shakedown_answer.py",
+        "called proven on bodies that slide freely",
+        old="not self._question.moves or is_held(self._question)",
+        new="True",
+        tests="moving_areas",
+    ),
+    Fault(
         "limits/body_motions.py",
         "the motion of a body that slides off is stretched",
         old="phi / stretch",
@@ -251,7 +314,7 @@ FAULTS = (
         tests="limit_kinds shakedown limit_checks",
     ),
     Fault(
-        "limits/guaranteed.py",
+        "limits/moving_areas.py",
         "without friction nothing couples",
         old="np.maximum(question.friction, 1.0)",
         new="question.friction",

@@ -194,8 +194,13 @@ def test_where_nothing_is_safe_nothing_is_proven_of_starts():
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {}], fixed=[{"N": 1.0}, {}])
     limit, steady = fo.guaranteed_limit(node, cycle, 0.5), fo.steady_state(node, cycle, 0.5, 1.0)
     assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation == 0
-    assert limit.kind is fo.LimitKind.NO_SAFE_SLIP and not limit.proven
-    assert limit.reason.startswith(
+    assert limit.proven and "no state of rest exists above it" in limit.reason
+    above = fo.steady_state(node, cycle, 0.5, 1.01 * limit.load_factor)
+    assert limit.load_factor > 1 and above.outcome is fo.Outcome.CYCLIC_SLIP
+    coupled = fo.ContactSystem.from_blocks([[1.0]], [[0.01]], [[1.0]], [0.0], loads)
+    nothing = fo.guaranteed_limit(coupled, cycle, 0.5)
+    assert nothing.kind is fo.LimitKind.NO_SAFE_SLIP and not nothing.proven
+    assert nothing.reason.startswith(
         "no residual slip is safe at any load factor with all nodes closed"
     )
 

@@ -143,7 +143,7 @@ def test_an_example_is_short_and_runs(path, quiet, monkeypatch, tmp_path):
 
 
 def test_the_gallery_has_examples():
-    assert 8 <= len(EXAMPLES) <= 20
+    assert 8 <= len(EXAMPLES) <= 24
 
 
 def listed(page):

@@ -35,6 +35,7 @@ NAMES = [
         "least_slip",
         "limit_after_protocol",
         "separation",
+        "moving_areas",
         "damping_backbone",
         "damping_friction",
     ),

@@ -1,0 +1,265 @@
+"""Uncoupled contacts whose areas open and close: the question of all states of rest.
+
+If slip changes no pressure (B = 0) and the load factor scales shear alone, the normal path is known
+before the limit, and with it which nodes open and close, and when. In a state of rest the slip of
+all nodes at all instants follows from the load factor and the slip of the nodes that never open
+(theory, "Contact areas that move"). `moving_areas` makes the question, `moving_limit.py` its limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..base import CONDENSATION, NO_COUPLING, RESIDUAL, ROUNDING, Array, Booleans, Integers, kept
+from ..contact import LoadCycle, off_law, other_laws
+from .lift_off import fields_of
+from .normal_path import NoPath, NormalPath, normal_path
+from .question import Question
+from .rim import Rim, Statuses, rim_of
+
+
+@kept
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MovingAreas(Question):
+    """A question whose normal loads alone open and close nodes in each cycle.
+
+    `open_nodes` never press. The M instants are those of the normal path. All other arrays are
+    those of the closed contact.
+    """
+
+    path: NormalPath
+    at_instant: Statuses
+    rim: Rim
+
+    @classmethod
+    def from_kept(cls, fields: Mapping[str, Any]) -> MovingAreas:
+        """See `Question.from_kept`."""
+        none_open = np.zeros_like(fields["open_nodes"])
+        areas = moving_areas(Question.from_kept({**fields, "open_nodes": none_open}))
+        assert areas is not None  # it was one when it was kept
+        return areas
+
+    moves: ClassVar[bool] = True
+
+    @cached_property
+    def stays(self) -> Booleans:
+        """(N,) nodes that never open."""
+        stays = np.ones(self.system.nodes, dtype=bool)
+        stays[self.rim.nodes] = False
+        return stays
+
+    @cached_property
+    def entries(self) -> tuple[Integers, Integers]:
+        """Indices in A of the nodes that never open, and of the rim."""
+        stays = np.tile(self.stays, self.system.tangents)
+        return np.flatnonzero(stays), np.flatnonzero(~stays)
+
+    @cached_property
+    def rim_compliance(self) -> Array:
+        """Compliance of the rim. No other node resists a free slide of a body that is all rim."""
+        _, rim = self.entries
+        values, vectors = np.linalg.eigh(self.A[np.ix_(rim, rim)])
+        held = values > CONDENSATION * max(values[-1], np.finfo(float).tiny)
+        return np.asarray((vectors[:, held] / values[held]) @ vectors[:, held].T)
+
+    def by_instant(self, reactions: Array) -> Array:
+        """(M, t + 1, N) reactions at the instants, of reactions at the corners."""
+        return self.path.at_instants(np.broadcast_to(reactions, self.r1.shape))
+
+    @cached_property
+    def unsolved(self) -> Array:
+        """(2, M, t, R) shear forces that the equations of the rim leave, without rounding.
+
+        Index 0 is the part at load factor 0, index 1 the rate with the load factor.
+        """
+        loads = [self.by_instant(self.r0)[:, :-1], self.by_instant(self.r1)[:, :-1]]
+        sizes = [max(float(np.abs(loads[0]).max()), self.force), float(np.abs(loads[1]).max())]
+        real = np.abs(self.rim.residual) > RESIDUAL * np.reshape(sizes, (2, 1, 1, 1))
+        return np.where(real, self.rim.residual, 0.0)
+
+    def slipping(self, part: int) -> int | None:
+        """The rim node that slips in each cycle; None if the equations have a solution.
+
+        Part 1: at load factors above 0, whatever friction is; part 0: at load factor 0.
+        """
+        off = np.abs(self.unsolved[part]).max(axis=(0, 1), initial=0.0)
+        return int(self.rim.nodes[off.argmax()]) if off.any() else None
+
+    def _states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions (M, t + 1, N) at the instants, with all rounding."""
+        inner, rim = self.entries
+        stuck = slip.T.ravel()[inner]
+        follow = -self.rim_compliance @ (self.A[np.ix_(rim, inner)] @ stuck)
+        motion = self.rim.motion[0] + load_factor * self.rim.motion[1]
+        u = np.zeros((len(self.path.leg), len(self.S)))
+        u[:, inner] = stuck
+        u[:, rim] = follow + motion.reshape(len(motion), -1)
+        u[:, -self.system.nodes :] = self.path.gap
+        r = self.at_instants(load_factor) + u @ self.system.S
+        return u, r
+
+    def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions at the instants; see `Question.instants`."""
+        u, r = (part.reshape(-1, *self.r1.shape[1:]) for part in self._states(load_factor, slip))
+        return u, r * (self.path.pressure > 0)[:, None]
+
+    def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
+        """Motions and reactions at the corners."""
+        u, r = self.instants(load_factor, slip)
+        at_corner = self.path.part == 0
+        return u[at_corner], r[at_corner]
+
+    def completed(self, load_factor: float, slip: Array) -> Array:
+        """A slip of the nodes that never open, with the slip of the rim at the last corner."""
+        u, _ = self.states(load_factor, slip)
+        return np.asarray(u[-1, :-1].T.reshape(slip.shape))
+
+    def at_instants(self, load_factor: float) -> Array:
+        """See `Question.at_instants`."""
+        r = self.by_instant(self.r0 + load_factor * self.r1)
+        return r.reshape(len(r), -1)
+
+    @property
+    def statuses(self) -> tuple[Booleans, Booleans]:
+        """See `Question.statuses`."""
+        return self.at_instant.before & self.at_instant.after, self.at_instant.free
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Loads of the cycle at the corners and events, at load factor 1."""
+        corners = self.cycle.corners
+        fixed = self.cycle.fixed or tuple({} for _ in corners)
+        blends = []
+        for loads in (corners, fixed):
+            blends.append(
+                [
+                    _blend(loads[k], loads[(k + 1) % len(loads)], part)
+                    for k, part in zip(self.path.leg.tolist(), self.path.part.tolist(), strict=True)
+                ]
+            )
+        return LoadCycle(self.cycle.mean, blends[0], fixed=blends[1]).corner_names
+
+    @property
+    def events(self) -> list[tuple[int, str, float, str]]:
+        """See `Question.events`. The place counts legs: 2.5 is half way from corner 2 to the next.
+
+        A node that carries pressure before an event opens there.
+        """
+        rows = []
+        places = (self.path.leg + self.path.part).tolist()
+        for m, node in np.argwhere(self.at_instant.touching).tolist():
+            event = "opens" if self.at_instant.before[m, node] else "closes"
+            rows.append((node, event, places[m], self.names[m]))
+        return rows
+
+    @property
+    def open_share(self) -> Array:
+        """(N,) part of the cycle in which each node is open; every leg counts the same."""
+        places = self.path.leg + self.path.part
+        lasting = np.diff(places, append=len(self.r1))
+        return np.asarray(lasting @ ~self.at_instant.after / len(self.r1))
+
+    @property
+    def pattern(self) -> str:
+        """See `Question.pattern`."""
+        return ", whatever opens and closes"
+
+    def violation(self, load_factor: float, slip: Array) -> float:
+        """Distance of a slip from being safe, see `Question.violation`.
+
+        The law is judged at the instants and half way between them, where a node must not have both
+        pressure and gap. A node with pressure must keep its slip.
+        """
+        u, r = self._states(load_factor, slip)
+        closing = self.system.S[:, -self.system.nodes :] @ self.system.gap
+        bonded = self.at_instants(load_factor) + closing
+        gap = np.pad(self.system.gap, (len(self.A), 0))
+        worst = list[float]()
+        states = bonded, u - gap, r
+        between = [(part + np.roll(part, -1, axis=0)) / 2 for part in states]
+        for loads, motions, reactions in (states, between):
+            off = off_law(self.system, self.friction, loads, motions, reactions, self.force)
+            worst.append(float(off.max()))
+        nodes = self.system.nodes
+        slid = np.abs(np.roll(u, -1, axis=0) - u)[:, :-nodes].reshape(len(u), -1, nodes)
+        pressure = between[2][:, -nodes:]
+        pressed = pressure > CONDENSATION * float(np.abs(self.bonded[0][:, -nodes:]).max())
+        slid_while_pressed = slid.max(axis=1) * pressed
+        worst.append(float(slid_while_pressed.max()) * self.system.stiffness_scale / self.force)
+        return float(np.nan_to_num(np.max(worst), nan=np.inf))
+
+
+def _blend(first: Mapping[str, float], last: Mapping[str, float], part: float) -> dict[str, float]:
+    """Loads at a part of the leg between two corners."""
+    cases = dict.fromkeys([*first, *last])
+    return {c: (1 - part) * first.get(c, 0.0) + part * last.get(c, 0.0) for c in cases}
+
+
+def uncoupled(question: Question) -> bool:
+    """Whether slip changes no pressure of the whole contact: B is zero up to rounding.
+
+    Each entry of B is compared with the entries of A of the two nodes that it couples.
+    """
+    system = question.system
+    stiffness = np.sqrt(np.diag(system.A).clip(0.0).reshape(-1, system.nodes).sum(axis=0))
+    scale = np.outer(stiffness, np.resize(stiffness, system.B.shape[1]))
+    coupling = np.maximum(question.friction, 1.0)[:, None] * np.abs(system.B)
+    return not (coupling > NO_COUPLING * scale).any()
+
+
+def scales_shear_alone(question: Question) -> bool:
+    """Whether neither load factor nor slip changes a pressure, under Coulomb's law alone.
+
+    Then the normal loads alone decide which nodes press. All nodes have friction: one without would
+    have to keep its slip in an ordinary question, which a state of rest does not ask of it.
+    """
+    if question.slip_bound is not None or not question.friction.all():
+        return False
+    if other_laws(question.system):
+        return False
+    normal = np.abs(question.bonded[1][:, -question.system.nodes :]).max()
+    if normal > ROUNDING * np.abs(question.bonded[1]).max():
+        return False
+    return uncoupled(question)
+
+
+def has_all_states(question: Question) -> bool:
+    """Whether all states of rest have the pressures of this question.
+
+    So it is if the load factor scales shear alone, and each closed node always has pressure.
+    """
+    if question.moves:
+        return True
+    if question.events or not scales_shear_alone(question):
+        return False
+    pressure = np.broadcast_to(question.r0, question.r1.shape)[:, -1]
+    pressed = pressure + np.roll(pressure, -1, axis=0) > CONDENSATION * question.force
+    return bool((pressed | question.open_nodes).all())
+
+
+def moving_areas(question: Question) -> MovingAreas | None:
+    """The question of all states of rest, if normal loads alone open and close nodes.
+
+    None if the ordinary questions hold all that is to be known: the contact is coupled, the load
+    factor scales normal loads, no node comes or goes, or nothing holds the open nodes.
+    """
+    if question.r0[:, -1].min() > 0 or not scales_shear_alone(question):
+        return None
+    nodes = question.system.nodes
+    corners = np.broadcast_to(question.r0, question.r1.shape)
+    try:
+        path = normal_path(question.system.C, corners[:, -1])
+        statuses = Statuses.of(path)
+        if not statuses.touching.any():
+            return None
+        shear = np.stack([path.at_instants(r)[:, :-1] for r in (corners, question.r1)])
+        rim = rim_of(question.S[:-nodes, :-nodes], shear, statuses)
+    except NoPath:
+        return None
+    fields = fields_of(question) | {"open_nodes": ~statuses.after.any(axis=0)}
+    return MovingAreas(**fields, path=path, at_instant=statuses, rim=rim)

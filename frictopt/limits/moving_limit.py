@@ -1,0 +1,155 @@
+"""The limit of contact areas that move: an ordinary question, and its answer for all instants.
+
+- The nodes that never open have the stiffness that the rim leaves them. The slip of the rim, which
+  its equations give, adds to their loads.
+- The shear forces of the rim are linear in the load factor alone. Its nodes have no stiffness here,
+  so their slip changes nothing.
+- If the equations of the rim have no solution, the forces that they leave act on nodes without
+  pressure. So the limit is 0, or one load factor alone is safe, or none.
+
+A state of rest exists at a load factor if and only if the ordinary question has a safe slip there.
+"""
+
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from ..base import CONDENSATION, RESIDUAL, Array, Integers, LimitKind
+from ..contact import ContactSystem, LoadCycle
+from ..errors import SolverError
+from .answered import Mechanism
+from .moving_areas import MovingAreas
+from .programs import vertices_of_hull
+from .question import Question, pose
+from .shakedown_answer import ShakedownAnswer
+
+L = TypeVar("L", bound=ShakedownAnswer)
+
+
+def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
+    """The ordinary question, and the instants (J, N) that its J corners are at each node.
+
+    Each node has the instants at which it can govern, others than other nodes.
+    """
+    shear = _shear(areas)
+    rows = _rows(areas)
+    by_node = [_decisive(areas, shear, rows[:, node], node) for node in range(len(rows.T))]
+    longest = max(map(len, by_node))
+    repeated = [np.r_[part, np.full(longest - len(part), part[-1])] for part in by_node]
+    instants = np.transpose(repeated)
+
+    nodes = np.arange(len(by_node))
+    pressure = areas.path.pressure[instants, nodes]
+    q = np.moveaxis(shear, 2, -1)[:, instants, nodes].swapaxes(2, 3)  # (2, J, t, N)
+    # A node without rows is as if it were pressed without shear.
+    idle = ~rows.any(axis=0)
+    q[..., idle] = 0.0
+    pressure[:, idle] = areas.force
+    loads = dict[str, Array]()
+    for j in range(longest):
+        loads[f"fixed[{j}]"] = np.r_[q[0, j].ravel(), pressure[j]]
+        loads[f"scaled[{j}]"] = np.r_[q[1, j].ravel(), np.zeros(len(nodes))]
+    system = areas.system
+    reduced = ContactSystem(
+        _stiffness(areas),
+        system.points,
+        loads,
+        frames=system.frames,
+    )
+    cycle = LoadCycle(
+        {},
+        [{f"scaled[{j}]": 1.0} for j in range(longest)],
+        fixed=[{f"fixed[{j}]": 1.0} for j in range(longest)],
+    )
+    return pose(reduced, cycle, areas.friction, simplify=areas.simplify), instants
+
+
+def _stiffness(areas: MovingAreas) -> Array:
+    """(M, M) stiffness of the nodes that never open; the rim follows them."""
+    inner, rim = areas.entries
+    across = areas.A[np.ix_(inner, rim)]
+    left = areas.A[np.ix_(inner, inner)] - across @ areas.rim_compliance @ across.T
+    S = np.diag(np.r_[np.zeros(len(areas.A)), np.diag(areas.system.C)])
+    S[np.ix_(inner, inner)] = (left + left.T) / 2
+    return S
+
+
+def _shear(areas: MovingAreas) -> Array:
+    """(2, M, t, N) shear forces without slip of the nodes that never open.
+
+    Index 0 is the part at load factor 0, index 1 the rate with the load factor. Forces that the
+    equations of the rim leave are scaled to the size of the loads: they must be zero, however small
+    they are.
+    """
+    loads = np.stack([areas.by_instant(r) for r in (areas.r0, areas.r1)])[:, :, :-1]
+    motion = np.zeros_like(loads)
+    motion[..., areas.rim.nodes] = areas.rim.motion
+    moved = motion.reshape(*motion.shape[:2], -1) @ areas.A
+    shear = loads + moved.reshape(loads.shape)
+    off = areas.unsolved
+    part = 1 if off[1].any() else 0
+    if off[part].any():
+        size = np.abs(loads[1]).max() if part else areas.force
+        off = off * (size / np.abs(off[part]).max())
+    touching = areas.at_instant.touching[:, None, areas.rim.nodes]
+    shear[..., areas.rim.nodes] = np.where(touching, off, areas.rim.shear)
+    # Rounding must not bound a load factor, nor tell apart instants with the same shear.
+    rounding = CONDENSATION * np.abs(loads).max(axis=(1, 2, 3), keepdims=True)
+    shear = np.where(np.abs(shear) > rounding, shear, 0.0)
+    differs = np.ptp(shear, axis=1, keepdims=True) > rounding
+    return np.where(differs, shear, shear[:, :1])
+
+
+def _rows(areas: MovingAreas) -> np.ndarray:
+    """(M, N) nodes that have a row at an instant.
+
+    Nodes without pressure have none, apart from those whose equations have no solution.
+    """
+    statuses = areas.at_instant
+    rows = statuses.before & statuses.after
+    rows[:, areas.rim.nodes] |= areas.unsolved.any(axis=(0, 2))
+    return np.asarray(rows)
+
+
+def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integers:
+    """Instants at which a node can govern, of those at which it has a row.
+
+    It cannot at an instant whose shear force is a mean of those of others, with no less pressure.
+    """
+    instants = np.flatnonzero(rows)
+    if not len(instants):
+        return np.zeros(1, dtype=int)
+    pressure = areas.path.pressure[instants, node]
+    forces = shear[..., node][:, instants].swapaxes(0, 1).reshape(len(instants), -1)
+    if not np.ptp(forces, axis=0).any():
+        return instants[[pressure.argmin()]]
+    # The hull with a point of high pressure has only the vertices of less pressure, and this point.
+    high = np.r_[forces.mean(axis=0), pressure.max() + np.ptp(pressure) + areas.force]
+    vertices = np.array(vertices_of_hull(np.vstack([np.c_[forces, pressure], high])))
+    return np.asarray(instants[vertices[vertices < len(instants)]])
+
+
+def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
+    """The limit of moving areas, from the limit of its ordinary question.
+
+    SolverError if the states at the instants violate the contact law by more than 1e-9.
+    """
+    nodes = np.arange(areas.system.nodes)
+    moves = np.zeros((len(areas.path.leg), *areas.r1.shape[1:]))
+    for j, at in enumerate(instants):
+        moves[at, :, nodes] += limit._motion.moves[j].T
+    motion = Mechanism(moves, areas.friction)
+    slip = limit.slip
+    record = limit.record
+    if limit.kind is LimitKind.FINITE:
+        residual = areas.violation(limit.load_factor, slip)
+        if not residual <= RESIDUAL:
+            raise SolverError(
+                f"shakedown limit: the states at the instants of the cycle are off by "
+                f"{residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
+                "very different sizes"
+            )
+        slip = areas.completed(limit.load_factor, slip)
+        record = replace(record, residual=max(residual, record.residual))
+    return replace(limit, slip=slip, record=record, _question=areas, _motion=motion)

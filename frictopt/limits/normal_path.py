@@ -1,0 +1,192 @@
+"""Pressures and gaps of an uncoupled contact along its load cycle, from the normal problem alone.
+
+If slip changes no pressure (B = 0), pressures p and gaps w solve ``p = b + C w``, ``p >= 0``,
+``w >= 0``, ``p w = 0`` with the normal reactions b of the load, all gaps pressed shut. They are
+piecewise linear along the cycle. The path goes from one *instant* to the next: a corner, or a place
+at which a pressure or a gap comes to zero. Nodes that come to zero together are one event, as in
+symmetric contacts. There the rates of pressures and gaps solve a small problem of the same kind,
+which decides which of these nodes open.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from ..base import CONDENSATION, SIMULTANEOUS, Array, Booleans, Integers
+
+
+@dataclass(frozen=True)
+class PathSettings:
+    """Numbers of the path."""
+
+    # Pressures up to this share of the largest reaction are zero, and gaps up to this share of the
+    # largest gap that the loads could make: the data are right to about this much.
+    zero: float = CONDENSATION
+    # An event that is nearer to the end of its leg, as a share of the leg, is at the corner.
+    at_corner: float = SIMULTANEOUS
+    # Largest number of events on a leg, and of pivots of a problem, each times the nodes.
+    steps: int = 20
+    # Pivots that flip all wrong nodes may fail to improve so often, before single ones follow.
+    patience: int = 10
+
+
+PATH = PathSettings()
+
+
+@dataclass(frozen=True, eq=False)
+class NormalPath:
+    """Pressures and gaps at the M instants of a load cycle, in their order."""
+
+    leg: Integers  # (M,) the corner at which the leg of the instant begins
+    part: Array  # (M,) place on the leg, 0 at its first corner, below 1
+    pressure: Array  # (M, N) force
+    gap: Array  # (M, N) length
+
+    @property
+    def presses(self) -> Booleans:
+        """(M, N) whether a node has pressure between an instant and the next one."""
+        following = np.roll(self.pressure, -1, axis=0)
+        return np.asarray(self.pressure + following > 0)
+
+    def at_instants(self, corners: Array) -> Array:
+        """Values (M, ...) at the instants, of values (K, ...) that are linear between corners."""
+        part = self.part.reshape(-1, *[1] * (corners.ndim - 1))
+        following = np.roll(corners, -1, axis=0)
+        return np.asarray((1 - part) * corners[self.leg] + part * following[self.leg])
+
+
+class NoPath(Exception):
+    """The normal problem has no solution, or many: nothing holds the bodies together."""
+
+
+def normal_path(C: Array, corners: Array) -> NormalPath:
+    """The path of pressures and gaps around the cycle of the reactions (K, N) at its corners.
+
+    C (N, N) is the normal stiffness. NoPath if a free body lifts off.
+    """
+    problem = _NormalProblem(C, corners)
+    instants = list[tuple[int, float, Array, Array]]()
+    opened = _open_nodes(C, corners[0], problem.force, problem.length)
+    for k, first in enumerate(corners):
+        change = corners[(k + 1) % len(corners)] - first
+        part = 0.0
+        pressure, gap = problem.clean(*_states(C, first, opened))
+        for _ in range(PATH.steps * len(first) + 1):
+            instants.append((k, part, pressure, gap))
+            opened = problem.open_nodes_after(pressure, gap, change)
+            # On this piece of the leg both are linear.
+            pressures, gaps = _states(C, np.stack([first, change]), opened)
+            part += _to_next_event((pressure, pressures[1]), (gap, gaps[1]))
+            if part >= 1 - PATH.at_corner:
+                break
+            pressure, gap = problem.clean(
+                pressures[0] + part * pressures[1], gaps[0] + part * gaps[1]
+            )
+        else:
+            raise NoPath("the events of a leg do not end")
+    legs, parts, all_pressures, all_gaps = zip(*instants, strict=True)
+    return NormalPath(np.array(legs), np.array(parts), np.array(all_pressures), np.array(all_gaps))
+
+
+def _to_next_event(*states: tuple[Array, Array]) -> float:
+    """Part of a leg after which the first of some positive values is zero, by their rates."""
+    nearest = np.inf
+    for values, rates in states:
+        falling = (values > 0) & (rates < 0)
+        nearest = min(nearest, float((values[falling] / -rates[falling]).min(initial=np.inf)))
+    return nearest
+
+
+class _NormalProblem:
+    """The normal problem of one stiffness, for reactions of one size."""
+
+    def __init__(self, C: Array, corners: Array) -> None:
+        self._C = C
+        self.force = PATH.zero * (float(np.abs(corners).max()) or 1.0)
+        self.length = self.force / (float(np.diag(C).max()) or 1.0)
+
+    def clean(self, pressure: Array, gap: Array) -> tuple[Array, Array]:
+        """Pressures and gaps, their rounding set to zero."""
+        pressed = np.where(pressure > self.force, pressure, 0.0)
+        return pressed, np.where(gap > self.length, gap, 0.0)
+
+    def open_nodes_after(self, pressure: Array, gap: Array, change: Array) -> Booleans:
+        """The open nodes from an instant on, if the reactions change along a leg.
+
+        Nodes without pressure and without gap open or close by the rates, which solve a normal
+        problem, too.
+        """
+        opened = gap > 0
+        touching = (pressure == 0) & ~opened
+        if not touching.any():
+            return opened
+        C = self._C[np.ix_(touching, touching)]
+        rates = change[touching]
+        if opened.any():
+            across = self._C[np.ix_(opened, touching)]
+            motions = follow(self._C[np.ix_(opened, opened)], np.c_[across, change[opened]])
+            C = C - across.T @ motions[:, :-1]
+            rates = rates - across.T @ motions[:, -1]
+        rounding = PATH.zero * (float(np.abs(change).max()) or 1.0)
+        length = rounding / (float(np.diag(C).max()) or 1.0)
+        opened[touching] = _open_nodes(C, rates, rounding, length)
+        return opened
+
+
+def follow(stiffness: Array, forces: Array) -> Array:
+    """Motions of open nodes, with the stiffness of these nodes, under given forces.
+
+    NoPath if nothing holds the open nodes.
+    """
+    try:
+        factor, lower = cho_factor(stiffness, check_finite=False)
+    except LinAlgError:
+        raise NoPath("open nodes are not held") from None
+    pivots = np.diag(factor) ** 2
+    if pivots.min() <= CONDENSATION * np.diag(stiffness).max():
+        raise NoPath("open nodes are hardly held")
+    return np.asarray(cho_solve((factor, lower), forces, check_finite=False))
+
+
+def _states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]:
+    """Pressures and gaps (or their rates) with given open nodes, of whatever sign.
+
+    Reactions (..., N) give pressures and gaps of the same shape.
+    """
+    gap = np.zeros_like(reactions)
+    pressure = reactions.copy()
+    if opened.any():
+        gap[..., opened] = -follow(C[np.ix_(opened, opened)], reactions[..., opened].T).T
+        pressure += gap[..., opened] @ C[opened]
+        pressure[..., opened] = 0.0
+    return pressure, gap
+
+
+def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Booleans:
+    """The open nodes of a normal problem, by principal pivots.
+
+    All wrong nodes are flipped at once. If that does not settle, the last one alone is flipped
+    (Murty's rule), which ends for every positive definite C.
+    """
+    count = len(reactions)
+    opened = np.zeros(count, dtype=bool)
+    fewest = count + 1
+    patience = PATH.patience
+    for _ in range(PATH.steps * count):
+        pressure, gap = _states(C, reactions, opened)
+        wrong = np.where(opened, gap < -length, pressure < -force)
+        wrongs = int(wrong.sum())
+        if not wrongs:
+            return opened
+        if wrongs < fewest:
+            fewest = wrongs
+            patience = PATH.patience
+        else:
+            patience -= 1
+        flipped = wrong
+        if patience < 0 or (opened ^ wrong).all():
+            flipped = np.zeros(count, dtype=bool)
+            flipped[np.flatnonzero(wrong)[-1]] = True
+        opened = opened ^ flipped
+    raise NoPath("no pressures and gaps found")

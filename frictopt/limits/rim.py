@@ -1,0 +1,160 @@
+"""Shear forces of the rim: the nodes of an uncoupled contact that are open at some time.
+
+Without pressure a node carries no shear force, and its slip follows. While it presses, in a state
+of rest, it keeps its slip. So with the slip of all other nodes at zero, the slip y of the rim obeys
+linear equations (theory, "Contact areas that move")::
+
+    z = q + A y,   z = 0 at nodes without pressure,   y constant from closing to opening
+
+They have at most one solution. Friction, mean pressure and the other nodes do not occur in them. If
+there is none, some node slips in every cycle: it closes under another shear load than the one under
+which it opens.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..base import ROUNDING, Array, Booleans, Integers
+from .normal_path import NormalPath, follow
+
+
+@dataclass(frozen=True, eq=False)
+class Statuses:
+    """Which of N nodes press around each of M instants; the last interval ends at the first."""
+
+    before: Booleans  # (M, N) in the interval that ends at the instant
+    after: Booleans  # (M, N) in the interval that begins there
+
+    @classmethod
+    def of(cls, path: NormalPath) -> "Statuses":
+        """The statuses of a normal path."""
+        presses = path.presses
+        return cls(np.roll(presses, 1, axis=0), presses)
+
+    @property
+    def free(self) -> Booleans:
+        """(M, N) nodes without pressure before and after."""
+        return np.asarray(~self.before & ~self.after)
+
+    @property
+    def touching(self) -> Booleans:
+        """(M, N) nodes that open or close at the instant."""
+        return np.asarray(self.before ^ self.after)
+
+    @property
+    def rim(self) -> Booleans:
+        """(N,) nodes without pressure in some interval."""
+        return np.asarray(~self.after.all(axis=0))
+
+    def episodes(self, nodes: Integers) -> tuple[Integers, int]:
+        """(M, R) number of the closed episode of some rim nodes at each instant, and their count.
+
+        It is -1 where a node has no pressure before and after. An episode may go round the end of
+        the cycle.
+        """
+        numbers = np.full((len(self.after), len(nodes)), -1)
+        count = 0
+        for column, node in enumerate(nodes):
+            presses = self.after[:, node]
+            start = int(np.argmin(presses))
+            for step in range(1, len(presses) + 1):
+                m = (start + step) % len(presses)
+                if presses[m] and not presses[m - 1]:
+                    count += 1
+                if presses[m] or presses[m - 1]:
+                    numbers[m, column] = count - 1
+        return numbers, count
+
+
+@dataclass(frozen=True, eq=False)
+class Rim:
+    """Slips and shear forces of R rim nodes with t tangents at M instants, all others held.
+
+    Index 0 is the part at load factor 0, index 1 the rate with the load factor. `residual` are the
+    shear forces that the equations leave at nodes that open or close, zero for a state of rest.
+    """
+
+    nodes: Integers  # (R,)
+    motion: Array  # (2, M, t, R) length
+    shear: Array  # (2, M, t, R) force
+    residual: Array  # (2, M, t, R) force
+
+
+def rim_of(A: Array, shear: Array, statuses: Statuses) -> Rim:
+    """The least squares solution of the equations of the rim.
+
+    A (t N, t N) is the tangential stiffness; `shear` (2, M, t, N) are the shear forces without any
+    slip. NoPath if the open nodes of some instant are not held.
+    """
+    tangents, count = shear.shape[2:]
+    nodes = np.flatnonzero(statuses.rim)
+    entries = (np.arange(tangents)[:, None] * count + nodes).ravel()
+    loads = shear[..., nodes]
+    equations = _Equations(A[np.ix_(entries, entries)], loads, statuses, nodes)
+    slips = equations.solved()
+    motion = np.zeros_like(loads)
+    for m in range(len(statuses.after)):
+        motion[:, m] = equations.motion(m, slips).reshape(-1, *loads.shape[2:])
+    flat = motion.reshape(*motion.shape[:2], -1)
+    forces = loads + (flat @ equations.A).reshape(motion.shape)
+    forces *= ~statuses.free[:, None, nodes]
+    residual = forces * statuses.touching[:, None, nodes]
+    return Rim(nodes, motion, forces, residual)
+
+
+class _Equations:
+    """The equations of the rim, for the slips of the closed episodes alone."""
+
+    def __init__(self, A: Array, loads: Array, statuses: Statuses, nodes: Integers) -> None:
+        self.A = A
+        tangents = loads.shape[2]
+        self._loads = loads.reshape(*loads.shape[:2], -1)
+        numbers, count = statuses.episodes(nodes)
+        # Columns of the slips: the episodes of each tangent follow each other.
+        columns = [np.where(numbers < 0, -1, axis * count + numbers) for axis in range(tangents)]
+        self._column = np.concatenate(columns, axis=1)  # (M, t R)
+        self._touching = np.tile(statuses.touching[:, nodes], tangents)
+        self._count = tangents * count
+
+    def solved(self) -> Array:
+        """(episodes, 2) slips of the episodes, at load factor 0 and per load factor."""
+        rows = [np.zeros((0, self._count))]
+        right = [np.zeros((0, 2))]
+        for m, touching in enumerate(self._touching):
+            if touching.any():
+                row, force = self._forces(m, touching)
+                rows.append(row)
+                right.append(-force)
+        return np.asarray(np.linalg.lstsq(np.vstack(rows), np.vstack(right), rcond=ROUNDING)[0])
+
+    def _forces(self, m: int, touching: Booleans) -> tuple[Array, Array]:
+        """Forces at the touching nodes of an instant: rows of the slips, and (rows, 2) constants.
+
+        The nodes without pressure follow the others.
+        """
+        closed = self._column[m] >= 0
+        coupling = self.A[np.ix_(touching, closed)]
+        force = self._loads[:, m, touching].T
+        if not closed.all():
+            motions = self._follow(m, self.A[np.ix_(~closed, touching)]).T
+            coupling = coupling - motions @ self.A[np.ix_(~closed, closed)]
+            force = force - motions @ self._loads[:, m, ~closed].T
+        row = np.zeros((len(force), self._count))
+        row[:, self._column[m, closed]] = coupling
+        return row, force
+
+    def motion(self, m: int, slips: Array) -> Array:
+        """(2, t R) slips of the rim at an instant, from the slips of the episodes."""
+        closed = self._column[m] >= 0
+        motion = np.zeros((2, len(closed)))
+        motion[:, closed] = slips[self._column[m, closed]].T
+        if not closed.all():
+            forces = self._loads[:, m, ~closed] + motion @ self.A[:, ~closed]
+            motion[:, ~closed] = -self._follow(m, forces.T).T
+        return motion
+
+    def _follow(self, m: int, forces: Array) -> Array:
+        """Slips of the nodes without pressure under given forces on them."""
+        opened = self._column[m] < 0
+        return follow(self.A[np.ix_(opened, opened)], forces)
