@@ -77,11 +77,6 @@ class Arrays(RowsInCones):
         return csr_array(self.sparse[:, :width].toarray() + self.sparse[:, width:] @ self.block)
 
     @cached_property
-    def dense(self) -> Array:
-        """The matrix of all rows, for the polish, whose equations are dense anyway."""
-        return np.asarray(self.matrix.toarray())
-
-    @cached_property
     def cones(self) -> list[Integers]:
         """The rows of the cones, (n, d) for each size d."""
         return [
@@ -222,6 +217,7 @@ class _Active:
 
     def __init__(self, program: Arrays, x: Array, y: Array, share: float) -> None:
         self._program = program
+        self._matrix = program.matrix.toarray()  # the equations of a step are dense anyway
         s = program.slack(x)
         vanishing = [np.arange(program.zero)]
         on_boundary = list[Integers]()
@@ -242,7 +238,7 @@ class _Active:
         The Hessian is the negative one of the sum of these values, weighted by the multipliers m.
         """
         vanishing, *on_boundary = self.rows
-        matrix = self._program.dense
+        matrix = self._matrix
         s = self._program.slack(x)
         n = len(x)
         values = [s[vanishing]]
