@@ -115,6 +115,23 @@ def loads_of(text: str) -> dict[str, float]:
     return loads
 
 
+def ranges_of(text: str) -> dict[str, tuple[float, float]]:
+    """Ranges of amplitudes: "P=0.9:1.1,Q=0.5:0.7"."""
+    ranges = {}
+    for part in text.split(","):
+        name, _, ends = part.rpartition("=")
+        least, colon, largest = ends.partition(":")
+        try:
+            ranges[name] = float(least), float(largest)
+        except ValueError:
+            colon = ""
+        if not name or not colon:
+            raise argparse.ArgumentTypeError(
+                f"{text!r}; give CASE=LEAST:MOST, several with commas between"
+            )
+    return ranges
+
+
 def numbers_of(text: str) -> Any:
     """A number, or a list of several with commas between."""
     try:

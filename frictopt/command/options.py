@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import frictopt
 
-from .inputs import loads_of, numbers_of
+from .inputs import loads_of, numbers_of, ranges_of
 
 # Parameters that a command supplies: from its file, from the load cycle, or from an answer before.
 _SUPPLIED = ("self", "limit", "system", "cycle", "friction", "mean", "progress")
@@ -29,6 +29,7 @@ _BY_NAME: dict[str, dict[str, Any]] = {
     "other_modes": {"nargs": "+", "metavar": "CASE"},
     "contacts": {"nargs": "+", "metavar": "NAME"},
     "loads": {"nargs": 2, "metavar": "CASE"},
+    "preload": {"type": ranges_of, "metavar": "CASE=X:X[,CASE=X:X]"},
     "limits": {"type": loads_of, "metavar": "NAME=X[,NAME=X]"},
     "excursion": {"type": loads_of, "metavar": "CASE=X[,CASE=X]"},
     "protocol": {"type": loads_of, "nargs": "+", "metavar": "CASE=X[,CASE=X]"},

@@ -195,7 +195,7 @@ def test_every_question_is_tried_here_and_stands_on_the_pages():
 
 
 def test_every_argument_of_a_function_is_an_option_or_needs_python():
-    """What a shell cannot write: states, slips and flags of all nodes, ranges and functions."""
+    """What a shell cannot write: states, slips and flags of all nodes, and functions."""
     written, left = set(), set()
     for question in questions.QUESTIONS:
         for function in question.functions:
@@ -206,9 +206,23 @@ def test_every_argument_of_a_function_is_an_option_or_needs_python():
             written |= parameters.keys() & values
             left |= parameters.keys() - values
     supplied = {"self", "limit", "system", "cycle", "progress"}
-    python = {"open", "initial_slip", "initial_state", "engine", "preload", "show"}
-    assert left - supplied <= python
+    assert left - supplied == {"open", "initial_slip", "initial_state", "engine", "show"}
     assert {"steps", "load_factor", "load_factors", "events", "overload", "scan"} <= written
+
+
+def test_a_report_has_thresholds_and_ranges_of_preloads(tmp_path, capsys):
+    file = tmp_path / "punch.npz"
+    PUNCH.save(file)
+    scatter = ["--preload", "P=.9:1.1", "--limits", "slip range=1,gross slip=1.2", "--pages", "2"]
+    assert main(["report", str(file), *PULL, *F, *scatter, "--load-factors", ".5"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    sheet = fo.report(
+        PUNCH, SIGMA, 0.5, [0.5], preload={"P": (0.9, 1.1)}, limits={"slip range": 1.0}, pages=2
+    )
+    assert "Scatter: P of 0.9 to 1.1." in said and f"{sheet.verdicts['value'][0]:.4g}" in said
+    for odd in ("P=.9", "P=.9:x", ".9:1.1"):
+        with pytest.raises(SystemExit):
+            main(["report", str(file), *PULL, *F, "--preload", odd])
 
 
 @pytest.mark.parametrize("command", questions.COMMANDS, ids=lambda command: command.name)
