@@ -11,6 +11,7 @@ from .joints.report import Report
 from .joints.wear import WearHistory
 from .joints.worn_in import WornIn
 from .limits import (
+    BestOpenNodes,
     Design,
     GrossSlip,
     GuaranteedLimit,
@@ -30,6 +31,7 @@ from .transients import LoadLoop, Onset, OnsetEvent, SteadyState, Trajectory
 __all__ = [
     "Attempt",
     "BackboneCurve",
+    "BestOpenNodes",
     "DamagedRows",
     "Design",
     "DissipationRange",

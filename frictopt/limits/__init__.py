@@ -19,6 +19,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 - `answered.py`: what all answers share; `sentences.py`: the reasons they give;
   `shakedown_answer.py`: what a limit proves about other states; `no_limit.py`: proofs that there is
   none.
+- `best_open_nodes.py`: the proof that no other open nodes among given ones are better.
 - `patterns.py`, `open_nodes.py`, `lift_off.py`: the search of open nodes, and of nodes that open
   and close in each cycle.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of
@@ -33,6 +34,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 """
 
 from ..base import LimitKind
+from .best_open_nodes import BestOpenNodes, best_open_nodes
 from .design import Design, DesignModel
 from .gross_slip import GrossSlip, gross_slip, gross_slip_of_statics
 from .guaranteed import GuaranteedLimit, guaranteed_limit

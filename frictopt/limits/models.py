@@ -144,23 +144,29 @@ def suffixed(name: str, suffix: str) -> str:
 
 
 def stuck(
-    x: Unknowns, f: cp.Parameter, corners: Iterable[int], loose: Any = None, law: Any = None
+    x: Unknowns,
+    f: cp.Parameter,
+    corners: Iterable[int],
+    excess: Any = None,
+    law: Any = None,
+    least_gap: Any = 0,
 ) -> list[Row]:
     """Rows of a contact law at the corners: abs(q) <= f p, its other terms, and p >= 0.
 
-    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term. `loose`
-    is added to the right sides: it is above 0 at the one node whose rows are switched off.
+    `law` has the terms, see `contact/law.py`; None: Coulomb's law, which has no other term.
+    `excess` is a force by which the rows may be violated: of all nodes, or of the one node whose
+    rows are switched off. The gaps of open nodes are at least `least_gap`.
     """
     rows = list[Row]()
     for k in corners:
         bound = friction_bound(f, x.p[k], law)
         least = 0
-        if loose is not None:
-            bound = bound + loose
-            least = -loose
+        if excess is not None:
+            bound = bound + excess
+            least = -excess
         rows.append((size(x.q[k]) <= bound).set_label(label("stuck", x.q[k])))
         rows.append((x.p[k] >= least).set_label(label("pressed", x.p[k])))
-    rows += [(gap >= 0).set_label(label("apart", gap)) for gap in x.gap.values()]
+    rows += [(gap >= least_gap).set_label(label("apart", gap)) for gap in x.gap.values()]
     for k in corners:
         for term in law.terms[1:] if law else ():
             rows.append(within_term(x.q[k], x.p[k], term, label(term.row, x.q[k])))
@@ -207,6 +213,49 @@ def ordered(load_factor: Any, way: Sequence[cp.Variable]) -> list[Row]:
         (earlier <= later).set_label(f"way[{m}]")
         for m, (earlier, later) in enumerate(pairwise([0, *way, load_factor]))
     ]
+
+
+def loose(
+    x: Unknowns,
+    nodes: Sequence[int],
+    slips: Mapping[int, cp.Variable],
+    lifts: Mapping[int, cp.Variable],
+    least_lift: Any,
+    opens: cp.Parameter,
+    closes: cp.Parameter,
+) -> list[Row]:
+    """Rows of loose nodes, which may be open or closed, beside their rows as closed nodes.
+
+    At corner k a loose node also has a slip of its own, in `slips[k]` (all tangents one after the
+    other), and a gap, `lifts[k]`; both are `more` in `rest`. `opens` is 1 at the loose nodes that
+    carry nothing, and `closes` is 1 at those that do not move.
+    """
+    rows = list[Row]()
+    for k, lift in lifts.items():
+        carried = cp.multiply(opens, x.p[k][nodes])
+        rows.append((lift >= least_lift).set_label(f"lift[{k}]"))
+        rows.append((carried == 0).set_label(f"opens[{k}]"))
+        rows.append((cp.multiply(closes, lift) == 0).set_label(f"closes[{k}]"))
+    for k, slip in slips.items():
+        stays = cp.hstack([closes] * (slip.size // len(nodes)))
+        rows.append((cp.multiply(stays, slip) == 0).set_label(f"stays[{k}]"))
+    return rows
+
+
+def loosened(
+    x: Unknowns, excess: cp.Variable, price: float, most: float, rows: Sequence[Row]
+) -> cp.Problem:
+    """The largest load factor, up to `most`, less the price of an excess in the rows.
+
+    It bounds the load factors without excess from above, whatever the price, and has always a
+    solution.
+    """
+    ends = [
+        not_negative(x.load_factor),
+        (x.load_factor <= most).set_label("most"),
+        (excess >= 0).set_label("excess"),
+    ]
+    return cp.Problem(cp.Maximize(x.load_factor - price * excess), [*rows, *ends])
 
 
 def inside(

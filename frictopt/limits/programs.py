@@ -264,10 +264,7 @@ def listed_rows(
     They are those at the vertices of the hull of the corners; `every`: at all corners. `friction`
     lists other rows in the place of `models.stuck`. `more`: see `models.rest`.
     """
-    if question.simplify and not every:
-        corners = outer_corners(question.cycle)
-    else:
-        corners = list(range(len(question.r1)))
+    corners = list(range(len(question.r1))) if every else listed_corners(question)
     x = replace(x)  # with gaps of its own
     rows = rest(question, x, corners, more)
     if friction is None:
@@ -279,6 +276,13 @@ def listed_rows(
         rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
     f.value = question.friction
     return Program(question, x, f, corners, rows)
+
+
+def listed_corners(question: Question) -> list[int]:
+    """Corners whose rows imply those of the others; all corners without `simplify`."""
+    if question.simplify:
+        return outer_corners(question.cycle)
+    return list(range(len(question.r1)))
 
 
 def outer_corners(cycle: LoadCycle) -> list[int]:

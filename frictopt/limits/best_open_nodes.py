@@ -1,0 +1,540 @@
+"""The proof that no other open nodes among given ones have a higher limit, or the better limit.
+
+The given nodes are *loose*: a loose node has forces as a closed node, and at each corner also a
+slip and a gap of its own. The largest load factor of this program bounds the limits of all sets of
+open nodes that differ in these nodes alone. If the bound is not above the best limit so far, these
+sets are proven all at once. Else one loose node opens in one branch and closes in another, and
+both branches have bounds of their own (theory, "Proof for given nodes").
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..base import (
+    FLOOR,
+    Array,
+    Bar,
+    Booleans,
+    Integers,
+    Kept,
+    frame,
+    places,
+    progress_bar,
+    shown,
+    warns_of_odd_values,
+)
+from ..base.checks import whole_array, whole_number
+from ..contact import contact_law
+from ..errors import ModelError, SolverError
+from .models import constant, loose, loosened, stuck, times, unknowns
+from .programs import listed_corners, listed_rows
+from .question import Question, with_open
+from .shakedown import ShakedownLimit, ShakedownLimits
+
+
+@dataclass(frozen=True)
+class BranchSettings:
+    """Numbers of the branch and bound."""
+
+    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
+    gain: float = 1e-7
+    # A bound counts if it is this close to the value of its program. A worse one, too, is proven,
+    # but its branch would have to be divided further.
+    tolerance: float = 1e-7
+    # Price of an excess of one mean friction bound, in units of the load. Any price gives a valid
+    # bound; with too small a price branches without a solution are divided further.
+    price: float = 1e3
+    # Load factor up to which branches have bounds, relative to the limit or to the unit of the
+    # load. While many nodes are loose, the load factor may grow without end.
+    most: float = 100.0
+    # A loose node is open if its pressure is below this share of its unit, and closed if its own
+    # motion is. Then the solution is the state of one set.
+    decided: float = 1e-6
+
+
+BRANCHES = BranchSettings()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BestOpenNodes(Kept):
+    """The best limit over all sets of open nodes that differ in given nodes alone.
+
+    Attributes
+    ----------
+    limit
+        The best limit. It is the limit that was asked about if no set has a higher one.
+    asked
+        The limit that was asked about.
+    nodes
+        (n,) the nodes that may open or close; the other nodes stay as they are in `asked`.
+    bound
+        Load factor above which no set has its limit, except those in `separate`. It follows from
+        multipliers that are checked in this run.
+    programs
+        Number of programs that were solved.
+    separate
+        Higher limits, which do not count: their safe load factors begin above `limit.load_factor`,
+        and those between are not safe.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> flat = fo.scenes.PunchOnHalfPlane(elements=8).condense()
+    >>> rounded = flat.with_gap(2.0 * flat.x**4)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    >>> limit = fo.shakedown_limit(rounded, cycle, friction=0.6)
+    >>> best = fo.best_open_nodes(limit, nodes=[0, 1, 2, 6, 7, 8])
+    >>> best.proven, best.limit is limit
+    (True, True)
+    """
+
+    _said = ("load_factor", "bound", "proven", "improved", "programs", "reason")
+    limit: ShakedownLimit
+    asked: ShakedownLimit
+    nodes: Integers
+    bound: float
+    programs: int
+    separate: tuple[ShakedownLimit, ...] = ()
+
+    @property
+    def load_factor(self) -> float:
+        """The load factor of the best limit."""
+        return self.limit.load_factor
+
+    @property
+    def improved(self) -> bool:
+        """Whether a set has a higher limit than the one that was asked about."""
+        return bool((self.limit.open != self.asked.open).any())
+
+    @property
+    def proven(self) -> bool:
+        """Whether no set has a limit above `limit`, except those in `separate`.
+
+        It is proven up to a relative difference of 1e-7, for all sets whose open nodes the closed
+        ones hold. False if the number of programs was not enough, or if no solver's answer to one
+        of them passes the checks.
+        """
+        return self.bound <= _just_above(self.limit)
+
+    @property
+    def reason(self) -> str:
+        """The answer in words."""
+        if self.improved:
+            opened = self._numbers(self.limit.open & ~self.asked.open)
+            closed = self._numbers(self.asked.open & ~self.limit.open)
+            changes = " and ".join(
+                f"node{'s' * (',' in numbers)} {numbers} {state}"
+                for numbers, state in ((opened, "open"), (closed, "closed"))
+                if numbers
+            )
+            answer = (
+                f"with {changes} the limit is {self.load_factor:.6g}, not "
+                f"{self.asked.load_factor:.6g}; no other set of open nodes"
+            )
+        else:
+            answer = "no set of open nodes"
+        answer += f" that differs in these {len(self.nodes)} nodes alone has a limit above "
+        if self.proven:
+            answer += "it" if self.improved else f"{self.load_factor:.6g}"
+        else:
+            answer += f"{self.bound:.6g}; give more programs, or fewer nodes, to prove less"
+        if self.separate:
+            least = min(limit.least for limit in self.separate)
+            answer += f", except where safe load factors begin at {least:.6g} or above"
+        return answer
+
+    def to_frame(self) -> Any:
+        """A row for each of `nodes`: node, its place, `open` in the best limit, `was_open`."""
+        columns: dict[str, object] = {"node": self.nodes}
+        for name, values in places(self.limit.system).items():
+            columns[name] = values[self.nodes]
+        columns["open"] = self.limit.open[self.nodes]
+        columns["was_open"] = self.asked.open[self.nodes]
+        return frame(columns, units=self.limit.system.units)
+
+    def _numbers(self, chosen: Booleans) -> str:
+        return ", ".join(map(str, np.flatnonzero(chosen).tolist()))
+
+
+@warns_of_odd_values
+def best_open_nodes(
+    limit: ShakedownLimit,
+    nodes: ArrayLike,
+    *,
+    programs: int = 1000,
+    solver: str | None = None,
+    progress: bool = True,
+) -> BestOpenNodes:
+    """The best limit over all sets of open nodes that differ from `limit.open` in some nodes alone.
+
+    `shakedown_limit` searches the open nodes, and its bound holds for those of the answer. This
+    question proves that no other set is better, by branch and bound, or finds the better one. It is
+    exact for the given nodes. Theory, "Proof for given nodes".
+
+    Parameters
+    ----------
+    limit
+        A finite limit, from `shakedown_limit` or `ShakedownModel` without constraints.
+    nodes
+        (n,) numbers of the nodes that may open or close. Their 2^n sets are compared without being
+        listed. Good choices are nodes that touch, nodes at the border of the open ones, and nodes
+        of `limit.mechanism`.
+    programs
+        Largest number of programs. In the plane 4 to 40 are usual for nodes that govern, and some
+        hundred for 20 nodes; in space three times as many. If it is not enough, `bound` is what is
+        proven by then. Ctrl-C raises KeyboardInterrupt with an attribute `best`, this answer.
+    solver, progress
+        See `shakedown_limit`.
+
+    Raises
+    ------
+    ModelError, SolverError
+        Bad input; a limit that is not finite, with events, with a slip bound, or with constraints
+        or an objective of your own.
+
+    Examples
+    --------
+    Of all sets of open nodes of this contact, the search has found the best one.
+
+    >>> import frictopt as fo
+    >>> loads = {"P": ([0, 0, 0], [1.0, -0.2, 1.0]), "Q": ([1, 0.2, 0.5], [0, 0, 0])}
+    >>> A, B, C = 2 * np.eye(3), np.zeros((3, 3)), 2 * np.eye(3)
+    >>> system = fo.ContactSystem.from_blocks(A, B, C, [0, 1, 2], loads)
+    >>> cycle = fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> limit = fo.shakedown_limit(system, cycle, friction=0.5)
+    >>> best = fo.best_open_nodes(limit, range(3))
+    >>> best.reason
+    'no set of open nodes that differs in these 3 nodes alone has a limit above 0.5'
+    """
+    _check(limit)
+    chosen = _checked_nodes(nodes, limit)
+    most = whole_number("programs", programs, least=1)
+    with progress_bar(progress, "best open nodes", "program") as bar:
+        return _BranchAndBound(limit, chosen, solver, bar).run(most)
+
+
+def _check(limit: object) -> None:
+    """ModelError if this is no limit whose open nodes can be compared."""
+    if not isinstance(limit, ShakedownLimit):
+        raise ModelError(
+            f"limit: {shown(limit)}; give the answer of shakedown_limit or of ShakedownModel.solve"
+        )
+    reasons = {
+        f"it is {limit.load_factor:g}, so there is nothing to compare; give a finite limit": (
+            not np.isfinite(limit.load_factor)
+        ),
+        "its nodes open and close in each cycle; ask shakedown_limit without events": bool(
+            limit._question.events
+        ),
+        "it has constraints or an objective of your own, which the proof does not know; "
+        "ask without them": bool(limit.constraints) or limit.objective is not None,
+        "its slip is bounded, which does not hold for open nodes; ask without slip_bound": (
+            limit._question.slip_bound is not None
+        ),
+    }
+    for reason, holds in reasons.items():
+        if holds:
+            raise ModelError(f"limit: {reason}")
+
+
+def _checked_nodes(nodes: object, limit: ShakedownLimit) -> Integers:
+    last = limit.system.nodes - 1
+    values = list(nodes) if isinstance(nodes, range) else nodes
+    numbers = np.unique(whole_array("nodes", values, (None,), least=0, most=last))
+    if not len(numbers):
+        raise ModelError("nodes: none; give the numbers of the nodes that may open or close")
+    return numbers
+
+
+@dataclass(frozen=True, eq=False)
+class _Branch:
+    """All sets in which some loose nodes are open, some closed, and the others open or closed.
+
+    `bound` is a proven upper bound of their limits.
+    """
+
+    opens: Booleans  # (n,)
+    closes: Booleans  # (n,)
+    bound: float = np.inf
+
+    @property
+    def undecided(self) -> Booleans:
+        """(n,) loose nodes that are open in some sets and closed in other ones."""
+        return ~(self.opens | self.closes)
+
+    def divided(self, index: int, open_first: bool) -> list[_Branch]:
+        """The branch in which a node is open and the one in which it is closed.
+
+        The branch that is to be solved first comes last.
+        """
+        here = np.arange(len(self.opens)) == index
+        opened = replace(self, opens=self.opens | here)
+        closed = replace(self, closes=self.closes | here)
+        return [closed, opened] if open_first else [opened, closed]
+
+
+@dataclass(frozen=True, eq=False)
+class _Relaxed:
+    """The bound of a branch, and the motions and pressures of loose nodes in its solution."""
+
+    bound: float
+    residual: float
+    # (n,) largest own motions and largest pressures over the corners, in their units; None without
+    # a solution that passes the checks.
+    motion: Array | None = None
+    pressure: Array | None = None
+    # By how much the solution violates the rows, in mean friction bounds.
+    excess: float = np.inf
+
+
+class _LooseNodes:
+    """The program with loose nodes, compiled once for all branches."""
+
+    def __init__(
+        self, question: Question, nodes: Integers, limit: float, solver: str | None
+    ) -> None:
+        system = question.system
+        tangents = system.tangents
+        self._solver = solver
+        self._nodes = nodes
+        self._corners = listed_corners(question)
+        self._opens = cp.Parameter(len(nodes), nonneg=True, name="opens")
+        self._closes = cp.Parameter(len(nodes), nonneg=True, name="closes")
+        self._lifts = {k: cp.Variable(len(nodes), name=f"lift[{k}]") for k in self._corners}
+        # The common slip is that of the first corner.
+        self._slips = {
+            k: cp.Variable(tangents * len(nodes), name=f"own_slip[{k}]") for k in self._corners[1:]
+        }
+
+        x = unknowns(system.slip_shape, range(len(question.r1)))
+        f = cp.Parameter(system.nodes, nonneg=True, name="f")
+        self._excess = cp.Variable(name="excess")
+        force = times(self._excess, constant(question.mean_bound, "mean_bound"))
+        least_gap = -times(self._excess, constant(question.clearance, "clearance"))
+        law = contact_law(system, question.friction)
+        program = listed_rows(
+            question,
+            x,
+            f,
+            friction=lambda x, corners: stuck(x, f, corners, force, law, least_gap),
+            more={k: self._terms(question, k) for k in self._corners},
+        )
+        program.rows += loose(
+            program.x,
+            nodes.tolist(),
+            self._slips,
+            self._lifts,
+            least_gap,
+            self._opens,
+            self._closes,
+        )
+        self._set(_Branch(np.zeros(len(nodes), bool), np.zeros(len(nodes), bool)))
+        slip_unit = question.shear_unit[nodes] / system.own_stiffness[nodes]
+        self._lift_unit = question.node_unit[nodes] / system.own_stiffness[-system.nodes :][nodes]
+        self._slip_unit = np.tile(slip_unit, tangents)
+        units: dict[cp.Variable, Any] = dict.fromkeys(self._lifts.values(), self._lift_unit)
+        units |= dict.fromkeys(self._slips.values(), self._slip_unit)
+        units[self._excess] = 1.0
+        price = BRANCHES.price * question.load_unit
+        self._most = BRANCHES.most * max(limit, question.load_unit)
+        goal = loosened(program.x, self._excess, price, self._most, program.rows)
+        self._program = program.compiled(goal, question.load_unit, units)
+        self._pressure_unit = question.node_unit[nodes]
+
+    def _terms(self, question: Question, k: int) -> list[cp.Expression]:
+        """Terms of q, p and the gaps of open nodes at a corner, by own motions of loose nodes."""
+        system = question.system
+        count = system.nodes
+        tangents = system.tangents
+        places_of_slips = np.concatenate([self._nodes + t * count for t in range(tangents)])
+        parts = [(self._lifts[k], self._nodes + tangents * count, "n")]
+        if k in self._slips:
+            parts.append((self._slips[k], places_of_slips, "t"))
+        rows_of_gaps = np.flatnonzero(question.open_nodes) + tangents * count
+        terms = list[list[cp.Expression]]()
+        for own, columns, name in parts:
+            S = question.S[:, columns]
+            effects = [(S[:-count], f"A_{name}"), (S[-count:], f"B_{name}")]
+            if question.compliance is not None:
+                W = -(question.compliance[rows_of_gaps] @ system.S[:, columns])
+                effects.append((W, f"W_{name}"))
+            terms.append([constant(matrix, symbol) @ own for matrix, symbol in effects])
+        q, *others = (sum(term[1:], term[0]) for term in zip(*terms, strict=True))
+        if tangents > 1:
+            q = cp.reshape(q, system.slip_shape, order="F")
+        return [q, *others]
+
+    def _set(self, branch: _Branch) -> None:
+        self._opens.value = branch.opens.astype(float)
+        self._closes.value = branch.closes.astype(float)
+
+    def solve(self, branch: _Branch, above: float) -> _Relaxed:
+        """The bound of a branch; inf if no solver's answer passes the checks.
+
+        A solver may stop once it knows that the bound is not `above` a load factor.
+        """
+        self._set(branch)
+        try:
+            answer, _ = self._program.chain.solve(
+                partial(self._judged, above),
+                self._solver,
+                above=above,
+                tolerance=BRANCHES.tolerance,
+            )
+        except SolverError:
+            return _Relaxed(np.inf, np.inf)
+        return answer
+
+    def _judged(self, above: float) -> _Relaxed:
+        proof = self._program.chain.proof
+        motion = np.max([lift.value for lift in self._lifts.values()], axis=0) / self._lift_unit
+        for slip in self._slips.values():
+            sizes = np.abs(slip.value / self._slip_unit).reshape(-1, len(self._nodes))
+            motion = np.maximum(motion, sizes.max(axis=0))
+        pressures = [self._program.x.p[k].value[self._nodes] for k in self._corners]
+        pressure = np.max(pressures, axis=0) / self._pressure_unit
+        bound = proof.bound + proof.defect
+        if bound >= self._most * (1 - BRANCHES.gain):
+            bound = np.inf
+        # A bound that ends the branch need not be close to the value of the program.
+        residual = 0.0 if bound <= above else proof.gap
+        return _Relaxed(bound, residual, motion, pressure, float(self._excess.value))
+
+
+class _BranchAndBound:
+    """The branches that are left, and the best limit so far, which an interrupt keeps."""
+
+    def __init__(
+        self, limit: ShakedownLimit, nodes: Integers, solver: str | None, bar: Bar
+    ) -> None:
+        question = limit._question
+        self._asked = limit
+        self._question = question
+        self._nodes = nodes
+        self._bar = bar
+        self._limits = ShakedownLimits._on(question, solver)
+        others_open = question.open_nodes.copy()
+        others_open[nodes] = False
+        with_loose_closed = with_open(question, others_open)
+        assert with_loose_closed is not None  # fewer nodes are open than in the limit
+        self._relaxed = _LooseNodes(with_loose_closed, nodes, limit.load_factor, solver)
+
+        none = np.zeros(len(nodes), dtype=bool)
+        self._branches = [_Branch(none, none)]
+        self._best = limit
+        # The bound of each set whose limit has been computed, see `_compare`.
+        self._bounds = {limit.open.tobytes(): limit.bound}
+        # Higher limits that are not safe at the best load factor.
+        self._higher = list[ShakedownLimit]()
+        # Largest bound of the branches that are done.
+        self._bound = limit.bound
+        self._programs = 0
+
+    def run(self, most: int) -> BestOpenNodes:
+        """The answer after all branches, or after the largest number of programs."""
+        note = "what is proven by then is in the attribute `best`"
+        self._bar.keep("best", self._answer, note)
+        while self._branches and self._programs < most:
+            self._solve(self._branches.pop())
+        return self._answer()
+
+    def _answer(self) -> BestOpenNodes:
+        return BestOpenNodes(
+            limit=self._best,
+            asked=self._asked,
+            nodes=self._nodes,
+            bound=max(self._bound, *(branch.bound for branch in self._branches), self._best.bound),
+            programs=self._programs,
+            separate=tuple(self._higher),
+        )
+
+    def _solve(self, branch: _Branch) -> None:
+        """Bound a branch; if the bound is above the best limit, divide it."""
+        relaxed = _Relaxed(branch.bound, 0.0)
+        if branch.bound > _just_above(self._best):
+            self._count()
+            relaxed = self._relaxed.solve(branch, _just_above(self._best))
+        branch = replace(branch, bound=min(branch.bound, relaxed.bound))
+        undecided = branch.undecided
+        if not undecided.any():
+            self._finish(branch)
+            return
+        opens = branch.opens
+        index = int(undecided.argmax())
+        if relaxed.motion is not None and relaxed.pressure is not None:
+            opens = np.where(undecided, relaxed.pressure <= relaxed.motion, branch.opens)
+            between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), -np.inf)
+            index = int(between.argmax())
+            if max(between[index], relaxed.excess) <= BRANCHES.decided:
+                self._compare(opens)
+        if branch.bound <= _just_above(self._best):
+            self._bound = max(self._bound, branch.bound)
+        else:
+            self._branches += branch.divided(index, open_first=bool(opens[index]))
+
+    def _finish(self, branch: _Branch) -> None:
+        """Bound the limit of a branch that is one set."""
+        bound = branch.bound
+        if bound > _just_above(self._best):
+            bound = min(bound, self._compare(branch.opens))
+        self._bound = max(self._bound, bound)
+
+    def _compare(self, opens: Booleans) -> float:
+        """Compute the limit of one set, and keep it if it is the best one; returns its bound.
+
+        `opens` (n,) are the loose nodes that are open. The bound is -inf if the set has no limit or
+        a separate one, and inf if no solver's answer passes the checks.
+        """
+        open_nodes = self._question.open_nodes.copy()
+        open_nodes[self._nodes] = opens
+        key = open_nodes.tobytes()
+        if key not in self._bounds:
+            self._bounds[key] = np.inf
+            with suppress(SolverError):
+                self._bounds[key] = self._of_set(open_nodes)
+        return self._bounds[key]
+
+    def _of_set(self, open_nodes: Booleans) -> float:
+        """See `_compare`."""
+        question = None if open_nodes.all() else with_open(self._question, open_nodes)
+        if question is None:
+            return -np.inf
+        self._count()
+        limit = self._limits.of_set(question)
+        if np.isnan(limit.load_factor):
+            return -np.inf
+        if limit.load_factor <= _just_above(self._best):
+            return limit.bound
+        self._higher.append(limit)
+        self._keep_best()
+        return -np.inf if limit in self._higher else limit.bound
+
+    def _keep_best(self) -> None:
+        """Take higher limits as the best one, as long as one is safe at the best load factor."""
+        while True:
+            reach = _just_above(self._best)
+            counts = [limit for limit in self._higher if not limit.least > reach]
+            if not counts:
+                return
+            highest = max(counts, key=lambda limit: limit.load_factor)
+            self._best = replace(highest, least=min(self._best.least, highest.least))
+            above = _just_above(self._best)
+            self._higher = [limit for limit in self._higher if limit.load_factor > above]
+
+    def _count(self) -> None:
+        self._programs += 1
+        self._bar.update()
+
+
+def _just_above(limit: ShakedownLimit) -> float:
+    """The load factor above which a limit is higher than this one."""
+    unit = FLOOR * limit._question.load_unit
+    return limit.load_factor + BRANCHES.gain * max(limit.load_factor, unit)
