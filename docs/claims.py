@@ -119,6 +119,14 @@ CLAIMS = (
         also="`least`",
     ),
     Claim(
+        "sentences.BETTER_SET sentences.NO_SET_ABOVE sentences.MORE_PROGRAMS sentences.SEPARATE",
+        by="`BestOpenNodes`, `best_open_nodes`, validity, faq, theory",
+        holds_if="the other nodes stay as they are, and the closed nodes hold the open ones; sets that are not safe at the best load factor are told apart; nodes that open and close may rest, too",
+        source='multipliers of each branch, checked in each run (theory, "Proof for given nodes")',
+        tests="test_best_open_nodes::test_the_best_set_of_all_or_of_some_nodes_is_found_and_proven test_best_open_nodes::test_limits_above_load_factors_that_are_not_safe_are_separate",
+        also="`proven`, `bound`",
+    ),
+    Claim(
         "sentences.START_UNKNOWN",
         by="`ShakedownLimit`",
         source="said where there is no proof",

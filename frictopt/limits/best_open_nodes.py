@@ -26,6 +26,7 @@ from ..base import (
     Integers,
     Kept,
     frame,
+    number_of,
     places,
     progress_bar,
     shown,
@@ -37,6 +38,7 @@ from ..errors import ModelError, SolverError
 from .models import constant, loose, loosened, stuck, times, unknowns
 from .programs import listed_corners, listed_rows
 from .question import Question, with_open
+from .sentences import BETTER_SET, MORE_PROGRAMS, NO_SET_ABOVE, SEPARATE
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 
@@ -127,29 +129,24 @@ class BestOpenNodes(Kept):
     @property
     def reason(self) -> str:
         """The answer in words."""
+        better = ""
         if self.improved:
-            opened = self._numbers(self.limit.open & ~self.asked.open)
-            closed = self._numbers(self.asked.open & ~self.limit.open)
-            changes = " and ".join(
-                f"node{'s' * (',' in numbers)} {numbers} {state}"
-                for numbers, state in ((opened, "open"), (closed, "closed"))
-                if numbers
+            better = BETTER_SET(
+                changes=self._changes,
+                load_factor=self.load_factor,
+                asked=self.asked.load_factor,
             )
-            answer = (
-                f"with {changes} the limit is {self.load_factor:.6g}, not "
-                f"{self.asked.load_factor:.6g}; no other set of open nodes"
-            )
-        else:
-            answer = "no set of open nodes"
-        answer += f" that differs in these {len(self.nodes)} nodes alone has a limit above "
-        if self.proven:
-            answer += "it" if self.improved else f"{self.load_factor:.6g}"
-        else:
-            answer += f"{self.bound:.6g}; give more programs, or fewer nodes, to prove less"
+        separate = ""
         if self.separate:
-            least = min(limit.least for limit in self.separate)
-            answer += f", except where safe load factors begin at {least:.6g} or above"
-        return answer
+            separate = SEPARATE(least=min(limit.least for limit in self.separate))
+        return NO_SET_ABOVE(
+            better=better,
+            other="other " if self.improved else "",
+            nodes=number_of(len(self.nodes), "node"),
+            bound=self.load_factor if self.proven else self.bound,
+            more="" if self.proven else MORE_PROGRAMS(),
+            separate=separate,
+        )
 
     def to_frame(self) -> Any:
         """A row for each of `nodes`: node, its place, `open` in the best limit, `was_open`."""
@@ -160,8 +157,20 @@ class BestOpenNodes(Kept):
         columns["was_open"] = self.asked.open[self.nodes]
         return frame(columns, units=self.limit.system.units)
 
-    def _numbers(self, chosen: Booleans) -> str:
-        return ", ".join(map(str, np.flatnonzero(chosen).tolist()))
+    @property
+    def _changes(self) -> str:
+        """The nodes that are open or closed in the better set, in words."""
+        states = {
+            "open": self.limit.open & ~self.asked.open,
+            "closed": self.asked.open & ~self.limit.open,
+        }
+        texts = list[str]()
+        for state, chosen in states.items():
+            numbers = ", ".join(map(str, np.flatnonzero(chosen).tolist()))
+            if numbers:
+                noun = "node" if chosen.sum() == 1 else "nodes"
+                texts.append(f"{noun} {numbers} {state}")
+        return " and ".join(texts)
 
 
 @warns_of_odd_values
@@ -212,7 +221,7 @@ def best_open_nodes(
     >>> limit = fo.shakedown_limit(system, cycle, friction=0.5)
     >>> best = fo.best_open_nodes(limit, range(3))
     >>> best.reason
-    'no set of open nodes that differs in these 3 nodes alone has a limit above 0.5'
+    'no set of open nodes that differs in 3 nodes alone has a limit above 0.5'
     """
     _check(limit)
     chosen = _checked_nodes(nodes, limit)

@@ -118,7 +118,7 @@ def test_limits_above_load_factors_that_are_not_safe_are_separate():
     assert best.limit is limit and best.proven
     (separate,) = best.separate
     assert (separate.least, separate.load_factor) == pytest.approx((1.25, 5 / 3))
-    assert best.reason.endswith("except where safe load factors begin at 1.25 or above")
+    assert best.reason.endswith("except with safe load factors that begin at 1.25 or above")
 
 
 def test_with_too_few_programs_the_bound_is_what_is_proven_by_then():
