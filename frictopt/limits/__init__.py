@@ -19,7 +19,8 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 - `answered.py`: what all answers share; `sentences.py`: the reasons they give;
   `shakedown_answer.py`: what a limit proves about other states; `no_limit.py`: proofs that there is
   none.
-- `best_open_nodes.py`: the proof that no other open nodes among given ones are better.
+- `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
+  better, and its program.
 - `patterns.py`, `open_nodes.py`, `lift_off.py`: the search of open nodes, and of nodes that open
   and close in each cycle.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of

@@ -11,16 +11,13 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base import (
     FLOOR,
-    Array,
     Bar,
     Booleans,
     Integers,
@@ -33,36 +30,11 @@ from ..base import (
     warns_of_odd_values,
 )
 from ..base.checks import whole_array, whole_number
-from ..contact import contact_law
 from ..errors import ModelError, SolverError
-from .models import constant, loose, loosened, stuck, times, unknowns
-from .programs import listed_corners, listed_rows
-from .question import Question, with_open
+from .loose_nodes import BRANCHES, Branch, LooseNodes, Relaxed
+from .question import with_open
 from .sentences import BETTER_SET, MORE_PROGRAMS, NO_SET_ABOVE, SEPARATE
 from .shakedown import ShakedownLimit, ShakedownLimits
-
-
-@dataclass(frozen=True)
-class BranchSettings:
-    """Numbers of the branch and bound."""
-
-    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
-    gain: float = 1e-7
-    # A bound counts if it is this close to the value of its program. A worse one, too, is proven,
-    # but its branch would have to be divided further.
-    tolerance: float = 1e-7
-    # Price of an excess of one mean friction bound, in units of the load. Any price gives a valid
-    # bound; with too small a price branches without a solution are divided further.
-    price: float = 1e3
-    # Load factor up to which branches have bounds, relative to the limit or to the unit of the
-    # load. While many nodes are loose, the load factor may grow without end.
-    most: float = 100.0
-    # A loose node is open if its pressure is below this share of its unit, and closed if its own
-    # motion is. Then the solution is the state of one set.
-    decided: float = 1e-6
-
-
-BRANCHES = BranchSettings()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -263,161 +235,6 @@ def _checked_nodes(nodes: object, limit: ShakedownLimit) -> Integers:
     return numbers
 
 
-@dataclass(frozen=True, eq=False)
-class _Branch:
-    """All sets in which some loose nodes are open, some closed, and the others open or closed.
-
-    `bound` is a proven upper bound of their limits.
-    """
-
-    opens: Booleans  # (n,)
-    closes: Booleans  # (n,)
-    bound: float = np.inf
-
-    @property
-    def undecided(self) -> Booleans:
-        """(n,) loose nodes that are open in some sets and closed in other ones."""
-        return ~(self.opens | self.closes)
-
-    def divided(self, index: int, open_first: bool) -> list[_Branch]:
-        """The branch in which a node is open and the one in which it is closed.
-
-        The branch that is to be solved first comes last.
-        """
-        here = np.arange(len(self.opens)) == index
-        opened = replace(self, opens=self.opens | here)
-        closed = replace(self, closes=self.closes | here)
-        return [closed, opened] if open_first else [opened, closed]
-
-
-@dataclass(frozen=True, eq=False)
-class _Relaxed:
-    """The bound of a branch, and the motions and pressures of loose nodes in its solution."""
-
-    bound: float
-    residual: float
-    # (n,) largest own motions and largest pressures over the corners, in their units; None without
-    # a solution that passes the checks.
-    motion: Array | None = None
-    pressure: Array | None = None
-    # By how much the solution violates the rows, in mean friction bounds.
-    excess: float = np.inf
-
-
-class _LooseNodes:
-    """The program with loose nodes, compiled once for all branches."""
-
-    def __init__(
-        self, question: Question, nodes: Integers, limit: float, solver: str | None
-    ) -> None:
-        system = question.system
-        tangents = system.tangents
-        self._solver = solver
-        self._nodes = nodes
-        self._corners = listed_corners(question)
-        self._opens = cp.Parameter(len(nodes), nonneg=True, name="opens")
-        self._closes = cp.Parameter(len(nodes), nonneg=True, name="closes")
-        self._lifts = {k: cp.Variable(len(nodes), name=f"lift[{k}]") for k in self._corners}
-        # The common slip is that of the first corner.
-        self._slips = {
-            k: cp.Variable(tangents * len(nodes), name=f"own_slip[{k}]") for k in self._corners[1:]
-        }
-
-        x = unknowns(system.slip_shape, range(len(question.r1)))
-        f = cp.Parameter(system.nodes, nonneg=True, name="f")
-        self._excess = cp.Variable(name="excess")
-        force = times(self._excess, constant(question.mean_bound, "mean_bound"))
-        least_gap = -times(self._excess, constant(question.clearance, "clearance"))
-        law = contact_law(system, question.friction)
-        program = listed_rows(
-            question,
-            x,
-            f,
-            friction=lambda x, corners: stuck(x, f, corners, force, law, least_gap),
-            more={k: self._terms(question, k) for k in self._corners},
-        )
-        program.rows += loose(
-            program.x,
-            nodes.tolist(),
-            self._slips,
-            self._lifts,
-            least_gap,
-            self._opens,
-            self._closes,
-        )
-        self._set(_Branch(np.zeros(len(nodes), bool), np.zeros(len(nodes), bool)))
-        slip_unit = question.shear_unit[nodes] / system.own_stiffness[nodes]
-        self._lift_unit = question.node_unit[nodes] / system.own_stiffness[-system.nodes :][nodes]
-        self._slip_unit = np.tile(slip_unit, tangents)
-        units: dict[cp.Variable, Any] = dict.fromkeys(self._lifts.values(), self._lift_unit)
-        units |= dict.fromkeys(self._slips.values(), self._slip_unit)
-        units[self._excess] = 1.0
-        price = BRANCHES.price * question.load_unit
-        self._most = BRANCHES.most * max(limit, question.load_unit)
-        goal = loosened(program.x, self._excess, price, self._most, program.rows)
-        self._program = program.compiled(goal, question.load_unit, units)
-        self._pressure_unit = question.node_unit[nodes]
-
-    def _terms(self, question: Question, k: int) -> list[cp.Expression]:
-        """Terms of q, p and the gaps of open nodes at a corner, by own motions of loose nodes."""
-        system = question.system
-        count = system.nodes
-        tangents = system.tangents
-        places_of_slips = np.concatenate([self._nodes + t * count for t in range(tangents)])
-        parts = [(self._lifts[k], self._nodes + tangents * count, "n")]
-        if k in self._slips:
-            parts.append((self._slips[k], places_of_slips, "t"))
-        rows_of_gaps = np.flatnonzero(question.open_nodes) + tangents * count
-        terms = list[list[cp.Expression]]()
-        for own, columns, name in parts:
-            S = question.S[:, columns]
-            effects = [(S[:-count], f"A_{name}"), (S[-count:], f"B_{name}")]
-            if question.compliance is not None:
-                W = -(question.compliance[rows_of_gaps] @ system.S[:, columns])
-                effects.append((W, f"W_{name}"))
-            terms.append([constant(matrix, symbol) @ own for matrix, symbol in effects])
-        q, *others = (sum(term[1:], term[0]) for term in zip(*terms, strict=True))
-        if tangents > 1:
-            q = cp.reshape(q, system.slip_shape, order="F")
-        return [q, *others]
-
-    def _set(self, branch: _Branch) -> None:
-        self._opens.value = branch.opens.astype(float)
-        self._closes.value = branch.closes.astype(float)
-
-    def solve(self, branch: _Branch, above: float) -> _Relaxed:
-        """The bound of a branch; inf if no solver's answer passes the checks.
-
-        A solver may stop once it knows that the bound is not `above` a load factor.
-        """
-        self._set(branch)
-        try:
-            answer, _ = self._program.chain.solve(
-                partial(self._judged, above),
-                self._solver,
-                above=above,
-                tolerance=BRANCHES.tolerance,
-            )
-        except SolverError:
-            return _Relaxed(np.inf, np.inf)
-        return answer
-
-    def _judged(self, above: float) -> _Relaxed:
-        proof = self._program.chain.proof
-        motion = np.max([lift.value for lift in self._lifts.values()], axis=0) / self._lift_unit
-        for slip in self._slips.values():
-            sizes = np.abs(slip.value / self._slip_unit).reshape(-1, len(self._nodes))
-            motion = np.maximum(motion, sizes.max(axis=0))
-        pressures = [self._program.x.p[k].value[self._nodes] for k in self._corners]
-        pressure = np.max(pressures, axis=0) / self._pressure_unit
-        bound = proof.bound + proof.defect
-        if bound >= self._most * (1 - BRANCHES.gain):
-            bound = np.inf
-        # A bound that ends the branch need not be close to the value of the program.
-        residual = 0.0 if bound <= above else proof.gap
-        return _Relaxed(bound, residual, motion, pressure, float(self._excess.value))
-
-
 class _BranchAndBound:
     """The branches that are left, and the best limit so far, which an interrupt keeps."""
 
@@ -434,10 +251,10 @@ class _BranchAndBound:
         others_open[nodes] = False
         with_loose_closed = with_open(question, others_open)
         assert with_loose_closed is not None  # fewer nodes are open than in the limit
-        self._relaxed = _LooseNodes(with_loose_closed, nodes, limit.load_factor, solver)
+        self._relaxed = LooseNodes(with_loose_closed, nodes, limit.load_factor, solver)
 
         none = np.zeros(len(nodes), dtype=bool)
-        self._branches = [_Branch(none, none)]
+        self._branches = [Branch(none, none)]
         self._best = limit
         # The bound of each set whose limit has been computed, see `_compare`.
         self._bounds = {limit.open.tobytes(): limit.bound}
@@ -452,7 +269,8 @@ class _BranchAndBound:
         note = "what is proven by then is in the attribute `best`"
         self._bar.keep("best", self._answer, note)
         while self._branches and self._programs < most:
-            self._solve(self._branches.pop())
+            # An interrupt must find the branch that is being solved.
+            self._branches[-1:] = self._parts(self._branches[-1])
         return self._answer()
 
     def _answer(self) -> BestOpenNodes:
@@ -465,9 +283,9 @@ class _BranchAndBound:
             separate=tuple(self._higher),
         )
 
-    def _solve(self, branch: _Branch) -> None:
-        """Bound a branch; if the bound is above the best limit, divide it."""
-        relaxed = _Relaxed(branch.bound, 0.0)
+    def _parts(self, branch: Branch) -> list[Branch]:
+        """Bound a branch; if the bound is above the best limit, return its two parts."""
+        relaxed = Relaxed(branch.bound, 0.0)
         if branch.bound > _just_above(self._best):
             self._count()
             relaxed = self._relaxed.solve(branch, _just_above(self._best))
@@ -475,7 +293,7 @@ class _BranchAndBound:
         undecided = branch.undecided
         if not undecided.any():
             self._finish(branch)
-            return
+            return []
         opens = branch.opens
         index = int(undecided.argmax())
         if relaxed.motion is not None and relaxed.pressure is not None:
@@ -484,12 +302,12 @@ class _BranchAndBound:
             index = int(between.argmax())
             if max(between[index], relaxed.excess) <= BRANCHES.decided:
                 self._compare(opens)
-        if branch.bound <= _just_above(self._best):
-            self._bound = max(self._bound, branch.bound)
-        else:
-            self._branches += branch.divided(index, open_first=bool(opens[index]))
+        if branch.bound > _just_above(self._best):
+            return branch.divided(index, open_first=bool(opens[index]))
+        self._bound = max(self._bound, branch.bound)
+        return []
 
-    def _finish(self, branch: _Branch) -> None:
+    def _finish(self, branch: Branch) -> None:
         """Bound the limit of a branch that is one set."""
         bound = branch.bound
         if bound > _just_above(self._best):

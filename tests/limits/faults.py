@@ -756,14 +756,14 @@ FAULTS = (
         tests="best_open_nodes",
     ),
     Fault(
-        "limits/best_open_nodes.py",
+        "limits/loose_nodes.py",
         "a loose node opens without gap",
         old='(S[-count:], f"B_{name}")',
         new='(0 * S[-count:], f"B_{name}")',
         tests="best_open_nodes",
     ),
     Fault(
-        "limits/best_open_nodes.py",
+        "limits/loose_nodes.py",
         "the bound at the largest load factor counts",
         old="bound >= self._most * (1 - BRANCHES.gain)",
         new="False",
