@@ -187,7 +187,9 @@ CALLS = {
         r"open nodes: 2 programs, 00:\d\d, at least",
     ),
     "best open nodes": (
-        lambda **o: fo.best_open_nodes(fo.shakedown_limit(PAIR, CYCLE, 0.6), [0, 1], **o),
+        lambda **o: fo.best_open_nodes(
+            fo.shakedown_limit(PAIR, CYCLE, 0.6, progress=False), [0, 1], **o
+        ),
         "best open nodes",
         1,
         "best",
