@@ -118,8 +118,8 @@ FAULTS = (
     Fault(
         "limits/models.py",
         "the rows of the critical node are tighter",
-        old="bound + loose",
-        new="bound - loose",
+        old="bound + excess",
+        new="bound - excess",
         tests="guaranteed guaranteed_space",
     ),
     Fault(
@@ -132,7 +132,7 @@ FAULTS = (
     Fault(
         "limits/models.py",
         "open nodes may overlap",
-        old="gap >= 0",
+        old="gap >= least_gap",
         new="gap >= -1000000.0",
         tests="open_nodes",
     ),
