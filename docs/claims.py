@@ -77,6 +77,27 @@ CLAIMS = (
         also='`bound`; "from both sides"',
     ),
     Claim(
+        "sentences.NO_BOUND",
+        by="`ShakedownLimit`",
+        source="the slip, checked in each run: it obeys the law at all corners and events",
+        tests="test_moving_events::test_a_cylinder_of_two_materials",
+        also="nothing, as it is infinite: even … the contact may rest above the limit; `covers`",
+    ),
+    Claim(
+        "sentences.NO_EVENTS sentences.ASK_FOR_EVENTS",
+        by="`ShakedownLimit`",
+        source="a search, and the lemma of bonded reactions that come back (theory)",
+        tests="test_moving_events::test_a_cylinder_of_two_very_different_materials_slips_under_its_pressure_alone test_moving_events::test_a_reason_says_where_to_ask_for_events",
+    ),
+    Claim(
+        "",
+        also="every history of one load between two ends, and the cycle of these ends, have the same limit with events; `least` is 0 if the mean load lies between them",
+        by="`shakedown_limit`, theory",
+        holds_if="the corners lie on a line of loads",
+        source='theorem (theory, "Nodes that open and close in each cycle")',
+        tests="test_moving_events::test_turning_points_on_a_line_change_nothing",
+    ),
+    Claim(
         "sentences.OTHERS_OPEN sentences.BOUND_COVERS",
         by="`ShakedownLimit`",
         source="multipliers, which say nothing of other patterns",

@@ -21,8 +21,9 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   none.
 - `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
   better, and its program.
-- `patterns.py`, `open_nodes.py`, `lift_off.py`: the search of open nodes, and of nodes that open
-  and close in each cycle.
+- `patterns.py`, `open_nodes.py`: the search of open nodes; `lift_off.py`, `ordered.py`,
+  `load_path.py`: nodes that open and close in each cycle, the program of their order, and where
+  they can; `order_search.py`, `settled_order.py`: the search of their order.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of
   pressures in `normal_path.py`, the shear of the nodes that come and go in `rim.py`, and the limit
   of all states of rest in `moving_limit.py`.

@@ -200,14 +200,13 @@ class Answered(Recorded, Plotted):
 
     @property
     def events(self) -> pd.DataFrame:
-        """The nodes that open and close in each cycle, in order.
+        """The nodes that open and close in each cycle, in the order in which the load meets them.
 
-        If the load goes to and fro, these are the events between the first and the last corner, and
-        on the way back the order is reversed. If normal loads alone open and close nodes, all
-        events of the cycle are listed, and the way counts legs: 2.5 is half way from corner 2 on.
-        Columns: node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way
-        (place between the corners, 0 to 1), loads (at this place, for load factor 1). Empty if no
-        node comes and goes.
+        Columns: node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way,
+        loads (at this place, for load factor 1). The way counts legs: 2.5 is half way from corner 2
+        on. If the load goes to and fro on a line, it is 0 at one end and 1 at the other, and on the
+        way back the order is reversed; but all events of the cycle are listed if normal loads alone
+        open and close nodes. Empty if no node comes and goes.
         """
         columns = {"node": int, "event": str, "way": float, "loads": str}
         table = pd.DataFrame(self._question.events, columns=list(columns)).astype(columns)

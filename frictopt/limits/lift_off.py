@@ -1,26 +1,23 @@
 """Nodes that open and close in each cycle: the limit of a given order of openings and closings.
 
-The load goes to and fro between two corners. At event m the load is at an unknown place between the
-corners. The limit of a given order is a linear program, in space a cone program (theory, "Nodes
-that open and close in each cycle"). Instants are the corners and the events. At each instant, A, B
-and the loads belong to the nodes that are closed before or after it.
+Instants are the corners and the events, in the order in which the load meets them. At event m the
+load is at an unknown place of a leg between two corners. The limit of a given order is a linear
+program, in space a cone program (theory, "Nodes that open and close in each cycle"). At each
+instant, A, B and the loads belong to the nodes that are closed before or after it. A node has one
+slip in each episode between a closing and the next opening.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
-from itertools import accumulate, pairwise
-from types import SimpleNamespace
+from itertools import accumulate
 from typing import Any, ClassVar, NamedTuple
 
-import cvxpy as cp
 import numpy as np
 
-from ..base import Array, Booleans, kept, number_of
+from ..base import Array, Booleans, Integers, kept, number_of
 from ..contact import LoadCycle
-from .answered import Mechanism
-from .models import Row, constant, events, ordered, rest, stuck, times, unknowns
-from .programs import Program
+from .load_path import LoadPath, path_of, places_on
 from .question import Question
 
 Nodes = frozenset[int]
@@ -31,27 +28,79 @@ def among(nodes: Nodes, count: int) -> Booleans:
     return np.isin(np.arange(count), sorted(nodes))
 
 
+class Instant(NamedTuple):
+    """A corner (`event` is None) or an event of a leg, with the open nodes before and after it."""
+
+    leg: int
+    event: int | None
+    before: Nodes
+    after: Nodes
+
+    @property
+    def through(self) -> Nodes:
+        """Nodes that are open before and after the instant."""
+        return self.before & self.after
+
+    @property
+    def switching(self) -> Nodes:
+        """Nodes that open or close at the instant."""
+        return self.before ^ self.after
+
+
 @kept
 class Order(NamedTuple):
     """The nodes that are open at the first corner, and the nodes that switch at each event.
 
-    A node switches if it opens or closes. Events are listed in their order from the first to the
-    last corner.
+    A node switches if it opens or closes. Events are listed in the order in which the load meets
+    them, and `legs` has the leg of each; without legs, all events are on the first one.
     """
 
     start: Nodes
     events: tuple[Nodes, ...] = ()
+    legs: tuple[int, ...] = ()
 
     @property
     def between(self) -> list[Nodes]:
-        """Open nodes of each interval between instants, from the first to the last corner."""
+        """Open nodes of each interval between events, from the first corner on."""
         return list(accumulate(self.events, frozenset.symmetric_difference, initial=self.start))
 
     @property
-    def through(self) -> list[Nodes]:
-        """Nodes that are open before and after each instant."""
+    def on_legs(self) -> tuple[int, ...]:
+        """The leg of each event."""
+        return self.legs or (0,) * len(self.events)
+
+    def instants(self, path: LoadPath) -> list[Instant]:
+        """The corners and events along a path, in their order."""
         sets = self.between
-        return [sets[0], *(before & after for before, after in pairwise(sets)), sets[-1]]
+        instants = list[Instant]()
+        event = 0
+        for leg in range(len(path.legs)):
+            instants.append(Instant(leg, None, sets[event], sets[event]))
+            while event < len(self.events) and self.on_legs[event] == leg:
+                instants.append(Instant(leg, event, sets[event], sets[event + 1]))
+                event += 1
+        if not path.closed:
+            instants.append(Instant(len(path.legs), None, sets[-1], sets[-1]))
+        return instants
+
+
+def episodes(instants: Sequence[Instant], count: int, closed_path: bool) -> Integers:
+    """(M, count) number of the closed episode of each node at each instant, -1 while it is open.
+
+    A node has its first episode, 0, until it opens; the next ones follow its closings. On a closed
+    path, the episode at the end of the cycle is the one of its beginning.
+    """
+    numbers = np.full((len(instants), count), -1)
+    for node in range(count):
+        episode = 0
+        for m, instant in enumerate(instants):
+            if node not in instant.through:
+                numbers[m, node] = episode
+            if node in instant.after and node not in instant.before:
+                episode += 1
+        if closed_path and node not in instants[-1].after:
+            numbers[numbers[:, node] == episode, node] = 0
+    return numbers
 
 
 @kept
@@ -59,92 +108,128 @@ class Order(NamedTuple):
 class LiftOff(Question):
     """A question with nodes that open and close in each cycle.
 
-    `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant, from 0 at
-    the first corner to 1 at the last. `sets` has a question for each instant, with the nodes open
-    that are open before and after it.
+    `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant: k at the
+    k-th stop of the load path, and linear between. `sets` has a question for each instant, with
+    the nodes open that are open before and after it. `shifts` (M, N) or (M, N, 2) are the slips of
+    later episodes less the slip of the first one, at each instant.
     """
 
     order: Order
     way: Array
     sets: tuple[Question, ...]
+    shifts: Array
 
-    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (*Question.KEPT_FIELDS, "order", "way", "sets")
+    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (
+        *Question.KEPT_FIELDS,
+        "order",
+        "way",
+        "sets",
+        "shifts",
+    )
 
     @classmethod
     def from_kept(cls, fields_in_file: Mapping[str, Any]) -> "LiftOff":
         """See `Question.from_kept`."""
         of_question = {name: fields_in_file[name] for name in Question.KEPT_FIELDS}
         own_fields = {name: fields_in_file[name] for name in ("order", "way", "sets")}
-        return cls(**fields_of(Question.from_kept(of_question)), **own_fields)
+        question = Question.from_kept(of_question)
+        no_shifts = np.zeros((len(own_fields["way"]), *question.system.slip_shape))
+        shifts = fields_in_file.get("shifts", no_shifts)
+        return cls(**fields_of(question), **own_fields, shifts=shifts)
+
+    @cached_property
+    def path(self) -> LoadPath:
+        """The path of the load."""
+        path = path_of(self.cycle)
+        assert path is not None  # a static load has no events
+        return path
+
+    @cached_property
+    def at(self) -> list[Instant]:
+        """The instants."""
+        return self.order.instants(self.path)
+
+    @cached_property
+    def weights(self) -> Array:
+        """(M, K) shares of the corners in the load of each instant."""
+        weights = np.zeros((len(self.way), len(self.r1)))
+        for m, (instant, place) in enumerate(zip(self.at, self.way.tolist(), strict=True)):
+            leg = min(instant.leg, len(self.path.legs) - 1)
+            first, last = self.path.legs[leg]
+            weights[m, first] += 1 - (place - leg)
+            weights[m, last] += place - leg
+        return weights
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners and events; see `Question.instants`."""
-        at_corners = {}
-        for question in dict.fromkeys(self.sets):
-            at_corners[question] = question.states(load_factor, slip)
+        at_corners = dict[tuple[int, bytes], tuple[Array, Array]]()
         motions = list[Array]()
         reactions = list[Array]()
-        for question, place in zip(self.sets, self.way, strict=True):
-            u, r = at_corners[question]
-            motions.append((1 - place) * u[0] + place * u[-1])
-            reactions.append((1 - place) * r[0] + place * r[-1])
+        for question, shift, weights in zip(self.sets, self.shifts, self.weights, strict=True):
+            key = id(question), shift.tobytes()
+            if key not in at_corners:
+                at_corners[key] = question.states(load_factor, slip + shift)
+            u, r = at_corners[key]
+            motions.append(np.tensordot(weights, u, 1))
+            reactions.append(np.tensordot(weights, r, 1))
         return np.array(motions), np.array(reactions)
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
-        """Motions and reactions at the corners."""
-        u_first, r_first = self.sets[0].states(load_factor, slip)
-        u_last, r_last = self.sets[-1].states(load_factor, slip)
-        return np.stack([u_first[0], u_last[-1]]), np.stack([r_first[0], r_last[-1]])
+        """Motions and reactions at the corners. Between two instants all is linear."""
+        places = places_on(self, self.path)
+        later = np.searchsorted(self.way, places).clip(1, len(self.way) - 1)
+        length = self.way[later] - self.way[later - 1]
+        share = (places - self.way[later - 1]) / np.where(length > 0, length, 1.0)
+        share = share[:, None, None]
+        u, r = self.instants(load_factor, slip)
+        return (
+            (1 - share) * u[later - 1] + share * u[later],
+            (1 - share) * r[later - 1] + share * r[later],
+        )
 
     def at_instants(self, load_factor: float) -> Array:
         """See `Question.at_instants`."""
-        first, last = super().at_instants(load_factor)
-        way = self.way[:, None]
-        return np.asarray((1 - way) * first + way * last)
+        at_corners = super().at_instants(load_factor)
+        return np.asarray(self.weights @ np.broadcast_to(at_corners, self.bonded[1].shape))
 
     def by_corner(self, moves: Array) -> Array:
         """Motions at the corners. The motion at an event is divided according to its place."""
-        return np.tensordot([1 - self.way, self.way], moves, 1)
+        return np.tensordot(self.weights.T, moves, 1)
 
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
         """See `Question.statuses`."""
         opened = np.array([question.open_nodes for question in self.sets])
-        switching = [Nodes(), *self.order.events, Nodes()]
-        touching = np.array([among(nodes, len(self.open_nodes)) for nodes in switching])
+        nodes = len(self.open_nodes)
+        touching = np.array([among(instant.switching, nodes) for instant in self.at])
         return ~(opened | touching), opened
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Loads of the cycle at the corners and events, at load factor 1."""
-        first, last = self.cycle.corners
-        blends = []
-        for place in self.way.tolist():
-            blends.append(
-                {
-                    case: (1 - place) * first.get(case, 0.0) + place * last.get(case, 0.0)
-                    for case in dict.fromkeys([*first, *last])
-                }
-            )
-        return LoadCycle(self.cycle.mean, blends).corner_names
+        fixed = None
+        if self.cycle.fixed is not None:
+            fixed = _blends(self.cycle.fixed, self.weights)
+        return LoadCycle(
+            self.cycle.mean, _blends(self.cycle.corners, self.weights), fixed
+        ).corner_names
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
         """See `Question.events`."""
         rows = []
-        places = self.way[1:-1].tolist()
-        before = self.order.between
-        for m, nodes in enumerate(self.order.events):
-            for node in sorted(nodes):
-                event = "closes" if node in before[m] else "opens"
-                rows.append((node, event, places[m], self.names[m + 1]))
+        for m, instant in enumerate(self.at):
+            for node in sorted(instant.switching):
+                event = "closes" if node in instant.before else "opens"
+                rows.append((node, event, float(self.way[m]), self.names[m]))
         return rows
 
     @property
     def open_share(self) -> Array:
         """See `Question.open_share`."""
-        opened = [among(nodes, len(self.open_nodes)) for nodes in self.order.between]
-        return np.asarray(np.diff(self.way) @ opened)
+        legs = len(self.path.legs)
+        opened = [among(instant.after, len(self.open_nodes)) for instant in self.at]
+        return np.asarray(np.diff(self.way, append=float(legs)) @ opened / legs)
 
     @property
     def pattern(self) -> str:
@@ -154,6 +239,20 @@ class LiftOff(Question):
         moving = number_of(count, "node that opens and closes", "nodes that open and close")
         return f" with {moving} in this order{opened} and the others closed"
 
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """The places of the events on their legs, 0 to 1."""
+        events = [m for m, instant in enumerate(self.at) if instant.event is not None]
+        return tuple(float(self.way[m] - self.at[m].leg) for m in events)
+
+    @cached_property
+    def both_vary(self) -> bool:
+        """Whether fixed and scaled loads both vary on a leg that has an event.
+
+        Then the place of the event times the load factor is no linear unknown.
+        """
+        return any(all(varying(self, leg)) for leg in self.order.on_legs)
+
     def violation(self, load_factor: float, slip: Array) -> float:
         """Distance of a slip from being safe, see `Question.violation`.
 
@@ -162,16 +261,38 @@ class LiftOff(Question):
         """
         _, r = self.instants(load_factor, slip)
         touching = [
-            np.abs(r[m][:, sorted(nodes)]).max() / self.force
-            for m, nodes in enumerate(self.order.events, start=1)
+            np.abs(r[m][:, sorted(instant.switching)]).max(initial=0.0) / self.force
+            for m, instant in enumerate(self.at)
         ]
-        worst = np.max([super().violation(load_factor, slip), *touching, -np.diff(self.way).min()])
+        steps = np.diff(self.way, append=float(len(self.path.legs)))
+        worst = np.max([super().violation(load_factor, slip), *touching, -steps.min()])
         return float(np.nan_to_num(worst, nan=np.inf))
+
+
+def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict[str, float]]:
+    """Loads at the instants, from those at the corners."""
+    blends = []
+    for shares in weights.tolist():
+        blend = dict[str, float]()
+        for share, loads in zip(shares, corners, strict=True):
+            if share:
+                for case, amplitude in loads.items():
+                    blend[case] = blend.get(case, 0.0) + share * amplitude
+        blends.append(blend)
+    return blends
+
+
+def varying(question: LiftOff, leg: int) -> tuple[bool, bool]:
+    """Whether the loads at load factor 0, and the scaled loads, vary along a leg."""
+    first, last = question.path.legs[leg]
+    at_zero, scaled = question.bonded
+    fixed_varies = len(at_zero) > 1 and bool((at_zero[first] != at_zero[last]).any())
+    return fixed_varies, bool((scaled[first] != scaled[last]).any())
 
 
 def fields_of(question: Question) -> dict[str, Any]:
     """Name -> value of the fields of a question."""
-    return {part.name: getattr(question, part.name) for part in fields(question)}
+    return {part.name: getattr(question, part.name) for part in fields(Question)}
 
 
 def with_order(
@@ -180,117 +301,34 @@ def with_order(
     """The question with an order of events, at preliminary places.
 
     `of_set` returns the question with some nodes open at all corners. The result is None if the
-    closed nodes do not hold the open ones.
+    closed nodes do not hold the open ones, or if the order does not return to its beginning.
     """
+    path = path_of(question.cycle)
+    if path is None or (path.closed and order.between[-1] != order.start):
+        return None
+    instants = order.instants(path)
     sets = list[Question]()
-    for nodes in order.through:
-        opened = of_set(nodes)
+    for instant in instants:
+        opened = of_set(instant.through)
         if opened is None:
             return None
         sets.append(opened)
-    always = of_set(frozenset.intersection(*order.through))
+    always = of_set(frozenset.intersection(*order.between))
     if always is None:
         return None
     return LiftOff(
-        **fields_of(always), order=order, way=np.linspace(0.0, 1.0, len(sets)), sets=tuple(sets)
+        **fields_of(always),
+        order=order,
+        way=way_of(order, instants, [0.5] * len(order.events)),
+        sets=tuple(sets),
+        shifts=np.zeros((len(sets), *question.system.slip_shape)),
     )
 
 
-class Ordered(Program):
-    """The program of an order of events at unknown places. `unit` is the unit of its goal.
-
-    `friction` lists the friction rows, as `models.stuck` does. `load_factor`: a parameter if the
-    load factor is given.
-    """
-
-    def __init__(
-        self,
-        lift_off: LiftOff,
-        goal: Callable[[Program], cp.Problem],
-        unit: float,
-        friction: Callable[..., list[Row]] = stuck,
-        load_factor: Any = None,
-    ) -> None:
-        instants = range(len(lift_off.sets))
-        self._lift_off = lift_off
-        self.user_rows = {}
-        self.x = unknowns(lift_off.system.slip_shape, instants, load_factor)
-        self.corners = list(instants)
-        self.f = cp.Parameter(lift_off.system.nodes, nonneg=True, name="f", value=lift_off.friction)
-        self.way = [cp.Variable(name=f"way[{m}]") for m in self.corners[1:-1]]
-        self._parts = list[Program]()
-        for number, question in enumerate(dict.fromkeys(lift_off.sets)):
-            at_instants = [m for m in instants if lift_off.sets[m] is question]
-            self._parts.append(self._part(question, at_instants, number, friction))
-
-        touching = {m: sorted(nodes) for m, nodes in enumerate(lift_off.order.events, start=1)}
-        self.rows = [row for part in self._parts for row in part.rows]
-        self.rows += events(self.x, touching)
-        self.rows += ordered(self.x.load_factor, self.way)
-        units = dict[cp.Variable, Any]()
-        for part in self._parts:
-            units |= part.units
-        units |= dict.fromkeys(self.way, lift_off.load_unit)
-        self.chain = self._parts[0].compiled(goal(self), unit, units, self._parts[1:]).chain
-
-    def _part(
-        self,
-        question: Question,
-        instants: list[int],
-        number: int,
-        friction: Callable[..., list[Row]],
-    ) -> Program:
-        """The rows of the instants with the same open nodes, and so with the same A, B and W.
-
-        The loads of an event are the loads of the first corner plus the unknown share `way` of the
-        change to the last corner.
-        """
-        suffix = f"_{number}" if number else ""
-        last = self.corners[-1]
-        loads_first = question.loads(0)
-        loads_last = question.loads(1)
-        changes = []
-        for part in "qpw":
-            change = loads_last[f"{part}1[1]"] - loads_first[f"{part}1[0]"]
-            changes.append(constant(change, f"d{part}{suffix}"))
-        event_loads = {}
-        for m in instants:
-            if 0 < m < last:
-                event_loads[m] = [times(self.way[m - 1], change) for change in changes]
-        x = replace(
-            unknowns(question.system.slip_shape, (), self.x.load_factor, suffix),
-            slip=self.x.slip,
-            q=self.x.q,
-            p=self.x.p,
-        )
-        contact = SimpleNamespace(
-            A=question.A,
-            B=question.B,
-            W=question.W,
-            loads=lambda m: loads_last if m == last else loads_first,
-        )
-        rows = rest(contact, x, instants, event_loads)
-        return Program(question, x, self.f, instants, rows + friction(x, self.f, instants))
-
-    @property
-    def question(self) -> LiftOff:  # type: ignore[override]  # it follows from the solution
-        """The question, with the events at their places in the solution."""
-        places = [float(place.value) for place in self.way]
-        return self.placed(places, float(self.x.load_factor.value))
-
-    def placed(self, places: list[float], load_factor: float) -> LiftOff:
-        """The question with its events at these places, which are given times the load factor."""
-        shares = [place / load_factor if load_factor > 0 else 0.0 for place in places]
-        return replace(self._lift_off, way=np.array([0.0, *shares, 1.0]))
-
-    @property
-    def slip(self) -> Array:
-        """See `Program.slip`."""
-        return self._lift_off.slip_at_mean_load(np.array(self.x.slip.value))
-
-    @property
-    def motion(self) -> Mechanism:
-        """See `Program.motion`."""
-        opened = np.array([question.open_nodes for question in self._lift_off.sets])
-        moves = np.sum([part.motion.moves for part in self._parts], axis=0)
-        return Mechanism(moves, self._lift_off.friction * ~opened, open=opened)
+def way_of(order: Order, instants: Sequence[Instant], shares: Sequence[float]) -> Array:
+    """(M,) the way at each instant, from the share of its leg at which each event is."""
+    way = []
+    for instant in instants:
+        share = 0.0 if instant.event is None else shares[instant.event]
+        way.append(instant.leg + share)
+    return np.array(way)

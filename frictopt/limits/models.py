@@ -207,12 +207,17 @@ def events(x: Unknowns, touching: Mapping[int, Sequence[int]]) -> list[Row]:
     return rows
 
 
-def ordered(load_factor: Any, way: Sequence[cp.Variable]) -> list[Row]:
-    """Events follow each other on the way from the first corner, 0, to the last, load_factor."""
-    return [
-        (earlier <= later).set_label(f"way[{m}]")
-        for m, (earlier, later) in enumerate(pairwise([0, *way, load_factor]))
-    ]
+def ordered(legs: Iterable[tuple[Sequence[cp.Variable], Any]]) -> list[Row]:
+    """Events follow each other on the way along each leg, from 0 to its end.
+
+    `legs` are those with events: the unknown places of their events, and the place of their end. It
+    is the load factor if the load factor scales what varies along the leg, else 1.
+    """
+    rows = list[Row]()
+    for way, end in legs:
+        for earlier, later in pairwise([0, *way, end]):
+            rows.append((earlier <= later).set_label(f"way[{len(rows)}]"))
+    return rows
 
 
 def loose(

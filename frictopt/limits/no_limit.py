@@ -10,7 +10,7 @@ from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError
 from ..solve.chain import NoAnswer
 from .answered import Mechanism
-from .lift_off import Ordered
+from .ordered import Ordered
 from .programs import Program
 from .question import Question
 from .sentences import CONTRADICTED

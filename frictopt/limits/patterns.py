@@ -1,11 +1,10 @@
-"""Search for the open nodes of a state of rest, and for nodes that open and close in each cycle.
+"""Search for the open nodes of a state of rest.
 
 The search stays near the settled mean load (theory, "Contacts that open"). The largest limit over
 all sets is not useful for design: sets far from the settled state also obey the contact law, but no
 usual start leads to them. The limit of a given set never falls as friction grows, so that the open
 nodes at less friction are good starts. The open nodes at more friction are starts from the other
-side. The previous order of events is a limiting case of a new order. So the load factors between
-the limits of the two are safe, too.
+side.
 
 The search calls a function that returns a limit; it does not depend on the program behind it. Each
 limit passes the usual checks, and its bound holds for its own open nodes only.
@@ -16,16 +15,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..base import RESIDUAL, Array, Bar, Booleans, Integers, flag, progress_bar
-from ..contact import other_laws
-from ..errors import FrictoptError, ModelError, SolverError
+from ..base import RESIDUAL, Array, Bar, Booleans, Integers, progress_bar
+from ..errors import FrictoptError, SolverError
 from ..transients.statics import Statics
-from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
 from .shakedown_answer import ShakedownAnswer
@@ -33,7 +29,7 @@ from .shakedown_answer import ShakedownAnswer
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """Numbers of the two searches."""
+    """Numbers of the search."""
 
     # Shares of the friction with which the mean load may open other nodes.
     frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
@@ -47,14 +43,12 @@ class SearchSettings:
     # most this number of nodes. In a larger closed contact this costs a program for each of them,
     # and in the contacts measured it gains nothing.
     small: int = 16
-    # The same share for a node that may open or close at a corner.
-    governs_event: float = 1e-6
     # Smallest relative gain of a limit that counts; a smaller one may be rounding.
     gain: float = 1e-7
     # Largest number of programs of one search.
     programs: int = 60
-    # Largest number of programs times unknown slips, in a search of the order of events; up to it,
-    # a search of sets climbs from a second start.
+    # Largest number of programs times unknown slips up to which the search climbs from a second
+    # start.
     work: int = 20_000
     # In space, more than `few` governing nodes are flipped in groups of `group` nodes.
     few: int = 16
@@ -128,7 +122,7 @@ class _PatternSearch(Generic[L]):
         self._enough = enough
         self._moves = moves
         self._bar = bar
-        _keep(bar, closed)
+        keep_best(bar, closed)
 
     def climb(self, start: L) -> None:
         """Move to a neighbouring set with a higher limit, as long as there is one."""
@@ -162,7 +156,7 @@ class _PatternSearch(Generic[L]):
             return None
         if not self._compared(limit):
             return None
-        _keep(self._bar, self.best)
+        keep_best(self._bar, self.best)
         return limit
 
     def _solved(self, open_nodes: Booleans, above: float) -> L | None:
@@ -190,7 +184,7 @@ class _PatternSearch(Generic[L]):
         return True
 
 
-def _keep(bar: Bar, limit: ShakedownAnswer) -> None:
+def keep_best(bar: Bar, limit: ShakedownAnswer) -> None:
     """Keep the best limit of a search for an interrupt."""
     best = f"at least {limit.load_factor:.4g} so far"
     if np.isnan(limit.load_factor):
@@ -301,126 +295,3 @@ def _touching(limit: ShakedownAnswer) -> Booleans:
     shut = u[:, -1].min(axis=0) <= TOUCHES * question.clearance
     unpressed = r[:, -1].min(axis=0) <= TOUCHES * question.force
     return np.asarray(np.where(question.open_nodes, shut, unpressed))
-
-
-def best_order(
-    limit_of: Callable[[LiftOff, float], L],
-    best: L,
-    enough: float = np.inf,
-) -> L:
-    """The best limit with nodes that open and close in each cycle, starting from `best`.
-
-    The result is `best` itself if no order is better. `limit_of(question, above)` computes the
-    limit of an order; it may raise an error if this limit is at most `above`. The first limit that
-    reaches `enough` ends the search.
-    """
-    with progress_bar(True, "events", "program") as bar:
-        search = _OrderSearch(limit_of, best, bar)
-        while search.best.load_factor < enough and any(
-            search.gains(order) for order in _pivots(search.best, search.order)
-        ):
-            pass
-    return search.best
-
-
-class _OrderSearch(Generic[L]):
-    """The orders that have been tried, and the best limit so far with its order."""
-
-    def __init__(self, limit_of: Callable[[LiftOff, float], L], start: L, bar: Bar) -> None:
-        self.best = start
-        self.order = Order(_nodes(start.open))
-        self._question = start._question
-        self._limit_of = limit_of
-        self._tried = set[Order]()
-        self._programs = min(SEARCH.programs, SEARCH.work // start.slip.size)
-        self._with_open = cache(self._of_set)
-        self._bar = bar
-        _keep(bar, start)
-
-    def _of_set(self, nodes: Nodes) -> Question | None:
-        return with_open(self._question, among(nodes, self._question.system.nodes))
-
-    def gains(self, order: Order) -> bool:
-        """Whether a new order has a higher limit. If so, it becomes the best one."""
-        if order in self._tried or len(self._tried) >= self._programs:
-            return False
-        self._tried.add(order)
-        self._bar.update()
-        above = self.best.load_factor * (1 + SEARCH.gain)
-        # An order whose answer fails the checks does not count.
-        with suppress(FrictoptError):
-            question = with_order(self._question, order, self._with_open)
-            if question is None:
-                return False
-            limit = self._limit_of(question, above)
-            if limit.load_factor > above:
-                self.best = replace(limit, least=self.best.least)
-                self.order = order
-                _keep(self._bar, self.best)
-                return True
-        return False
-
-
-def check_events(events: object, question: Question, restricted: bool) -> None:
-    """ModelError if the search for nodes that open and close in each cycle cannot be used.
-
-    `restricted`: whether the user gives open nodes, constraints or an objective.
-    """
-    if not flag("events", events):
-        return
-    reasons = {
-        "the load cycle does not go to and fro between two corners": (
-            len(question.cycle.corners) != 2
-        ),
-        "its corners differ at load factor 0 (fixed)": question.fixed,
-        "the slip is bounded": question.slip_bound is not None,
-        **{f"the surface has {law}": True for law in other_laws(question.system)},
-        "they cannot be combined with open, constraints or an objective": restricted,
-    }
-    for reason, holds in reasons.items():
-        if holds:
-            raise ModelError(f"events: {reason}; pass events=False")
-
-
-def _nodes(chosen: Booleans) -> Nodes:
-    return frozenset(np.flatnonzero(chosen).tolist())
-
-
-def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
-    """Neighbouring orders: nodes that govern at a corner open or close there."""
-    start, events = order
-    open_first = order.between[0]
-    open_last = order.between[-1]
-    opening, closing = _at_ends(limit)
-    opens_first = opening[0] - open_first
-    opens_last = opening[1] - open_last
-    for last in _together_and_alone(opens_last):
-        for first in dict.fromkeys([opens_first, Nodes()]):
-            before = (first,) if first else ()
-            yield Order(start | first, (*before, *events, last))
-    for first in _together_and_alone(opens_first):
-        yield Order(start | first, (first, *events))
-    for node in sorted(closing[1] & open_last):
-        yield Order(start, (*events, Nodes({node})))
-    for node in sorted(closing[0] & open_first):
-        yield Order(start - {node}, (Nodes({node}), *events))
-
-
-def _at_ends(limit: ShakedownAnswer) -> tuple[list[Nodes], list[Nodes]]:
-    """Governing nodes without pressure, and governing nodes without gap, at both corners."""
-    question = limit._question
-    u, r = question.states(limit.load_factor, limit.slip)
-    motion: Array = limit._motion.parts(question.system).sum(axis=0)[[0, -1]]  # (2, N)
-    governs = motion > SEARCH.governs_event * motion.max()
-    unpressed = r[:, -1] <= TOUCHES * question.force
-    touching = u[:, -1] <= TOUCHES * question.clearance
-    opening = [_nodes(unpressed[k] & governs[k]) for k in (0, -1)]
-    closing = [_nodes(touching[k] & governs[k]) for k in (0, -1)]
-    return opening, closing
-
-
-def _together_and_alone(nodes: Nodes) -> list[Nodes]:
-    """All of the nodes at once, then each alone; an empty list if there are no nodes."""
-    if len(nodes) < 2:
-        return [nodes] if nodes else []
-    return [nodes, *(Nodes({node}) for node in sorted(nodes))]

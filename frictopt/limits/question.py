@@ -211,10 +211,7 @@ class Question:
 
     @property
     def events(self) -> list[tuple[int, str, float, str]]:
-        """A tuple for each event: node, "opens" or "closes", place (0 to 1) and its loads.
-
-        The place is the position between the two corners.
-        """
+        """A tuple for each event: node, "opens" or "closes", place on the way, and its loads."""
         return []
 
     @property
@@ -228,6 +225,11 @@ class Question:
         if self.open_nodes.any():
             return " with these nodes open and the others closed"
         return " with all nodes closed"
+
+    @property
+    def both_vary(self) -> bool:
+        """Whether fixed and scaled loads both vary where nodes open or close, see `LiftOff`."""
+        return False
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """How far a slip is from being safe, dimensionless; 0 if it is safe.

@@ -26,6 +26,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from .answered import Answered
 from .best_pressed import best_pressed
+from .lift_off import LiftOff, Order
 from .question import Question, with_open
 from .safe_slip import SafeSlip, SafeSlipModel
 
@@ -286,8 +287,8 @@ def _has_static_shear(question: Question, load_factor: float) -> bool:
 def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
     """Root of the margin as a function of friction, and the open nodes there.
 
-    The margin grows with friction while the same nodes are open. Less friction may be enough with
-    other open nodes: if a search just below the root finds such nodes, their root is computed.
+    The margin grows with friction while the pattern of open nodes is the same. Less friction may be
+    enough with another pattern: if a search just below the root finds one, its root is computed.
     """
     while True:
         open_nodes = safe_slips.at(enough).open
@@ -295,9 +296,16 @@ def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Boolea
         just_below = root * (1 - SEARCH.proof)
         if root < SEARCH.smallest or not safe_slips.exists(just_below):
             return root, open_nodes
-        if (safe_slips.at(just_below).open == open_nodes).all():
+        if _pattern(safe_slips.at(just_below)) == _pattern(safe_slips.at(enough)):
             return root, open_nodes
         enough = just_below
+
+
+def _pattern(safe: SafeSlip) -> tuple[bytes, Order | None]:
+    """The open nodes, and the order of those that open and close in each cycle."""
+    question = safe._question
+    order = question.order if isinstance(question, LiftOff) else None
+    return safe.open.tobytes(), order
 
 
 def _root_of_margin(safe_slips: SafeSlips, enough: float, open_nodes: Booleans) -> float:

@@ -19,9 +19,10 @@ from ..solve.solvers import NoOptimum
 from ..transients.mean_load import unscaled_diagnosis
 from . import models
 from .answered import Proven, answered
-from .lift_off import LiftOff, Ordered
+from .lift_off import LiftOff
 from .models import Row
-from .patterns import check_events
+from .order_search import check_events
+from .ordered import Ordered
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
@@ -133,10 +134,10 @@ class SafeSlip(Proven):
         """
         if self.exists or self.constraints:
             return None
-        return self._motion.table(self.system, self.cycle.corner_names)
+        return self._motion.table(self.system, self._question.names)
 
     def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
-        mechanism = self._motion.table(self.system, self.cycle.corner_names)
+        mechanism = self._motion.table(self.system, self._question.names)
         return "safe residual slip", self.margin, mechanism, self.reason
 
 
@@ -255,6 +256,10 @@ class SafeSlipModel(SafeModel):
         ordered = limit._question
         if isinstance(ordered, LiftOff) and limit.least <= load_factor <= limit.load_factor:
             return self._of_order(ordered, load_factor)
+        if isinstance(ordered, LiftOff) and np.isnan(limit.least):
+            # The least load factor is not known: the order may have no slip at this one.
+            with suppress(SolverError):
+                return self._of_order(ordered, load_factor)
         return safe
 
     def _checked_load_factor(self, question: Question, load_factor: float) -> float:

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base import ROUNDING, Integers, LimitKind, number_of
+from ..contact import other_laws
 from ..contact.diagnosis import in_contact
 from ..transients.mean_load import unscaled_diagnosis
 from .critical_search import NodeClaim
+from .load_path import may_open_and_close, path_of
 from .moving_areas import MovingAreas
 from .programs import is_held
 from .shakedown_answer import ShakedownAnswer
@@ -49,6 +51,19 @@ NO_PRESSURE = Sentence(
 INFINITE = Sentence(
     "the shakedown limit is infinite: every load factor{start} has a safe {slip}{cause}{below}",
     assumes="the load factor grows without end along safe slips",
+)
+NO_EVENTS = Sentence(
+    "; no transient at a small load factor shows a rest with nodes that open and close",
+    assumes="the search of events begins with such transients, and nothing is safe without events",
+)
+ASK_FOR_EVENTS = Sentence(
+    "; a rest with nodes that open and close may exist: ask with events=True",
+    assumes="the load comes back the way it went, so that nodes can open and close in a rest",
+)
+NO_BOUND = Sentence(
+    "the search finds no safe {slip} above it{pattern}; fixed and scaled loads both vary where "
+    "nodes open or close, so that no bound is proven, and lower load factors may have no safe slip",
+    assumes="a product of load factor and place is in the program, which is not convex",
 )
 HIGHEST = Sentence(
     "no {slip} is safe above it{pattern}{others}{below}", assumes="the limit is finite, above 0"
@@ -189,6 +204,11 @@ LIFTING = Sentence(
 )
 
 
+def nothing_with_events(limit: ShakedownAnswer) -> str:
+    """The reason that no load factor is safe, after a search of events."""
+    return _nothing_safe(limit) + NO_EVENTS()
+
+
 def shakedown_reason(limit: ShakedownAnswer) -> str:
     """Why a shakedown limit is what it is."""
     grows = limit.kind is LimitKind.UNBOUNDED
@@ -197,11 +217,13 @@ def shakedown_reason(limit: ShakedownAnswer) -> str:
     if limit._why and not grows:
         reason = limit._why
     elif not limit.load_factor > 0:
-        reason = _nothing_safe(limit)
+        reason = _nothing_safe(limit) + _ask_for_events(limit)
     elif grows:
         cause = f"; {limit._why}" if limit._why else ""
         start, below = _start(limit)
         reason = INFINITE(start=start, slip=_slip(limit), cause=cause, below=below)
+    elif limit._question.both_vary:
+        reason = NO_BOUND(slip=_slip(limit), pattern=limit._question.pattern)
     else:
         pattern = limit._question.pattern
         _, below = _start(limit)
@@ -312,6 +334,15 @@ def _nothing_safe(limit: ShakedownAnswer) -> str:
         pattern=question.pattern,
         cause=(_weak_node(limit) if at_zero else "") or _mean_load(limit),
     )
+
+
+def _ask_for_events(limit: ShakedownAnswer) -> str:
+    """The advice to ask for nodes that open and close, if some can in a state of rest."""
+    question = limit._question
+    unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
+    if unknown or not may_open_and_close(question, path_of(question.cycle)):
+        return ""
+    return ASK_FOR_EVENTS()
 
 
 def _weak_node(limit: ShakedownAnswer) -> str:

@@ -30,13 +30,14 @@ from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
 from .answered import answered
-from .lift_off import LiftOff, Ordered
 from .models import least_load, shakedown
 from .moving_areas import moving_areas
 from .moving_limit import on_all_instants, ordinary_question
-from .no_limit import NoLimit, constraint_names, every_load_is_safe, no_limit
+from .no_limit import NoLimit, constraint_names, no_limit
 from .open_nodes import is_safe_at_mean_load
-from .patterns import best_order, best_pattern, check_events
+from .order_limits import best_with_events
+from .order_search import check_events
+from .patterns import best_pattern
 from .programs import Program
 from .question import Question, pose, with_open
 from .safe_model import SafeModel
@@ -78,9 +79,10 @@ def shakedown_limit(
         (N,) bool, the nodes that stay open; the others stay closed. None: search them. All False:
         the limit with all nodes closed.
     events
-        Whether nodes may also open and close in each cycle of a load that goes to and fro between
-        two corners (`ShakedownLimit.events`). Their order is searched, too, which takes some
-        seconds. Not allowed with fixed parts that differ, a slip bound, or constraints.
+        Whether nodes may also open and close in each cycle (`ShakedownLimit.events`). Their order
+        is searched, too, by pivots and transients, which takes some seconds. Where the load does
+        not come back the way it went, events gain nothing, and none are searched. Not allowed with
+        a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
@@ -201,7 +203,7 @@ class ShakedownLimits(SafeModel):
         def proof() -> NoLimit | None:
             return no_limit(program, _goal(program), chosen)
 
-        limit = self._solved(program, proof, above, chosen)
+        limit = self.solved(program, proof, above, chosen)
         if limit.kind is LimitKind.NO_SAFE_SLIP or chosen:
             return limit
         slip = limit.slip if limit.kind is LimitKind.FINITE else None
@@ -209,7 +211,7 @@ class ShakedownLimits(SafeModel):
             return replace(limit, least=0.0)
         return self._with_least(limit, program)
 
-    def _solved(
+    def solved(
         self,
         program: Program,
         proof_of_none: Callable[[], NoLimit | None],
@@ -226,17 +228,8 @@ class ShakedownLimits(SafeModel):
         return answered(claim, record, program)
 
     def of_any_order(self, best: ShakedownLimit, enough: float = np.inf) -> ShakedownLimit:
-        """The best limit with nodes that open and close in each cycle, see `best_order`.
-
-        `best` is the limit of nodes that stay open or closed. The search ends with the first limit
-        that reaches `enough`.
-        """
-
-        def limit_of(question: LiftOff, above: float) -> ShakedownLimit:
-            program = Ordered(question, _goal, question.load_unit)
-            return self._solved(program, partial(every_load_is_safe, program), above)
-
-        return best_order(limit_of, best, enough)
+        """The best limit with nodes that open and close, see `best_with_events`."""
+        return best_with_events(self, best, enough)
 
     def _with_least(self, limit: ShakedownLimit, program: Program) -> ShakedownLimit:
         """The limit, completed by the least safe load factor from a second program."""
@@ -335,14 +328,16 @@ class ShakedownLimit(ShakedownAnswer):
         contact. Load factors from `least` to `load_factor` are safe; below `least` the contact
         slips or opens in every cycle. The proof is as for the limit, also with a slip bound and
         constraints of your own. Just above `least` the open nodes may differ from `open`. NaN if no
-        load factor is safe, if rounding hides the value (see `reason`), and with an objective.
+        load factor is safe, if rounding hides the value (see `reason`), with an objective, and if
+        `bound` is infinite because of `events`.
     slip
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.
     bound
         Upper bound of the limit for this pattern of open nodes only. It follows from the mechanism;
         with constraints of your own, also from their multipliers. It equals `load_factor` up to
-        `residual`.
+        `residual`. Inf if fixed and scaled loads both vary where nodes open or close in each cycle:
+        the program is not convex then, and proves no bound.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of the violation of
         the contact law by `slip` at the corners and the relative distance of `bound`. The same two
@@ -374,6 +369,18 @@ class ShakedownLimit(ShakedownAnswer):
     0     0       0          1
     1     0       1         -1
     2     1       1         -1
+
+    A cylinder of which shear and pressure grow together sticks up to gross slip, though its edges
+    open in every cycle:
+
+    >>> arrays = fo.reference.half_plane_contact(20, half_length=1.6, E_star=1.0, R=1.0)
+    >>> cylinder = fo.ContactSystem.from_blocks(**arrays)
+    >>> in_phase = fo.LoadCycle({"P": 1.0}, [{"P": 0.5, "Q": 0.1}, {"P": -0.5, "Q": -0.1}])
+    >>> limit = fo.shakedown_limit(cylinder, in_phase, friction=0.4, events=True)
+    >>> round(limit.load_factor, 6), round(0.4 / (0.4 * 0.5 + 0.1), 6)
+    (1.333333, 1.333333)
+    >>> limit.events["event"].value_counts().to_dict()
+    {'opens': 10}
     """
 
     @cached_property

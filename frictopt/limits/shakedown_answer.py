@@ -64,6 +64,11 @@ class ShakedownAnswer(Rated):
         """The states of rest for which `bound` holds, in words."""
         if self._all_states:
             return "all states of rest, whatever opens and closes"
+        if self._question.both_vary:
+            return (
+                f"nothing, as it is infinite: even{self._question.pattern} the contact may rest "
+                "above the limit"
+            )
         if self._question.events:
             return (
                 f"states of rest{self._question.pattern}; with others, or in another order, the "

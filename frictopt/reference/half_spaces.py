@@ -68,15 +68,16 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
 
 
 def half_plane_contact(
-    nodes: int, half_length: float, E_star: float, *, R: float | None = None
+    nodes: int, half_length: float, E_star: float, *, R: float | None = None, beta: float = 0.0
 ) -> dict[str, Any]:
-    """Contact of two half-planes of similar material, as a contact system.
+    """Contact of two half-planes, of similar material or of two, as a contact system.
 
     Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R
     it touches body 2 along the whole interface and nowhere else. Both deform like half-planes;
-    under P alone, their pressure is that of a rigid flat punch. Shear and pressure are uncoupled
-    (`B = 0`, exact for materials whose shear does not change the pressure, two equal ones above
-    all) and have one stiffness, `A = C`.
+    under P alone, their pressure is that of a rigid flat punch. Without `beta` shear and pressure
+    are uncoupled (`B = 0`, exact for materials whose shear does not change the pressure, two equal
+    ones above all) and have one stiffness, `A = C`. With `beta` a shear force on a cell moves the
+    surfaces apart by `beta / E_star` on one side of it, and together on the other.
 
     The bodies are free to translate against each other (and do not rotate). With the influence
     matrix G, see `half_plane_influence`, and an unknown translation c, `u = G r + c`, and the
@@ -96,6 +97,8 @@ def half_plane_contact(
         contact to come.
     R
         Radius of the cylinder, length, positive; None for the flat punch.
+    beta
+        Second constant of Dundurs of the two materials, between -0.5 and 0.5; 0 for similar ones.
 
     Returns
     -------
@@ -106,8 +109,8 @@ def half_plane_contact(
 
     References
     ----------
-    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the cylinder
-    and the flat punch.
+    K. L. Johnson (1985), Contact Mechanics, Cambridge University Press: the line load, the
+    cylinder, the flat punch, and the constants of Dundurs.
 
     Raises
     ------
@@ -124,11 +127,15 @@ def half_plane_contact(
     G = half_plane_influence(nodes, E_star)
     half_length = finite_number("half_length", half_length, above=0.0)
     curvature = 0.0 if R is None else 1 / finite_number("R", R, above=0.0)
+    beta = finite_number("beta", beta, above=-0.5, below=0.5)
+    x: Array = half_length / nodes * np.arange(1.0 - nodes, nodes, 2.0)
+    gap = curvature * x**2 / 2
+    if beta:
+        return {**_of_two_materials(G, beta / E_star), "x": x, "gap": gap}
     inverse = np.linalg.inv(G)
     inverse = (inverse + inverse.T) / 2
     share = inverse.sum(axis=1) / inverse.sum()
     A = inverse - inverse.sum() * np.outer(share, share)
-    x: Array = half_length / nodes * np.arange(1.0 - nodes, nodes, 2.0)
     zero = np.zeros(nodes)
     return dict(
         A=A,
@@ -136,7 +143,32 @@ def half_plane_contact(
         C=A.copy(),
         x=x,
         bonded={"P": (zero, share), "Q": (share, zero)},
-        gap=curvature * x**2 / 2,
+        gap=gap,
+    )
+
+
+def _of_two_materials(G: Array, coupling: float) -> dict[str, Any]:
+    """Stiffness and bonded reactions of `half_plane_contact`, if shear opens and closes gaps.
+
+    `coupling` is the gap beside a unit shear force. It is negative on the other side of the force.
+    """
+    nodes = len(G)
+    side = np.sign(np.subtract.outer(np.arange(nodes), np.arange(nodes)))
+    inverse = np.linalg.inv(np.block([[G, coupling * side.T], [coupling * side, G]]))
+    inverse = (inverse + inverse.T) / 2
+    translations = np.kron(np.eye(2), np.ones((nodes, 1)))
+    forces = inverse @ translations
+    share = forces @ np.linalg.inv(translations.T @ forces)
+    S = inverse - share @ forces.T
+    S = (S + S.T) / 2
+    return dict(
+        A=S[:nodes, :nodes],
+        B=S[nodes:, :nodes],
+        C=S[nodes:, nodes:],
+        bonded={
+            "P": (share[:nodes, 1], share[nodes:, 1]),
+            "Q": (share[:nodes, 0], share[nodes:, 0]),
+        },
     )
 
 

@@ -70,3 +70,74 @@ def every_order(nodes):
         start = frozenset(i for i in range(nodes) if at_first[i])
         for order in permutations(changes):
             yield start, [frozenset({i}) for i in order]
+
+
+def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at=None):
+    """The largest load factor up to `most` of a state of rest with nodes that open and close on any
+    leg of a cycle: a plain linear program in all slips and gaps, by scipy; None if there is none.
+
+    `start` are the nodes open at the first corner, `events` pairs of a leg and the nodes that open
+    or close there. A node keeps its slip from each instant to the next while it is closed. With
+    `at`, the load factor is given: whether a state of rest exists.
+    """
+    n, S, corners = contact.nodes, contact.S, len(cycle.corners)
+    fixed = [np.concatenate(contact.reaction(loads)) for loads in cycle.unscaled]
+    fixed = [load - S[:, n:] @ contact.gap for load in fixed] * (corners if len(fixed) == 1 else 1)
+    scaled = list(np.hstack(cycle.corner_reactions(contact)))
+    instants, opened, count = [], frozenset(start), 0
+    for leg in range(corners):
+        instants.append((leg, None, opened, opened))
+        for nodes in [nodes for of, nodes in events if of == leg]:
+            instants.append((leg, count, opened, opened ^ nodes))
+            opened, count = opened ^ nodes, count + 1
+    assert opened == start
+    size = 1 + count + 2 * n * len(instants)
+    unit = np.eye(size)
+    equal, less = [], []
+
+    def motion(m):
+        return unit[1 + count + 2 * n * m : 1 + count + 2 * n * (m + 1)]
+
+    def varies(leg):
+        following = (leg + 1) % corners
+        return scaled[following] - scaled[leg], fixed[following] - fixed[leg]
+
+    for m, (leg, event, before, after) in enumerate(instants):
+        u, later = motion(m), motion((m + 1) % len(instants))
+        r = S @ u + np.outer(scaled[leg], unit[0])
+        if event is not None:
+            change, of_fixed = varies(leg)
+            if at is not None:
+                change = of_fixed + at * change
+            elif of_fixed.any():
+                assert not change.any()
+                change = of_fixed
+            r += np.outer(change, unit[1 + event])
+        for i in range(n):
+            q, p, w = r[i], r[n + i], u[n + i]
+            if i in before or i in after:
+                equal += [(q, -fixed[leg][i]), (p, -fixed[leg][n + i])]
+            else:
+                held = friction[i] * fixed[leg][n + i]
+                for sign in (1, -1):
+                    less.append((sign * q - friction[i] * p, held - sign * fixed[leg][i]))
+            if i in before and i in after:
+                less.append((-w, 0.0))
+            else:
+                equal.append((w, 0.0))
+            if i not in after:
+                equal.append((later[i] - u[i], 0.0))
+    for leg in range(corners):
+        places = [1 + event for of, event, *_ in instants if of == leg and event is not None]
+        by_part = at is not None or varies(leg)[1].any()
+        for one, other in pairwise([None, *places, "end"]):
+            row = np.zeros(size) if one is None else unit[one].copy()
+            if other != "end":
+                less.append((row - unit[other], 0.0))
+            elif one is not None:
+                less.append((row, 1.0) if by_part else (row - unit[0], 0.0))
+    (left, right), rows = zip(*less, strict=True), list(zip(*equal, strict=True)) or [None, None]
+    exact = {"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9}
+    bounds = [(0, most) if at is None else (at, at)] + [(None, None)] * (size - 1)
+    answer = linprog(-unit[0], left, right, *rows, bounds, options=exact)
+    return float(answer.x[0]) if answer.status == 0 else None

@@ -60,7 +60,9 @@ def test_a_pin_has_the_safe_slip_of_a_plain_program_and_rests_with_it(share, pin
     assert safe.exists and safe.margin == pytest.approx(safe.bound, abs=1e-9)
     if share > 0.5:  # there all nodes stay closed
         assert not fo.safe_slip(pin, PIN, 0.8, load_factor).exists
-        assert safe.margin == pytest.approx(margin_in_order(safe, *safe._question.order), abs=1e-7)
+        assert safe.margin == pytest.approx(
+            margin_in_order(safe, *safe._question.order[:2]), abs=1e-7
+        )
         assert (
             f"open and close in each cycle: {safe.events['node'].nunique()} (events)" in safe.reason
             and (safe.open_share > 0).any()
@@ -78,7 +80,7 @@ def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
         assert below.exists and below.margin < 0.05 and not above.exists
         assert "none" not in below.reason and above.certificate is not None
         order = (
-            below._question.order
+            below._question.order[:2]
             if below._question.events
             else (np.flatnonzero(below.open).tolist(), [])
         )
@@ -175,16 +177,7 @@ def test_a_plane_contact_has_the_same_safe_slip_in_space():
 
 def test_questions_without_events_are_refused(pin):
     model = SafeSlipModel(pin, PIN)
-    three = fo.LoadCycle(PIN.mean, [*PIN.corners, {"Fy": 1e-3}])
     for asked, why in (
-        (
-            lambda: fo.safe_slip(pin, three, 0.8, 1.0, events=True),
-            "not go to and fro between two corners",
-        ),
-        (
-            lambda: fo.required_friction(pin, three, 1.0, events=True),
-            "not go to and fro between two corners",
-        ),
         (
             lambda: fo.required_friction(pin, PIN, 1.0, events=True, slip_bound=1.0),
             "slip is bounded",

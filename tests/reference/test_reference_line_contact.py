@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import quad
 
 from frictopt.contact import ContactSystem
+from frictopt.errors import ModelError
 from frictopt.reference import (
     LineContact,
     contact_modulus,
@@ -150,3 +151,27 @@ def test_influence_in_space_is_far_away_that_of_point_forces():
         node, way = at[float(x), float(y)], np.array(force) / np.hypot(*force)
         found = way @ moved[np.ix_([node, n + node], [middle, n + middle])] @ way
         assert found == pytest.approx(share * unit / np.hypot(x, y), rel=5e-3)
+
+
+@pytest.mark.parametrize("beta", [0.3, -0.15])
+def test_a_bonded_punch_of_two_materials_has_the_oscillating_pressure(beta):
+    """Johnson (1985), section 2.8: pressure and shear turn by eta along the punch."""
+    arrays = half_plane_contact(400, 1.0, 1.0, beta=beta)
+    x, (q, p) = arrays["x"], arrays["bonded"]["P"]
+    inner = np.abs(x) < 0.9
+    eta = np.log((1 + beta) / (1 - beta)) / (2 * np.pi) * np.log((1 + x) / (1 - x))
+    size = 2 / 400 / (np.pi * np.sqrt(1 - beta**2) * np.sqrt(1 - x**2))
+    assert p[inner] == pytest.approx((size * np.cos(eta))[inner], rel=5e-3)
+    sign = np.sign(q[300] * np.sin(eta[300]))
+    assert sign * q[inner] == pytest.approx((size * np.sin(eta))[inner], abs=5e-3 * size.min())
+    assert p.sum() == pytest.approx(1.0) and q.sum() == pytest.approx(0.0, abs=1e-9)
+    S = np.block([[arrays["A"], arrays["B"].T], [arrays["B"], arrays["C"]]])
+    assert np.linalg.eigvalsh(S).min() > -1e-9
+
+
+def test_one_material_is_the_limit_of_two():
+    one, two = half_plane_contact(30, 1.0, 2.0), half_plane_contact(30, 1.0, 2.0, beta=1e-12)
+    for name in "ABC":
+        assert two[name] == pytest.approx(one[name], abs=1e-9)
+    with pytest.raises(ModelError, match="beta"):
+        half_plane_contact(30, 1.0, 2.0, beta=0.5)

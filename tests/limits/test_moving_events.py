@@ -1,0 +1,342 @@
+"""Limits with nodes that open and close on any leg of a cycle, against closed forms, plain linear
+programs of the same order, and transients."""
+
+from functools import cache
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import frictopt as fo
+from frictopt.limits import settled_order
+from helpers.cases import few
+from helpers.orders import largest_round_a_cycle
+from helpers.separation import pulled_system, rests
+from validation.fuzz.embedded import embedded
+from validation.moving_events import FRICTION as F
+from validation.moving_events import IN_PHASE, ROLLS, contact, cylinder, limits_of_two_materials
+from validation.moving_events import PRESS as P
+
+
+def definite(rng, size):
+    """A random stiffness."""
+    factor = rng.normal(size=(size, size))
+    return factor @ factor.T / size + 0.4 * np.eye(size)
+
+
+@cache
+def coupled(seed, kind):
+    return contact(seed, kind).asked
+
+
+@cache
+def with_events(kind, count):
+    """Random contacts whose limit has nodes that open and close, with these limits."""
+    found, seed = [], 0
+    while len(found) < count:
+        case, seed = coupled(seed, kind), seed + 1
+        limit = fo.shakedown_limit(*case, events=True)
+        if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
+            found.append((*case, limit))
+    return found
+
+
+def by_plain_program(limit, at=None):
+    order = limit._question.order
+    legs = order.legs or (0,) * len(order.events)
+    return largest_round_a_cycle(
+        limit.system,
+        limit.cycle,
+        limit.friction,
+        order.start,
+        list(zip(legs, order.events, strict=True)),
+        at=at,
+    )
+
+
+def there_and_back(order):
+    """The events of both legs of a cycle of two corners, from those of the first leg."""
+    events = list(order.events)
+    return [(0, nodes) for nodes in events] + [(1, nodes) for nodes in events[::-1]]
+
+
+@pytest.mark.parametrize(
+    ("cells", "half_length", "shear", "press"), [(20, 1.62, 0.2, 0.4), (26, 1.5, 0.3, 0.45)]
+)
+def test_a_cylinder_sticks_up_to_gross_slip_in_phase(cells, half_length, shear, press):
+    """Shear grows less than friction times pressure: nothing slips until all does."""
+    cycle = fo.LoadCycle.harmonic({"Q": shear * F * P, "P": press * P}, mean={"P": P})
+    limit = fo.shakedown_limit(cylinder(cells, half_length), cycle, F, events=True)
+    assert limit.load_factor == pytest.approx(1 / (shear + press), rel=1e-9)
+    assert limit.least == 0 and len(limit.events) > 4
+
+
+def test_twins_have_the_limit_of_one_of_them():
+    """Two contacts alike, with nothing between them: the multipliers stand at one of the two."""
+    gains = 0
+    for seed in range(few(24)):
+        rng = np.random.default_rng([75, 1, seed])
+        nodes = int(rng.integers(2, 4))
+        S = definite(rng, 2 * nodes)
+        none = np.zeros(nodes)
+        loads = {"P": (none, rng.uniform(0.3, 1.5, nodes))}
+        loads["Q"] = 0.5 * rng.normal(size=nodes), rng.normal(size=nodes)
+        cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}])
+        limits = []
+        for copies in (1, 2):
+            blocks = [
+                np.kron(np.eye(copies), block)
+                for block in (S[:nodes, :nodes], S[nodes:, :nodes], S[nodes:, nodes:])
+            ]
+            bonded = {
+                name: (np.tile(q, copies), np.tile(p, copies)) for name, (q, p) in loads.items()
+            }
+            x = np.arange(float(copies * nodes))
+            system = fo.ContactSystem.from_blocks(*blocks, x, bonded)
+            limits.append(fo.shakedown_limit(system, cycle, 0.4, events=True))
+        one, twins = limits
+        assert twins.load_factor == pytest.approx(one.load_factor, rel=1e-7, nan_ok=True)
+        gains += not one.events.empty
+    assert gains > 2
+
+
+def test_a_node_that_opens_twice_has_two_slips():
+    """Node 0 opens, node 1 opens and its gap presses node 0 shut again, under another shear load.
+    Both rest at any load factor, so node 2 gives the limit: 2 f p / q."""
+    C = np.array([[1.0, 0.85, 0.0], [0.85, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    loads = {"P": ([0, 0, 0], [0.25, 1.1, 1.0]), "D": ([0.12, 0.0, 0.2], [-1.0, -2.8, 0.0])}
+    system = fo.ContactSystem.from_blocks(np.eye(3), np.zeros((3, 3)), C, [0.0, 1.0, 2.0], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{}, {"D": 1.0}])
+    limit = fo.shakedown_limit(system, cycle, 0.4, events=True)
+    assert limit.load_factor == pytest.approx(4.0, rel=1e-9)
+    assert limit.events[["node", "event"]].values.tolist() == [
+        [0, "opens"],
+        [1, "opens"],
+        [0, "closes"],
+    ]
+    # By hand: node 0 opens where its pressure is zero, node 1 with the gap of node 0.
+    places = limit.events["way"].to_numpy() * limit.load_factor
+    assert places == pytest.approx([0.25, 0.8875 / 1.95, 0.685 / 1.38], rel=1e-9)
+    rng = np.random.default_rng(5)
+    for start in [None, *0.3 * rng.normal(size=(2, 3))]:
+        assert rests(system, cycle, 0.4, 3.98, initial_slip=start)
+        assert not rests(system, cycle, 0.4, 4.02, initial_slip=start)
+    rests_above = fo.steady_state(
+        system, cycle, 0.4, (1 - 1e-9) * limit.load_factor, initial_state=limit.state
+    )
+    assert rests_above.dissipation < 1e-9
+
+
+def test_turning_points_on_a_line_change_nothing():
+    """Theorem: the ends of a line stand for any history of one load."""
+    found = 0
+    for seed in range(few(60)):
+        rng = np.random.default_rng([75, 2, seed])
+        system = pulled_system(rng, int(rng.integers(2, 4)))
+        between = rng.uniform(-0.9, 0.7, size=4)
+        turning = [{"cyclic": float(part)} for part in (*between[:2], 0.8, *between[2:], -1.0)]
+        many = fo.LoadCycle({"mean": 1.0}, turning)
+        two = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 0.8}, {"cyclic": -1.0}])
+        limit = fo.shakedown_limit(system, many, 0.5, events=True)
+        known = fo.shakedown_limit(system, two, 0.5, events=True)
+        assert limit.load_factor == pytest.approx(known.load_factor, rel=1e-9, nan_ok=True)
+        assert limit.events["way"].to_numpy() == pytest.approx(known.events["way"].to_numpy())
+        if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
+            assert limit.least == 0 and limit.cycle == many
+            steady = fo.steady_state(
+                system, many, 0.5, (1 - 1e-9) * limit.load_factor, initial_state=limit.state
+            )
+            assert steady.dissipation < 1e-9
+            found += 1
+    assert found > 3
+
+
+def test_a_measured_history_of_one_load_may_have_events():
+    system = pulled_system(np.random.default_rng([75, 2, 3]), 2)
+    history = pd.DataFrame({"mean": 1.0, "cyclic": [0.0, 0.7, 0.1, 0.8, -1.0, 0.3]})
+    cycle = fo.LoadCycle.from_history(history, mean={"mean": 1.0})
+    two = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 0.8}, {"cyclic": -1.0}])
+    limit = fo.shakedown_limit(system, cycle, 0.5, events=True)
+    assert len(cycle.corners) > 2 and limit.load_factor == pytest.approx(
+        fo.shakedown_limit(system, two, 0.5, events=True).load_factor, rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("kind", ["there and back", "static shear"])
+def test_orders_round_a_cycle_against_a_plain_program_and_transients(kind):
+    slips = 0
+    for system, cycle, friction, limit in with_events(kind, few(12)):
+        assert limit.load_factor == pytest.approx(by_plain_program(limit), rel=1e-6)
+        assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+        below = (1 - 1e-6) * limit.load_factor
+        steady = fo.steady_state(system, cycle, friction, below, initial_state=limit.state)
+        assert steady.outcome is fo.Outcome.SHAKEDOWN and steady.dissipation < 1e-8
+        above = 1.02 * limit.load_factor
+        slips += not rests(system, cycle, friction, above, initial_state=limit.state)
+        sets = fo.shakedown_limit(system, cycle, friction)
+        assert not sets.load_factor > limit.load_factor * (1 + 1e-9)
+    # Above a limit other states of rest may exist; most starts do not find them.
+    assert slips > 0.7 * few(12)
+
+
+def test_load_factors_below_a_limit_round_a_cycle_are_safe_from_the_least_one_on():
+    for system, cycle, friction, limit in with_events("static shear", few(9)):
+        for load_factor in np.linspace(limit.least, 0.999 * limit.load_factor, 4):
+            safe = fo.safe_slip(system, cycle, friction, load_factor, events=True)
+            if safe.exists:
+                assert rests(system, cycle, friction, load_factor, initial_state=safe.state)
+        assert (
+            safe.exists
+            and not fo.safe_slip(
+                system, cycle, friction, 1.01 * limit.load_factor, events=True
+            ).exists
+        )
+
+
+def test_required_friction_round_a_cycle():
+    """The search is local: more friction than needed may hide the order that rests with less."""
+    reached = 0
+    for system, cycle, friction, _ in with_events("there and back", few(6)):
+        mean = float(friction.mean())
+        known = fo.shakedown_limit(system, cycle, mean, events=True).load_factor
+        required = fo.required_friction(system, cycle, known, events=True)
+        reached += required.required == pytest.approx(mean, rel=1e-5)
+        enough = fo.safe_slip(system, cycle, required.required, known, events=True)
+        assert enough.exists
+        assert rests(system, cycle, required.required, known, initial_state=enough.state)
+        assert not fo.safe_slip(system, cycle, required.bound, known, events=True).exists
+    assert reached > 0
+
+
+def test_where_the_load_encloses_an_area_no_events_are_searched(monkeypatch):
+    """Lemma: where a node closes, its bonded reactions equal those where it opens."""
+    asked = []
+    monkeypatch.setattr(settled_order, "_settled", lambda *given: asked.append(given))
+    for seed in range(few(6)):
+        case = coupled(seed, "around an area")
+        limit = fo.shakedown_limit(*case, events=True)
+        assert limit.load_factor == pytest.approx(
+            fo.shakedown_limit(*case).load_factor, rel=1e-12, nan_ok=True
+        )
+    assert not asked
+    fo.shakedown_limit(*coupled(0, "there and back"), events=True)
+    assert asked
+
+
+@pytest.mark.parametrize(
+    ("beta", "in_phase", "rolling"),
+    few([(0.05, 0.13030, 0.19692), (0.2, 0.00317, 0.18594), (0.1, 0.08730, 0.19401)]),
+)
+def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
+    """Fixed and scaled loads both vary in phase: the program has products, and proves no bound."""
+    two_bodies = cylinder(20, 1.6, beta)
+    limit = fo.shakedown_limit(two_bodies, IN_PHASE, F, events=True)
+    assert limit.load_factor == pytest.approx(in_phase, abs=5e-6)
+    assert limit.bound == np.inf and np.isnan(limit.least)
+    assert "no bound is proven" in limit.reason and "infinite" in limit.covers
+    order = limit._question.order
+    for share, exists in ((0.999, True), (1.001, False)):
+        rest = largest_round_a_cycle(
+            two_bodies,
+            IN_PHASE,
+            limit.friction,
+            order.start,
+            there_and_back(order),
+            at=share * limit.load_factor,
+        )
+        assert (rest is not None) == exists
+        assert rests(two_bodies, IN_PHASE, F, share * limit.load_factor) == exists
+
+    two_bodies = cylinder(20, 1.8, beta)
+    limit = fo.shakedown_limit(two_bodies, ROLLS, F, events=True)
+    assert limit.load_factor == pytest.approx(rolling, abs=5e-6)
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-9) and limit.least == 0
+    for share, exists in ((0.99, True), (1.01, False)):
+        assert rests(two_bodies, ROLLS, F, share * limit.load_factor) == exists
+
+
+def test_the_table_of_two_materials():
+    table = limits_of_two_materials([0.0, 0.25])
+    assert table["in_phase"].to_numpy() == pytest.approx([F / 2, np.nan], rel=1e-9, nan_ok=True)
+    assert table["rolls"].to_numpy() == pytest.approx([0.19699, 0.17956], abs=5e-6)
+
+
+def test_a_cylinder_of_two_very_different_materials_slips_under_its_pressure_alone():
+    limit = fo.shakedown_limit(cylinder(20, 1.6, 0.3), IN_PHASE, F, events=True)
+    assert np.isnan(limit.load_factor) and "no transient at a small load factor" in limit.reason
+    assert not rests(cylinder(20, 1.6, 0.3), IN_PHASE, F, 0.0)
+
+
+def test_a_reason_says_where_to_ask_for_events():
+    two_bodies = cylinder(20, 1.6, 0.1)
+    for cycle, advised in ((IN_PHASE, True), (ROLLS, True)):
+        limit = fo.shakedown_limit(two_bodies, cycle, F)
+        assert np.isnan(limit.load_factor)
+        assert ("ask with events=True" in limit.reason) == advised
+    angles = np.deg2rad([0, 90, 180, 270])
+    around = fo.LoadCycle(
+        {"P": P},
+        [{"Q": 0.4 * P * np.cos(a)} for a in angles],
+        fixed=[{"P": 0.2 * P * np.sin(a)} for a in angles],
+    )
+    assert "events=True" not in fo.shakedown_limit(two_bodies, around, F).reason
+    bounded = fo.shakedown_limit(two_bodies, IN_PHASE, F, slip_bound=1.0)
+    assert "events=True" not in bounded.reason
+
+
+def test_static_loads_have_no_events():
+    system = pulled_system(np.random.default_rng([75, 3]), 3)
+    static = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}])
+    limit = fo.shakedown_limit(system, static, 0.5, events=True)
+    known = fo.shakedown_limit(system, static, 0.5)
+    assert limit.load_factor == pytest.approx(known.load_factor, rel=1e-12, nan_ok=True)
+
+
+def test_a_limit_with_events_is_read_from_its_file(tmp_path):
+    cases = [with_events("there and back", 1)[0][-1]]
+    cases.append(fo.shakedown_limit(cylinder(20, 1.6, 0.1), IN_PHASE, F, events=True))
+    for number, limit in enumerate(cases):
+        path = tmp_path / f"{number}.npz"
+        limit.save(path)
+        copy = fo.results.load(path)
+        assert copy.events.equals(limit.events) and copy.reason == limit.reason
+        for one, other in zip(copy.reactions, limit.reactions, strict=True):
+            assert one == pytest.approx(other, abs=1e-12)
+
+
+def test_the_corner_that_comes_first_changes_nothing():
+    for system, cycle, friction, limit in with_events("there and back", few(3)):
+        turned = fo.LoadCycle(cycle.mean, [*cycle.corners[1:], cycle.corners[0]])
+        again = fo.shakedown_limit(system, turned, friction, events=True)
+        assert again.load_factor == pytest.approx(limit.load_factor, rel=1e-8)
+        assert np.sort((again.events["way"] + 1) % 4) == pytest.approx(
+            np.sort(limit.events["way"] % 4), abs=1e-6
+        )
+        assert again.open_share == pytest.approx(limit.open_share, abs=1e-6)
+
+
+def test_rates_round_a_cycle_are_differences():
+    step = 1e-6
+    for system, cycle, friction, limit in with_events("there and back", few(3)):
+        lower, upper = (
+            fo.shakedown_limit(system, cycle, friction * (1 + by), events=True).load_factor
+            for by in (-step, step)
+        )
+        rate = float(limit.friction_rate @ friction)
+        assert rate == pytest.approx((upper - lower) / (2 * step), rel=1e-3)
+        lower, upper = (
+            fo.shakedown_limit(
+                system, fo.LoadCycle({"mean": 1.0 + by}, cycle.corners), friction, events=True
+            ).load_factor
+            for by in (-step, step)
+        )
+        table = limit.load_rates.set_index(["load", "part"])["rate"]
+        assert table["mean", "mean"] == pytest.approx((upper - lower) / (2 * step), rel=1e-3)
+
+
+def test_a_plane_contact_has_the_same_limit_round_a_cycle_in_space():
+    system, cycle, friction, limit = with_events("there and back", 1)[0]
+    rng = np.random.default_rng(1)
+    solid = embedded(system, rng)[0]
+    space = fo.shakedown_limit(solid, cycle, friction, events=True)
+    assert space.load_factor == pytest.approx(limit.load_factor, rel=1e-5)

@@ -1,0 +1,156 @@
+"""Random coupled contacts whose nodes open and close in each cycle, judged by transients.
+
+`contact` makes the contact of a seed. `python -m validation.moving_events FIRST COUNT` prints how
+many limits events raise, and how many contacts rest above their limit from some start.
+`limits_of_two_materials` are those of a cylinder against Dundurs' constant beta.
+"""
+
+import sys
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+import frictopt as fo
+
+KINDS = ("around an area", "there and back", "static shear")
+# The corners that the load visits, by kind.
+_VISITED = {"around an area": "0123", "there and back": "0121", "static shear": "012"}
+# Transients are followed at these multiples of a limit, from so many starts each.
+_ABOVE = (1.01, 1.1, 1.3, 1.6, 2.0, 3.0)
+_STARTS = 4
+
+
+@dataclass(frozen=True)
+class Case:
+    """A contact, its cycle and friction."""
+
+    system: fo.ContactSystem
+    cycle: fo.LoadCycle
+    friction: NDArray[Any]
+    kind: str
+
+    @property
+    def asked(self) -> tuple[fo.ContactSystem, fo.LoadCycle, NDArray[Any]]:
+        """The arguments of a question."""
+        return self.system, self.cycle, self.friction
+
+
+def contact(seed: int, kind: str) -> Case:
+    """The contact of a seed: 2 to 4 nodes, 3 or 4 corners.
+
+    "there and back" comes back on the two legs of its way out; the load factor of "static shear"
+    scales a static shear, while normal loads come and go.
+    """
+    rng = np.random.default_rng([75, 4, seed])
+    nodes = int(rng.integers(2, 5))
+    none = np.zeros(nodes)
+    factor = rng.normal(size=(2 * nodes, 2 * nodes))
+    S = factor @ factor.T / (2 * nodes) + 0.4 * np.eye(2 * nodes)
+    loads = {"mean": (0.1 * rng.normal(size=nodes), rng.uniform(0.3, 1.5, nodes))}
+    for k in range(4):
+        shear = none if kind == "static shear" else rng.normal(size=nodes)
+        loads[f"{k}"] = shear, rng.normal(size=nodes)
+    loads["shear"] = rng.normal(size=nodes), none
+
+    corners = [{k: 1.0} for k in _VISITED[kind]]
+    cycle = fo.LoadCycle({"mean": 1.0}, corners)
+    if kind == "static shear":
+        cycle = fo.LoadCycle({"mean": 1.0}, [{"shear": 1.0}] * len(corners), fixed=corners)
+    bonded = {name: np.concatenate(part) for name, part in loads.items()}
+    gap = rng.uniform(0.0, 0.3, nodes) * (rng.random(nodes) < 0.2)
+    points = np.column_stack([np.arange(float(nodes)), none])
+    system = fo.ContactSystem(S, points, bonded, gap=gap)
+    return Case(system, cycle, rng.uniform(0.2, 0.7, nodes), kind)
+
+
+def rests_above(case: Case, load_factor: float, seed: int = 0) -> list[float]:
+    """Multiples of a load factor at which a transient from some start comes to rest."""
+    rng = np.random.default_rng([76, seed])
+    found = list[float]()
+    for multiple in _ABOVE:
+        for number in range(_STARTS):
+            slip = None if number == 0 else 0.5 * rng.normal(size=case.system.nodes)
+            try:
+                steady = fo.steady_state(
+                    *case.asked, multiple * load_factor, initial_slip=slip, progress=False
+                )
+            except fo.FrictoptError:
+                continue
+            if steady.outcome is fo.Outcome.SHAKEDOWN:
+                found.append(multiple)
+                break
+    return found
+
+
+# A cylinder of radius and modulus 1: this force presses it to a half-width of 1.
+PRESS = np.pi / 4
+FRICTION = 0.35
+# Pressure comes and goes in phase with a shear that is scaled.
+IN_PHASE = fo.LoadCycle(
+    {"P": PRESS},
+    [{"Q": -0.4 * PRESS}, {"Q": 0.4 * PRESS}],
+    fixed=[{"P": -0.2 * PRESS}, {"P": 0.2 * PRESS}],
+)
+# The cylinder rolls to and fro while a static shear is scaled.
+ROLLS = fo.LoadCycle({"P": PRESS}, [{"Q": PRESS}] * 2, fixed=[{"roll": -0.35}, {"roll": 0.35}])
+
+
+def cylinder(cells: int, half_length: float, beta: float = 0.0) -> fo.ContactSystem:
+    """A cylinder on a half-plane; "roll" shifts its pressure by a length."""
+    arrays = fo.reference.half_plane_contact(cells, half_length, 1.0, R=1.0, beta=beta)
+    system = fo.ContactSystem.from_blocks(**arrays)
+    rolls = system.B.T @ system.x, system.C @ system.x
+    return system.with_bonded({**system.bonded, "roll": rolls})
+
+
+def limits_of_two_materials(betas: Iterable[float], cells: int = 20) -> pd.DataFrame:
+    """Limits with events of a cylinder; columns beta, in_phase, rolls."""
+    rows = []
+    for beta in betas:
+        row = {"beta": beta}
+        for name, half_length, cycle in (("in_phase", 1.6, IN_PHASE), ("rolls", 1.8, ROLLS)):
+            pressed = cylinder(cells, half_length, beta)
+            limit = fo.shakedown_limit(pressed, cycle, FRICTION, events=True, progress=False)
+            row[name] = limit.load_factor
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def main(first: int, count: int) -> None:
+    """Print the table."""
+    table = Counter[tuple[str, ...]]()
+    gains = list[float]()
+    for seed in range(first, first + count):
+        case = contact(seed, KINDS[seed % len(KINDS)])
+        sets = fo.shakedown_limit(*case.asked, progress=False).load_factor
+        limit = fo.shakedown_limit(*case.asked, events=True, progress=False)
+        assert not sets > limit.load_factor * (1 + 1e-9)
+        if np.isinf(sets):
+            table[case.kind, "infinite without events"] += 1
+            continue
+        gain = "none"
+        if not limit.load_factor <= sets * (1 + 1e-6):
+            gain = "by events" if not limit.events.empty else "by another set"
+        if np.isinf(limit.load_factor):
+            gain += ", infinite"
+        elif gain == "by events" and sets > 0:
+            gains.append(limit.load_factor / sets)
+        above = ""
+        if 0 < limit.load_factor < np.inf and rests_above(case, limit.load_factor, seed):
+            above = "some start rests above"
+        if np.isnan(limit.load_factor):
+            gain = "still nan"
+        known = "nan" if np.isnan(sets) else "finite"
+        table[case.kind, f"{known} without events", gain, above] += 1
+    for row, number in sorted(table.items()):
+        print(number, *row, sep=" | ")
+    print("gains:", np.round(sorted(gains), 3).tolist())
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:3]))
