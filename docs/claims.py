@@ -140,7 +140,7 @@ CLAIMS = (
         also="`least`",
     ),
     Claim(
-        "sentences.BETTER_SET sentences.NO_SET_ABOVE sentences.MORE_PROGRAMS sentences.SEPARATE",
+        "best_open_nodes.BETTER_SET best_open_nodes.NO_SET_ABOVE best_open_nodes.MORE_PROGRAMS best_open_nodes.SEPARATE",
         by="`BestOpenNodes`, `best_open_nodes`, validity, faq, theory",
         holds_if="the other nodes stay as they are, and the closed nodes hold the open ones; sets that are not safe at the best load factor are told apart; nodes that open and close may rest, too",
         source='multipliers of each branch, checked in each run (theory, "Proof for given nodes")',

@@ -57,7 +57,7 @@ class ModalOscillator(Kept):
     natural: float
     damping: float
 
-    _said = ("largest", "natural", "damping")
+    _shown_names = ("largest", "natural", "damping")
 
     @property
     def largest(self) -> float:

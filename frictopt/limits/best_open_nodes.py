@@ -33,8 +33,26 @@ from ..base.checks import whole_array, whole_number
 from ..errors import ModelError, SolverError
 from .loose_nodes import BRANCHES, Branch, LooseNodes, Relaxed
 from .question import with_open
-from .sentences import BETTER_SET, MORE_PROGRAMS, NO_SET_ABOVE, SEPARATE
+from .sentences import Sentence
 from .shakedown import ShakedownLimit, ShakedownLimits
+
+BETTER_SET = Sentence(
+    "with {changes} the limit is {load_factor:.6g}, not {asked:.6g}; ",
+    assumes="the limit of this set passes the checks of every limit",
+)
+NO_SET_ABOVE = Sentence(
+    "{better}no {other}set of open nodes that differs in {nodes} alone has a limit above "
+    "{bound:.6g}{more}{separate}",
+    assumes="the other nodes stay as they are, and the closed nodes hold the open ones",
+)
+MORE_PROGRAMS = Sentence(
+    ": give more programs, or fewer nodes, for a proof that none is better",
+    assumes="the bound is above the best limit",
+)
+SEPARATE = Sentence(
+    ", except with safe load factors that begin at {least:.6g} or above",
+    assumes="these sets are not safe at the best load factor",
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,7 +88,7 @@ class BestOpenNodes(Kept):
     (True, True)
     """
 
-    _said = ("load_factor", "bound", "proven", "improved", "programs", "reason")
+    _shown_names = ("load_factor", "bound", "proven", "improved", "programs", "reason")
     limit: ShakedownLimit
     asked: ShakedownLimit
     nodes: Integers

@@ -143,26 +143,6 @@ OBSERVED = Sentence(
     assumes="nodes open and close in each cycle, and some slide meets no stiffness",
 )
 
-# Given nodes that may open or close
-
-BETTER_SET = Sentence(
-    "with {changes} the limit is {load_factor:.6g}, not {asked:.6g}; ",
-    assumes="the limit of this set passes the checks of every limit",
-)
-NO_SET_ABOVE = Sentence(
-    "{better}no {other}set of open nodes that differs in {nodes} alone has a limit above "
-    "{bound:.6g}{more}{separate}",
-    assumes="the other nodes stay as they are, and the closed nodes hold the open ones",
-)
-MORE_PROGRAMS = Sentence(
-    ": give more programs, or fewer nodes, for a proof that none is better",
-    assumes="the bound is above the best limit",
-)
-SEPARATE = Sentence(
-    ", except with safe load factors that begin at {least:.6g} or above",
-    assumes="these sets are not safe at the best load factor",
-)
-
 # Guaranteed limits
 
 CRITICAL = Sentence(

@@ -5,6 +5,7 @@ import ast
 import inspect
 import re
 import sys
+from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -280,8 +281,12 @@ def test_every_sentence_has_a_claim():
     named = [name for claim in claims.CLAIMS for name in claim.sentences.split()]
     assert len(named) == len(set(named))
     of_limits = {
-        f"sentences.{name}"
-        for name, value in vars(sentences).items()
+        f"{file}.{name}"
+        for file, module in [
+            (file, import_module(f"frictopt.limits.{file}"))
+            for file in ("sentences", "best_open_nodes")
+        ]
+        for name, value in vars(module).items()
         if isinstance(value, sentences.Sentence)
     }
     assert len(of_limits) > 20 and of_limits <= set(named)
