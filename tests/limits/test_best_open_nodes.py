@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.limits import loose_nodes, pose, with_open
 from helpers.cases import few
 from helpers.separation import open_in_space, pulled_system
 from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
@@ -88,6 +89,37 @@ def test_the_best_set_of_all_or_of_some_nodes_is_found_and_proven(case, seed):
         assert np.array_equal(np.delete(best.limit.open, nodes), np.delete(limit.open, nodes))
         higher = [other for other in limits if other.load_factor > best.load_factor * (1 + 1e-6)]
         assert bool(best.separate) == bool(higher)
+
+
+@pytest.mark.parametrize("case", [pulled, lifted, spatial])
+@pytest.mark.parametrize("seed", few(range(6)))
+def test_a_branch_of_one_set_has_the_limit_of_that_set(case, seed):
+    """Else branches are divided down to single sets, and the answer only takes longer."""
+    contact, cycle, friction = case(seed)
+    nodes = np.arange(contact.nodes)
+    closed = pose(contact, cycle, friction)
+    program = loose_nodes.LooseNodes(closed, nodes, 1.0, None)
+    for states in product([False, True], repeat=contact.nodes):
+        opened = np.array(states)
+        question = with_open(closed, opened)
+        if opened.all() or question is None:
+            continue
+        limit = fo.shakedown_limit(contact, cycle, friction, open=opened)
+        if 1e-3 < limit.load_factor < 20.0:
+            relaxed = program.solve(loose_nodes.Branch(opened, ~opened), -np.inf)
+            assert relaxed.bound == pytest.approx(limit.load_factor, rel=1e-5)
+
+
+def test_a_load_factor_without_end_has_no_bound():
+    """With one node open every load factor is safe."""
+    nodes = int(np.random.default_rng([16, 75]).integers(2, 7))
+    case = random_case(9_000_016, nodes=nodes)
+    closed = np.zeros(nodes, dtype=bool)
+    limit = fo.shakedown_limit(case.system, case.cycle, case.friction, open=closed)
+    assert limit.load_factor < 1.0
+    assert fo.best_open_nodes(limit, range(nodes), programs=1).bound == np.inf
+    best = fo.best_open_nodes(limit, range(nodes))
+    assert best.load_factor == np.inf and best.proven
 
 
 def test_two_pressed_nodes_that_have_to_open_together_are_found():
