@@ -58,6 +58,7 @@ EXAMPLES = [
     fo.march(
         PUNCH.condense(), fo.LoadCycle({"P": 1.0}, [{"Q": 0.1}, {"Q": -0.1}]), 0.5, 1.0, cycles=1
     ).loop("Q"),
+    fo.best_open_nodes(fo.shakedown_limit(*ASKED), nodes=[0]),
     fo.backbone_curve(*ASKED, [0.5, 0.8], natural_frequency=1.0),
     fo.backbone_curve(*ASKED, [0.1, 0.2, 0.3], natural_frequency=1.0).response([0.1], damping=0.01),
     fo.report(*ASKED, [0.5]),

@@ -205,12 +205,12 @@ def test_a_rigid_part_whose_reference_follows_hands_its_forces_on(tmp_path):
     (
         RIGID.format("TOP", "") + "*RIGID BODY, NSET=EDGE, REF NODE=1\n",
         [*TOP_LABELS[:15], "22.1"],
-        "2 rigid parts .* nodes 22 that",
+        "rigid parts .*: 2, .* nodes 22 that",
     ),
     (
         RIGID.format("TOP", ""),
         [*TOP_LABELS[:15], "22.1", "23.1"],
-        "1 rigid parts .* nodes 22, 23 that",
+        "rigid parts .*: 1, .* nodes 22, 23 that",
     ),
     (
         RIGID.format("EDGE", ", ROT NODE=21").replace("=20", "=5"),

@@ -205,7 +205,7 @@ def test_the_critical_load_of_a_node_in_a_bare_script(tangents):
         cp.Constant(shear if tangents == 2 else shear[0], name="c"),
         cp.Constant(pressure, name="rho"),
     )
-    rows = script.rest + script.listing.stuck(script.x, script.f, script.corners, loose=loose)
+    rows = script.rest + script.listing.stuck(script.x, script.f, script.corners, loose)
     found = script.solved(script.listing.critical(script.x, node, load, needed, cp.Minimize, rows))
     assert 0 < limit.load_factor < limit.shakedown.load_factor and found == near(
         limit.load_factor, tangents

@@ -160,7 +160,9 @@ def test_of_the_guaranteed_limit_in_space(seed):
     rates_agree(fo.guaranteed_limit, contact, cycle, 0.6, slack=1e-3)
 
 
-@pytest.mark.parametrize("seed", few([1, 2], 1))
+@EXAMPLES
+@given(seed=st.integers())
+@example(seed=1)
 def test_of_the_guaranteed_limit_with_open_nodes(seed):
     contact = random_system(np.random.default_rng(seed), 4, coupling=0.8).with_gap(
         [0.0, 0.0, 3.0, 0.0]

@@ -32,7 +32,7 @@ CASES = [
     (
         reference.uncoupled_limit,
         THREE | {"q1": [1.0, 2.0]},
-        r"q1: shape \(2,\); give one number, or one for each of the 3 nodes",
+        r"q1: shape \(2,\); give one number, or one for each of 3 nodes",
     ),
     (reference.uncoupled_limit, THREE | {"p0": []}, r"p0: shape \(0,\)"),
     (reference.uncoupled_limit, THREE | {"f": -0.1}, "f: -0.1; give a positive"),

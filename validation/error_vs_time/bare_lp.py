@@ -29,8 +29,9 @@ class LinearProgram:
 
     @classmethod
     def of(cls, model: Any) -> "LinearProgram":
-        """The matrices of a model's last program as its solver takes them: reduced, and scaled."""
-        (program,) = model._programs.values()
+        """The matrices of the program with all nodes closed: reduced, and scaled."""
+        programs = model._programs.values()
+        program = next(one for one in programs if not one.question.open_nodes.any())
         reduced = program.chain.reduced
         arrays = reduced.arrays
         none = np.full(len(arrays.right), -np.inf)
