@@ -54,7 +54,8 @@ def test_limit_against_the_bare_solver(elements, most, record_property):
     contact = fo.scenes.SquarePunch(elements=elements).condense()
     model, limits = fo.ShakedownModel(contact, BULK, simplify=False), []
     model.solve(0.5)
-    (program,) = model._programs.values()
+    # The search of open nodes may have solved other programs.
+    program = next(p for p in model._programs.values() if not p.question.open_nodes.any())
     ours = seconds(
         lambda: limits.append(fo.shakedown_limit(contact, BULK, 0.5, simplify=False)), rounds=3
     )

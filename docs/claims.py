@@ -248,7 +248,7 @@ CLAIMS = (
         by="`Design`",
         holds_if="the nodes of `opens` stay open in each scenario, all others closed; `bound` is that of the larger designs",
         source="`bound`: multipliers; where others open: a search",
-        tests="test_design_search::test_a_design_that_would_open_other_nodes_is_made_smaller",
+        tests="test_design_search::test_a_design_that_would_open_other_nodes_counts_with_its_own_limit",
     ),
     Claim(
         "",

@@ -94,7 +94,8 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     ]
     model = fo.ShakedownModel(system, LOADS)
     model.solve(friction)
-    (program,) = model._programs.values()
+    # The search of open nodes may have solved other programs.
+    program = next(p for p in model._programs.values() if not p.question.open_nodes.any())
     reduced = program.chain.reduced
     for tolerance in parameters.tolerances:
         bare = partial(_clarabel, reduced.arrays.widened, tolerance)
