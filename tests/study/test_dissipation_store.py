@@ -248,7 +248,7 @@ def test_a_row_that_was_changed_is_not_believed_and_its_run_repeated(
 ):
     victim = fo.results.read_store(file).query("dissipation > 0").key.iloc[0]
     changed(file, f"UPDATE runs SET {change} WHERE key = ?", victim)
-    with pytest.warns(DamagedRows, match=r"runs\.sqlite': 1 rows"):
+    with pytest.warns(DamagedRows, match=r"runs\.sqlite': 1 row is"):
         assert len(fo.results.read_store(file)) == len(FACTORS) - 1
     with pytest.warns(DamagedRows):
         same(study(store=file), undisturbed)

@@ -223,8 +223,9 @@ def test_an_interrupt_leaves_the_finished_rows(
         with pytest.raises(KeyboardInterrupt) as stop:
             fo.dissipation_study(**study)
     part, (note,) = stop.value.table, stop.value.__notes__
-    assert f"{len(table) - 7} runs are left; 7 are in" in note and note.endswith(
-        "runs.sqlite', from where the same call goes on"
+    assert (
+        f"{len(table) - 7} runs are left; the attribute `table` has 7, " in note
+        and note.endswith("runs.sqlite', from where the same call goes on")
     )
     pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
     assert part.attrs["missing"] == len(table) - 7
