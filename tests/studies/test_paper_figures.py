@@ -167,8 +167,10 @@ def test_axes_are_named(figures, name):
     """Panels above another share its horizontal axis; enlargements at the right share the vertical
     one of their neighbour."""
     drawn = [
-        axes for axes in figures[name].axes if axes.axison and axes.get_subplotspec()
-    ]  # pictures have none, colour bars no place in the grid
+        axes
+        for axes in figures[name].axes
+        if axes.axison and axes.xaxis.get_visible() and axes.get_subplotspec()
+    ]  # pictures and second scales have none, colour bars no place in the grid
     for axes in drawn:
         place, shared = axes.get_subplotspec(), axes.get_shared_x_axes().get_siblings(axes)
         below = [other.get_subplotspec() for other in shared if other.axison]
