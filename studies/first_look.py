@@ -1,8 +1,9 @@
-"""A first look at the paper's scene: onset, guaranteed and shakedown limit, and the steady state at two loads, in less than a minute.
+"""A first look at the scene of Flicek et al. (2015), in less than a minute.
 
-Run with `python -m studies first_look [--quick]`; it prints a table and draws one picture beside
-it: what the contact does at each load. All loads are amplitudes of the bulk stress over the mean
-pressure, sigma / (P / 2a).
+Run it with `python -m studies first_look [--quick]`. It prints a table of the onset, the guaranteed
+limit, the shakedown limit and the steady state at two loads. It draws one picture: the behaviour of
+the contact at each load. A load is an amplitude of the bulk stress divided by the mean pressure,
+sigma / (P / 2a).
 """
 
 import time
@@ -45,12 +46,12 @@ _LETTERS, _NARROW = (
     # of a line as wide as the picture, and of one that is turned upright if there is no room for
     # more
 )
-_NAMES = {
-    "onset of slip": "onset",
-    "guaranteed limit, after one overload": "guaranteed limit, after one overload",
-    "shakedown limit, lambda_2": "shakedown limit",
-}
-_ALL_STARTS = "guaranteed limit, from all starts"  # the table and the picture call it so
+# The table and the picture have the same numbers under the same names.
+_ONSET = "onset"
+_ALL_STARTS = "guaranteed limit, from all starts"
+_OVERLOADED = "guaranteed limit, after one overload"
+_SHAKEDOWN = "shakedown limit"
+_LIMITS = (_ONSET, _OVERLOADED, _SHAKEDOWN)
 _ZONES = (  # between these loads: what the contact does there, colour
     ("bonded", "#FFFFFF"),
     ("slips for a while,\nthen sticks", "#E3EEF6"),
@@ -141,9 +142,7 @@ def _questions(
         zero = "no load is safe from every start: a large residual slip can take all force off the node at the edge"
         return (
             limit.load_factor,
-            "above it slip goes on for ever from some residual slips"
-            if limit.load_factor
-            else zero,
+            "above it slip never stops from some residual slips" if limit.load_factor else zero,
             limit.residual,
         )
 
@@ -151,7 +150,7 @@ def _questions(
         limit = overloaded()
         return (
             limit.load_factor,
-            "the same from slips no larger than one overload leaves",
+            "slip stops from every start that one overload can leave",
             limit.residual,
         )
 
@@ -163,11 +162,11 @@ def _questions(
             limit.residual,
         )
 
-    yield "onset of slip", onset
+    yield _ONSET, onset
     yield _ALL_STARTS, guaranteed
-    yield "compiling what follows transients", _compile
-    yield "guaranteed limit, after one overload", after_overload
-    yield "shakedown limit, lambda_2", shakedown
+    yield "compilation of transients", _compile
+    yield _OVERLOADED, after_overload
+    yield _SHAKEDOWN, shakedown
     for load_factor in parameters.load_factors:
         yield (
             f"work of friction per cycle at load {load_factor:g}, W E* / P^2",
@@ -181,7 +180,7 @@ def _compile() -> tuple[float, str, float]:
     fo.steady_state(
         rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 0.1
     )
-    return np.nan, "once on a machine: the machine code is kept", 0.0
+    return np.nan, "only once on a machine: the machine code is stored", 0.0
 
 
 def _steady(
@@ -218,7 +217,7 @@ def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
     values, runs = tables[ANSWERS.name].set_index("question")["value"], tables[WORKS.name]
     path, edges, end = (
         folder / "first_look.png",
-        [float(values[name]) for name in _NAMES],
+        [float(values[name]) for name in _LIMITS],
         float(runs["load_factor"].max()),
     )
     ends = np.clip([0.0, *np.maximum.accumulate(edges), end], 0.0, end)
@@ -260,7 +259,7 @@ def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
         zones.plot(
             all_starts, 1.0, "v", color=BLACK, clip_on=False, transform=zones.get_xaxis_transform()
         )
-        for number, (edge, name) in enumerate(zip(edges, _NAMES.values(), strict=True)):
+        for number, (edge, name) in enumerate(zip(edges, _LIMITS, strict=True)):
             if edge < end:
                 zones.axvline(edge, color=BLACK, lw=0.8)
                 axes.axvline(edge, color=BLACK, lw=0.8)

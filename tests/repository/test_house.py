@@ -13,7 +13,7 @@ import pytest
 
 import frictopt
 from frictopt import errors
-from helpers import rooms
+from helpers import rooms, words
 from helpers.systems import CYCLE, random_system
 
 PACKAGE = Path(frictopt.__file__).parent
@@ -285,3 +285,14 @@ def test_docstrings_begin_with_the_thing_that_they_describe():
                 if vague.match(docstring):
                     bad.append(f"{path.relative_to(PACKAGE)}: {docstring.splitlines()[0]}")
     assert not bad
+
+
+@pytest.mark.parametrize("page", words.pages(), ids=lambda page: str(page.relative_to(words.ROOT)))
+def test_a_page_has_the_words_of_the_glossary(page):
+    assert not list(words.faults(page.read_text(encoding="utf-8")))
+
+
+def test_unused_words_and_habits_are_seen_in_prose_alone():
+    seen = "The one that rests; see [a page](pattern.md), `pattern` and\n\n```\npattern\n```\n"
+    assert [fault.split("'")[1] for fault in words.faults(seen)] == ["rests", "The one"]
+    assert words.FIRST.match("What a node does.") and not words.FIRST.match("Itself a node.")

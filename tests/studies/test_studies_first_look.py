@@ -25,10 +25,10 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
         fo.shakedown_limit(system, LOADS, f),
     )
     expected = {
-        "onset of slip": first.slip.load_factor,
+        "onset": first.slip.load_factor,
         "guaranteed limit, from all starts": lower.load_factor,
         "guaranteed limit, after one overload": fo.after_overload(lower).load_factor,
-        "shakedown limit, lambda_2": limit.load_factor,
+        "shakedown limit": limit.load_factor,
     }
     for load in first_look.QUICK.load_factors:
         work = (
@@ -37,8 +37,8 @@ def test_it_prints_the_answers_and_the_command_for_all_figures(tmp_path, capsys)
             / system.reaction(LOADS.mean)[1].sum() ** 2
         )
         expected[f"work of friction per cycle at load {load:g}, W E* / P^2"] = work
-    assert np.isnan(table["value"]["compiling what follows transients"])
-    table = table.drop("compiling what follows transients")
+    assert np.isnan(table["value"]["compilation of transients"])
+    table = table.drop("compilation of transients")
     assert list(table.index) == list(expected) and table["value"].tolist() == pytest.approx(
         list(expected.values()), rel=1e-9, abs=1e-12
     )
