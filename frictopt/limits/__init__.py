@@ -16,9 +16,9 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py` and
   `guaranteed_model.py` are their models. The pattern of a limit is `ShakedownLimits` in
   `shakedown.py`.
-- `answered.py`: what all answers share; `sentences.py`: the reasons they give;
-  `shakedown_answer.py`: what a limit proves about other states; `no_limit.py`: proofs that there is
-  none.
+- `answered.py`: what all answers share; `sentences.py`: the sentences of their reasons;
+  `reasons.py`: those that fit a limit; `shakedown_answer.py`: what a limit proves about other
+  states; `no_limit.py`: proofs that there is none.
 - `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
   better, and its program.
 - `patterns.py`, `open_nodes.py`: the search of open nodes; `lift_off.py`, `ordered.py`,

@@ -29,13 +29,11 @@ from .open_nodes import TOUCHES
 from .programs import Program, labelled_rows, listed_rows
 from .question import Question, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
-
-_STOPS = (
-    "{opened}larger designs are better{pattern}, but under their mean load other nodes open: "
-    "the search stops before them"
+from .sentences import (
+    BEST_DESIGN,
+    LARGER_DESIGNS_OPEN,
+    OTHER_DESIGNS_OPEN,
 )
-_BEST = "{opened}no design that the constraints admit is better{pattern}"
-_OTHERS_OPEN = "; with other nodes open one may be"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,10 +129,11 @@ class Design(Answered, Explained):
     @property
     def reason(self) -> str:
         """Explanation in words that no design is better, with the open nodes for which it holds."""
-        text = _STOPS if self._stops else _BEST
-        if not self._stops and any(open_nodes.any() for open_nodes in self.opens):
-            text += _OTHERS_OPEN
-        return text.format(opened=self._opened, pattern=self._question.pattern)
+        pattern = self._question.pattern
+        if self._stops:
+            return LARGER_DESIGNS_OPEN(opened=self._opened, pattern=pattern)
+        others = OTHER_DESIGNS_OPEN() if any(nodes.any() for nodes in self.opens) else ""
+        return BEST_DESIGN(opened=self._opened, pattern=pattern) + others
 
     def _before(self, larger: Design) -> Design:
         return replace(self, bound=larger.bound, _stops=True)

@@ -34,25 +34,19 @@ from .corner_statics import CornerAnswer, CornerProgram, drives
 from .programs import outer_corners
 from .question import Question, pose
 from .self_stress import self_stress, sliding_off
-
-_HELD = "supports hold the bodies: no motion of theirs is left to the contact alone"
-_UNBALANCED = "{only}forces within {bounds} cannot balance {load}: {motion}"
-_NO_STATE = "no load factor has a state of rest, nor has 0: {unbalanced}"
-_APART = (
-    "no load factor has a state of rest: {only}{lower} needs at least {least:.4g}, "
-    "{upper} at most {largest:.4g}"
+from .sentences import (
+    ABOVE,
+    ALL_BALANCED,
+    APART,
+    BELOW,
+    GOES_ON,
+    HELD,
+    NO_STATE,
+    SELF_STRESSED,
+    SLIDES_OFF_ABOVE,
+    SLIDES_OFF_AT_ANY,
+    UNBALANCED,
 )
-_ALL = "{only}forces within {bounds} balance the loads at all load factors{start}"
-_FROM = " from {least:.4g} on"
-_ABOVE = "above it no state of rest exists, whatever slips and opens: {unbalanced}"
-_BELOW = "; below {least:.4g} nothing balances {load}: {motion}"
-_UNKNOWN = (
-    "contact forces balance themselves here, so statics cannot know how far the fit presses: "
-    "{statics}"
-)
-_GOES_ON = "{unknown}; transients from no slip go on up to there"
-_NOWHERE = "from no slip the transient finds no way on at any load factor ({why}); {unknown}"
-_NOT_ABOVE = "from no slip the transient finds no way on above {load_factor:.4g} ({why}); {unknown}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -248,7 +242,7 @@ class Words:
 
     def unbalanced(self, answer: CornerAnswer) -> str:
         """The load that nothing balances, and the motion that proves it."""
-        return _UNBALANCED.format(
+        return UNBALANCED(
             only=self.only, bounds=self.bounds, load=self.load(answer), motion=self.motion(answer)
         )
 
@@ -268,7 +262,7 @@ def _statics(question: Question, only: str) -> GrossSlip:
     upper = [CornerProgram(question, N, k, r0[k], r1[k], cp.Maximize).solve() for k in corners]
     for answer in upper:
         if np.isnan(answer.load_factor):
-            reason = _NO_STATE.format(unbalanced=words.unbalanced(answer))
+            reason = NO_STATE(unbalanced=words.unbalanced(answer))
             return _result(question, answer, np.nan, reason, upper)
     largest = min(answer.load_factor for answer in upper)
     governs = next(answer for answer in upper if answer.load_factor <= largest * (1 + RESIDUAL))
@@ -288,7 +282,7 @@ def _reason(
 ) -> str:
     """Why the load factor is at most that of `governs`, and at least that of `first`."""
     if first is not None and least > largest * (1 + RESIDUAL):
-        return _APART.format(
+        return APART(
             only=words.only,
             lower=words.load(first),
             least=least,
@@ -296,12 +290,12 @@ def _reason(
             largest=largest,
         )
     if largest == np.inf:
-        start = _FROM.format(least=least) if least > 0 else ""
-        reason = _ALL.format(only=words.only, bounds=words.bounds, start=start)
+        start = f" from {least:.4g} on" if least > 0 else ""
+        reason = ALL_BALANCED(only=words.only, bounds=words.bounds, start=start)
     else:
-        reason = _ABOVE.format(unbalanced=words.unbalanced(governs))
+        reason = ABOVE(unbalanced=words.unbalanced(governs))
     if first is not None and least > 0:
-        reason += _BELOW.format(least=least, load=words.load(first), motion=words.motion(first))
+        reason += BELOW(least=least, load=words.load(first), motion=words.motion(first))
     return reason
 
 
@@ -331,7 +325,7 @@ def _held_by_supports(question: Question) -> GrossSlip:
         loads="",
         phi=phi,
         motion=motion_table(question.system, phi),
-        reason=_HELD,
+        reason=HELD(),
         record=SolveRecord("statics", residual=0.0),
         problem=None,
     )
@@ -387,7 +381,7 @@ def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     forces = self_stress(system, friction, N)
     if forces is None:
         return statics
-    return replace(statics, self_stress=forces, reason=_UNKNOWN.format(statics=statics.reason))
+    return replace(statics, self_stress=forces, reason=SELF_STRESSED(statics=statics.reason))
 
 
 def _with_transients(statics: GrossSlip, question: Question) -> GrossSlip:
@@ -399,10 +393,10 @@ def _with_transients(statics: GrossSlip, question: Question) -> GrossSlip:
         question.system, question.cycle, question.friction, statics.load_factor
     )
     if not why:
-        reason = _GOES_ON.format(unknown=answer.reason)
+        reason = GOES_ON(unknown=answer.reason)
     elif load_factor == 0:
-        reason = _NOWHERE.format(why=why, unknown=answer.reason)
+        reason = SLIDES_OFF_AT_ANY(why=why, unknown=answer.reason)
         load_factor = np.nan
     else:
-        reason = _NOT_ABOVE.format(load_factor=load_factor, why=why, unknown=answer.reason)
+        reason = SLIDES_OFF_ABOVE(load_factor=load_factor, why=why, unknown=answer.reason)
     return replace(answer, load_factor=load_factor, reason=reason)

@@ -43,8 +43,8 @@ from .critical_search import (
 from .moving_areas import uncoupled
 from .programs import labelled_rows
 from .question import Question, pose
+from .reasons import guaranteed_reason
 from .safe_model import SafeModel
-from .sentences import guaranteed_reason
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 # The reason that some nodes needed no program, after their number.

@@ -23,7 +23,7 @@ from .order_search import best_order
 from .ordered import Ordered
 from .programs import Program
 from .question import pose, with_open
-from .sentences import nothing_with_events
+from .reasons import nothing_with_events
 from .settled_order import Settled
 from .shakedown_answer import ShakedownAnswer
 

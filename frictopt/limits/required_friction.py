@@ -29,20 +29,14 @@ from .best_pressed import best_pressed
 from .lift_off import LiftOff, Order
 from .question import Question, with_open
 from .safe_slip import SafeSlip, SafeSlipModel
+from .sentences import (
+    ENOUGH_WITH_EVENTS,
+    LESS_IS_NOT_SAFE,
+    LOADS_OPEN,
+    NONE_IS_ENOUGH,
+    NONE_NEEDED,
+)
 
-_NONE_NEEDED = (
-    "none is needed: a residual slip{within} takes all shear off every node at every corner"
-)
-_LESS_IS_NOT_SAFE = "no residual slip{within} is safe with less, {pattern}: see the mechanism"
-_WITH_EVENTS = (
-    "; with this friction nodes open and close in each cycle; with less friction the search finds "
-    "no such state of rest"
-)
-_NONE_IS_ENOUGH = "no friction is enough to keep all nodes closed: {why}"
-_LOADS_OPEN = (
-    "under any residual slip{within}, the loads open one of these nodes ({where}) at some corner; "
-    "press them"
-)
 _NONE_FOUND = (
     "required friction: none up to {largest:g} is enough, although no node need open: the best "
     "residual slip leaves a pressure of {least:.1e} force scales at one node; press nodes of "
@@ -376,9 +370,9 @@ def _answer(
     pattern = "all nodes closed"
     if opened:
         pattern = f"{number_of(opened, 'node')} open and the others closed"
-    reason = _LESS_IS_NOT_SAFE.format(within=safe_slips.within, pattern=pattern)
+    reason = LESS_IS_NOT_SAFE(within=safe_slips.within, pattern=pattern)
     if not enough.events.empty:
-        reason += _WITH_EVENTS
+        reason += ENOUGH_WITH_EVENTS()
     record = replace(
         enough.record,
         attempts=enough.record.attempts + too_little.record.attempts,
@@ -409,7 +403,7 @@ def _none_needed(safe_slips: SafeSlips) -> RequiredFriction:
         required=0.0,
         bound=np.nan,
         mechanism=safe._motion.table(safe.system, safe.cycle.corner_names)[:0],
-        reason=_NONE_NEEDED.format(within=safe_slips.within),
+        reason=NONE_NEEDED(within=safe_slips.within),
     )
 
 
@@ -423,7 +417,7 @@ def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
         raise SolverError(_NONE_FOUND.format(largest=SEARCH.tried[-1], least=pressed.least))
     mechanism = pressed.motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
-    why = _LOADS_OPEN.format(within=safe_slips.within, where=_where(system, nodes))
+    why = LOADS_OPEN(within=safe_slips.within, where=_where(system, nodes))
     return RequiredFriction(
         load_factor=load_factor,
         slip=frozen(np.full(system.slip_shape, np.nan)),
@@ -432,7 +426,7 @@ def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
         required=np.inf,
         bound=np.inf,
         mechanism=mechanism,
-        reason=_NONE_IS_ENOUGH.format(why=why),
+        reason=NONE_IS_ENOUGH(why=why),
     )
 
 

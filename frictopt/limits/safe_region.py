@@ -32,16 +32,18 @@ from ..base import (
 from ..contact import ContactSystem, LoadCycle, checked_system, friction_coefficients
 from ..errors import SolverError
 from .region_rays import BorderPoint, Corners, Rays, checked_parts, domain
+from .sentences import (
+    ALL_AMPLITUDES,
+    GAP_OF_SIDES,
+    NO_AMPLITUDES,
+    ONE_UNLIMITED,
+    SIDES,
+)
 
 # A point is on a line if its distance from the line is at most this share of the line's distance
 # from zero: point and line have errors up to the residual.
 _ON_LINE = 10 * RESIDUAL
 
-_NONE_SAFE = "no amplitudes are safe: {limit}"
-_ALL_SAFE = "all amplitudes are safe: {limit}"
-_ONE_UNLIMITED = "the amplitude of {load!r} has no limit: it shears no node beyond its bound"
-_SIDES = "{opened}beyond each side its mechanism slips for ever{pattern}"
-_GAP = "; amplitudes between points and sides, up to {gap:.1e} apart, are undecided"
 _DIFFER = (
     "safe region: its sides and vertices differ by {error:.1e}; check for reactions of very "
     "different sizes"
@@ -239,20 +241,20 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
     unit = np.ones(2)
     for point in (first, second):
         if np.isnan(point.limit.load_factor):
-            return Border([], unit, (), _NONE_SAFE.format(limit=point.limit.reason))
+            return Border([], unit, (), NO_AMPLITUDES(limit=point.limit.reason))
     if np.isinf(first.limit.load_factor) and np.isinf(second.limit.load_factor):
-        return Border([], unit, rays.names, _ALL_SAFE.format(limit=first.limit.reason))
+        return Border([], unit, rays.names, ALL_AMPLITUDES(limit=first.limit.reason))
 
     # If one load is unlimited, the other one has the limit that it has alone: the region is convex
     # and closed.
     for load, point, limited in zip(rays.names, (first, second), (second, first), strict=True):
         if np.isinf(point.limit.load_factor):
-            return Border([limited], unit, (load,), _ONE_UNLIMITED.format(load=load))
+            return Border([limited], unit, (load,), ONE_UNLIMITED(load=load))
 
     unit = np.array([first.limit.load_factor or 1.0, second.limit.load_factor or 1.0])
     points = [first, *_points_between(rays, first, second, unit, tolerance), second]
     limit = first.limit
-    reason = _SIDES.format(opened=limit._opened, pattern=limit._question.pattern)
+    reason = SIDES(opened=limit._opened, pattern=limit._question.pattern)
     return Border(points, unit, (), reason)
 
 
@@ -339,7 +341,7 @@ def _region(rays: Rays, border: Border, started: float) -> SafeRegion:
     gap = _largest_gap(points, ends) if in_space else 0.0
     reason = border.reason
     if gap > 0:
-        reason += _GAP.format(gap=gap)
+        reason += GAP_OF_SIDES(gap=gap)
     corners = domain(rays.mean, rays.parts, (1.0, 1.0)).corner_names
     attempts = [attempt for limit in rays.limits for attempt in limit.record.attempts]
     return SafeRegion(

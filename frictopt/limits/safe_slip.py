@@ -26,25 +26,17 @@ from .ordered import Ordered
 from .programs import Program
 from .question import Question, with_open
 from .safe_model import SafeModel, in_turn
+from .sentences import (
+    NO_SLIP_IS_SAFE,
+    NOR_WITH_SOME_OPEN,
+    SLIP_IS_SAFE,
+    SLIP_WITH_EVENTS,
+)
 from .shakedown import ShakedownLimit
 from .shakedown_model import ShakedownModel
 
 # Ratio of cyclic loads to the mean normal force above which rounding hides the mean load.
 _MOST_CYCLIC = 1e15
-
-_EVENTS = (
-    "this slip{within} keeps all nodes stuck while they are closed; nodes that open and close in "
-    "each cycle: {count} (events)"
-)
-_SAFE = "this slip{within} keeps {closed} closed and stuck at every corner{opened}"
-_NONE_SAFE = (
-    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit gives the load "
-    "factors with a safe slip; without residual slip {mean}"
-)
-_OTHERS_OPEN = (
-    " with all nodes closed, or with the open nodes that the search finds ({opened}); with other "
-    "nodes open one may be"
-)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,16 +105,16 @@ class SafeSlip(Proven):
         opened = int(self.open.sum())
 
         if not self.exists:
-            pattern = _OTHERS_OPEN.format(opened=opened) if opened else question.pattern
+            pattern = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.pattern
             mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
-            return _NONE_SAFE.format(within=within, pattern=pattern, mean=mean)
+            return NO_SLIP_IS_SAFE(within=within, pattern=pattern, mean=mean)
         moving = self.events["node"].nunique()
         if moving:
-            return _EVENTS.format(within=within, count=moving)
+            return SLIP_WITH_EVENTS(within=within, count=moving)
         if opened:
             closed = f"{self.system.nodes - opened} of {self.system.nodes} nodes"
-            return _SAFE.format(within=within, closed=closed, opened=", and the others open")
-        return _SAFE.format(within=within, closed="every node", opened="")
+            return SLIP_IS_SAFE(within=within, closed=closed, opened=", and the others open")
+        return SLIP_IS_SAFE(within=within, closed="every node", opened="")
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:

@@ -40,8 +40,9 @@ from .order_search import check_events
 from .patterns import best_pattern
 from .programs import Program
 from .question import Question, pose, with_open
+from .reasons import shakedown_reason
 from .safe_model import SafeModel
-from .sentences import CHOSEN, shakedown_reason
+from .sentences import CHOSEN
 from .shakedown_answer import ShakedownAnswer
 
 

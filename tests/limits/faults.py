@@ -939,7 +939,7 @@ FAULTS = (
         tests="moving_events::test_orders_round_a_cycle_against_a_plain_program_and_transients",
     ),
     Fault(
-        "limits/sentences.py",
+        "limits/reasons.py",
         "who asks without events is not told of them",
         old="ASK_FOR_EVENTS()",
         new="''",

@@ -1,0 +1,309 @@
+"""The reasons of limits: the sentences that fit one answer, with their values."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..base import ROUNDING, Integers, LimitKind, number_of
+from ..contact import other_laws
+from ..contact.diagnosis import in_contact
+from ..transients.mean_load import unscaled_diagnosis
+from .critical_search import NodeClaim
+from .load_path import may_open_and_close, path_of
+from .moving_areas import MovingAreas
+from .programs import is_held
+from .sentences import (
+    ASK_FOR_EVENTS,
+    AT_EVERY_LOAD,
+    BELONGS_TO_MESH,
+    BOTH_BOUNDS,
+    BOUND_COVERS,
+    BOUNDS_IN_SPACE,
+    CLOSES_OTHERWISE,
+    CRITICAL,
+    FROM_EVERY_START,
+    HIGHEST,
+    INFINITE,
+    LIFTING,
+    MOVES,
+    NO_BOUND,
+    NO_EVENTS,
+    NO_FRICTION,
+    NO_PRESSURE,
+    NOTHING_RESTS,
+    NOTHING_SAFE,
+    OBSERVED,
+    ONLY_AT_LEAST,
+    ONLY_SLIP_PRESSES,
+    OTHERS_OPEN,
+    SAME_LIMIT,
+    SLIPS_AT_ANY,
+    SLIPS_BUT_AT_ONE,
+    START_UNKNOWN,
+    STATIC,
+    TOO_LITTLE_PRESSURE,
+    UNLOADED,
+    UNSAFE_BELOW,
+    WEDGED,
+)
+from .shakedown_answer import ShakedownAnswer
+
+# Number of nodes that a sentence lists one by one.
+_NAMED = 6
+
+
+def nothing_with_events(limit: ShakedownAnswer) -> str:
+    """The reason that no load factor is safe, after a search of events."""
+    return _nothing_safe(limit) + NO_EVENTS()
+
+
+def shakedown_reason(limit: ShakedownAnswer) -> str:
+    """Why a shakedown limit is what it is."""
+    grows = limit.kind is LimitKind.UNBOUNDED
+    if limit._question.moves and not grows:
+        return _reason_of_moving(limit)
+    if limit._why and not grows:
+        reason = limit._why
+    elif not limit.load_factor > 0:
+        reason = _nothing_safe(limit) + _ask_for_events(limit)
+    elif grows:
+        cause = f"; {limit._why}" if limit._why else ""
+        start, below = _start(limit)
+        reason = INFINITE(start=start, slip=_slip(limit), cause=cause, below=below)
+    elif limit._question.both_vary:
+        reason = NO_BOUND(slip=_slip(limit), pattern=limit._question.pattern)
+    else:
+        pattern = limit._question.pattern
+        _, below = _start(limit)
+        reason = HIGHEST(slip=_slip(limit), pattern=pattern, others=_others(limit), below=below)
+    return limit._opened + reason + governing_node(limit)
+
+
+def _reason_of_moving(limit: ShakedownAnswer) -> str:
+    """The reason of a limit whose normal loads alone open and close nodes."""
+    question = limit._question
+    assert isinstance(question, MovingAreas)
+    node = question.slipping(1)
+    starts = FROM_EVERY_START() if is_held(question) else ""
+    _, below = _start(limit)
+    if limit.kind is LimitKind.NO_SAFE_SLIP:
+        slips = question.slipping(0) if node is None else node
+        cause = _mean_load(limit)
+        if slips is not None:
+            cause = CLOSES_OTHERWISE(node=slips, contact=in_contact(question.system, slips))
+        return NOTHING_RESTS(above="", cause=cause)
+    if node is not None:
+        sentence = SLIPS_BUT_AT_ONE if limit.load_factor > 0 else SLIPS_AT_ANY
+        return sentence(starts=starts, node=node, contact=in_contact(question.system, node))
+    if not limit.load_factor > 0:
+        weak = limit._ruling
+        cause = TOO_LITTLE_PRESSURE(node=weak, contact=in_contact(question.system, weak))
+        return NOTHING_RESTS(above=" above 0", cause=cause)
+    moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
+    return MOVES(nodes=_named(moving), below=below)
+
+
+def _named(nodes: Integers) -> str:
+    """Some nodes by their numbers; of many the first and the last ones."""
+    numbers = [str(node) for node in nodes.tolist()]
+    if len(numbers) == 1:
+        return f"node {numbers[0]}"
+    if len(numbers) > _NAMED:
+        shown = ", ".join([*numbers[:2], "...", *numbers[-2:]])
+        return f"{len(numbers)} nodes ({shown})"
+    return f"nodes {', '.join(numbers[:-1])} and {numbers[-1]}"
+
+
+def governing_node(limit: ShakedownAnswer) -> str:
+    """A warning about the node that governs a finite limit, if one is due.
+
+    The limit may depend on the mesh, or only residual slip may press the node.
+    """
+    question = limit._question
+    if limit.kind is not LimitKind.FINITE:
+        return ""
+    node = limit._ruling
+    contact = in_contact(question.system, node)
+    if question.compliance is not None:
+        if _is_at_mesh_border(limit, node):
+            return BELONGS_TO_MESH(node=node, contact=contact)
+        return ""
+    if limit._rated and question.r0[:, -1, node].max() < 0:
+        return ONLY_SLIP_PRESSES(node=node, contact=contact)
+    return ""
+
+
+# Nodes are neighbours within this multiple of the distance to the nearest node.
+_NEIGHBOURS = 1.5
+
+
+def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
+    """Whether a closed node is beside open ones and carries less than the mean pressure.
+
+    At the border of the closed nodes the pressure falls to 0, unless it peaks at an edge.
+    """
+    system = limit.system
+    opened = limit._question.open_nodes
+    if opened[node]:
+        return False
+    distance = np.linalg.norm(system.points - system.points[node], axis=1)
+    distance[node] = np.inf
+    if distance[opened].min(initial=np.inf) > _NEIGHBOURS * distance.min():
+        return False
+    width = 1.0 if system.width is None else system.width
+    pressure = limit.reactions[1].min(axis=0) / width
+    return bool(pressure[node] <= pressure[~opened].mean())
+
+
+def _slip(limit: ShakedownAnswer) -> str:
+    """The kind of slip that the limit covers, in words."""
+    slip = "residual slip"
+    if limit._question.slip_bound is not None:
+        slip += " within the slip bound"
+    if limit.constraints:
+        slip += f" that obeys {', '.join(limit.constraints)}"
+    return slip
+
+
+def _mean_load(limit: ShakedownAnswer) -> str:
+    """Diagnosis of the mean load, in words."""
+    question = limit._question
+    advice = "" if question.slip_bound is None else "a larger slip_bound may leave one; "
+    return advice + unscaled_diagnosis(question.system, question.cycle, question.friction)
+
+
+def _nothing_safe(limit: ShakedownAnswer) -> str:
+    """The reason that no load factor is safe, or no load factor above 0."""
+    question = limit._question
+    at_zero = limit.kind is LimitKind.FINITE
+    return NOTHING_SAFE(
+        slip=_slip(limit),
+        above=" above 0" if at_zero else "",
+        pattern=question.pattern,
+        cause=(_weak_node(limit) if at_zero else "") or _mean_load(limit),
+    )
+
+
+def _ask_for_events(limit: ShakedownAnswer) -> str:
+    """The advice to ask for nodes that open and close, if some can in a state of rest."""
+    question = limit._question
+    unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
+    if unknown or not may_open_and_close(question, path_of(question.cycle)):
+        return ""
+    return ASK_FOR_EVENTS()
+
+
+def _weak_node(limit: ShakedownAnswer) -> str:
+    """The sentence on a node that resists no cyclic load, or an empty string."""
+    question = limit._question
+    node = limit._ruling
+    contact = in_contact(question.system, node)
+    motion = limit._motion
+    sheared = motion.size[:, node].max() > ROUNDING * np.abs(motion.moves).max()
+    if question.friction[node] == 0 and sheared:
+        return NO_FRICTION(node=node, contact=contact)
+    alone = set(limit.mechanism["node"]) == {node}
+    if alone and np.abs(question.r0[:, -1, node]).max() <= ROUNDING * question.force:
+        return NO_PRESSURE(node=node, contact=contact, moves="shears" if sheared else "lifts")
+    return ""
+
+
+def _start(limit: ShakedownAnswer) -> tuple[str, str]:
+    """Two phrases: the load factor at which safe slips begin, and the load factors below it."""
+    least = limit.least
+    if np.isnan(least):
+        return " from some on", START_UNKNOWN()
+    if not least > 0:
+        return "", ""
+    # The sentence of a finite limit names the pattern itself.
+    grows = limit.kind is LimitKind.UNBOUNDED
+    pattern = f"{limit._question.pattern[1:]} " if grows else ""
+    below = UNSAFE_BELOW(pattern=pattern, least=least)
+    if not limit.constraints:
+        below += f": {_mean_load(limit)}"
+    return f" from {least:.6g} on", below
+
+
+def _others(limit: ShakedownAnswer) -> str:
+    """Phrases on the states of rest that a finite limit does not cover."""
+    others = ""
+    if limit.open.any():
+        others += OTHERS_OPEN()
+    if limit.constraints:
+        others += BOUND_COVERS()
+    elif limit._question.static:
+        others += STATIC()
+    return others
+
+
+def guaranteed_reason(
+    shakedown: ShakedownAnswer, best: NodeClaim | None, uncoupled: bool, coincide: int
+) -> str:
+    """The reason of a guaranteed limit, and a warning of starts that it does not cover.
+
+    `best` is the critical node of the limit, if any; `coincide` is the number of nodes that are
+    critical only at the least safe load factor.
+    """
+    if best is not None:
+        reason = _critical_node(shakedown, best)
+    elif shakedown.kind is not LimitKind.FINITE:
+        reason = shakedown_reason(shakedown)
+    else:
+        cause = "the contact is uncoupled (B = 0)" if uncoupled else "no node is critical below it"
+        reason = SAME_LIMIT(cause=cause, reason=shakedown_reason(shakedown))
+    if coincide:
+        nodes = number_of(coincide, "node is", "nodes are")
+        reason += ONLY_AT_LEAST(nodes=nodes, least=shakedown.least)
+    load_factor = shakedown.load_factor if best is None else best.load_factor
+    if uncoupled and shakedown._question.moves and not is_held(shakedown._question):
+        reason += OBSERVED()
+    if not uncoupled and _may_lift(shakedown, load_factor):
+        reason += LIFTING()
+    return reason
+
+
+def _critical_node(shakedown: ShakedownAnswer, best: NodeClaim) -> str:
+    """The corners at which the critical node is on its bound, and the consequences."""
+    question = shakedown._question
+    node = best.state.node
+    contact = in_contact(question.system, node)
+    bounds = _bounds(best, question.cycle.corner_names)
+    reason = shakedown._opened + CRITICAL(node=node, contact=contact, bounds=bounds)
+    if best.above is not None:
+        reason += AT_EVERY_LOAD(least=shakedown.least)
+    if shakedown.constraints:
+        reason += f" (slips obey {', '.join(shakedown.constraints)})"
+    if not best.load_factor > 0 and not question.fixed:
+        size = np.linalg.norm(best.slip.reshape(len(best.slip), -1), axis=1).max()
+        reason += UNLOADED(size=float(size))
+    if _may_wedge(shakedown, node):
+        reason += WEDGED()
+    return reason
+
+
+def _bounds(best: NodeClaim, names: Sequence[str]) -> str:
+    """The bounds that a critical node reaches, with the loads of the corners."""
+    *first, last = (f"({names[corner]})" for corner in best.state.corners)
+    if best.slip.ndim == 1:
+        return BOTH_BOUNDS(first=first[0], last=last)
+    how = "around" if len(first) > 1 else "to and fro"
+    return BOUNDS_IN_SPACE(first=", ".join(first), last=last, how=how)
+
+
+def _may_wedge(shakedown: ShakedownAnswer, node: int) -> bool:
+    """Whether friction exceeds the critical value of a node (in space: whether it may)."""
+    system = shakedown.system
+    *along, normal = (axis * system.nodes + node for axis in range(system.tangents + 1))
+    coupling = np.linalg.norm(system.S[normal, along])
+    softest = np.linalg.eigvalsh(system.S[np.ix_(along, along)])[0]
+    return bool(shakedown.friction[node] * coupling > softest)
+
+
+def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
+    """Whether starts from which nodes open and close in every cycle may slip below the limit."""
+    if not shakedown.least < load_factor < np.inf:
+        return False
+    if shakedown.open.any() or not shakedown.friction.all():
+        return True
+    question = shakedown._question
+    return bool((question.r0 + load_factor * question.r1)[:, -1].min() < 0)
