@@ -16,16 +16,25 @@ PROSE = re.compile(
     r"|\]\([^)\s]*\)|<!--.*?-->|https?://\S+",
     re.DOTALL | re.MULTILINE,
 )
-CHECKED = ("README.md", "docs/glossary.md", "docs/index.md")
+CHECKED = (
+    "README.md",
+    *(
+        f"docs/{page}.md"
+        for page in (
+            "glossary index faq questions checked studies formats help size performance solvers"
+            " tutorial/which tutorial/models tutorial/index"
+        ).split()
+    ),
+)
 HABITS = {  # pattern: what to write instead
     r"\bthose\b": "repeat the noun",
     r"\b(than|is|are|as|to|by|from) that of\b": "repeat the noun",
-    r"\bthe ones?\b(?! hand)|\bones\b": "repeat the noun",
+    r"\bthe ones?\b(?! hand)": "repeat the noun",
     r"\bbut (where|for)\b": "unless, except",
     r"\b(is|are) none\b": "an adjective or a verb",
     r"\bmostly\b": "give the condition",
     r", for (it|they|there|these|then|each)\b": "because",
-    r"\b(from|up to|out of|along|for|between) which\b": "two sentences",
+    r"\b(from|up to|out of|along|between) which\b": "two sentences",
 }
 FIRST = re.compile(
     r"(What|Who|Which|Where|Whether (it|they)|The same|The ones?|Those|These|That|This|One|It|Its"

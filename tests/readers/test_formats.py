@@ -26,7 +26,7 @@ DECK = {
 }
 WITHOUT = re.findall(
     r"`(\*[A-Z -]+)`[,.]",
-    section("Decks of Abaqus and CalculiX").split("Without effect are")[1].split("In a deck of")[0],
+    section("Decks of Abaqus and CalculiX").split("All other keywords")[1].split("In a deck of")[0],
 )
 
 

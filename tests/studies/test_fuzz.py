@@ -356,7 +356,7 @@ def test_a_better_set_of_open_nodes_than_the_one_of_the_answer_is_seen(monkeypat
     """Contacts whose limit leaves nodes open, and the one with all nodes closed in its place."""
     seeds, ask = (
         (800280, 800312, 800384, 800408),
-        lambda seed: next(findings(random_case(seed), ["patterns"])).result,
+        lambda seed: next(findings(random_case(seed), ["open nodes"])).result,
     )
     assert [ask(seed) for seed in seeds] == ["answer"] * 4
     monkeypatch.setattr("frictopt.limits.shakedown.best_pattern", lambda of_set, closed, *_: closed)

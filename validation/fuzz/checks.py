@@ -323,7 +323,7 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "guaranteed limit": guaranteed,
     "guaranteed, transformed": guaranteed_transformed,
     "guarantee, followed": followed,
-    "patterns": patterns,
+    "open nodes": patterns,
     "best design": best_design,
     "least slip": least_slip,
     "found range": found_range,
