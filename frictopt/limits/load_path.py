@@ -16,6 +16,9 @@ from ..contact import LoadCycle
 from .programs import outer_corners
 from .question import Question
 
+# Two legs are one line if their distance is below this share of their length.
+_SAME_LINE = 1e-9
+
 
 @dataclass(frozen=True)
 class LoadPath:
@@ -101,10 +104,6 @@ def _pairs_of_legs(
     at_corner = loads.reshape(len(question.bonded[1]), system.tangents + 1, system.nodes)
     for (a, b), (c, d) in combinations(path.legs, 2):
         yield at_corner[a], at_corner[b], at_corner[c], at_corner[d]
-
-
-# Two legs are one line if their distance is below this share of their length.
-_SAME_LINE = 1e-9
 
 
 def _retraced(a: Array, b: Array, c: Array, d: Array) -> Booleans:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Generic, TypeVar
 
@@ -25,28 +25,10 @@ from ..errors import FrictoptError, ModelError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .load_path import path_of
 from .open_nodes import TOUCHES
-from .patterns import keep_best
+from .patterns import SEARCH, keep_best
 from .question import Question, with_open
 from .settled_order import Settled, settled_orders
 from .shakedown_answer import ShakedownAnswer
-
-
-@dataclass(frozen=True)
-class OrderSettings:
-    """Numbers of the search."""
-
-    # A node may open or close at a corner if its motion in the mechanism is above this share of the
-    # largest.
-    governs: float = 1e-6
-    # Smallest relative gain of a limit that counts; a smaller one may be rounding.
-    gain: float = 1e-7
-    # Largest number of programs.
-    programs: int = 60
-    # Largest number of programs times unknown slips.
-    work: int = 20_000
-
-
-SEARCH = OrderSettings()
 
 # A shakedown limit.
 L = TypeVar("L", bound=ShakedownAnswer)
@@ -239,7 +221,7 @@ def _governing(limit: ShakedownAnswer) -> list[Nodes]:
     """Nodes that govern the limit at the first and the last corner."""
     system = limit._question.system
     motion: Array = limit._motion.parts(system).sum(axis=0)[[0, -1]]  # (2, N)
-    governs = motion > SEARCH.governs * motion.max()
+    governs = motion > SEARCH.governs_touching * motion.max()
     return [_nodes(governs[k]) for k in (0, -1)]
 
 

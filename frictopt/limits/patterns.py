@@ -29,15 +29,15 @@ from .shakedown_answer import ShakedownAnswer
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """Numbers of the search."""
+    """Numbers of the searches of sets and of orders (`order_search.py`)."""
 
     # Shares of the friction with which the mean load may open other nodes.
     frictions: tuple[float, ...] = (1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)
     # A node governs the limit if its motion in the mechanism is above this share of the largest.
     governs: float = 0.02
-    # The same share for a node that touches: an open node without gap at a corner, or a closed node
-    # without pressure. The motion of an open node is in the unit of its gap, and can be far smaller
-    # than the slips of closed nodes.
+    # The same share for a node that touches, also in a search of orders: an open node without gap
+    # at a corner, or a closed node without pressure. The motion of an open node is in the unit of
+    # its gap, and can be far smaller than the slips of closed nodes.
     governs_touching: float = 1e-6
     # Pressed nodes of a closed contact are opened only if nodes have gaps, or if the contact has at
     # most this number of nodes. In a larger closed contact this costs a program for each of them,
@@ -47,8 +47,8 @@ class SearchSettings:
     gain: float = 1e-7
     # Largest number of programs of one search.
     programs: int = 60
-    # Largest number of programs times unknown slips up to which the search climbs from a second
-    # start.
+    # Largest number of programs times unknown slips, in a search of orders; up to it, a search of
+    # sets climbs from a second start.
     work: int = 20_000
     # In space, more than `few` governing nodes are flipped in groups of `group` nodes.
     few: int = 16
