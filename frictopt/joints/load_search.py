@@ -19,8 +19,8 @@ class LoadSearchSettings:
     growth: float = 2.0
     # Largest load factor tried; a threshold that is kept there counts as not reached.
     largest_load: float = 16.0
-    # Share of the gross-slip load up to which the search goes. Closer to it the slip needs many
-    # cycles to become steady.
+    # Share of the gross-slip load up to which the search, and the curve of a report, go. Closer to
+    # it the slip needs many cycles to become steady.
     below_gross_slip: float = 0.95
     # Each third trial halves the bracket, because interpolation fails at jumps.
     halved: int = 3
@@ -55,6 +55,19 @@ def load_at_threshold(
     the values known before.
     """
     known = {factor: value for factor, value in values_known.items() if factor <= end}
+    low, high = _bracket(value_at, known, threshold, end)
+    if high == np.inf:
+        return Reached(low, np.inf)
+    return _narrowed(value_at, known, threshold, low, high, tolerance)
+
+
+def _bracket(
+    value_at: Callable[[float], float], known: dict[float, float], threshold: float, end: float
+) -> tuple[float, float]:
+    """A load factor that keeps the threshold, and a larger one that exceeds it, inf if none does.
+
+    Load factors grow until one exceeds the threshold, at most up to `end`. They join the `known`.
+    """
     high = _least_above(known, threshold)
     low = _largest_below(known, threshold, high)
     while high == np.inf and low < end:
@@ -62,9 +75,18 @@ def load_at_threshold(
         known[trial] = value_at(trial)
         high = _least_above(known, threshold)
         low = _largest_below(known, threshold, high)
-    if high == np.inf:
-        return Reached(low, np.inf)
+    return low, high
 
+
+def _narrowed(
+    value_at: Callable[[float], float],
+    known: dict[float, float],
+    threshold: float,
+    low: float,
+    high: float,
+    tolerance: float,
+) -> Reached:
+    """Narrow a bracket to the tolerance, by interpolation between its ends and by halving."""
     trials = 0
     shift = -SETTINGS.beyond * tolerance
     while high > SETTINGS.smallest_load and high - low > tolerance * high:

@@ -26,6 +26,7 @@ from ..transients.march import mean_state
 from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
 from .curve_question import CurveQuestion
+from .load_search import SETTINGS
 from .report_parts import ReportParts, mean_load_opens, rests_at_load
 from .report_tables import units_of
 from .safety import SteadyStates, safety_table, verdict_table
@@ -37,9 +38,6 @@ LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
 """Default load factors of the curve; they are reduced if the bodies slide off below the last one.
 """
 
-# The default curve ends at this share of the gross-slip load. Closer to it the slip needs many
-# cycles to become steady.
-_BELOW_GROSS_SLIP = 0.95
 # Longest list of node numbers in a reason.
 _MOST_NODES = 5
 
@@ -126,13 +124,13 @@ class Pages(Generic[Parts]):
             self.ask(_AT_LOAD, self._steady_at_load)
         else:
             self.missing[_AT_LOAD] = slides.reason
-            self.states.known[self.states.nominal().name, 1.0] = NoContinuation(slides.reason)
+            self.states.known[self.scatter.nominal().name, 1.0] = NoContinuation(slides.reason)
         if not self.scatter.exists:
             fit_is_known = slides is None or slides.self_stress is None
             self._judge(slides if fit_is_known else None, {})
 
     def _steady_at_load(self) -> SteadyState:
-        answer = self.states.at(self.states.nominal(), 1.0)
+        answer = self.states.at(self.scatter.nominal(), 1.0)
         if not isinstance(answer, SteadyState):
             raise answer
         answer.states()  # tables need them: an error of theirs is one of the steady state
@@ -167,13 +165,14 @@ class Pages(Generic[Parts]):
         """The backbone curve, with load factor 1 unless the bodies slide off below."""
         upper = np.inf if slides is None else slides.load_factor
         if factors is None:
-            scale = min(1.0, _BELOW_GROSS_SLIP * upper / LOAD_FACTORS[-1]) if upper > 0 else 1.0
+            end = SETTINGS.below_gross_slip * upper
+            scale = min(1.0, end / LOAD_FACTORS[-1]) if upper > 0 else 1.0
             factors = scale * np.array(LOAD_FACTORS)
         if slides is None or rests_at_load(slides):
             factors = np.union1d(factors, [1.0])
         joint, load = with_compliance(self.system, self.cycle, self.friction, None)
         gross = slides or SolverError(self.missing["gross-slip load"])
-        nominal = self.states.nominal()
+        nominal = self.scatter.nominal()
 
         def steady_at(factor: float) -> SteadyState:
             answer = self.states.at(nominal, factor)

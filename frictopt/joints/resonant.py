@@ -81,7 +81,7 @@ class Resonant:
         points = _points_of(self)
         oscillator = _oscillator(self, points, ratio)
         interaction = _interaction(self, points, listed("other_modes", other_modes))
-        return _Answer(self, wanted, size, oscillator, interaction).result()
+        return _Answer(self, points, wanted, size, oscillator, interaction).result()
 
     def largest_force(
         self: Any,
@@ -234,9 +234,10 @@ def _amplitude_at(points: pd.DataFrame, name: str, limit: float, scale: float) -
 
 @dataclass(frozen=True)
 class _Answer:
-    """A curve with its forces, and all that makes a `ForcedResponse` of them."""
+    """A curve, its points with a resonance, forces, and all that makes a response of them."""
 
     curve: Any
+    points: pd.DataFrame
     forces: Array
     scale: float
     oscillator: ModalOscillator
@@ -292,10 +293,9 @@ class _Answer:
 
     def _band(self, peaks: Array) -> tuple[Array, Array]:
         """Least and most peak over the residual slips of the range; NaN without one."""
-        points = _points_of(self.curve)
         found = [peaks]
         for extreme in ("most", "least"):
-            oscillator = _extreme(self.curve, points, extreme, self.oscillator.damping)
+            oscillator = _extreme(self.curve, self.points, extreme, self.oscillator.damping)
             if oscillator is None:
                 unknown = np.full(len(peaks), np.nan)
                 return unknown, unknown
@@ -308,11 +308,10 @@ class _Answer:
         """Sentences about what the numbers do not know."""
         notes = ["an approximation by one mode, no bound"]
         last = self.curve.load_factor[-1]
-        points = _points_of(self.curve)
-        if points["load_factor"].iloc[-1] < last:
+        used = self.points["load_factor"].iloc[-1]
+        if used < last:
             notes.append(
-                f"the curve is used up to the load factor {points['load_factor'].iloc[-1]:g}, "
-                "above which it has no resonance"
+                f"the curve is used up to the load factor {used:g}, above which it has no resonance"
             )
         holds = self.oscillator.largest_force(self.oscillator.largest)
         peak = rows["peak"] / self.scale

@@ -20,10 +20,9 @@ from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip, gross_slip_of_statics
 from ..transients import SteadyState, steady_state
 from .load_search import SETTINGS, load_at_threshold
-from .scatter import Corner, Scatter
+from .scatter import NOMINAL, Corner, Scatter
 from .thresholds import GROSS_SLIP, QUANTITIES, SLIP_RANGE, SLIPPING_SHARE, Judged
 
-NOMINAL = "the nominal input"
 _NO_SCATTER = "at the nominal input, because nothing scatters"
 _BY_THEOREM = (
     "by a theorem: the load of statics never falls with friction, and is a concave function of the "
@@ -49,14 +48,10 @@ class SteadyStates:
     steps: int | None
     known: dict[tuple[str, float], SteadyAnswer] = field(default_factory=dict)
 
-    def nominal(self) -> Corner:
-        """The nominal input as a corner."""
-        return Corner(NOMINAL, self.scatter.friction, self.scatter.cycle)
-
     def all_corners(self) -> list[Corner]:
         """The nominal input, and the corners of the ranges if anything scatters."""
         corners = self.scatter.corners() if self.scatter.exists else []
-        return [self.nominal(), *corners]
+        return [self.scatter.nominal(), *corners]
 
     def at(self, corner: Corner, factor: float) -> SteadyAnswer:
         """The steady state of a corner at a load factor, or the error in its place."""

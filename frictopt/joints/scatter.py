@@ -14,6 +14,9 @@ from ..base.checks import checked_cases
 from ..contact import ContactSystem, LoadCycle, friction_coefficients
 from ..errors import ModelError
 
+NOMINAL = "the nominal input"
+"""Name of the corner of the nominal input."""
+
 # Largest number of preloads that scatter. Each doubles the number of corners, and each corner has a
 # steady state of its own.
 _MOST_PRELOADS = 4
@@ -56,6 +59,10 @@ class Scatter:
             f"most friction {_range_of(self.most_friction)}": self.most_friction,
         }
 
+    def nominal(self) -> Corner:
+        """The nominal input as a corner."""
+        return Corner(NOMINAL, self.friction, self.cycle)
+
     def corners(self) -> list[Corner]:
         """All corners of the ranges, those of the least friction and preloads first."""
         return [
@@ -76,7 +83,7 @@ class Scatter:
             if friction_name:
                 names.insert(0, friction_name)
             cycle = replace(self.cycle, mean={**self.cycle.mean, **loads})
-            yield Corner(", ".join(names) or "the nominal input", friction, cycle)
+            yield Corner(", ".join(names) or NOMINAL, friction, cycle)
 
     def in_words(self) -> str:
         """The ranges in words; "" if nothing scatters."""

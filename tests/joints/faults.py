@@ -244,8 +244,8 @@ FAULTS = (
     Fault(
         "joints/safety.py",
         "the nominal input is no corner of the verdicts",
-        old="[self.nominal(), *corners]",
-        new="corners or [self.nominal()]",
+        old="[self.scatter.nominal(), *corners]",
+        new="corners or [self.scatter.nominal()]",
         tests="sheet::test_with_scatter_a_verdict_is_the_worst_of_all_corners",
     ),
     Fault(
