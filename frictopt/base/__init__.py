@@ -10,6 +10,8 @@
     Bases of results: how they are printed, plotted and pickled.
 `files.py`, `archive.py`, `kinds.py`
     npz archives; results in them; the list of the classes that they can hold.
+`strict_json.py`
+    Values as strict JSON.
 `libraries.py`
     Libraries that read files of other codes.
 """

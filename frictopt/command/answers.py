@@ -1,7 +1,4 @@
-"""An answer as text, as JSON, as a table and as a picture.
-
-JSON is strict: a number that is not known (nan) is null, an infinite one is "inf" or "-inf".
-"""
+"""An answer as text, as JSON, as a table and as a picture."""
 
 from __future__ import annotations
 
@@ -16,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..base.files import WRITERS
+from ..base.strict_json import plain, strict_json
 from ..errors import ModelError
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -75,7 +73,7 @@ def give(
 
 def print_json(options: argparse.Namespace, parts: Mapping[str, object]) -> None:
     """Print the parts of an answer as JSON, with the version and the warnings."""
-    print(as_json({"frictopt": __version__, **parts, "warnings": options.warnings}))
+    print(strict_json({"frictopt": __version__, **parts, "warnings": options.warnings}))
 
 
 def _write_files(
@@ -160,44 +158,6 @@ def write_picture(file: Path, plot: Callable[[], Any]) -> None:
         raise ModelError(f"--picture: {error}") from error
 
 
-def as_json(value: object) -> str:
-    """A value as strict JSON, see `plain`."""
-    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
-
-
-def plain(value: Any) -> Any:
-    """A value in the types of JSON: nan is None, infinity is "inf", a table is a list of its rows.
-
-    Names of Enum members are texts.
-    """
-    if value is None or isinstance(value, bool | int | str):
-        return value
-    if isinstance(value, float):
-        if math.isnan(value):
-            return None
-        return float(value) if math.isfinite(value) else f"{value}"
-    if isinstance(value, Enum):
-        return value.name
-    if isinstance(value, Mapping):
-        return {str(name): plain(part) for name, part in value.items()}
-    if isinstance(value, tuple | list | range):
-        return [plain(part) for part in value]
-    if hasattr(value, "_answer"):
-        return plain(numbers_of(value))
-    return _plain_of_libraries(value)
-
-
-def _plain_of_libraries(value: Any) -> Any:
-    """A value of numpy or pandas in the types of JSON."""
-    if hasattr(value, "to_dict") and hasattr(value, "columns"):
-        return [plain(row) for row in value.to_dict("records")]
-    if hasattr(value, "tolist"):  # an array, or a number of numpy
-        return plain(value.tolist())
-    import pandas as pd
-
-    return None if value is pd.NA else str(value)
-
-
 def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:
     """Print what an interrupt keeps, and return sentences on it."""
     if hasattr(interrupt, "told"):
@@ -207,7 +167,8 @@ def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:
         return []
     value = getattr(interrupt, known)
     if with_json:
-        print(as_json({"interrupted": True, known: value}))
+        content = numbers_of(value) if hasattr(value, "_answer") else value
+        print(strict_json({"interrupted": True, known: content}))
     else:
         print(value)
     return [f"{known}: printed as far as it is known"]

@@ -12,9 +12,10 @@ from pathlib import Path
 
 from .. import __version__
 from ..base.files import WRITERS, output, to_its_end
+from ..base.strict_json import strict_json
 from ..errors import FrictoptError, ModelError, StoreError
 from . import jobs, questions, studies
-from .answers import NO_ANSWER, as_json, partial_answer
+from .answers import NO_ANSWER, partial_answer
 from .options import Command
 
 BAD_INPUT = 2
@@ -56,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = _exit_code(error)
         print(f"frictopt: error: {error}", file=sys.stderr)
         if with_json:
-            print(as_json({"error": str(error), "exit_code": code}))
+            print(strict_json({"error": str(error), "exit_code": code}))
         return code
 
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
+from ..base.strict_json import strict_json
 from .advice import advice_on, gross_slip_in_words, kind_of_contact
 from .report_parts import ReportParts
 from .report_tables import curve_table, numbers_of, with_units
@@ -136,23 +135,8 @@ def write_json(parts: ReportParts, file: Path) -> None:
         "outcome": None if parts.steady is None else parts.steady.outcome.name,
         "missing": dict(parts.missing),
     }
-    for name, table in tables_of(parts).items():
-        content[name] = table.to_dict("records")
-    text = json.dumps(_strict(content), indent=1, allow_nan=False, ensure_ascii=False)
-    file.write_text(text, encoding="utf-8")
-
-
-def _strict(value: Any) -> Any:
-    """The value in the types of JSON."""
-    if isinstance(value, Mapping):
-        return {str(name): _strict(part) for name, part in value.items()}
-    if isinstance(value, list):
-        return [_strict(part) for part in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if not isinstance(value, float) or np.isfinite(value):
-        return value
-    return None if np.isnan(value) else str(value)
+    content |= tables_of(parts)
+    file.write_text(strict_json(content), encoding="utf-8")
 
 
 def write_spreadsheet(parts: ReportParts, file: Path) -> None:

@@ -96,4 +96,11 @@ FAULTS = (
         new="self.count",
         tests="progress",
     ),
+    Fault(
+        "base/strict_json.py",
+        "JSON with Infinity",
+        old="float(value) if math.isfinite(value) else f'{value}'",
+        new="float(value)",
+        tests="sheet::test_json_is_strict",
+    ),
 )

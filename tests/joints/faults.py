@@ -340,13 +340,6 @@ FAULTS = (
         tests="sheet::test_the_text_fits_on_paper",
     ),
     Fault(
-        "joints/report_files.py",
-        "JSON with NaN and Infinity",
-        old="not isinstance(value, float) or np.isfinite(value)",
-        new="True",
-        tests="sheet::test_json_is_strict",
-    ),
-    Fault(
         "joints/advice.py",
         "friction of 1.48 as advice",
         old="float(f'{required:.3g}') <= _PRACTICAL_FRICTION",

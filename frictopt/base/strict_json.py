@@ -1,0 +1,43 @@
+"""Values as strict JSON: a number that is not known (nan) is null, an infinite one is a text."""
+
+import json
+import math
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any
+
+
+def strict_json(value: object) -> str:
+    """A value as strict JSON, see `plain`."""
+    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def plain(value: Any) -> Any:
+    """A value in the types of JSON: nan is None, infinity is "inf", a table is a list of its rows.
+
+    Names of Enum members are texts.
+    """
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        if math.isnan(value):
+            return None
+        return float(value) if math.isfinite(value) else f"{value}"
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, Mapping):
+        return {str(name): plain(part) for name, part in value.items()}
+    if isinstance(value, tuple | list | range):
+        return [plain(part) for part in value]
+    return _plain_of_libraries(value)
+
+
+def _plain_of_libraries(value: Any) -> Any:
+    """A value of numpy or pandas in the types of JSON."""
+    if hasattr(value, "to_dict") and hasattr(value, "columns"):
+        return [plain(row) for row in value.to_dict("records")]
+    if hasattr(value, "tolist"):  # an array, or a number of numpy
+        return plain(value.tolist())
+    import pandas as pd
+
+    return None if value is pd.NA else str(value)
