@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
+from validation.moving_events import PRESS, cylinder
 
 from .progress import each
 from .tables import Row, Study, Table, markdown
 
-_P = np.pi / 4  # half-width 1 of a cylinder with R = E* = 1
 _VARIES = 0.2  # amplitude of the normal load over its mean
 
 
@@ -40,19 +40,13 @@ FULL = Parameters()
 QUICK = Parameters(cells=16, corners=8, phases=(0.0, 45.0), load_factors=(0.05, 0.1))
 
 
-def cylinder(cells: int, half_length: float) -> fo.ContactSystem:
-    """A cylinder on a half-plane of similar material."""
-    parts = fo.reference.half_plane_contact(cells, half_length, 1.0, R=1.0)
-    return fo.ContactSystem.from_blocks(**parts)
-
-
 def out_of_phase(phase: float, corners: int) -> fo.LoadCycle:
     """Shear of one P at load factor 1, and a fixed normal load that leads it by a phase in degrees."""
     angles = 2 * np.pi * np.arange(corners) / corners
-    pressed = _VARIES * _P * np.cos(angles + np.deg2rad(phase))
+    pressed = _VARIES * PRESS * np.cos(angles + np.deg2rad(phase))
     return fo.LoadCycle(
-        {"P": _P},
-        [{"Q": _P * float(np.cos(angle))} for angle in angles],
+        {"P": PRESS},
+        [{"Q": PRESS * float(np.cos(angle))} for angle in angles],
         fixed=[{"P": float(part)} for part in pressed],
     )
 
@@ -70,7 +64,7 @@ def phases(parameters: Parameters) -> Iterator[Row]:
                 "shakedown": limit.load_factor,
                 "bound_for_all": limit.bound_for_all,
                 "load_factor": load_factor,
-                "dissipation": steady.dissipation / _P**2,
+                "dissipation": steady.dissipation / PRESS**2,
                 "outcome": steady.outcome.name,
                 "residual": max(limit.residual, steady.residual),
             }

@@ -30,8 +30,14 @@ class Case:
     friction: NDArray[Any]
     kind: str
 
+    @property
+    def asked(self) -> tuple[fo.ContactSystem, fo.LoadCycle, NDArray[Any]]:
+        """The arguments of a question."""
+        return self.system, self.cycle, self.friction
 
-def _definite(rng: np.random.Generator, size: int) -> NDArray[Any]:
+
+def definite(rng: np.random.Generator, size: int) -> NDArray[Any]:
+    """A random positive definite matrix."""
     factor = rng.normal(size=(size, size))
     return np.asarray(factor @ factor.T / size + 0.4 * np.eye(size))
 
@@ -44,8 +50,8 @@ def contact(seed: int, tangents: int = 1) -> Case:
     kind = KINDS[seed % len(KINDS)]
     entries = tangents * nodes
     S = np.zeros((entries + nodes, entries + nodes))
-    S[:entries, :entries] = _definite(rng, entries)
-    S[entries:, entries:] = _definite(rng, nodes)
+    S[:entries, :entries] = definite(rng, entries)
+    S[entries:, entries:] = definite(rng, nodes)
 
     pressed = rng.uniform(0.4, 1.4, nodes)
     pressed[rng.integers(nodes)] += 2.0  # this node mostly stays closed
@@ -85,9 +91,7 @@ def ends(case: Case, load_factor: float, starts: int, seed: int = 0) -> Counter[
         slip = rng.normal(size=case.system.slip_shape) * rng.choice([0.1, 1.0])
         try:
             steady = fo.steady_state(
-                case.system,
-                case.cycle,
-                case.friction,
+                *case.asked,
                 load_factor,
                 initial_slip=slip if start else None,
                 progress=False,
@@ -101,9 +105,7 @@ def ends(case: Case, load_factor: float, starts: int, seed: int = 0) -> Counter[
 def works(case: Case, load_factor: float, steps: tuple[int, ...]) -> list[float]:
     """Work of friction per cycle from no slip, by increments, for some numbers of them a leg."""
     return [
-        fo.steady_state(
-            case.system, case.cycle, case.friction, load_factor, steps=count, progress=False
-        ).dissipation
+        fo.steady_state(*case.asked, load_factor, steps=count, progress=False).dissipation
         for count in steps
     ]
 
@@ -129,7 +131,7 @@ def _expected(limit: fo.results.ShakedownLimit) -> Iterator[tuple[float, bool]]:
 def judged(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, str, str, str]:
     """Kind, whether nodes open and close, kind of limit, and where transients disagree."""
     case = contact(seed, tangents)
-    limit = fo.shakedown_limit(case.system, case.cycle, case.friction, progress=False)
+    limit = fo.shakedown_limit(*case.asked, progress=False)
     wrong = []
     for load_factor, rests in _expected(limit):
         found = ends(case, load_factor, starts, seed)

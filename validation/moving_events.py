@@ -8,14 +8,13 @@ many limits events raise, and how many contacts rest above their limit from some
 import sys
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 import frictopt as fo
+
+from .moving_areas import Case, definite
 
 KINDS = ("around an area", "there and back", "static shear")
 # The corners that the load visits, by kind.
@@ -23,21 +22,6 @@ _VISITED = {"around an area": "0123", "there and back": "0121", "static shear": 
 # Transients are followed at these multiples of a limit, from so many starts each.
 _ABOVE = (1.01, 1.1, 1.3, 1.6, 2.0, 3.0)
 _STARTS = 4
-
-
-@dataclass(frozen=True)
-class Case:
-    """A contact, its cycle and friction."""
-
-    system: fo.ContactSystem
-    cycle: fo.LoadCycle
-    friction: NDArray[Any]
-    kind: str
-
-    @property
-    def asked(self) -> tuple[fo.ContactSystem, fo.LoadCycle, NDArray[Any]]:
-        """The arguments of a question."""
-        return self.system, self.cycle, self.friction
 
 
 def contact(seed: int, kind: str) -> Case:
@@ -49,8 +33,7 @@ def contact(seed: int, kind: str) -> Case:
     rng = np.random.default_rng([75, 4, seed])
     nodes = int(rng.integers(2, 5))
     none = np.zeros(nodes)
-    factor = rng.normal(size=(2 * nodes, 2 * nodes))
-    S = factor @ factor.T / (2 * nodes) + 0.4 * np.eye(2 * nodes)
+    S = definite(rng, 2 * nodes)
     loads = {"mean": (0.1 * rng.normal(size=nodes), rng.uniform(0.3, 1.5, nodes))}
     for k in range(4):
         shear = none if kind == "static shear" else rng.normal(size=nodes)

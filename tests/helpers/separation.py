@@ -20,6 +20,13 @@ def pulled_system(rng, nodes):
     )
 
 
+def lifted_system(rng, nodes):
+    """A random contact that is closed under its mean load, and that the cyclic load lifts."""
+    contact = random_system(rng, nodes, coupling=1.0)
+    (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
+    return contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
+
+
 def rests(contact, cycle, friction, load_factor, **begin):
     """Whether a transient comes to rest; a path that ends does not."""
     try:

@@ -10,6 +10,18 @@ from frictopt.contact import frames_of, joined, parted
 CYCLE = fo.LoadCycle(mean={"mean": 1.0}, corners=[{"cyclic": -1.0}, {"cyclic": 1.0}])
 PULL, SHEAR = (fo.LoadCycle({"P": 1.0}, [{name: -1.0}, {name: 1.0}]) for name in ("sigma", "Q"))
 
+# Jenkins' element: a block under the pressure N on a spring of 3, sheared by F to and fro.
+BLOCK = fo.ContactSystem.from_blocks(
+    [[3.0]],
+    [[0.0]],
+    [[1.0]],
+    [0.0],
+    {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])},
+    compliance=[[0, 0], [0, 1]],
+    units="N, mm",
+)
+PUSHED_AND_PULLED = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+
 SEEDS = st.integers(0, 10**6)
 # Two coupled pairs for `system`: with f = 0.6 and 0.4 their guaranteed limits are well below their
 # shakedown limits.

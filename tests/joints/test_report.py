@@ -15,18 +15,7 @@ from frictopt.joints import report_pages as module
 from helpers.cases import few
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
-from helpers.systems import CYCLE, random_system
-
-BLOCK = fo.ContactSystem.from_blocks(
-    [[3.0]],
-    [[0.0]],
-    [[1.0]],
-    [0.0],
-    {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])},
-    compliance=[[0, 0], [0, 1]],
-    units="N, mm",
-)
-TO_AND_FRO = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+from helpers.systems import BLOCK, CYCLE, PUSHED_AND_PULLED, random_system
 
 
 def value(report, number):
@@ -35,7 +24,7 @@ def value(report, number):
 
 def test_a_block_on_a_spring():
     """Jenkins' element: shear of load factor on a spring of 3 that slides at f N = .5."""
-    report = fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0])
+    report = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4, 1.0])
     assert (
         value(report, "gross-slip load") == np.inf
         and "supports hold the bodies" in report.gross_slip.reason
@@ -126,7 +115,7 @@ def test_an_interrupt_keeps_what_is_known(monkeypatch):
 
     monkeypatch.setattr(module, "shakedown_limit", stop)
     with pytest.raises(KeyboardInterrupt) as interrupt:
-        fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4])
+        fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4])
     assert (
         interrupt.value.report.steady.dissipation == pytest.approx(1 / 3)
         and interrupt.value.report.limit is None
@@ -140,7 +129,7 @@ def test_an_interrupt_keeps_what_is_known(monkeypatch):
 
 def test_one_file_has_text_tables_and_pictures(tmp_path):
     file, known = tmp_path / "joint.html", plt.get_fignums()  # those of other tests
-    fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0]).save(file)
+    fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4, 1.0]).save(file)
     page = file.read_text(encoding="utf-8")
     assert (
         page.count("<img") == 3
@@ -154,7 +143,9 @@ def test_one_file_has_text_tables_and_pictures(tmp_path):
     )
     assert plt.get_fignums() == known
     with pytest.raises(fo.ModelError, match="npz"):
-        fo.report(BLOCK, TO_AND_FRO, 0.5, [0.4]).save(tmp_path / "joint.csv")  # no form of a report
+        fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, [0.4]).save(
+            tmp_path / "joint.csv"
+        )  # no form of a report
 
 
 def test_the_command(tmp_path, capsys):
@@ -186,7 +177,7 @@ def test_the_command(tmp_path, capsys):
 @pytest.mark.parametrize("factors", [[0.0, 1.0], [1.0, 0.5], [], [np.nan]])
 def test_load_factors_that_do_not_rise_are_refused(factors):
     with pytest.raises(fo.ModelError, match="load_factors"):
-        fo.report(BLOCK, TO_AND_FRO, 0.5, factors)
+        fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, factors)
 
 
 PAIR = fo.ContactSystem.from_blocks(

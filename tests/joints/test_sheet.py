@@ -11,20 +11,11 @@ import pytest
 import frictopt as fo
 from frictopt.joints import report_files, report_pages, safety
 from helpers.cases import few
-from helpers.systems import CYCLE, random_system
+from helpers.systems import BLOCK as BARE_BLOCK
+from helpers.systems import CYCLE, PUSHED_AND_PULLED, random_system
 
 STIFFNESS = 3.0
-BLOCK = fo.ContactSystem.from_blocks(
-    [[STIFFNESS]],
-    [[0.0]],
-    [[1.0]],
-    [0.0],
-    {"N": ([0.0], [1.0]), "F": ([-1.0], [0.0])},
-    compliance=[[0, 0], [0, 1]],
-    units="N, mm",
-    width=[2.0],
-)
-TO_AND_FRO = fo.LoadCycle({"N": 1.0}, [{"F": 1.0}, {"F": -1.0}])
+BLOCK = replace(BARE_BLOCK, width=[2.0])
 FREE = fo.ContactSystem.from_blocks(
     [[0.0]],
     [[0.0]],
@@ -85,7 +76,7 @@ def test_against_slip_the_corners_are_followed():
     """Jenkins' element slips from f N on, by 2 (load - f N) / stiffness."""
     limits = {"slip range": 0.6, "slipping share": 0.5, "work": 1.0}
     joint = fo.report(
-        BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), preload={"N": (0.9, 1.1)}, limits=limits, pages=2
+        BLOCK, PUSHED_AND_PULLED, (0.4, 0.5, 0.6), preload={"N": (0.9, 1.1)}, limits=limits, pages=2
     )
     beyond = 0.6 * STIFFNESS / 2
     for name, force in (("slip range of 0.6", beyond), ("slipping share of 0.5", 0.0)):
@@ -106,7 +97,7 @@ def test_below_the_least_load_factor_nothing_is_safe():
 
 
 def test_a_threshold_that_no_load_reaches_has_an_infinite_factor():
-    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, limits={"slip range": 20.0}, pages=2)
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, limits={"slip range": 20.0}, pages=2)
     assert joint.safety["worst"].tolist() == [np.inf, np.inf]
 
 
@@ -135,7 +126,7 @@ def test_a_verdict_turns_at_the_value(name, value, above):
     threshold = value * (1 + (1e-6 if above else -1e-6))
     if name == "slipping share":
         threshold = min(threshold, 1.0)
-    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, limits={name: threshold}, pages=1)
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, limits={name: threshold}, pages=1)
     verdict = row(joint.verdicts, "quantity", name)
     assert verdict["value"] == pytest.approx(value) and verdict["passed"] == above
     assert verdict["margin"] == pytest.approx(threshold / value)
@@ -147,7 +138,11 @@ def test_with_scatter_a_verdict_is_the_worst_of_all_corners():
     """Work has its largest value inside the range of friction, where the nominal input is."""
     ranges = {"N": (0.9, 1.1)}
     joint = fo.report(
-        BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), preload=ranges, limits={"work": 1, "slip range": 1}
+        BLOCK,
+        PUSHED_AND_PULLED,
+        (0.4, 0.5, 0.6),
+        preload=ranges,
+        limits={"work": 1, "slip range": 1},
     )
     forces = [0.5, *(f * N for f in (0.4, 0.6) for N in (0.9, 1.1))]
     slips, works = np.transpose([jenkins(force) for force in forces])
@@ -155,7 +150,7 @@ def test_with_scatter_a_verdict_is_the_worst_of_all_corners():
     assert slip["value"] == pytest.approx(slips.max()) and slip["at"] == "least friction 0.4, N 0.9"
     assert work["value"] == pytest.approx(works.max()) and work["at"] == "the nominal input"
     assert joint.friction == pytest.approx(0.5) and joint.steady.dissipation == works[0]
-    first = fo.report(BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), limits={"work": 1}, pages=1)
+    first = fo.report(BLOCK, PUSHED_AND_PULLED, (0.4, 0.5, 0.6), limits={"work": 1}, pages=1)
     assert first.verdicts.empty and "page 2" in first.missing["safety factors and verdicts"]
 
 
@@ -171,7 +166,7 @@ def test_without_a_steady_state_no_threshold_is_kept():
 
 def test_increments_count_against_a_work():
     """A work of 1 with an error of 10 % does not keep a threshold of 1.05."""
-    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, pages=1)
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, pages=1)
     states = safety.SteadyStates(BLOCK, _scatter(), None)
     coarse = replace(joint.steady, steps=2, step_error=0.1)
     states.known[safety.NOMINAL, 1.0] = coarse
@@ -184,7 +179,7 @@ def test_increments_count_against_a_work():
 
 
 def _scatter():
-    return safety.Scatter(TO_AND_FRO, np.array([0.5]))
+    return safety.Scatter(PUSHED_AND_PULLED, np.array([0.5]))
 
 
 @pytest.mark.parametrize("seed", few(range(3)))
@@ -239,13 +234,13 @@ def test_units_change_no_verdict(seed):
 )
 def test_bad_input_is_refused_by_name(options, told):
     with pytest.raises(fo.ModelError, match=told):
-        fo.report(BLOCK, TO_AND_FRO, **{"friction": 0.5, **options})
+        fo.report(BLOCK, PUSHED_AND_PULLED, **{"friction": 0.5, **options})
 
 
 def test_tractions_need_a_width():
     bare = replace(BLOCK, width=None)
     with pytest.raises(fo.ModelError, match=r"Ruiz.*width"):
-        fo.report(bare, TO_AND_FRO, 0.5, limits={"Ruiz": 1.0})
+        fo.report(bare, PUSHED_AND_PULLED, 0.5, limits={"Ruiz": 1.0})
 
 
 # Pages
@@ -261,7 +256,11 @@ def test_each_page_is_shown_before_the_next_is_asked(monkeypatch):
 
     monkeypatch.setattr(safety, "steady_state", counted)
     joint = fo.report(
-        BLOCK, TO_AND_FRO, 0.5, [0.4, 1.0], show=lambda text: shown.append((text, len(factors)))
+        BLOCK,
+        PUSHED_AND_PULLED,
+        0.5,
+        [0.4, 1.0],
+        show=lambda text: shown.append((text, len(factors))),
     )
     texts, followed = zip(*shown, strict=True)
     assert followed == (1, 2, 2) and factors == [1.0, 0.4]
@@ -271,7 +270,7 @@ def test_each_page_is_shown_before_the_next_is_asked(monkeypatch):
 
 
 def test_the_first_page_alone_says_what_is_on_the_others():
-    joint = fo.report(BLOCK, TO_AND_FRO, 0.5, pages=1)
+    joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, pages=1)
     assert joint.curve is None and joint.limit is None and joint.steady is not None
     assert joint.missing == {
         "curve": "on page 2, which was not asked",
@@ -372,7 +371,7 @@ def test_a_ratcheting_contact_tells_its_drift():
     assert "drift" in repr(joint.steady) and not joint.verdicts["passed"][0]
     assert any(f"by up to {drift:.3g} mm" in sentence for sentence in joint.advice)
     assert row(joint.numbers, "number", "drift per cycle")["value"] == joint.steady.drift
-    assert fo.report(BLOCK, TO_AND_FRO, 0.5, pages=1).steady.drift == 0
+    assert fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, pages=1).steady.drift == 0
 
 
 # Words
@@ -424,7 +423,7 @@ def test_the_text_fits_on_paper():
 
 def sheet():
     limits = {"slip range": 0.3, "gross slip": 1.2}
-    return fo.report(BLOCK, TO_AND_FRO, (0.4, 0.5, 0.6), [0.4, 1.0], limits=limits)
+    return fo.report(BLOCK, PUSHED_AND_PULLED, (0.4, 0.5, 0.6), [0.4, 1.0], limits=limits)
 
 
 def test_json_is_strict(tmp_path):

@@ -8,8 +8,8 @@ import pytest
 import frictopt as fo
 from frictopt.limits import loose_nodes, pose, with_open
 from helpers.cases import few
-from helpers.separation import open_in_space, pulled_system
-from helpers.systems import CYCLE, FIRST_PAIR, random_system, system
+from helpers.separation import lifted_system, open_in_space, pulled_system
+from helpers.systems import CYCLE, FIRST_PAIR, system
 from validation.fuzz.cases import random_case
 
 CONTACT = system(*FIRST_PAIR)
@@ -24,9 +24,7 @@ def pulled(seed):
 def lifted(seed):
     """A random contact that is closed under its mean load, and that the cyclic load lifts."""
     rng = np.random.default_rng([seed, 32])
-    contact = random_system(rng, int(rng.integers(2, 6)), coupling=1.0)
-    (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
-    contact = contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
+    contact = lifted_system(rng, int(rng.integers(2, 6)))
     return contact, CYCLE, float(rng.uniform(0.2, 1.5))
 
 

@@ -10,9 +10,9 @@ import pytest
 import frictopt as fo
 from frictopt.limits import patterns, shakedown
 from helpers.cases import few
-from helpers.separation import open_in_space, pulled_system, rests
+from helpers.separation import lifted_system, open_in_space, pulled_system, rests
 from helpers.spatial import vectors
-from helpers.systems import CYCLE, random_system
+from helpers.systems import CYCLE
 from validation.fuzz.cases import random_case
 from validation.open_patterns import largest_with_open
 
@@ -37,9 +37,7 @@ def fuzzed(seed):
 def lifted(seed):
     """A random contact that is closed under its mean load, and that the cyclic load lifts."""
     rng = np.random.default_rng([seed, 11])
-    contact = random_system(rng, int(rng.integers(2, 6)), coupling=1.0)
-    (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
-    contact = contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
+    contact = lifted_system(rng, int(rng.integers(2, 6)))
     return contact, CYCLE, float(rng.uniform(0.2, 1.5))
 
 
