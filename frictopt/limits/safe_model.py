@@ -99,7 +99,7 @@ class SafeModel:
         self._question = question
         self._solver = solver
         self._turn = RLock()
-        self._programs: dict[object, Any] = {}
+        self._programs: dict[tuple[Any, ...], Any] = {}
 
         load_factor = cp.Parameter(nonneg=True, name="load_factor") if self._given else None
         self._x = unknowns(system.slip_shape, range(len(question.r1)), load_factor)
@@ -158,7 +158,8 @@ class SafeModel:
         """
         extended = bool(user_rows) or objective is not None
         open_nodes = question.open_nodes.tobytes()
-        key = name, open_nodes, objective is None, *map(id, user_rows), id(objective)
+        kind = extended, bool(question.open_nodes.any())
+        key = kind, name, open_nodes, objective is None, *map(id, user_rows), id(objective)
         if key not in self._programs:
             listed = listed_rows(question, self._x, self._f, every=extended, **listing)
             listed.user_rows = labelled_rows(user_rows, self._unknowns)
@@ -168,8 +169,9 @@ class SafeModel:
             if objective is not None:
                 chosen = checked_objective(objective, self._unknowns)
                 problem = cp.Problem(cp.Maximize(chosen), problem.constraints)
-            # Only two programs are kept, with and without user rows: dense matrices are large.
-            for old in list(self._programs)[:-1]:
+            # Dense matrices are large, so one program of each kind is kept: with and without user
+            # rows, with and without open nodes. A search of open nodes leaves the closed contact's.
+            for old in [other for other in self._programs if other[0] == kind]:
                 del self._programs[old]
             self._programs[key] = listed.compiled(problem, unit)
         program: Program = self._programs[key]

@@ -16,8 +16,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.__main__ import main
-from frictopt.base import Bar
-from frictopt.base.strict_json import strict_json
+from frictopt.base import Bar, strict_json
 from frictopt.command import main as run
 from frictopt.command import options, questions
 from frictopt.study import dissipation
@@ -307,7 +306,12 @@ def test_an_infinite_limit_is_an_answer(capsys):
     assert main(["gross-slip", "punch.npz", *PULL, *F, "--json"]) == 0
     assert strict(capsys.readouterr().out)["answer"]["load_factor"] == "inf"
     values = {"a": -np.inf, "b": np.float64(np.nan), "c": np.arange(2), "d": pd.NA}
-    assert strict(strict_json(values)) == {"a": "-inf", "b": None, "c": [0, 1], "d": None}
+    assert strict(strict_json.strict_json(values)) == {
+        "a": "-inf",
+        "b": None,
+        "c": [0, 1],
+        "d": None,
+    }
 
 
 def test_errors_and_warnings_are_json_too(capsys):

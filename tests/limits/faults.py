@@ -223,8 +223,8 @@ FAULTS = (
     Fault(
         "limits/safe_model.py",
         "with nodes open and closed one program",
-        old="(name, open_nodes, objective is None, *map(id, user_rows), id(objective))",
-        new="(name, objective is None, *map(id, user_rows), id(objective))",
+        old="(kind, name, open_nodes, objective is None, *map(id, user_rows), id(objective))",
+        new="(kind[0], name, objective is None, *map(id, user_rows), id(objective))",
         tests="open_nodes open_nodes_own",
     ),
     Fault(

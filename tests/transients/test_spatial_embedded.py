@@ -99,9 +99,8 @@ def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, 
     S = np.kron(np.eye(3), [[2.0, -1.0], [-1.0, 2.0]])
     asked = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded), fo.LoadCycle({"P": 1.0}, corners)
     limit = fo.ShakedownModel(*asked).of_set(pose(*asked, friction))  # all nodes closed
-    assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE) and limit.reason.endswith(
-        why
-    )
+    assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE)
+    assert why in limit.reason
     assert limit.bound == pytest.approx(0.0, abs=1e-12) and set(limit.mechanism["node"]) == {
         int(why[5])
     }
@@ -146,13 +145,14 @@ def test_limits_of_directions_of_very_unlike_stiffness_are_found(seed):
     rng = np.random.default_rng(seed)
     contact, size = graded(rng, int(rng.integers(4, 13)))
     f, n = rng.uniform(0.2, 1.5, contact.nodes), contact.nodes
-    limit, loads = fo.shakedown_limit(contact, cycle(), f), vectors(contact)
+    closed = np.zeros(contact.nodes, dtype=bool)
+    limit, loads = fo.shakedown_limit(contact, cycle(), f, open=closed), vectors(contact)
     finite = np.isfinite(limit.load_factor)
-    at, slip = (
-        (limit.load_factor, limit.slip)
-        if finite
-        else (1e3, fo.safe_slip(contact, cycle(), f, 1e3).slip)
-    )
+    if finite:
+        at, slip = limit.load_factor, limit.slip
+    else:
+        at = 1e3
+        slip = fo.safe_slip(contact, cycle(), f, at).slip
     r = np.array(
         [
             loads["mean"] + at * sum(by * loads[name] for name, by in corner.items())

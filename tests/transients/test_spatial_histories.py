@@ -181,7 +181,7 @@ def test_a_range_is_drawn_as_maps_of_both_its_ends(free):
             if isinstance(points, PathCollection) and points.get_array() is not None
         )
         assert np.allclose(shown, steady.dissipation_per_node, rtol=1e-12)
-        assert f"{name} work found, $W = {steady.dissipation:.4g}$" in axes.get_title()
+        assert f"{name} work found, $W$ = {steady.dissipation:.4g} " in axes.get_title()
 
 
 @pytest.mark.slow

@@ -73,9 +73,11 @@ class Probe:
     floor: float = 1e-3
 
 
-def shakedown(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
-    """The shakedown limit."""
-    found = fo.shakedown_limit(system, cycle, friction)
+def shakedown(
+    system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, open_nodes: Any = None
+) -> Answer:
+    """The shakedown limit; with `open_nodes`, of these open nodes alone."""
+    found = fo.shakedown_limit(system, cycle, friction, open=open_nodes)
     return Answer.of(found, found.load_factor)
 
 
