@@ -18,11 +18,12 @@ PROSE = re.compile(
 )
 CHECKED = (
     "README.md",
+    "CONTRIBUTING.md",
     *(
         f"docs/{page}.md"
         for page in (
             "glossary index faq questions checked studies formats help size performance solvers"
-            " tutorial/which tutorial/models tutorial/index"
+            " architecture command paper published validity tutorial/which tutorial/models tutorial/index"
         ).split()
     ),
 )
