@@ -24,12 +24,6 @@ _LARGEST = 1e150
 # Calls from inside the package get no warning of odd values; those of the command line do.
 _OURS = "frictopt."
 _COMMAND = "frictopt.command."
-# Largest coefficient of friction without a warning: of dry metals it is 0.1 to 1.5, of rubber up
-# to 4.
-_ROUGH = 5.0
-# Coefficients of wear, in 1/Pa, without a warning: of diamond-like coatings 1e-17 and more, of soft
-# metals that seize up to 1e-10.
-_WEAR = (1e-17, 1e-9)
 # Units of force in N, and of length in m.
 _NEWTON = {"N": 1.0, "kN": 1e3, "MN": 1e6}
 _METRE = {"m": 1.0, "mm": 1e-3}
@@ -370,9 +364,12 @@ def _odd_values(arguments: Mapping[str, Any]) -> Iterator[str]:
     # Reading an iterator here would use it up; an array without dimensions cannot be iterated.
     if isinstance(frictions, Collection) and np.iterable(frictions):
         friction = max((_largest("friction", value) for value in frictions), default=0.0)
-        if friction > _ROUGH:
+        # Largest coefficient of friction without a warning: of dry metals it is 0.1 to 1.5, of
+        # rubber up to 4.
+        rough = 5.0
+        if friction > rough:
             yield (
-                f"friction: {friction:g}, above {_ROUGH:g}; "
+                f"friction: {friction:g}, above {rough:g}; "
                 "give the coefficient of friction, not per cent"
             )
     cycle = arguments.get("cycle")
@@ -416,7 +413,10 @@ def _wear_in_other_units(coefficient: Any, units: str | None) -> Iterator[str]:
     largest = _largest("coefficient", coefficient)
     pascal = _NEWTON[force] / _METRE[length] ** 2  # the unit of pressure, in Pa
     in_pascal = largest / pascal
-    if largest > 0 and not _WEAR[0] <= in_pascal <= _WEAR[1]:
+    # Coefficients of wear, in 1/Pa, without a warning: of diamond-like coatings 1e-17 and more, of
+    # soft metals that seize up to 1e-10.
+    usual = (1e-17, 1e-9)
+    if largest > 0 and not usual[0] <= in_pascal <= usual[1]:
         yield (
             f"coefficient: {largest:g} is {in_pascal:.3g} 1/Pa, as forces are in {force} and "
             f"lengths in {length}; dry metals have 1e-16 to 1e-11 1/Pa; give it in "

@@ -7,7 +7,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
-from enum import Enum
+from enum import Enum, IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +19,16 @@ from ..errors import ModelError
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
     from ..base import Table
 
-NO_ANSWER = 3
-"""Exit code of a command without an answer."""
+
+class ExitCode(IntEnum):
+    """Exit codes of a command. 0 is an answer."""
+
+    BAD_INPUT = 2
+    NO_ANSWER = 3
+    BAD_FILE = 4
+    # As shells have it after SIGINT.
+    INTERRUPTED = 130
+
 
 # Rows of a table that are printed.
 _ROWS = 8
@@ -68,7 +76,7 @@ def give(
             print(answer)
             for name in printed:
                 print_table(tables[name], bool(options.table))
-    return NO_ANSWER if is_missing(answer) else 0
+    return ExitCode.NO_ANSWER if is_missing(answer) else 0
 
 
 def print_json(options: argparse.Namespace, parts: Mapping[str, object]) -> None:

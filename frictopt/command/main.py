@@ -15,12 +15,8 @@ from ..base.files import WRITERS, output, to_its_end
 from ..base.strict_json import strict_json
 from ..errors import FrictoptError, ModelError, StoreError
 from . import jobs, questions, studies
-from .answers import NO_ANSWER, partial_answer
+from .answers import ExitCode, partial_answer
 from .options import Command
-
-BAD_INPUT = 2
-BAD_FILE = 4
-INTERRUPTED = 130
 
 _EPILOG = """exit codes: 0 an answer; 2 bad input; 3 no answer, such as a limit that is nan;
 4 a file that cannot be read or written; 130 interrupted; 141 nobody read the output to its end.
@@ -52,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupt:
         notes = partial_answer(interrupt, with_json)
         print("frictopt: interrupted", *notes, sep="\n", file=sys.stderr)
-        return INTERRUPTED
+        return ExitCode.INTERRUPTED
     except (FrictoptError, OSError, ImportError) as error:
         code = _exit_code(error)
         print(f"frictopt: error: {error}", file=sys.stderr)
@@ -69,8 +65,8 @@ def _warn(options: argparse.Namespace, message: str) -> None:
 def _exit_code(error: Exception) -> int:
     of_file = isinstance(error, StoreError) or isinstance(error.__cause__, OSError)
     if of_file or not isinstance(error, FrictoptError):
-        return BAD_FILE
-    return BAD_INPUT if isinstance(error, ModelError) else NO_ANSWER
+        return ExitCode.BAD_FILE
+    return ExitCode.BAD_INPUT if isinstance(error, ModelError) else ExitCode.NO_ANSWER
 
 
 def _check_files(options: argparse.Namespace) -> None:

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .answers import NO_ANSWER, add_outputs, print_json, write_picture, write_table
+from .answers import ExitCode, add_outputs, print_json, write_picture, write_table
 from .options import Command
 
 if TYPE_CHECKING:  # commands import what they need, so that `frictopt --help` is quick
@@ -83,7 +83,7 @@ def _study(options: argparse.Namespace) -> int:
             columns.remove("cycle")
         print(table.groupby(columns).size().rename("runs").reset_index().to_string(index=False))
         print(f"kept in {store}")
-    return NO_ANSWER if (table["outcome"] == FAILED).all() else 0
+    return ExitCode.NO_ANSWER if (table["outcome"] == FAILED).all() else 0
 
 
 def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -> Table:

@@ -30,10 +30,6 @@ from .components import parted
 from .history import harmonic_corners, history_corners, independent_corners
 from .system import ContactSystem, checked_system, reactions
 
-_SECOND = np.timedelta64(1, "s")
-# Largest number of corners in the printed text of a load cycle; two independent loads have four.
-_PRINTED_CORNERS = 4
-
 
 @kept
 @warns_of_odd_values
@@ -356,9 +352,10 @@ def _checked_corners(name: str, loads: object) -> tuple[Mapping[str, float], ...
 def _checked_times(times: object, corners: int) -> tuple[object, ...]:
     """Check the times of the corners, numbers or dates; time differences become seconds."""
     checked = []
+    second = np.timedelta64(1, "s")
     for time in listed("times", times):
         if isinstance(time, timedelta | np.timedelta64):
-            time = float(time / _SECOND)
+            time = float(time / second)
         checked.append(time)
     if len(checked) - corners not in (0, 1):
         raise ModelError(
@@ -401,8 +398,10 @@ def _amplitude_texts(loads: Mapping[str, float]) -> list[str]:
 
 def _printed(loads: Sequence[Mapping[str, float]]) -> str:
     """A list of loads as a text; a long list is cut, and its length follows."""
-    text = ", ".join(str(dict(load)) for load in loads[:_PRINTED_CORNERS])
-    if len(loads) > _PRINTED_CORNERS:
+    # Two independent loads have four corners.
+    printed = 4
+    text = ", ".join(str(dict(load)) for load in loads[:printed])
+    if len(loads) > printed:
         return f"[{text}, ... {len(loads)} in all]"
     return f"[{text}]"
 

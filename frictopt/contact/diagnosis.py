@@ -10,9 +10,6 @@ from ..base.checks import Names
 from .law import lengths
 from .system import ContactSystem
 
-# The search for a state without slip ends after this number of changes of the set of open nodes.
-_LARGEST_NUMBER_OF_SETS = 100
-
 
 def _names_of_several(system: ContactSystem) -> Names | None:
     """(N,) names of the contacts; None if there is one contact alone."""
@@ -129,7 +126,10 @@ def settled(system: ContactSystem, p: Array) -> tuple[Booleans, Array] | None:
     force = float(np.abs(p).max()) or 1.0
     stiffness = float(np.abs(system.C).max()) or 1.0
     opened = p < -CONDENSATION * force
-    for _ in range(_LARGEST_NUMBER_OF_SETS):
+    # The search for a state without slip ends after this number of changes of the set of open
+    # nodes.
+    most_sets = 100
+    for _ in range(most_sets):
         w = np.zeros(system.nodes)
         C_open = system.C[np.ix_(opened, opened)] / stiffness
         w[opened] = np.linalg.lstsq(C_open, -p[opened] / force, rcond=CONDENSATION)[0]

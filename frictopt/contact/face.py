@@ -48,17 +48,27 @@ class MapStyle:
 
 _ONE_MAP = MapStyle(area_of_points=25_000, arrows=60, longest_arrow=0.12, arrow_width=0.007)
 _SEVERAL_MAPS = MapStyle(area_of_points=6_000, arrows=24, longest_arrow=0.2, arrow_width=0.012)
-# Sizes of panels of several faces at one scale, inches: of the longest side, of the root of the
-# largest area, of the shortest side, of the labels beside a panel, and of a row of panels.
-_LONGEST_PANEL = 6.5
-_MEAN_SIDE = 3.4
-_SMALLEST_PANEL = 1.3
-_ROOM_FOR_LABELS = np.array([0.9, 0.8])
-_WIDEST_ROW = 7.5
-# Smallest and largest area of a point, points^2.
-_POINT_AREA = (6.0, 160.0)
-# Slips below this share of the longest one have no arrow.
-_SHORTEST_ARROW = 0.02
+
+
+@dataclass(frozen=True)
+class PanelSizes:
+    """Sizes of panels of several faces at one scale, inches."""
+
+    # Longest side of a panel.
+    longest: float = 6.5
+    # Root of the largest area of a panel.
+    mean_side: float = 3.4
+    # Shortest side of a panel.
+    shortest: float = 1.3
+    # Room for the labels beside a panel.
+    labels: tuple[float, float] = (0.9, 0.8)
+    # Width of a row of panels.
+    row: float = 7.5
+    # Smallest and largest area of a point, points^2.
+    point_area: tuple[float, float] = (6.0, 160.0)
+
+
+_PANELS = PanelSizes()
 
 
 def panels_of(
@@ -98,9 +108,9 @@ def panels_by_size(
     extents = np.array([np.ptp(face.places, axis=0) for face in faces])
     longest = extents.max() or 1.0
     mean_side = np.sqrt(extents.prod(axis=1).max()) or longest
-    scale = min(_LONGEST_PANEL / longest, _MEAN_SIDE / mean_side)
-    sizes = np.clip(scale * extents, _SMALLEST_PANEL, _LONGEST_PANEL)
-    return axes_by_size(ax, sizes + _ROOM_FOR_LABELS, _WIDEST_ROW)
+    scale = min(_PANELS.longest / longest, _PANELS.mean_side / mean_side)
+    sizes = np.clip(scale * extents, _PANELS.shortest, _PANELS.longest)
+    return axes_by_size(ax, sizes + _PANELS.labels, _PANELS.row)
 
 
 def _shown_faces(system: ContactSystem, shown: Booleans | None) -> list[Face]:
@@ -206,7 +216,7 @@ def _draw_values(
     closed = closed[face.nodes]
     values = values[face.nodes]
     has_value = closed & np.isfinite(values)
-    size = float(np.clip(style.area_of_points / len(face.nodes), *_POINT_AREA))
+    size = float(np.clip(style.area_of_points / len(face.nodes), *_PANELS.point_area))
 
     names = None if system.contact is None else system.contact[face.nodes]
     areas = None
@@ -216,7 +226,7 @@ def _draw_values(
     if mesh is not None:
         shown = np.where(has_value, values, 0.0)
         axes.tripcolor(mesh, shown, shading="gouraud", zorder=0.5, rasterized=True, **colours)
-        size = max(_POINT_AREA[0], size / 4)
+        size = max(_PANELS.point_area[0], size / 4)
     points = axes.scatter(
         x[closed], y[closed], c=values[closed], s=size, plotnonfinite=True, **colours
     )
@@ -260,7 +270,9 @@ def _draw_slips(
 
     The `longest` slip of all maps has the same length on paper in each map.
     """
-    slips = np.flatnonzero(np.linalg.norm(slip, axis=1) >= _SHORTEST_ARROW * longest)
+    # Slips below this share of the longest one have no arrow.
+    shortest = 0.02
+    slips = np.flatnonzero(np.linalg.norm(slip, axis=1) >= shortest * longest)
     if len(slips):
         slips = slips[sorted(spread(face.places[slips].T, style.arrows))]
     size_of_map = float(np.ptp(face.places, axis=0).max() or 1.0)

@@ -1,5 +1,6 @@
 """How the faces of contacts in space are seen on a map: along their normal, or unrolled."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,16 +10,25 @@ from ..errors import ModelError
 from .frames import frames_of
 from .system import ContactSystem
 
-# Differences of directions up to this number are rounding, and so are differences of places up to
-# this share of the size of the contact.
-_ROUNDING = 1e-9
-# A face is curved about an axis if the second spread of its normals is at least this share of the
-# first one. The normals of two flat sides spread in one direction only.
-_SPREAD = 0.1
-# A face is seen along its mean normal if the cosines between this mean and all normals exceed a
-# limit. `_CAP` is the limit for faces that could be unrolled instead, `_NOT_STEEP` for all others.
-_CAP = 0.5
-_NOT_STEEP = 0.1
+
+@dataclass(frozen=True)
+class ViewSettings:
+    """The numbers that choose the view of a face."""
+
+    # Differences of directions up to this number are rounding, and so are differences of places up
+    # to this share of the size of the contact.
+    rounding: float = 1e-9
+    # A face is curved about an axis if the second spread of its normals is at least this share of
+    # the first one. The normals of two flat sides spread in one direction only.
+    spread: float = 0.1
+    # A face is seen along its mean normal if the cosines between this mean and all normals exceed
+    # this limit. Else it is unrolled.
+    cap: float = 0.5
+    # The same limit for faces that cannot be unrolled.
+    not_steep: float = 0.1
+
+
+_VIEW = ViewSettings()
 
 
 class Face(NamedTuple):
@@ -41,7 +51,7 @@ def faces_of(system: ContactSystem) -> list[Face]:
     every_node = np.arange(system.nodes)
     if len(names) < 2:
         return [_face_of(system, "", every_node)]
-    if np.ptp(system.frames, axis=0).max() <= _ROUNDING:
+    if np.ptp(system.frames, axis=0).max() <= _VIEW.rounding:
         try:
             return [_face_of(system, "", every_node)]
         except ModelError:
@@ -54,12 +64,12 @@ def _face_of(system: ContactSystem, contact: str, nodes: Integers) -> Face:
     frames = system.frames[nodes]
     points = system.points[nodes]
     normals = frames[:, 2]
-    if np.abs(frames - frames[0]).max() <= _ROUNDING:
+    if np.abs(frames - frames[0]).max() <= _VIEW.rounding:
         places, labels, directions = _seen_along(points, frames[0], "tangent")
     else:
         mean = normals.mean(axis=0)
         axis, turns_on = _axis_of(normals)
-        smallest_cosine = _CAP if turns_on else _NOT_STEEP
+        smallest_cosine = _VIEW.cap if turns_on else _VIEW.not_steep
         if (normals @ mean).min() > smallest_cosine * np.linalg.norm(mean):
             view = frames_of(mean[None])[0]
             places, labels, directions = _seen_along(points, view, "tangent of the mean plane")
@@ -70,7 +80,7 @@ def _face_of(system: ContactSystem, contact: str, nodes: Integers) -> Face:
                 "plot: the contact is not flat, and its sides face each other or away; make a "
                 "contact of each side, or use to_frame()"
             )
-    grid = np.round(places / (_ROUNDING * (np.ptp(places) or 1.0)))
+    grid = np.round(places / (_VIEW.rounding * (np.ptp(places) or 1.0)))
     if len(np.unique(grid, axis=0)) < len(nodes):
         raise ModelError(
             "plot: the contact has nodes above each other, which one map would hide; use to_frame()"
@@ -89,7 +99,7 @@ def _axis_of(normals: Array) -> tuple[Array, bool]:
     axis = directions[-1]
     axis = axis * np.sign(axis[np.abs(axis).argmax()])
     sines = np.linalg.norm(np.cross(axis, normals), axis=1)
-    return axis, bool(sizes[1] > _SPREAD * sizes[0] and sines.min() > _CAP)
+    return axis, bool(sizes[1] > _VIEW.spread * sizes[0] and sines.min() > _VIEW.cap)
 
 
 def _seen_along(points: Array, view: Array, tangent: str) -> tuple[Array, tuple[str, str], Array]:
@@ -120,7 +130,7 @@ def _arcs(points: Array, around: Array, axis: Array) -> Array:
     sides = np.sort(angle)
     gaps = np.diff(sides, append=sides[0] + 2 * np.pi)
     # If gaps are equal up to rounding, the first of them is taken.
-    widest = int((gaps > gaps.max() - _ROUNDING).argmax())
+    widest = int((gaps > gaps.max() - _VIEW.rounding).argmax())
     cut = sides[widest] + gaps[widest] / 2
 
     outward = np.cross(around, axis)
@@ -132,8 +142,8 @@ def _arcs(points: Array, around: Array, axis: Array) -> Array:
 def _axis_name(tangent: Array, name: str) -> str:
     """Name of a direction: x, y or z if it is one of these."""
     for number, letter in enumerate("xyz"):
-        if tangent[number] > 1.0 - _ROUNDING:
+        if tangent[number] > 1.0 - _VIEW.rounding:
             return f"${letter}$"
-        if tangent[number] < _ROUNDING - 1.0:
+        if tangent[number] < _VIEW.rounding - 1.0:
             return f"$-{letter}$"
     return f"position along the {name}"

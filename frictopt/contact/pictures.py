@@ -27,8 +27,7 @@ from .cycle import LoadCycle
 from .strip import label_panels, lines
 from .system import ContactSystem
 
-# Largest number of normals in a picture, and of corners of a cycle that each have a tick.
-_NUMBER_OF_NORMALS = 60
+# Largest number of corners of a cycle that each have a tick.
 _NUMBER_OF_TICKS = 12
 
 
@@ -39,8 +38,10 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
     The pressures are those of the bonded contact under each unit load. If the widths are not known,
     nodal forces are drawn. In space each load case has a panel, with its pressure as colours.
     """
+    # More normals would hide each other.
+    most_normals = 60
+    drawn = spread(system.points.T, most_normals)
     # The normals are a tenth of the size of the contact.
-    drawn = spread(system.points.T, _NUMBER_OF_NORMALS)
     length = 0.1 * float(np.ptp(system.points, axis=0).max() or 1.0)
     places = system.points[drawn]
     normals = length * system.normals[drawn]

@@ -8,9 +8,6 @@ from ..base import CONDENSATION, RIGID, Array, Booleans
 from ..errors import ModelError
 from .components import joined
 
-# Number of rows and columns of a matrix that are factored at once.
-_BLOCK = 256
-
 
 def symmetrised(name: str, matrix: Array) -> Array:
     """The symmetric part of a matrix that is symmetric up to rounding; else a ModelError."""
@@ -44,8 +41,10 @@ def check_semi_definite(name: str, S: Array) -> None:
     factor = S / scale
     factor[np.diag_indices_from(S)] += CONDENSATION * len(S)
     try:
-        for start in range(0, len(S), _BLOCK):
-            block = slice(start, start + _BLOCK)
+        # Number of rows and columns of a matrix that are factored at once.
+        size = 256
+        for start in range(0, len(S), size):
+            block = slice(start, start + size)
             done = slice(start)
             factor[start:, block] -= factor[start:, done] @ factor[block, done].T
             diagonal = np.linalg.cholesky(factor[block, block])

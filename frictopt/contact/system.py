@@ -45,10 +45,6 @@ from .given_parts import (
 )
 from .stiffness import check_semi_definite, in_series, overlapping, symmetrised
 
-# Largest ratio of the softness of springs in some directions to that of the bodies, if springs are
-# rigid in other directions. Beyond it rounding hides the forces that the bodies carry.
-_SOFTEST_SPRING = 1e18
-
 
 @kept
 @dataclass(frozen=True, eq=False, repr=False)
@@ -665,11 +661,15 @@ class ContactSystem(Shown, Plotted):
         if not springs.any():
             return self
         softness = springs * self.own_stiffness
-        if softness.max() > _SOFTEST_SPRING * max(softness.min(), 1.0):
+        # Largest ratio of the softness of springs in some directions to that of the bodies, if
+        # springs are rigid in other directions. Beyond it rounding hides the forces that the bodies
+        # carry.
+        softest = 1e18
+        if softness.max() > softest * max(softness.min(), 1.0):
             is_normal = softness.argmax() >= self.tangents * self.nodes
             raise ModelError(
                 f"{'normal' if is_normal else 'tangential'}: {softness.max():.1e} times softer "
-                f"than the bodies, while others are not; give at most {_SOFTEST_SPRING:g} times"
+                f"than the bodies, while others are not; give at most {softest:g} times"
             )
         S, R, added = in_series(self.S, self.own_stiffness, self._reactions, springs)
         compliance = None if self.compliance is None else self.compliance + added

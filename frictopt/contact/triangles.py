@@ -8,14 +8,6 @@ from matplotlib.tri import Triangulation
 from ..base import Array, Booleans
 from ..base.checks import Names
 
-# An edge this many times longer than the usual edges at its corners spans a hole or a notch.
-_LONG_EDGE = 1.8
-# A triangle lies in a hole only if the angle opposite to its edge in the hole has a cosine below
-# this number.
-_OBTUSE = -0.1
-# The drawn area may exceed the area of the contact by a part in a thousand.
-_FULL_AREA = 1.001
-
 
 def neighbours(
     names: Names | None, places: Array, has_value: Booleans, areas: Array | None
@@ -54,7 +46,9 @@ def _has_long_edge(places: Array, corners: Array) -> Booleans:
         at_node = lengths[(corners == node).any(axis=1)]
         if at_node.size:
             usual[node] = np.median(at_node)
-    return np.asarray(lengths.max(axis=1) > _LONG_EDGE * usual[corners].max(axis=1))
+    # An edge this many times longer than the usual edges at its corners spans a hole or a notch.
+    long_edge = 1.8
+    return np.asarray(lengths.max(axis=1) > long_edge * usual[corners].max(axis=1))
 
 
 def _hide_holes(mesh: Triangulation, hidden: Booleans, of_contact: Booleans, area: float) -> None:
@@ -67,7 +61,9 @@ def _hide_holes(mesh: Triangulation, hidden: Booleans, of_contact: Booleans, are
     corners = np.column_stack([mesh.x, mesh.y])[mesh.triangles]
     sides = np.roll(corners, -1, axis=1) - corners
     sizes = np.abs(np.linalg.det(sides[:, :2])) / 2
-    excess = sizes[of_contact & ~hidden].sum() - _FULL_AREA * area
+    # The drawn area may exceed the area of the contact by a part in a thousand.
+    full_area = 1.001
+    excess = sizes[of_contact & ~hidden].sum() - full_area * area
 
     # Cosine of the angle opposite to each side.
     lengths = np.linalg.norm(sides, axis=2)
@@ -80,7 +76,10 @@ def _hide_holes(mesh: Triangulation, hidden: Booleans, of_contact: Booleans, are
         """(cosine, triangle) of each side at the edge of the drawn area, if it is obtuse."""
         beyond = mesh.neighbors[triangle]
         is_free = (beyond < 0) | hidden[beyond] | ~of_contact[beyond]
-        obtuse = is_free & (opposite[triangle] < _OBTUSE)
+        # A triangle lies in a hole only if the angle opposite to its edge in the hole has a cosine
+        # below this number.
+        obtuse_cosine = -0.1
+        obtuse = is_free & (opposite[triangle] < obtuse_cosine)
         return [(cosine, triangle) for cosine in opposite[triangle][obtuse].tolist()]
 
     queue = []

@@ -41,10 +41,6 @@ from .pair_checks import check_order, check_sides
 from .rigid import balanced, check_supports, free_motions, node_graph
 from .schur import Factor, eliminate, nested_dissection
 
-# Largest number of displacements that a rotation is connected to: those of the elements at its
-# node. The amplitude of a mode is connected to more displacements.
-_MOST_OF_A_ROTATION = 300
-
 
 def condense(
     K: Any,
@@ -380,7 +376,10 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
     # Generalised coordinates with many connections come last.
     connections = abs(csr_matrix((K[generalised] @ T)[:, front >= 0]))
     count = np.diff(connections.indptr)
-    is_rotation = (count > 0) & (count <= _MOST_OF_A_ROTATION)
+    # Largest number of displacements that a rotation is connected to: those of the elements at its
+    # node. The amplitude of a mode is connected to more displacements.
+    most_of_a_rotation = 300
+    is_rotation = (count > 0) & (count <= most_of_a_rotation)
     strongest = np.asarray(connections.argmax(axis=1)).ravel()
     own_front = np.where(is_rotation, front[front >= 0][strongest], front.max() + 1)
     T = csr_matrix(hstack([T, identity(K.shape[0], format="csr")[:, generalised]]))

@@ -23,11 +23,6 @@ from .faces import FACED, areas_of, faced, facet_overlaps, facets_around, mortar
 from .sector import Sector
 from .supports import axis_of, checked_axis
 
-# Share of a cut face that must face the other one.
-_WHOLE = 0.9
-# Largest number of sectors of a ring.
-_MOST_SECTORS = 1000
-
 
 @dataclass(frozen=True)
 class Cyclic:
@@ -204,7 +199,9 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     low = body.boundary(cut.low, argument)
     high = body.boundary(cut.high, argument)
     angle = _angle(body, low, high, centre, along)
-    count = round(2 * np.pi / max(abs(angle), 2 * np.pi / _MOST_SECTORS))
+    # Largest number of sectors of a ring.
+    most_sectors = 1000
+    count = round(2 * np.pi / max(abs(angle), 2 * np.pi / most_sectors))
     # Either face may be named first.
     if angle < 0 and count > 2:
         low, high = high, low
@@ -292,7 +289,9 @@ def _pairing(body: Body, low: Integers, high: Integers, turn: Array, centre: Arr
         behind = facets_around(mesh, low)
         overlaps = facet_overlaps(around, back, behind, x)
         area = np.linalg.norm(areas_of(x[behind]), axis=1).sum()
-        if faced(overlaps, back[around]).min() > FACED and overlaps.weights.sum() > _WHOLE * area:
+        # Share of a cut face that must face the other one.
+        whole = 0.9
+        if faced(overlaps, back[around]).min() > FACED and overlaps.weights.sum() > whole * area:
             nodes = np.unique(around)
             places, _ = mortar_projection(overlaps, nodes, len(x))
             off = np.linalg.norm(back[nodes] - places @ x, axis=1)

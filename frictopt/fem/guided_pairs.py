@@ -15,13 +15,6 @@ from ..base import Array, Booleans, Integers, first_of, place
 from ..errors import ModelError
 from .interface import ASKEW
 
-# Least share of a normal that lies in a plane of symmetry. The normal at an edge may lean out of
-# the plane by half the angle of the facet beside it.
-_IN_PLANE = 0.5
-
-# Sine of the least angle between two normals for which a node is held along both.
-_TWO_NORMALS = 1e-4
-
 
 @dataclass(frozen=True, eq=False)
 class GuidedPairs:
@@ -91,7 +84,10 @@ def guided_pairs(
 
     normals = np.einsum("nka,na->nk", axes, normals)  # components along the axes of the pair
     lengths_in_plane = np.linalg.norm(np.where(across, 0.0, normals), axis=1)
-    across &= (lengths_in_plane > _IN_PLANE * np.linalg.norm(normals, axis=1))[:, None]
+    # Least share of a normal that lies in a plane of symmetry. The normal at an edge may lean out
+    # of the plane by half the angle of the facet beside it.
+    least_share = 0.5
+    across &= (lengths_in_plane > least_share * np.linalg.norm(normals, axis=1))[:, None]
     blocked = np.einsum("nk,nka->na", across * 1.0, axes)
     along_coordinates = np.all(axes == np.eye(axes.shape[1]), axis=(1, 2))
     blocked[(across.sum(axis=1) != 1) | along_coordinates] = 0.0
@@ -142,11 +138,13 @@ def node_directions(normals: Iterable[Array]) -> tuple[Array, int]:
     The node is held along the normals (d,); the first directions span these.
     """
     spanned: list[Array] = []
+    # Sine of the least angle between two normals for which a node is held along both.
+    two_normals = 1e-4
     for normal in normals:
         projection = sum((basis * (basis @ normal) for basis in spanned), np.zeros(len(normal)))
         remainder = normal - projection
         size = float(np.linalg.norm(remainder))
-        if size > _TWO_NORMALS:
+        if size > two_normals:
             spanned.append(remainder / size)
     directions = np.linalg.qr(np.transpose(spanned), mode="complete")[0].T
     return np.asarray(directions), len(spanned)

@@ -23,16 +23,15 @@ from .coincidence import coincide, coincident, coordinate_errors, error_along, m
 from .elasticity import parts_of
 from .interface import Interface
 
-# Largest asymmetry of a stiffness, relative to its largest entry. Other codes write ten digits.
-_ASYMMETRY = 10 * CONDENSATION
-
 
 def checked_stiffness(K: object, name: str = "K") -> csr_matrix:
     """Check that a matrix is symmetric; error messages call it `name`."""
     matrix = _checked_matrix(name, K)
     matrix.sum_duplicates()
     skew = abs(matrix - matrix.T).tocoo()
-    if skew.nnz and skew.max() > _ASYMMETRY * np.abs(matrix.data).max():
+    # Largest asymmetry of a stiffness, relative to its largest entry. Other codes write ten digits.
+    largest_asymmetry = 10 * CONDENSATION
+    if skew.nnz and skew.max() > largest_asymmetry * np.abs(matrix.data).max():
         worst = skew.data.argmax()
         i = int(skew.row[worst])
         j = int(skew.col[worst])

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -41,19 +41,29 @@ Mesh: TypeAlias = Any  # of scikit-fem
 
 # Frame of a name.
 _NAME = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.5, "pad": 2.0}
-# Order of names in space: above all faces, whose order matplotlib takes from their distance.
-_ABOVE = 1e3
+
+
+@dataclass(frozen=True)
+class PictureSettings:
+    """The numbers of the pictures of models."""
+
+    # Order of names in space: above all faces, whose order matplotlib takes from their distance.
+    above: float = 1e3
+    # Speeds of sound of solids from rubber to diamond, metres per second.
+    speeds_of_sound: tuple[float, float] = (20.0, 2e4)
+    # Largest displacement of a field in a picture, as a share of the size of the bodies.
+    deformed: float = 0.1
+    # The same of a mode, whose size means nothing.
+    bent: float = 0.15
+    # Sides of neighbouring faces are outlines in space if the cosine between the normals is at most
+    # this: cos 30 degrees.
+    outline: float = 0.87
+
+
+_PICTURE = PictureSettings()
+
 # Length units in metres.
 _METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
-# Speeds of sound of solids from rubber to diamond, metres per second.
-_SPEEDS_OF_SOUND = (20.0, 2e4)
-# Largest displacement in a picture, as a share of the size of the bodies: of fields, and of modes,
-# whose size means nothing.
-_DEFORMED = 0.1
-_BENT = 0.15
-# Sides of neighbouring faces are outlines in space if the cosine between the normals is at most
-# this: cos 30 degrees.
-_OUTLINE = 0.87
 # Mark of a support that holds one direction.
 _MARKS = {"x": ">", "y": "^", "z": "v"}
 
@@ -175,7 +185,7 @@ def _move_names_apart(axes: AnyAxes) -> None:
         taken.append((on_screen(x, y, lifted), half))
         if lifted > z:
             text.set_position_3d((x, y, lifted))
-            axes.plot([x, x], [y, y], [z, lifted], color=BLACK, lw=0.8, zorder=_ABOVE - 1)
+            axes.plot([x, x], [y, y], [z, lifted], color=BLACK, lw=0.8, zorder=_PICTURE.above - 1)
 
 
 def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
@@ -193,7 +203,9 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
         if len(model.contacts) == 1:
             continue
         if in_space:
-            axes.text(*middle, contact.name, "z" if tilt else None, bbox=_NAME, zorder=_ABOVE)
+            axes.text(
+                *middle, contact.name, "z" if tilt else None, bbox=_NAME, zorder=_PICTURE.above
+            )
         else:
             axes.annotate(
                 contact.name,
@@ -353,14 +365,14 @@ def deformed(
     In space the surfaces are drawn. `enlarged` is a factor on the displacements.
     """
     title = "displacements {scale:.4g} times enlarged; the largest is {largest:.4g} (length)"
-    return _moved(fields.bodies, fields.displacement, ax, enlarged, title, _DEFORMED)
+    return _moved(fields.bodies, fields.displacement, ax, enlarged, title, _PICTURE.deformed)
 
 
 def mode(modes: Modes, ax: AnyAxes | None = None, number: int = 0) -> AnyAxes:
     """The shape of one mode: each body in its colour, and in grey its outline at rest."""
     shape = {name: shapes[number] for name, shapes in modes.shapes.items()}
     title = f"mode {number}: {modes.frequency[number]:.5g} {_unit_of_frequency(modes)}"
-    return _moved(modes.bodies, shape, ax, None, title, _BENT)
+    return _moved(modes.bodies, shape, ax, None, title, _PICTURE.bent)
 
 
 def _unit_of_frequency(modes: Modes) -> str:
@@ -372,7 +384,7 @@ def _unit_of_frequency(modes: Modes) -> str:
     length = (modes.units or ", ").split(", ")[1]
     materials = [body.material for body in modes.bodies.values()]
     speeds = [_METRES.get(length, np.nan) * np.sqrt(m.E / (m.density or np.nan)) for m in materials]
-    low, high = _SPEEDS_OF_SOUND
+    low, high = _PICTURE.speeds_of_sound
     return "Hz" if all(low <= speed <= high for speed in speeds) else "cycles per unit of time"
 
 
@@ -426,6 +438,6 @@ def _outline(axes: AnyAxes, mesh: Mesh, label: str | None, **look: Any) -> None:
     sides, face = sides[order], face[order]
     # A closed surface has each side twice.
     first, second = face[::2], face[1::2]
-    angled = np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= _OUTLINE
+    angled = np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= _PICTURE.outline
     lines = mesh.p[:, sides[::2][angled]].transpose(1, 2, 0)
     axes.add_collection3d(Line3DCollection(lines, label=label, **look))

@@ -1,6 +1,7 @@
 """Sentences of a report: the kind of contact, and advice from its answers."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,12 +18,21 @@ from .report_parts import (
     rests_at_load,
 )
 
-# Largest coefficient of friction that advice asks for. Dry metals reach about 1.
-_PRACTICAL_FRICTION = 1.0
-# Share of the gross-slip load below which prying says nothing about slip, and share of the contacts
-# that then slips.
-_FAR_BELOW = 0.5
-_MUCH_SLIPS = 0.05
+
+@dataclass(frozen=True)
+class AdviceSettings:
+    """The numbers of advice."""
+
+    # Largest coefficient of friction that advice asks for. Dry metals reach about 1.
+    practical_friction: float = 1.0
+    # Share of the gross-slip load below which prying says nothing about slip.
+    far_below: float = 0.5
+    # Share of the contacts that slips then.
+    much_slips: float = 0.05
+
+
+_ADVICE = AdviceSettings()
+
 _MOVES_OFF = {
     SLIDES: "bodies slide off",
     TURNS: "bodies turn",
@@ -140,7 +150,7 @@ def _on_sliding(parts: ReportParts, gross_slip: GrossSlip, friction_helps: bool)
         share = 1 / gross_slip.load_factor
         yield f"Your load is {share:.1%} of the gross-slip load, at which {move_off}{of_fit}."
         slips = 0.0 if parts.steady is None else parts.steady.slipping_share
-        if motion == PRIES and share < _FAR_BELOW and slips > _MUCH_SLIPS:
+        if motion == PRIES and share < _ADVICE.far_below and slips > _ADVICE.much_slips:
             yield (
                 "That load opens the joint and says little about slip, which begins far below it: "
                 "judge the slip by its range and its work."
@@ -193,7 +203,7 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
 
 def _on_required_friction(required: float) -> Iterator[str]:
     """Advice on the friction that would keep the contact stuck, as far as it is practical."""
-    if float(f"{required:.3g}") <= _PRACTICAL_FRICTION:
+    if float(f"{required:.3g}") <= _ADVICE.practical_friction:
         yield f"Friction of {required:.3g} and the right residual slip would keep it stuck."
     else:
         yield (

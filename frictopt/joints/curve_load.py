@@ -13,10 +13,6 @@ from ..transients import SteadyState
 from ..transients.march import open_at_rest
 from .swing import swing_of
 
-# Relative difference up to which two natural frequencies are of the same mode. Other codes write
-# them with few digits.
-_SAME_MODE = 1e-2
-
 
 @dataclass(frozen=True)
 class CurveLoad:
@@ -164,7 +160,10 @@ def _checked_frequency(natural_frequency: float, compliances: list[float]) -> fl
     """The natural frequency by the compliances that is closest to the given one."""
     frequencies = [1 / (2 * np.pi * np.sqrt(compliance)) for compliance in compliances]
     closest = min(frequencies, key=lambda frequency: abs(frequency / natural_frequency - 1))
-    if abs(closest / natural_frequency - 1) > _SAME_MODE:
+    # Relative difference up to which two natural frequencies are of the same mode. Other codes
+    # write them with few digits.
+    same_mode = 1e-2
+    if abs(closest / natural_frequency - 1) > same_mode:
         raise ModelError(
             f"natural_frequency: {natural_frequency:g}, and the compliance of the load says "
             f"{closest:g}; give the load of a mass-normalised mode (`modal_load`), or leave the "

@@ -9,26 +9,25 @@ import numpy as np
 from ..base import Array
 from ..contact import ContactSystem
 from ..limits import GrossSlip
+from ..limits.body_motions import MOVES
 
 SLIDES, TURNS, PRIES, LIFTS_OFF = "slides", "turns", "pries", "lifts off"
 # The first of these motions names that of a joint whose contacts move in several ways.
 _ORDER = (PRIES, TURNS, SLIDES, LIFTS_OFF)
-# Motions below this share of the largest one do not count: cone solvers have this error.
-_MOVES = 1e-4
-# Differences of normals up to this number are those of a flat face.
-_FLAT = 1e-6
 _MOST_NAMES = 4  # contacts that a sentence names
 
 
 def motions_of_contacts(system: ContactSystem, gross_slip: GrossSlip) -> dict[str, str]:
     """Contact -> name of its motion, for the contacts that move as bodies slide off."""
     motions = dict[str, str]()
+    # Differences of normals up to this number are those of a flat face.
+    flat = 1e-6
     for row in gross_slip.motion.to_dict("records"):
         name = str(row["contact"])
         nodes = np.ones(system.nodes, dtype=bool)
         if system.contact is not None:
             nodes = system.contact == name
-        is_flat = np.ptp(system.normals[nodes], axis=0).max() <= _FLAT
+        is_flat = np.ptp(system.normals[nodes], axis=0).max() <= flat
         motions[name] = _motion(gross_slip.phi[:, nodes], float(row["turn"]), bool(is_flat))
     return motions
 
@@ -45,11 +44,11 @@ def _motion(phi: Array, turn: float, is_flat: bool) -> str:
     slip = float(np.linalg.norm(slips, axis=0).mean())
     tilt = float(np.ptp(lift))
     turns = is_flat or turn != 0  # also if the angle is NaN
-    if tilt > slip + _MOVES and turns:
+    if tilt > slip + MOVES and turns:
         return PRIES
     if turn != 0 and not np.isnan(turn):
         return TURNS
-    return SLIDES if slip > _MOVES else LIFTS_OFF
+    return SLIDES if slip > MOVES else LIFTS_OFF
 
 
 def motion_of_joint(system: ContactSystem, gross_slip: GrossSlip) -> str:

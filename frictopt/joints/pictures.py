@@ -1,5 +1,7 @@
 """Pictures of joints: the backbone curve, wear, and the worn-in contact."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -28,13 +30,22 @@ from .forced_response import ForcedResponse
 from .wear import WearHistory
 from .worn_in import WornIn
 
-# Farthest limit that is drawn, over the largest value of a curve, or under the smallest. Limits
-# farther away are in the legend alone.
-_FARTHEST = 1.5
-# Room around the values and the limits that are drawn, as a factor.
-_ROOM = 1.12
-# Ratio of the largest to the smallest peak from which amplitudes have a logarithmic axis.
-_LOGARITHMIC = 8.0
+
+@dataclass(frozen=True)
+class CurveSettings:
+    """The numbers of pictures of curves."""
+
+    # Farthest limit that is drawn, over the largest value of a curve, or under the smallest. Limits
+    # farther away are in the legend alone.
+    farthest: float = 1.5
+    # Room around the values and the limits that are drawn, as a factor.
+    room: float = 1.12
+    # Ratio of the largest to the smallest peak from which amplitudes have a logarithmic axis.
+    logarithmic: float = 8.0
+
+
+_CURVE = CurveSettings()
+
 _DEPTH = "depth worn off (length)"
 _MARKED = {name: series(0)[name] for name in ("color", "marker")}
 
@@ -116,14 +127,14 @@ class _CurveAxis:
         }
         for name, (limit, color) in limits.items():
             place = self._place_of(limit)
-            if low / _FARTHEST < place < high * _FARTHEST:
+            if low / _CURVE.farthest < place < high * _CURVE.farthest:
                 drawn.append(place)
                 axes.axvline(
                     place, color=color, lw=0.8, ls="--", zorder=0, label=equals(name, limit)
                 )
             elif np.isfinite(limit) and limit > 0:
                 axes.plot([], [], color="none", label=equals(name, limit))
-        axes.set_xlim(min(drawn) / _ROOM, max(drawn) * _ROOM)
+        axes.set_xlim(min(drawn) / _CURVE.room, max(drawn) * _CURVE.room)
 
     def _place_of(self, limit: float) -> float:
         """Place of a load factor on the axis; NaN if the curve does not know its amplitude."""
@@ -242,7 +253,7 @@ def _forced_response(answer: ForcedResponse, ax: Axes | None = None) -> Axes:
     top = answer.branches.groupby("force")["amplitude"].max()
     drawn = answer.scale * oscillator.amplitude <= top.max()
     axes.set_xlim(*_around_resonance(answer, backbone_frequency[drawn]))
-    if top.max() > _LOGARITHMIC * top.min():
+    if top.max() > _CURVE.logarithmic * top.min():
         axes.set(yscale="log", ylim=(top.min() / 10, 1.3 * top.max()))
     else:
         axes.set_ylim(0.0, 1.08 * top.max())

@@ -38,9 +38,6 @@ LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
 """Default load factors of the curve; they are reduced if the bodies slide off below the last one.
 """
 
-# Longest list of node numbers in a reason.
-_MOST_NODES = 5
-
 _AT_LOAD = "steady state at load factor 1"
 _SAFETY = "safety factors and verdicts"
 _PARTS = {  # name of a part -> attribute of the report, the most important part first
@@ -269,7 +266,9 @@ def without_lists(reason: str) -> str:
 
     def counted(match: re.Match[str]) -> str:
         numbers = match[2].split(",")
-        if len(numbers) <= _MOST_NODES:
+        # Longest list of node numbers in a reason.
+        longest = 5
+        if len(numbers) <= longest:
             return match[0]
         return f"{len(numbers)} nodes" if match[1] else "[...]"
 

@@ -16,11 +16,6 @@ from .backbone import BackboneCurve
 from .curve_load import load_size, with_compliance
 from .safety import SAFETY_COLUMNS, VERDICT_COLUMNS
 
-# From so many slipping nodes on, their work and share change by a few per cent with the mesh.
-_MANY_NODES = 20
-# Estimated relative error of the work above which increments are too coarse to be quoted.
-_COARSE = 0.05
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReportParts:
@@ -60,12 +55,16 @@ def mean_load_opens(parts: ReportParts) -> bool:
 
 def many_nodes_slip(parts: ReportParts) -> bool:
     """Whether so many nodes slip that their work hardly depends on the mesh."""
-    return parts.steady is not None and int(parts.steady.slipping.sum()) >= _MANY_NODES
+    # From so many slipping nodes on, their work and share change by a few per cent with the mesh.
+    many = 20
+    return parts.steady is not None and int(parts.steady.slipping.sum()) >= many
 
 
 def increments_are_coarse(steady: SteadyState) -> bool:
     """Whether finer increments may change the work by more than a few per cent."""
-    return steady.steps > 0 and steady.step_error > _COARSE
+    # Estimated relative error of the work above which increments are too coarse to be quoted.
+    coarse = 0.05
+    return steady.steps > 0 and steady.step_error > coarse
 
 
 def motion_of_load(parts: ReportParts) -> float:

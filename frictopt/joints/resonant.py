@@ -19,9 +19,6 @@ from .response_branches import detached_of, folds_of, response_curves
 
 # Fewest load factors with a resonance: two points show no curve.
 _FEWEST = 3
-# Interaction times sensitivity from which other modes may change a peak much. In 21 trials beside
-# time integration the error of the peak was at most 9 % up to this product, 4 to 113 % above it.
-_INTERACTION = 0.06
 
 
 class Resonant:
@@ -316,7 +313,11 @@ class _Answer:
         holds = self.oscillator.largest_force(self.oscillator.largest)
         peak = rows["peak"] / self.scale
         is_below = (peak < self.oscillator.amplitude[0]) & (self.oscillator.loss[0] > 0)
-        doubtful = rows["interaction"] * rows["sensitivity"] > _INTERACTION
+        # Interaction times sensitivity from which other modes may change a peak much. In 21 trials
+        # beside time integration the error of the peak was at most 9 % up to this product, 4 to 113
+        # % above it.
+        largest = 0.06
+        doubtful = rows["interaction"] * rows["sensitivity"] > largest
         said = {
             f"the peak lies beyond the curve, which holds forces up to {holds:.6g}: give more "
             "load factors, or the damping of the material": rows["beyond"],

@@ -11,8 +11,6 @@ from .modal_oscillator import ModalOscillator
 _COLUMNS = ["force", "frequency", "amplitude", "lag", "branch"]
 # Rows of each side of a curve. They are dense at the peak, where the frequency turns.
 _ROWS = 300
-# Lowest amplitude of a curve, relative to the static one: it lies at twice the natural frequency.
-_LOWEST = 1 / 3
 
 
 def branches_of(oscillator: ModalOscillator, force: float, a: Array, omega: Array) -> pd.DataFrame:
@@ -51,7 +49,10 @@ def _amplitudes(oscillator: ModalOscillator, force: float, least: float, most: f
     if least > 0:
         share = (1 - np.cos(np.linspace(0.0, np.pi, _ROWS))) / 2
     else:
-        least = min(_LOWEST * force / float(oscillator.stiffness[0]), most / 2)
+        # Lowest amplitude of a curve, relative to the static one: it lies at twice the natural
+        # frequency.
+        lowest = 1 / 3
+        least = min(lowest * force / float(oscillator.stiffness[0]), most / 2)
         share = np.sin(np.linspace(0.0, np.pi / 2, _ROWS))
     a = np.exp(np.log(least) + share * (np.log(most) - np.log(least)))
     a[[0, -1]] = least, most

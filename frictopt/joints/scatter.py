@@ -17,10 +17,6 @@ from ..errors import ModelError
 NOMINAL = "the nominal input"
 """Name of the corner of the nominal input."""
 
-# Largest number of preloads that scatter. Each doubles the number of corners, and each corner has a
-# steady state of its own.
-_MOST_PRELOADS = 4
-
 
 @dataclass(frozen=True)
 class Corner:
@@ -127,9 +123,12 @@ def _checked_preload(cycle: LoadCycle, preload: object) -> dict[str, tuple[float
     if preload is None:
         return {}
     cases = checked_cases("preload", preload, "(least, most) amplitude in the mean load")
-    if len(cases) > _MOST_PRELOADS:
+    # Largest number of preloads that scatter. Each doubles the number of corners, and each corner
+    # has a steady state of its own.
+    most = 4
+    if len(cases) > most:
         raise ModelError(
-            f"preload: {len(cases)} load cases; give at most {_MOST_PRELOADS}, and tighten bolts "
+            f"preload: {len(cases)} load cases; give at most {most}, and tighten bolts "
             "that scatter alike in one load case"
         )
     ranges = dict[str, tuple[float, float]]()

@@ -17,8 +17,6 @@ GROSS_SLIP = "gross slip"
 SLIP_RANGE = "slip range"
 SLIPPING_SHARE = "slipping share"
 
-_DIGITS = 3  # of the size of a contact, after its first one, in places of nodes
-
 
 @dataclass(frozen=True)
 class Judged:
@@ -80,7 +78,8 @@ def _at_node(steady: SteadyState, values: Array) -> Judged:
 def _place_of(system: ContactSystem, node: int) -> str:
     """The place of a node, to four digits of the size of the contact."""
     size = float(np.ptp(system.points, axis=0).max()) or 1.0
-    digits = _DIGITS - int(np.floor(np.log10(size)))
+    # The size has one digit itself.
+    digits = 3 - int(np.floor(np.log10(size)))
     return place(np.round(system.points[node], digits) + 0.0)  # adding 0 turns -0 into 0
 
 

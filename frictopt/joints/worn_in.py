@@ -37,10 +37,6 @@ from ..errors import ModelError, SolverError
 from ..transients import SteadyState, steady_state
 from .wear import Worn
 
-# Largest pressure that wear at one node takes off another one, over the pressure that it takes off
-# its own node. Half-planes in cells have 0.01.
-_RELIEF = 0.03
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WornIn(Worn):
@@ -214,7 +210,10 @@ def _check_similar(system: ContactSystem) -> None:
         "half-planes is",
     )
     diagonal = np.diag(C)
-    relief = C - np.diag(diagonal) - _RELIEF * diagonal[:, None]
+    # Largest pressure that wear at one node takes off another one, over the pressure that it takes
+    # off its own node. Half-planes in cells have 0.01.
+    most_relief = 0.03
+    relief = C - np.diag(diagonal) - most_relief * diagonal[:, None]
     relieved, worn = np.unravel_index(relief.argmax(), C.shape)
     _require(
         relief.max() <= 0,

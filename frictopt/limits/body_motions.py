@@ -13,7 +13,7 @@ from ..base import COUNTS, Array, frame
 from ..contact import ContactSystem
 
 # Motions below this share of the largest one are reported as zero: cone solvers have this error.
-_MOVES = 1e-4
+MOVES = 1e-4
 # Nodes move as one body if they are off its motion by at most this share of the largest motion.
 _FIT = COUNTS
 _MOST_PARTS = 3  # contacts, and motions, that a reason names
@@ -48,7 +48,7 @@ def motion_table(system: ContactSystem, phi: Array) -> pd.DataFrame:
     stretch = np.vstack([system.stretch.reshape(system.nodes, -1).T, np.ones(system.nodes)])
     # (N, axes) motions in the axes of space, from slips along the tangents and lifts.
     moves = np.einsum("an,nak->nk", phi / stretch, system.frames)
-    moving = np.abs(phi).max(axis=0) > _MOVES
+    moving = np.abs(phi).max(axis=0) > MOVES
 
     rows: list[dict[str, Any]] = []
     for name in dict.fromkeys(names[moving].tolist()):
@@ -72,7 +72,7 @@ def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> BodyMoti
         return BodyMotion(no_point, np.nan, np.nan, np.nan, no_point)
 
     turn = float(np.linalg.norm(spin))
-    turns = turn * np.linalg.norm(arms, axis=1).max() > _MOVES
+    turns = turn * np.linalg.norm(arms, axis=1).max() > MOVES
     if turns and axes == 2:
         at = centre + np.array([-shift[1], shift[0]]) / spin[0]
         return BodyMotion(np.zeros(2), 0.0, 0.0, float(spin[0]), at)
@@ -86,7 +86,7 @@ def _motion_as_one_body(points: Array, normals: Array, moves: Array) -> BodyMoti
         lift = float(shift @ normals[0])
     shift = shift - lift * normals[0]
     slide = float(np.linalg.norm(shift))
-    direction = shift / slide if slide > _MOVES else np.zeros(axes)
+    direction = shift / slide if slide > MOVES else np.zeros(axes)
     return BodyMotion(direction, slide, lift, 0.0, no_point)
 
 
@@ -123,7 +123,7 @@ def _in_words(row: dict[Any, Any]) -> str:
         return f"by a turn about {at}"
     if row["turn"]:
         return f"by a turn about the axis {direction} through {at}"
-    return f"along {direction}" if row["slide"] > _MOVES else "off"
+    return f"along {direction}" if row["slide"] > MOVES else "off"
 
 
 def _first_ones(parts: Sequence[str], separator: str) -> str:

@@ -15,9 +15,6 @@ from .models import Row, Unknowns, at_node, constant, critical, stuck
 from .programs import Program, listed_rows
 from .question import Question
 
-# Dimensionless load factors up to this are zero up to the errors of an answer.
-_COINCIDE = 1e3 * RESIDUAL
-
 # Labels: the source of the load factor of a node.
 SOLVED = "solved"
 NEVER = "never critical"
@@ -89,8 +86,9 @@ class CriticalSearch:
         """
         least, largest = ends
         unit = self._question.load_unit
-        # The step is small compared with the interval of safe load factors.
-        step = _COINCIDE * min(unit, largest - least)
+        # The step is small compared with the interval of safe load factors, and above the errors of
+        # an answer.
+        step = 1e3 * RESIDUAL * min(unit, largest - least)
         indistinct = least + step
         claim = self._solved(state, least_so_far)
         if claim.load_factor > (indistinct if least > 0 else 0.0):

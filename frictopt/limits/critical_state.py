@@ -219,9 +219,6 @@ class NeededByNode:
 # The smallest disc touches one of these subsets of four discs: the new disc, 0, and three old ones.
 _SUBSETS = ((0,), (0, 1), (0, 2), (0, 3), (0, 1, 2), (0, 1, 3), (0, 2, 3))
 
-# Largest number of exchanges per disc. Usually three in total are enough.
-_EXCHANGES = 4
-
 
 def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
     """Smallest discs around n times K discs: centres (n, 2) and radii (n,).
@@ -236,7 +233,9 @@ def smallest_discs(centres: Array, radii: Array) -> tuple[Array, Array]:
     radius = radii.max(axis=1)
     spread = np.abs(centres - centres.mean(axis=1, keepdims=True)).max(axis=(1, 2))
     size = spread + np.abs(radii).max(axis=1)
-    for _ in range(_EXCHANGES * radii.shape[1]):
+    # Largest number of exchanges per disc. Usually three in total are enough.
+    exchanges = 4
+    for _ in range(exchanges * radii.shape[1]):
         far_ends = _reach(centres, radii, centre)
         sticks_out = np.flatnonzero(far_ends.max(axis=1) > radius + ROUNDING * size)
         if not len(sticks_out):

@@ -6,7 +6,7 @@ from contextlib import suppress
 import cvxpy as cp
 import numpy as np
 
-from ..base import RESIDUAL, Array, Booleans, SolveRecord
+from ..base import COUNTS, RESIDUAL, Array, Booleans, SolveRecord
 from ..contact import LoadCycle
 from ..errors import ModelError, NoContinuation, SolverError
 from .models import constant, least_pressure, printed_as, times, unknowns
@@ -15,7 +15,7 @@ from .question import Question, pose
 
 # A closed node tends to open if its pressure is at most this share of the mean force. An open node
 # tends to close if its gap is at most this share of the clearance.
-TOUCHES = 1e3 * RESIDUAL
+TOUCHES = COUNTS
 
 
 def open_under_mean(question: Question, friction: Array | None = None) -> list[Booleans]:

@@ -42,9 +42,6 @@ from .shakedown import ShakedownLimit
 
 Limit: TypeAlias = ShakedownLimit | RequiredFriction | GuaranteedLimit
 
-# Area of the circle round a node that is the whole mechanism, points^2.
-_AREA = 400
-
 
 @picture.register
 def _shakedown_limit(limit: ShakedownLimit, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
@@ -116,8 +113,10 @@ def _at_corners(limit: Limit, ax: Axes | AxesArray | None, title: str) -> Axes |
     what = ""
     if isinstance(limit, ShakedownLimit | RequiredFriction):
         what = "limiting node; area: share"
+        # Area of the circle round a node that is the whole mechanism, points^2.
+        area = 400
         for corner, rows in limit.mechanism.groupby("corner"):
-            circles[corner] = (rows["node"], rows.get("direction"), _AREA * rows["share"])
+            circles[corner] = (rows["node"], rows.get("direction"), area * rows["share"])
     elif limit.corners is not None:
         what = "critical node"
         for corner, sense in zip(limit.corners, (1, -1), strict=False):

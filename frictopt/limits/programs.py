@@ -28,9 +28,6 @@ from .answered import Mechanism
 from .models import More, Row, Unknowns, constant, label, rest, stuck, unknowns, within
 from .question import Question
 
-# Hulls of corners are looked for in at most so many directions. With more, each corner has rows.
-_HULL_DIRECTIONS = 6
-
 # The free slips of the open nodes that were asked last, by system.
 _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = WeakKeyDictionary()
 
@@ -309,7 +306,10 @@ def vertices_of_hull(points: Array) -> list[int]:
         return [0]
     if dimension == 1:
         return sorted({int(along.argmin()), int(along.argmax())})
-    if dimension <= _HULL_DIRECTIONS and count > dimension + 1:
+    # Hulls of corners are looked for in at most so many directions. With more, each corner has
+    # rows.
+    most_directions = 6
+    if dimension <= most_directions and count > dimension + 1:
         # A hull that is nearly flat has no vertices that rounding leaves alone.
         with suppress(QhullError):
             return sorted(ConvexHull(along).vertices.tolist())

@@ -32,14 +32,6 @@ from ..contact.stiffness import following
 from ..errors import ModelError
 from . import units
 
-# Largest ratio of the mean shear force to the mean normal force. With a larger ratio, rounding
-# errors of the shear would hide the pressure.
-_LARGEST_MEAN_SHEAR = 1e6
-
-# Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced by
-# it, so that the unit is finite.
-_LEAST_FRICTION_OF_MARGIN = 0.01
-
 
 @kept
 @dataclass(frozen=True, eq=False)
@@ -280,7 +272,10 @@ def pose(
 
     shear = np.linalg.norm(question.r0[:, :-1], axis=1)
     force = question.force
-    if shear.max() > _LARGEST_MEAN_SHEAR * force:
+    # Largest ratio of the mean shear force to the mean normal force. With a larger ratio, rounding
+    # errors of the shear would hide the pressure.
+    largest_ratio = 1e6
+    if shear.max() > largest_ratio * force:
         node = int(shear.max(axis=0).argmax())
         raise ModelError(
             f"mean: its shear force at node {node}{in_contact(system, node)} is "
@@ -349,7 +344,10 @@ def _question(
     closed = ~open_nodes
     force = units.mean_force(r0, r1, closed)
     mean_bound = units.mean_bound(r0, friction, closed, force)
-    mean_pressure = mean_bound / np.maximum(friction, _LEAST_FRICTION_OF_MARGIN)
+    # Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced
+    # by it, so that the unit is finite.
+    least_friction = 0.01
+    mean_pressure = mean_bound / np.maximum(friction, least_friction)
     load_unit = units.load_unit(r0, r1, friction, closed, force)
     node_unit = np.where(open_nodes, force, units.node_unit(r0, r1, force))
 

@@ -48,9 +48,6 @@ from .sentences import (
 )
 from .shakedown_answer import ShakedownAnswer
 
-# Number of nodes that a sentence lists one by one.
-_NAMED = 6
-
 
 def nothing_with_events(limit: ShakedownAnswer) -> str:
     """The reason that no load factor is safe, after a search of events."""
@@ -108,7 +105,9 @@ def _named(nodes: Integers) -> str:
     numbers = [str(node) for node in nodes.tolist()]
     if len(numbers) == 1:
         return f"node {numbers[0]}"
-    if len(numbers) > _NAMED:
+    # A sentence lists up to six nodes one by one.
+    longest = 6
+    if len(numbers) > longest:
         shown = ", ".join([*numbers[:2], "...", *numbers[-2:]])
         return f"{len(numbers)} nodes ({shown})"
     return f"nodes {', '.join(numbers[:-1])} and {numbers[-1]}"
@@ -133,10 +132,6 @@ def governing_node(limit: ShakedownAnswer) -> str:
     return ""
 
 
-# Nodes are neighbours within this multiple of the distance to the nearest node.
-_NEIGHBOURS = 1.5
-
-
 def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
     """Whether a closed node is beside open ones and carries less than the mean pressure.
 
@@ -148,7 +143,9 @@ def _is_at_mesh_border(limit: ShakedownAnswer, node: int) -> bool:
         return False
     distance = np.linalg.norm(system.points - system.points[node], axis=1)
     distance[node] = np.inf
-    if distance[opened].min(initial=np.inf) > _NEIGHBOURS * distance.min():
+    # Nodes are neighbours within this multiple of the distance to the nearest node.
+    neighbours = 1.5
+    if distance[opened].min(initial=np.inf) > neighbours * distance.min():
         return False
     width = 1.0 if system.width is None else system.width
     pressure = limit.reactions[1].min(axis=0) / width

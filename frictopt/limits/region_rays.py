@@ -18,8 +18,6 @@ from .answered import Mechanism
 from .question import Question, pose, with_open
 from .shakedown import ShakedownLimit, shakedown_limit
 
-_MOST_SIDES = 1000
-
 _MANY_SIDES = (
     "safe region: more than {most} sides; {advice}, or compute the limit of each ratio of the "
     "amplitudes separately"
@@ -83,10 +81,11 @@ class Rays:
 
     def to(self, first: float, second: float) -> BorderPoint:
         """The largest safe amplitudes in the ratio `first : second`, with their line."""
-        if len(self.limits) > 2 * _MOST_SIDES:
+        most_sides = 1000
+        if len(self.limits) > 2 * most_sides:
             plane = self.system.tangents == 1
             advice = "coarsen the contact" if plane else "give a larger tolerance"
-            raise SolverError(_MANY_SIDES.format(most=_MOST_SIDES, advice=advice))
+            raise SolverError(_MANY_SIDES.format(most=most_sides, advice=advice))
         cycle = domain(self.mean, self.parts, (first, second))
         limit = shakedown_limit(self.system, cycle, self.friction, open=self.open_nodes)
         self.limits.append(limit)

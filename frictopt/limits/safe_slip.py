@@ -35,9 +35,6 @@ from .sentences import (
 from .shakedown import ShakedownLimit
 from .shakedown_model import ShakedownModel
 
-# Ratio of cyclic loads to the mean normal force above which rounding hides the mean load.
-_MOST_CYCLIC = 1e15
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SafeSlip(Proven):
@@ -257,7 +254,9 @@ class SafeSlipModel(SafeModel):
     def _checked_load_factor(self, question: Question, load_factor: float) -> float:
         load_factor = finite_number("load_factor", load_factor, least=0.0)
         largest = load_factor / question.force * float(np.abs(question.r1).max())
-        if largest > _MOST_CYCLIC:
+        # Ratio of cyclic loads to the mean normal force above which rounding hides the mean load.
+        largest_ratio = 1e15
+        if largest > largest_ratio:
             raise ModelError(
                 f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean "
                 f"normal force {question.force:.3g} of the mean load, which is lost in their "

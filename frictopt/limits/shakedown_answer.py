@@ -18,9 +18,6 @@ from .moving_areas import has_all_states
 from .open_nodes import stays_closed
 from .programs import is_held
 
-# The bound of all states of rest equals the limit if their relative distance is at most this.
-_SAME_BOUND = 1e-6
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownAnswer(Rated):
@@ -100,7 +97,7 @@ class ShakedownAnswer(Rated):
     @property
     def proven(self) -> bool:
         """Whether no state of rest exists above the limit: `bound_for_all` equals it up to 1e-6."""
-        largest = self.load_factor * (1 + _SAME_BOUND)
+        largest = self.load_factor * (1 + 1e-6)
         return bool(self.bound_for_all <= largest + ZERO_LOAD_FACTOR * self._question.load_unit)
 
     @property

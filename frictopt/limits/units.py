@@ -9,9 +9,6 @@ import numpy as np
 
 from ..base import CONDENSATION, Array, Booleans
 
-# Least force unit of a node, divided by the mean normal force: answers have errors of this size.
-_LEAST_NODE_UNIT = 1e-6
-
 
 def mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
     """Mean normal force at load factor 0; a force of the same size if there is none."""
@@ -52,7 +49,10 @@ def load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: fl
 
 def node_unit(r0: Array, r1: Array, force: float) -> Array:
     """(N,) pressure of each node under the mean load, or its largest other force if it has none."""
-    smallest = _LEAST_NODE_UNIT * force
+    # Least force unit of a node, divided by the mean normal force: answers have errors of this
+    # size.
+    least_share = 1e-6
+    smallest = least_share * force
     pressure = np.abs(r0[:, -1]).max(axis=0)
     shear = np.linalg.norm(r0[:, :-1], axis=1).max(axis=0)
     cyclic = np.maximum(np.linalg.norm(r1[:, :-1], axis=1), np.abs(r1[:, -1])).max(axis=0)

@@ -43,8 +43,6 @@ RC: Look = dict(
 )
 """The look on a journal page; in pictures of your own `plt.style.use("frictopt.plots.page")`."""
 
-# Characters of names that fit side by side.
-_ONE_LINE = 60
 _STRESS = {
     ("N", "mm"): "MPa",
     ("kN", "mm"): "GPa",
@@ -154,9 +152,13 @@ def axes_by_size(ax: AnyAxes, sizes: Array, widest: float) -> list[Axes]:
         rows[-1].append(panel)
     widths = [sizes[row, 0].sum() for row in rows]
     heights = [sizes[row, 1].max() for row in rows]
-    widths[0] += ROOM_FOR_BAR
+    # Width of a colour bar beside the first row of panels of several sizes, inches.
+    room_for_bar = 1.0
+    widths[0] += room_for_bar
     width = max(widths)
-    figure = plt.figure(figsize=(width, sum(heights) + ROOM_FOR_TITLE), layout="constrained")
+    # Height of the title and the legend of these panels, inches.
+    room_for_title = 1.0
+    figure = plt.figure(figsize=(width, sum(heights) + room_for_title), layout="constrained")
     grid = figure.add_gridspec(len(rows), 1, height_ratios=heights)
     axes = []
     for row, cell, used in zip(rows, grid, widths, strict=True):
@@ -165,12 +167,6 @@ def axes_by_size(ax: AnyAxes, sizes: Array, widest: float) -> list[Axes]:
         cells = cell.subgridspec(1, len(ratios), width_ratios=ratios)
         axes += [figure.add_subplot(cells[number]) for number in range(len(row))]
     return axes
-
-
-ROOM_FOR_BAR = 1.0
-"""Width of a colour bar beside the first row of panels of several sizes, inches."""
-ROOM_FOR_TITLE = 1.0
-"""Height of the title and the legend of these panels, inches."""
 
 
 def arrows(axes: AnyAxes, begin: Array, step: Array, enlarged: float = 1.0, **look: Any) -> None:
@@ -201,7 +197,9 @@ def slanted(names: Collection[str], ha: str, va: str) -> Look:
 
     This corner of each name is at its place then.
     """
-    if len("".join(names)) <= _ONE_LINE:
+    # Characters of names that fit side by side.
+    one_line = 60
+    if len("".join(names)) <= one_line:
         return {}
     return {"rotation": 50, "rotation_mode": "anchor", "ha": ha, "va": va}
 

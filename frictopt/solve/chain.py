@@ -35,8 +35,6 @@ from .solvers import (
 
 # Number of unknowns above which our interior point is faster than Clarabel.
 _LARGE = 400
-# A proof that there is no answer holds for unknowns up to `1 / (_FAR RESIDUAL)` times their units.
-_FAR = 1e3
 
 
 class NoAnswer(NamedTuple):
@@ -231,7 +229,9 @@ class Chain:
                 return np.inf
         units = self.reduced.z_unit
         error = float(np.abs(balance) @ units + outside @ (terms @ units))
-        return error / lack / _FAR
+        # The proof holds for unknowns up to `1 / (far RESIDUAL)` times their units.
+        far = 1e3
+        return error / lack / far
 
     def ray(self) -> tuple[Array, float] | None:
         """A direction z in which the objective grows without end, and its error, or None.

@@ -18,8 +18,6 @@ from scipy.sparse import csr_array, hstack
 
 from ..base import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
 
-# Rounding of a sum, relative to the size of its terms.
-_EXACT = ROUNDING / 100
 # cvxpy compiles for this solver, which accepts linear rows and cones.
 _SOLVER = "CLARABEL"
 
@@ -152,7 +150,9 @@ class Compiled:
         The values of the direction are sums of terms of these `sizes`.
         """
         terms = np.abs(self.matrix)
-        rounding = _EXACT * (terms @ sizes)
+        # Rounding of a sum, relative to the size of its terms.
+        exact = ROUNDING / 100
+        rounding = exact * (terms @ sizes)
         return self._largest(z, np.zeros_like(self.right), terms @ np.abs(z), rounding)
 
     def _largest(self, z: Array, right: Array, terms: Array, rounding: Array) -> float:

@@ -14,10 +14,6 @@ from scipy.sparse import csr_array
 from ..base import Array, Booleans, Integers
 from .program import Program, Step
 
-# An equation defines an unknown only if its coefficient is at least this share of the largest one
-# in the equation. Rounding is far below.
-_PIVOT = 1e-6
-
 
 class Definitions(NamedTuple):
     """Rows that define one unknown each: `pivots * z[unknowns] + rest of the row @ z = right`."""
@@ -186,4 +182,7 @@ def _is_large(size: Array, row: Integers) -> Booleans:
     """Which entries are above rounding, relative to the largest entry of their row."""
     largest = np.zeros(row.max(initial=-1) + 1)
     np.maximum.at(largest, row, size)
-    return np.asarray(size > _PIVOT * largest[row])
+    # An equation defines an unknown only if its coefficient is at least this share of the largest
+    # one in the equation. Rounding is far below.
+    least_pivot = 1e-6
+    return np.asarray(size > least_pivot * largest[row])

@@ -12,9 +12,6 @@ from .arrays import Arrays
 from .eliminated import Definitions
 from .program import Program, Step
 
-# For smaller f the row `abs(q) <= f p` implies `p >= 0` only to a few digits, so `p >= 0` is kept.
-_CLEAR = 0.01
-
 P = TypeVar("P", Program, Arrays)
 
 
@@ -60,7 +57,10 @@ def implied_by_norms(program: Program, bounds: Definitions) -> Integers:
     rows = csr_array(program.sparse[names])
     is_bound = rows.indices == np.repeat(unknowns, np.diff(rows.indptr))
     rows.data = np.where(is_bound, 0.0, rows.data)
-    clear = largest_entries(rows) >= _CLEAR * pivots
+    # For smaller f the row `abs(q) <= f p` implies `p >= 0` only to a few digits, so `p >= 0` is
+    # kept.
+    least_clear = 0.01
+    clear = largest_entries(rows) >= least_clear * pivots
     linear = np.setdiff1d(np.arange(program.zero, program.linear), bounds.rows)
     return _implied_by(rows[clear], program.right[names[clear]], program, linear)
 

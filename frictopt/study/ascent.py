@@ -19,9 +19,6 @@ from ..transients.exact import ExactPath, ReturnMap, return_map
 from ..transients.stepped import SteppedPath, SteppedState
 from ..transients.transient import OPEN, STICK, Transient
 
-# The program has the bounds of each locked node at so many events, those with the least reserve.
-_TIGHTEST_EVENTS = 2
-
 
 class Ascent:
     """Changes of a periodic orbit by which its work grows (sense 1) or falls (sense -1).
@@ -110,9 +107,12 @@ def _bounds(path: Transient, cycle: ReturnMap, follow: Array) -> tuple[Array, Ar
     smallest_bound = 1e-3 * float(np.abs(cycle.r[..., -n:]).mean())
     rows = list[Array]()
     reserves = list[Array]()
+    # The program has the bounds of each locked node at so many events, those with the least
+    # reserve.
+    events = 2
     for tangents in _tangents(q):
         reserve = (f * p - (tangents * q).sum(axis=1))[:, locked]  # (E, locked)
-        tightest = np.argsort(reserve, axis=0, kind="stable")[:_TIGHTEST_EVENTS]
+        tightest = np.argsort(reserve, axis=0, kind="stable")[:events]
         for event in np.unique(tightest):
             here = np.flatnonzero((tightest == event).any(axis=0))
             nodes = locked[here]

@@ -1,5 +1,7 @@
 """Pictures of studies: protocols, excursions, the range of the work, and the runs of a study."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -29,10 +31,22 @@ from .excursion import LeastExcursion
 from .protocols import REST, SLIP, UNDECIDED, LimitAfterProtocol
 
 _OUTCOMES = {REST: "comes to rest", SLIP: "keeps slipping", UNDECIDED: "undecided"}
-_OUTCOME_SIZE = 6.4, 2.4  # size of a picture with a row for each outcome, inches
-_PANEL_HEIGHT = 2.4  # of each further panel of a study, inches
-# Share of the height of a panel for the runs without work, if several stand at one place.
-_STRIP = 0.22
+
+
+@dataclass(frozen=True)
+class StudyPictures:
+    """The sizes in pictures of studies."""
+
+    # Size of a picture with a row for each outcome, inches.
+    outcomes: tuple[float, float] = (6.4, 2.4)
+    # Height of each further panel of a study, inches.
+    panel_height: float = 2.4
+    # Share of the height of a panel for the runs without work, if several stand at one place.
+    strip: float = 0.22
+
+
+_SIZES = StudyPictures()
+
 # Names of families of starts in legends.
 _FAMILIES = {"none": "no slip"}
 _COLUMNS = {
@@ -48,7 +62,7 @@ _COLUMNS = {
 @picture.register
 def _limit_after_protocol(limit: LimitAfterProtocol, ax: Axes | None = None) -> Axes:
     """The load factors tried, in a row for each outcome."""
-    (axes,) = new_axes(ax, size=_OUTCOME_SIZE)
+    (axes,) = new_axes(ax, size=_SIZES.outcomes)
     title = equals(r"comes to rest up to $\lambda$", limit.load_factor)
     if not limit.monotonic:
         title += ", and at some load factors above"
@@ -68,7 +82,7 @@ def _least_excursion(excursion: LeastExcursion, ax: Axes | None = None) -> Axes:
 
     A share may have several outcomes, because the start is the one that is hardest at the time.
     """
-    (axes,) = new_axes(ax, size=_OUTCOME_SIZE)
+    (axes,) = new_axes(ax, size=_SIZES.outcomes)
     if not len(excursion.tried):
         no_lines([axes], "all starts come to rest without an excursion")
         return axes
@@ -163,7 +177,7 @@ def runs_of(
     """Steady dissipation of the runs of a study against one of its columns, see `plot_study`."""
     study = _StudyPicture(table, x, colour)
     panels = [None] if rows is None else list(table[rows].unique())
-    height = ALONG[1] + _PANEL_HEIGHT * (len(panels) - 1)
+    height = ALONG[1] + _SIZES.panel_height * (len(panels) - 1)
     all_axes = new_axes(ax, len(panels), (ALONG[0], height))
     for axes, value in zip(all_axes, panels, strict=True):
         runs = study.runs if rows is None else study.runs[study.runs[rows] == value]
@@ -218,7 +232,7 @@ class _StudyPicture:
         self.runs = runs.assign(place=place)
         self.bottom = self.low / 4
         if self._at_rest(self.runs).groupby(place).sum().max() > 1:
-            self.bottom = self.low / (self.high / self.low) ** (_STRIP / (1 - _STRIP))
+            self.bottom = self.low / (self.high / self.low) ** (_SIZES.strip / (1 - _SIZES.strip))
 
     def _at_rest(self, runs: Table) -> "pd.Series[bool]":
         """Whether each run has no dissipation."""

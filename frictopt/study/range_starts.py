@@ -14,9 +14,6 @@ from ..limits.open_nodes import open_under_mean
 from ..limits.programs import free_slips
 from ..limits.safe_vertices import furthest
 
-# Corners of a long history at which starts are looked for, those furthest apart.
-_MOST_CORNERS = 12
-
 
 class RangeStarts:
     """Starts of a search: extreme slips that one contact can hold under the loads of its cycle.
@@ -181,11 +178,13 @@ def _furthest_apart(vectors: Array) -> list[int]:
 
     Each next vector is the one with the largest distance from the chosen ones and from zero.
     """
-    if len(vectors) <= _MOST_CORNERS:
+    # Corners of a long history at which starts are looked for, those furthest apart.
+    most = 12
+    if len(vectors) <= most:
         return list(range(len(vectors)))
     chosen = list[int]()
     distance = np.linalg.norm(vectors, axis=1)
-    for _ in range(_MOST_CORNERS):
+    for _ in range(most):
         chosen.append(int(distance.argmax()))
         distance = np.minimum(distance, np.linalg.norm(vectors - vectors[chosen[-1]], axis=1))
     return sorted(chosen)

@@ -49,9 +49,6 @@ def __dir__() -> list[str]:
 
 
 _SMOOTH_DEGREE = 6  # highest degree of the Chebyshev polynomials of a smooth slip
-# Share of the mean load at which assembly begins. Without load every node is closed but has no
-# pressure, so the direction of its first slip is unknown.
-_ASSEMBLED_FROM = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -387,5 +384,8 @@ def assembled_slip(
 
 def assemble(path: Transient) -> None:
     """Follow a path that has not begun through assembly, to the mean load."""
-    path.follow_to(_ASSEMBLED_FROM * path.mean, "the segment to the load at which assembly begins")
+    # Share of the mean load at which assembly begins. Without load every node is closed but has no
+    # pressure, so the direction of its first slip is unknown.
+    assembled_from = 1e-6
+    path.follow_to(assembled_from * path.mean, "the segment to the load at which assembly begins")
     path.follow_to(path.mean, "the segment to the mean load")

@@ -19,7 +19,6 @@ _SQL_TYPES = {"str": "text", "float64": "real", "Int64": "integer"}
 _DECLARED = ", ".join(f"{name} {_SQL_TYPES[dtype]}" for name, dtype in STORED.items())
 _SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
 _VERSION = 5  # of the meaning of the columns
-_WAIT_FOR_WRITER = 60  # seconds to wait for another writer
 
 # A row with the same key is replaced, unless the new run failed and the old run did not.
 _WRITE = (
@@ -131,9 +130,9 @@ def _connect(path: Path, make: bool) -> sqlite3.Connection:
     if make:
         path.parent.mkdir(parents=True, exist_ok=True)
     place = path if make else f"{path.as_uri()}?mode=ro"
-    connection = sqlite3.connect(
-        place, uri=not make, timeout=_WAIT_FOR_WRITER, isolation_level=None
-    )
+    # Another process may be writing: it is waited for, in seconds.
+    patience = 60
+    connection = sqlite3.connect(place, uri=not make, timeout=patience, isolation_level=None)
     # Damaged text must not stop the reading: the checksum shows which row is damaged.
     connection.text_factory = lambda text: text.decode(errors="replace")
     return connection

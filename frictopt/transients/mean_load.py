@@ -20,9 +20,6 @@ from ..contact import (
 from ..contact.diagnosis import counted, in_contact, open_nodes
 from .statics import Statics
 
-# Ranges of nodes that a sentence names.
-_RANGES_IN_A_SENTENCE = 4
-
 SAFE = "the mean load presses all nodes and none slips under it"
 SAFE_WITH_FIXED = "with each of the fixed parts the mean load presses all nodes and none slips"
 UNPRESSED = (
@@ -137,6 +134,8 @@ def _share(system: ContactSystem, which: Booleans) -> str:
     if in_contact(system, numbers):
         return counted(system, np.asarray(which))
     places = []
+    # Ranges of nodes that a sentence names.
+    most_ranges = 4
     if system.tangents == 2:
         points = system.points[numbers]
         for name, low, high in zip("xyz", points.min(axis=0), points.max(axis=0), strict=True):
@@ -145,10 +144,10 @@ def _share(system: ContactSystem, which: Booleans) -> str:
     else:
         # Nodes that follow each other make one range.
         runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
-        for run in runs[:_RANGES_IN_A_SENTENCE]:
+        for run in runs[:most_ranges]:
             end = f" .. {system.x[run[-1]]:.4g}" if len(run) > 1 else ""
             places.append(f"{system.x[run[0]]:.4g}{end}")
         places[0] = f"x = {places[0]}"
-        if len(runs) > _RANGES_IN_A_SENTENCE:
+        if len(runs) > most_ranges:
             places.append("...")
     return f"{len(numbers)} of {number_of(system.nodes, 'node')} ({', '.join(places)})"

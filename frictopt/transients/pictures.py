@@ -43,7 +43,6 @@ from .onset import Onset
 from .outcome import SteadyState
 from .trajectory import LoadLoop, Trajectory
 
-_MOST_NAMES = 4  # contacts that a title names
 # Code, word and colour of each status.
 _STATUS = (
     (0, "stick", "#DDDDDD"),
@@ -234,7 +233,9 @@ def _title_in_space(steady: SteadyState, outcome: str, shown: Booleans) -> str:
     if len(kept) == 1:
         title = f"{next(iter(kept))}: {title}"
     without_slip = ", ".join(left_out)
-    if len(left_out) > _MOST_NAMES:
+    # A title names so many contacts.
+    most_names = 4
+    if len(left_out) > most_names:
         without_slip = f"{len(left_out)} other contacts"
     return f"{title}\nno slip: {without_slip}"
 

@@ -48,8 +48,8 @@ FAULTS = (
     Fault(
         "fem/modes.py",
         "free bodies without a shift",
-        old="_SHIFT = 0.001",
-        new="_SHIFT = 0.0",
+        old="shift: float = 0.001",
+        new="shift: float = 0.0",
         tests="modes",
     ),
     Fault(
@@ -764,7 +764,7 @@ FAULTS = (
     Fault(
         "fem/pictures.py",
         "diagonals of the mesh are outlines of a body",
-        old="np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= _OUTLINE",
+        old="np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= _PICTURE.outline",
         new="np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= 2",
         tests="modes",
     ),

@@ -223,7 +223,7 @@ FAULTS = (
     Fault(
         "joints/pictures.py",
         "a far limit squeezes the curve",
-        old="low / _FARTHEST < place < high * _FARTHEST",
+        old="low / _CURVE.farthest < place < high * _CURVE.farthest",
         new="np.isfinite(place)",
         tests="forced_response::test_a_far_limit_does_not_squeeze_a_curve_and_is_named",
     ),
@@ -300,7 +300,7 @@ FAULTS = (
     Fault(
         "joints/motion_names.py",
         "a body that tips slides",
-        old="tilt > slip + _MOVES",
+        old="tilt > slip + MOVES",
         new="tilt > slip + 2.0",
         tests="sheet::test_the_motion_has_its_name",
     ),
@@ -342,7 +342,7 @@ FAULTS = (
     Fault(
         "joints/advice.py",
         "friction of 1.48 as advice",
-        old="float(f'{required:.3g}') <= _PRACTICAL_FRICTION",
+        old="float(f'{required:.3g}') <= _ADVICE.practical_friction",
         new="True",
         tests="sheet::test_friction_that_no_surface_has_is_no_advice",
     ),

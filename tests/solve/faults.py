@@ -104,14 +104,14 @@ FAULTS = (
     Fault(
         "solve/compiled.py",
         "a direction may leave a row by rounding of its terms",
-        old="_EXACT * (terms @ sizes)",
+        old="exact * (terms @ sizes)",
         new="terms @ sizes",
         tests="compiled",
     ),
     Fault(
         "solve/eliminated.py",
         "rounding in an equation defines an unknown",
-        old="_PIVOT * largest[row]",
+        old="least_pivot * largest[row]",
         new="0.0",
         tests="compiled",
     ),

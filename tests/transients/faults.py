@@ -311,8 +311,8 @@ FAULTS = (
     Fault(
         "transients/increments/by_booleans.py",
         "a state at the end of the reach is an answer",
-        old="_TOUCHES * largest",
-        new="1000000000.0 * _TOUCHES * largest",
+        old="touches * largest",
+        new="1000000000.0 * touches * largest",
         tests="increment_models",
     ),
     Fault(

@@ -27,9 +27,6 @@ from ...errors import NoContinuation
 from .kernel import OPEN, STICK
 from .path import ExactPath
 
-# A stretch shorter than this share of its segment lies between events that happen at once.
-_INSTANT = ROUNDING / 10
-
 _CRITICAL = (
     "derivative of a cycle: friction is critical at a node that slips, so that its rates are not "
     "unique"
@@ -164,9 +161,11 @@ def _follow_leg(
     path.follow_to(corner, name)
     time, _, r, status, _ = path.states()
     lengths = np.diff(time - begin)
+    # A stretch shorter than this share of its segment lies between events that happen at once.
+    instant = ROUNDING / 10
     return [
         (lengths[k], status[k].astype(np.int8), r[k : k + 2])
-        for k in np.flatnonzero(lengths > _INSTANT)
+        for k in np.flatnonzero(lengths > instant)
     ]
 
 

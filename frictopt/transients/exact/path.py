@@ -24,8 +24,6 @@ from .kernel import (
 from .rate import RateProblem, Solutions, find_rates, rate_problem
 from .state import new_active_set, new_state
 
-# Residual of a state that a path may restart from: the cycle from there adds its errors.
-_RESTART = RESIDUAL / 10
 _FREE = "the contact slides or opens freely"
 
 
@@ -154,7 +152,9 @@ class ExactPath(Transient):
         r = self.bonded + S @ u
         r[motions] = 0.0
         residual = off_law(self.system, self.friction, self.bonded, u, r, self.force).max()
-        if not residual <= _RESTART:
+        # Residual of a state that a path may restart from: the cycle from there adds its errors.
+        restart = RESIDUAL / 10
+        if not residual <= restart:
             return None
         copy = self.recorded(0)
         copy.state = copy.state._replace(u=u, r=r)

@@ -23,8 +23,6 @@ from .programs import ByProgram, exact
 # Boolean of the program -> status of a node at which it is 1.
 _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 
-# A state touches the end of the reach above this share of the largest motion or pressure.
-_TOUCHES = 0.999
 
 _WITHIN = "slip increments and gaps up to {motion:.3g} and pressures up to {force:.3g}"
 _TOUCHED = (
@@ -110,10 +108,12 @@ class ExactIncrement(ByProgram):
         else:
             if not found.residual <= RESIDUAL:
                 failure = f"the statuses that were found leave a residual of {found.residual:.1e}"
+        # A state touches the end of the reach above this share of the largest motion or pressure.
+        touches = 0.999
         if failure:
             found = by_guess if obeys else self._by_newton(posed, failure)
             largest = max(largest, self._reach * _size(_moved(posed, found)))
-        elif _size(_moved(posed, found)) >= _TOUCHES * largest:
+        elif _size(_moved(posed, found)) >= touches * largest:
             raise SolverError(_TOUCHED.format(within=within, reach=self._reach))
 
         values = {
