@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
 import mutants  # noqa: E402
-from mutants import FAULTS  # noqa: E402
+from mutants import FAULTS, Failure, Fate  # noqa: E402
 
 from helpers.planting import Fault, planted  # noqa: E402
 
@@ -65,37 +65,153 @@ def test_every_room_has_faults():
     assert {mutants.room(fault) for fault in FAULTS} >= ROOMS
 
 
-def test_the_table_counts_by_room_names_what_survives_and_keeps_other_rooms():
-    faults = [fault for fault in FAULTS if fault.file.startswith(("solve", "reference"))]
-    solve, reference = (
-        sum(fault.file.startswith(room) for fault in faults) for room in ("solve", "reference")
+def of_room(name):
+    return [fault for fault in FAULTS if mutants.room(fault) == name]
+
+
+def test_the_table_counts_by_room_names_what_survives_or_has_no_end_and_keeps_other_rooms():
+    fates = {fault: Fate(killed=True) for fault in of_room("solve") + of_room("reference")}
+    alive, endless = of_room("solve")[:2]
+    fates[alive] = Fate(killed=False)
+    fates[endless] = Fate(killed=True, no_end=True)
+    before = (
+        "| fem | 70 | 60 | abc of 2000-01-01 | - | a fault |\n"
+        "| solve | 2 | 2 | abc of 2000-01-01 | - | - |\n"
     )
-    before = "| fem | 70 | 60 | abc of 2000-01-01 | a fault |\n| solve | 2 | 2 | abc of 2000-01-01 | - |\n"
-    killed = [fault.meaning != "steps leave their cones" for fault in faults]
-    text = mutants.page(before, faults, killed, "def of 2001-01-01", "Made here.").splitlines()
-    assert f"| reference | {reference} | {reference} | def of 2001-01-01 | - |" in text
-    assert (
-        f"| solve | {solve} | {solve - 1} | def of 2001-01-01 | steps leave their cones (`solve/interior_point.py`) |"
-        in text
-    )
-    assert (
-        "| fem | 70 | 60 | abc of 2000-01-01 | a fault |" in text
-    )  # not as many as there are: it waits for a run of all
-    assert (
-        f"| all | {70 + solve + reference} | {60 + solve - 1 + reference} | - | - |" in text
-        and text[-1] == "*Made here.*"
-    )
+    text = mutants.page(before, fates, "def of 2001-01-01", "Made here.").splitlines()
+    solve, reference = len(of_room("solve")), len(of_room("reference"))
+    assert f"| reference | {reference} | {reference} | def of 2001-01-01 | - | - |" in text
+    named = f"{mutants.words(endless)} | {mutants.words(alive)}"
+    assert f"| solve | {solve} | {solve - 1} | def of 2001-01-01 | {named} |" in text
+    # A room of which nothing was planted keeps its row, whatever its faults are today.
+    assert "| fem | 70 | 60 | abc of 2000-01-01 | - | a fault |" in text
+    assert f"| all | {70 + solve + reference} | {60 + solve - 1 + reference} | - | - | - |" in text
+    assert text[-1] == "*Made here.*"
 
 
 def test_a_run_of_some_faults_of_a_room_says_what_became_of_these():
-    own = [fault for fault in FAULTS if mutants.room(fault) == "solve"]
-    first = mutants.page(
-        "", own, [False, False, *[True] * (len(own) - 2)], "abc of 2000-01-01", "Made here."
+    own = of_room("solve")
+    fates = {fault: Fate(killed=True) for fault in own}
+    fates |= {fault: Fate(killed=False) for fault in own[:2]}
+    fates |= {fault: Fate(killed=True, no_end=True) for fault in own[2:4]}
+    first = mutants.page("", fates, "abc of 2000-01-01", "Made here.")
+    fates = {fault: Fate(killed=True) for fault in (own[0], own[2])}
+    again = mutants.page(first, fates, "def of 2001-01-01", "Made here.").splitlines()
+    codes = "abc of 2000-01-01, def of 2001-01-01"
+    named = f"{mutants.words(own[3])} | {mutants.words(own[1])}"
+    assert f"| solve | {len(own)} | {len(own) - 1} | {codes} | {named} |" in again
+    assert f"| all | {len(own)} | {len(own) - 1} | - | - | - |" in again
+
+
+def test_some_faults_of_a_room_make_no_row_if_others_were_never_planted():
+    fate = {of_room("solve")[0]: Fate(killed=True)}
+    assert mutants.rows_of(mutants.page("", fate, "abc of 2000-01-01", "Made here.")) == {}
+
+
+TESTS_OF_A_COPY = """
+from time import sleep
+
+
+def test_waits():
+    sleep(4)
+
+
+def test_fails():
+    assert False
+
+
+def test_computes_without_end():
+    while True:
+        pass
+"""
+
+
+@pytest.fixture
+def ground(tmp_path, monkeypatch):
+    """Tests that wait, fail and compute without end, in the place of a repository."""
+    tests = tmp_path / "repository" / "tests"
+    tests.mkdir(parents=True)
+    (tests / "test_three.py").write_text(TESTS_OF_A_COPY)
+    monkeypatch.setattr(mutants, "ROOT", tmp_path / "repository")
+    return mutants.Ground(tmp_path / "ground")
+
+
+def test_a_test_has_no_end_if_its_processor_time_exceeds_the_limit(ground):
+    failures = ground.failures(["tests/test_three.py"], patience=1.0)
+    assert failures == [
+        Failure("tests/test_three.py::test_fails"),
+        Failure("tests/test_three.py::test_computes_without_end", "no end"),
+    ]
+    assert str(failures[1]) == "no end of tests/test_three.py::test_computes_without_end"
+
+
+def test_a_test_that_computes_nothing_has_no_end_by_the_clock(ground, monkeypatch):
+    monkeypatch.setattr(mutants, "WAITING", 2.0)
+    failures = ground.failures(["tests/test_three.py::test_waits"])
+    assert [failure.how for failure in failures] == ["no end"]
+
+
+def test_a_failing_example_is_not_made_smaller(ground):
+    """The test fails for numbers above 5, and writes down each number that it is asked for."""
+    test = ground.copy / "tests" / "test_examples.py"
+    numbers = ground.copy / "numbers"
+    test.write_text(
+        f"""
+from hypothesis import given, strategies as st
+
+
+@given(st.integers(0, 10**6))
+def test_small(number):
+    with open({str(numbers)!r}, "a") as file:
+        print(number, file=file)
+    assert number <= 5
+"""
     )
-    again = mutants.page(first, own[:1], [True], "def of 2001-01-01", "Made here.").splitlines()
-    alive = f"{own[1].meaning} (`{own[1].file}`)"
-    assert (
-        f"| solve | {len(own)} | {len(own) - 1} | abc of 2000-01-01, def of 2001-01-01 | {alive} |"
-        in again
-    )
-    assert f"| all | {len(own)} | {len(own) - 1} | - | - |" in again
+    assert ground.failures(["tests/test_examples.py"]) == [
+        Failure("tests/test_examples.py::test_small")
+    ]
+    tried = list(map(int, numbers.read_text().split()))
+    failing = {number for number in tried if number > 5}
+    assert len(failing) == 1
+
+
+class Answers:
+    """In the place of a ground: these tests fail without a fault."""
+
+    def __init__(self, *failures):
+        self._failures = failures
+
+    def failures(self, tests):
+        return [failure for failure in self._failures if failure.test in tests]
+
+
+def test_a_test_that_fails_without_the_fault_kills_none():
+    survives, gone, dies, endless, falsely = FAULTS[:5]
+    results = {
+        survives: [],
+        gone: None,
+        dies: [Failure("a.py::test_a")],
+        endless: [Failure("a.py::test_b", "no end")],
+        falsely: [Failure("a.py::test_c")],
+    }
+    fates = mutants.fates_of(results, Answers(Failure("a.py::test_c")))
+    assert list(fates.values()) == [
+        Fate(killed=False),
+        Fate(killed=False),
+        Fate(killed=True),
+        Fate(killed=True, no_end=True),
+        Fate(killed=False),
+    ]
+    fates = mutants.fates_of(results, Answers(Failure("a.py::test_b", "no end")))
+    assert not any(fate.killed for fate in fates.values())  # not all of them could be asked
+
+
+def test_a_collection_that_crashes_without_the_fault_kills_none(tmp_path):
+    crash = Failure(mutants.COLLECTION, "crash")
+    results = {FAULTS[0]: [crash], FAULTS[1]: [Failure("a.py::test_a")]}
+    for always, killed in ((True, False), (False, True)):
+        ground = Answers()
+        ground.copy = tmp_path
+        ground.failures = lambda tests, *options: [crash] if options and always else []
+        fates = mutants.fates_of(results, ground)
+        assert fates[FAULTS[0]] == Fate(killed) and fates[FAULTS[1]] == Fate(killed)
