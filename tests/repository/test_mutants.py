@@ -206,12 +206,12 @@ def test_a_test_that_fails_without_the_fault_kills_none():
     assert not any(fate.killed for fate in fates.values())  # not all of them could be asked
 
 
-def test_a_collection_that_crashes_without_the_fault_kills_none(tmp_path):
+@pytest.mark.parametrize("always", [True, False])
+def test_a_collection_that_crashes_without_the_fault_kills_none(always, tmp_path):
     crash = Failure(mutants.COLLECTION, "crash")
+    ground = Answers()
+    ground.copy = tmp_path
+    ground.failures = lambda tests, *options: [crash] if options and always else []
     results = {FAULTS[0]: [crash], FAULTS[1]: [Failure("a.py::test_a")]}
-    for always, killed in ((True, False), (False, True)):
-        ground = Answers()
-        ground.copy = tmp_path
-        ground.failures = lambda tests, *options: [crash] if options and always else []
-        fates = mutants.fates_of(results, ground)
-        assert fates[FAULTS[0]] == Fate(killed) and fates[FAULTS[1]] == Fate(killed)
+    fates = mutants.fates_of(results, ground)
+    assert list(fates.values()) == 2 * [Fate(killed=not always)]
