@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..base import CONDENSATION, Array, Kept, finite_number, real_array, warns_of_odd_values
 from ..errors import ModelError
 from .components import joined
-from .law import contact_law, friction_coefficients
+from .law import ContactLaw, contact_law, friction_coefficients
 from .system import ContactSystem, checked_system
 
 
@@ -142,7 +142,7 @@ def referee(
     return Verdict(
         *off_law(
             system,
-            f,
+            contact_law(system, f),
             _by_component(bonded_q, bonded_p, count),
             _by_component(slip, opening, count),
             _by_component(shear, pressure, count),
@@ -177,7 +177,7 @@ def _force_scale(bonded_q: Array, bonded_p: Array, q: Array) -> float:
 
 def off_law(
     system: ContactSystem,
-    f: Array,
+    law: ContactLaw,
     bonded: Array,
     u: Array,
     r: Array,
@@ -208,7 +208,7 @@ def off_law(
         contact = np.maximum(np.maximum(-p, -w), np.minimum(p, w))
 
         size = np.linalg.norm(q, axis=1)
-        bound = contact_law(system, f).bound(p, force)
+        bound = law.bound(p, force)
         over = size - bound
 
         # Slips that are rounding of the motions of their state count as none.

@@ -5,6 +5,7 @@ from __future__ import annotations
 # One file because all rooms share this type: its data, their shapes, and its copies.
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
@@ -364,7 +365,7 @@ class ContactSystem(Shown, Plotted):
         pressing_shut = self.S[:, -self.nodes :] @ self.gap
         return parted(joined(*self.reaction(loads)) - pressing_shut, self.tangents + 1)
 
-    @property
+    @cached_property
     def _reactions(self) -> Array:
         """(M, cases) bonded reactions."""
         return np.column_stack([joined(*pair) for pair in self.bonded.values()])

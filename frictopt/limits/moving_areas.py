@@ -183,7 +183,7 @@ class MovingAreas(Question):
         states = bonded, u - gap, r
         between = [(part + np.roll(part, -1, axis=0)) / 2 for part in states]
         for loads, motions, reactions in (states, between):
-            off = off_law(self.system, self.friction, loads, motions, reactions, self.force)
+            off = off_law(self.system, self.law, loads, motions, reactions, self.force)
             worst.append(float(off.max()))
         nodes = self.system.nodes
         slid = np.abs(np.roll(u, -1, axis=0) - u)[:, :-nodes].reshape(len(u), -1, nodes)

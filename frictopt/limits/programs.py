@@ -19,7 +19,7 @@ from scipy.sparse import issparse
 from scipy.spatial import ConvexHull, QhullError
 
 from ..base import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, shown
-from ..contact import ContactSystem, LoadCycle, contact_law, lengths
+from ..contact import ContactSystem, LoadCycle, lengths
 from ..errors import ModelError
 from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
@@ -265,8 +265,7 @@ def listed_rows(
     x = replace(x)  # with gaps of its own
     rows = rest(question, x, corners, more)
     if friction is None:
-        law = contact_law(question.system, question.friction)
-        rows += stuck(x, f, corners, law=law)
+        rows += stuck(x, f, corners, law=question.law)
     else:
         rows += friction(x, corners)
     if question.slip_bound is not None:

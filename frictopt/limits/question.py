@@ -7,6 +7,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from inspect import signature
 from time import perf_counter
 from typing import Any, ClassVar
@@ -14,13 +15,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import CONDENSATION, Array, Booleans, Integers, flag, kept
+from ..base import Array, Booleans, Integers, flag, kept
 from ..base.checks import per_node
 from ..contact import (
+    ContactLaw,
     ContactSystem,
     LoadCycle,
     checked_cycle,
     checked_law,
+    contact_law,
     friction_coefficients,
     lengths,
     off_law,
@@ -30,7 +33,7 @@ from ..contact import (
 from ..contact.diagnosis import in_contact
 from ..contact.stiffness import following
 from ..errors import ModelError
-from . import units
+from .units import units_of
 
 
 @kept
@@ -107,12 +110,17 @@ class Question:
                 value.flags.writeable = False
         return question
 
-    @property
+    @cached_property
+    def law(self) -> ContactLaw:
+        """The contact law with the friction of the question."""
+        return contact_law(self.system, self.friction)
+
+    @cached_property
     def A(self) -> Array:
         """(t N, t N) stiffness matrix: shear forces due to unit slips."""
         return self.S[: -self.system.nodes, : -self.system.nodes]
 
-    @property
+    @cached_property
     def B(self) -> Array:
         """(N, t N) stiffness matrix: normal forces due to unit slips."""
         return self.S[-self.system.nodes :, : -self.system.nodes]
@@ -231,7 +239,7 @@ class Question:
         gap = np.pad(self.system.gap, (self.system.tangents * self.system.nodes, 0))
         u, r = (part.reshape(len(part), -1) for part in self.instants(load_factor, slip))
         bonded = self.at_instants(load_factor) + self.system.S @ gap
-        off = off_law(self.system, self.friction, bonded, u - gap, r, self.force)
+        off = off_law(self.system, self.law, bonded, u - gap, r, self.force)
         worst = max(off.max(), self.excess_over_slip_bound(slip))
         return float(np.nan_to_num(worst, nan=np.inf))
 
@@ -340,25 +348,6 @@ def _question(
     w0 = _gaps_of_open(bonded[0], open_nodes, compliance)
     w1 = _gaps_of_open(bonded[1], open_nodes, compliance)
 
-    # Units, from the reactions of the closed nodes.
-    closed = ~open_nodes
-    force = units.mean_force(r0, r1, closed)
-    mean_bound = units.mean_bound(r0, friction, closed, force)
-    # Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced
-    # by it, so that the unit is finite.
-    least_friction = 0.01
-    mean_pressure = mean_bound / np.maximum(friction, least_friction)
-    load_unit = units.load_unit(r0, r1, friction, closed, force)
-    node_unit = np.where(open_nodes, force, units.node_unit(r0, r1, force))
-
-    # In space the radius of a friction cone is the friction bound: it is the unit if it is less
-    # than the pressure.
-    small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
-    shear_unit = node_unit * np.where(small_cones, friction, 1.0)
-
-    normal_stiffness = float(np.diag(system.C).mean())
-    if not normal_stiffness > CONDENSATION * system.stiffness_scale:
-        normal_stiffness = system.stiffness_scale
     return Question(
         system=system,
         cycle=cycle,
@@ -381,13 +370,7 @@ def _question(
         p1=p1,
         w0=w0,
         w1=w1,
-        force=force,
-        mean_bound=mean_bound,
-        mean_pressure=mean_pressure,
-        load_unit=load_unit,
-        node_unit=node_unit,
-        shear_unit=shear_unit,
-        clearance=mean_bound / normal_stiffness,
+        **units_of(system, friction, open_nodes, r0, r1)._asdict(),
     )
 
 

@@ -5,12 +5,56 @@ t + 1, N) are the reactions of the scaled loads at load factor 1. `closed` (N,) 
 closed nodes.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..base import CONDENSATION, Array, Booleans
+from ..contact import ContactSystem
 
 
-def mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
+class Units(NamedTuple):
+    """The units of a question, see the fields of `Question` of the same names."""
+
+    force: float
+    mean_bound: float
+    mean_pressure: Array
+    load_unit: float
+    node_unit: Array
+    shear_unit: Array
+    clearance: float
+
+
+def units_of(
+    system: ContactSystem, friction: Array, open_nodes: Booleans, r0: Array, r1: Array
+) -> Units:
+    """The units, from the reactions of the closed nodes."""
+    closed = ~open_nodes
+    force = _mean_force(r0, r1, closed)
+    mean_bound = _mean_bound(r0, friction, closed, force)
+    # Pressure margins have the unit `mean_bound` / friction. Friction below this value is replaced
+    # by it, so that the unit is finite.
+    least_friction = 0.01
+    node_unit = np.where(open_nodes, force, _node_unit(r0, r1, force))
+
+    # In space the radius of a friction cone is the friction bound: it is the unit if it is less
+    # than the pressure.
+    small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
+    normal_stiffness = float(np.diag(system.C).mean())
+    if not normal_stiffness > CONDENSATION * system.stiffness_scale:
+        normal_stiffness = system.stiffness_scale
+    return Units(
+        force=force,
+        mean_bound=mean_bound,
+        mean_pressure=mean_bound / np.maximum(friction, least_friction),
+        load_unit=_load_unit(r0, r1, friction, closed, force),
+        node_unit=node_unit,
+        shear_unit=node_unit * np.where(small_cones, friction, 1.0),
+        clearance=mean_bound / normal_stiffness,
+    )
+
+
+def _mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
     """Mean normal force at load factor 0; a force of the same size if there is none."""
     if not closed.any():
         return 1.0
@@ -23,7 +67,7 @@ def mean_force(r0: Array, r1: Array, closed: Booleans) -> float:
     return float(max(shear.mean(), cyclic_shear.mean(), cyclic_pressure.mean())) or 1.0
 
 
-def mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
+def _mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> float:
     """Mean friction bound at load factor 0; `force` if it is only rounding (no pressure)."""
     if not closed.any():
         return force
@@ -32,7 +76,7 @@ def mean_bound(r0: Array, friction: Array, closed: Booleans, force: float) -> fl
     return bound if bound > CONDENSATION * size else force
 
 
-def load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: float) -> float:
+def _load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: float) -> float:
     """Load factor at which the cyclic reactions reach the mean friction bound."""
     if not closed.any():
         return 1.0
@@ -47,7 +91,7 @@ def load_unit(r0: Array, r1: Array, friction: Array, closed: Booleans, force: fl
     return (bound or force) / demand
 
 
-def node_unit(r0: Array, r1: Array, force: float) -> Array:
+def _node_unit(r0: Array, r1: Array, force: float) -> Array:
     """(N,) pressure of each node under the mean load, or its largest other force if it has none."""
     # Least force unit of a node, divided by the mean normal force: answers have errors of this
     # size.

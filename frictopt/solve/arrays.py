@@ -46,12 +46,12 @@ class RowsInCones:
     zero: int
     sizes: Integers
 
-    @property
+    @cached_property
     def linear(self) -> int:
         """The number of equations and linear rows, which come first."""
         return self.zero + int((self.sizes == 1).sum())
 
-    @property
+    @cached_property
     def heads(self) -> Integers:
         """The first row of each cone, linear rows included."""
         return self.zero + np.cumsum(self.sizes) - self.sizes

@@ -152,15 +152,16 @@ class Chain:
         """The claim of an optimum, or of the polished one if its residual is not `enough`."""
         rough = way.rough(x, y)
         claim = self._claim(*rough, judged)
-        attempts.append(Attempt(way.solver, OPTIMAL, claim.residual))
-        if not way.polished or claim.residual <= enough:
+        residual = claim.residual
+        attempts.append(Attempt(way.solver, OPTIMAL, residual))
+        if not way.polished or residual <= enough:
             return claim
         # In small programs it costs little to gain the digits that interior points lack.
         refined = self._claim(*way.refined(x, y), judged)
         linear = kind_of(self.reduced.arrays) == LP
         outcome = "refined on the vertex" if linear else "refined on the active cones"
         attempts.append(Attempt(way.solver, outcome, refined.residual))
-        if claim.residual < refined.residual:
+        if residual < refined.residual:
             return self._claim(*rough, judged)  # the rough answer is put back into the problem
         return refined
 

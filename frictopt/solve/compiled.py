@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
@@ -129,6 +130,15 @@ class Compiled:
         """The place of the values of a variable in z."""
         first = int(self.columns[variable.id])
         return slice(first, first + variable.size)
+
+    def in_order(self, values: Mapping[cp.Variable, Any]) -> Array:
+        """Values of variables, one number or one for each entry, in the order of z; 0 without."""
+        z = np.zeros(len(self.cost))
+        for variable, value in values.items():
+            if variable.id in self.columns:
+                entries = np.broadcast_to(value, variable.shape)
+                z[self.place(variable)] = np.ravel(entries, order="F")
+        return z
 
     def whole(self, y: Array) -> Array:
         """Complete multipliers in place; those of the rows of `z[of]` follow from their blocks."""

@@ -11,19 +11,14 @@ import cvxpy as cp
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..base import Array, Integers
+from ..base import Array
 from .arrays import Arrays
 from .compiled import Block, Change, Compiled
-from .program import Program, Step
+from .program import ChangesUnknowns, Program
 
 
 def program_of(compiled: Compiled, units: Mapping[cp.Variable, Any]) -> Program:
     """A compiled program without the rows that replaced its dense equations for cvxpy."""
-    unit = np.zeros(len(compiled.cost))
-    for variable, size in units.items():
-        if variable.id in compiled.columns:
-            each = np.broadcast_to(size, variable.shape)
-            unit[compiled.place(variable)] = np.ravel(each, order="F")
     first = compiled.sparse_zero
     return Program(
         sparse=csr_array(compiled.matrix[first:]),
@@ -31,12 +26,12 @@ def program_of(compiled: Compiled, units: Mapping[cp.Variable, Any]) -> Program:
         cost=compiled.cost,
         zero=compiled.zero - first,
         sizes=compiled.sizes,
-        unit=unit,
+        unit=compiled.in_order(units),
         blocks=tuple(compiled.blocks),
     )
 
 
-class Changed(Step[Program]):
+class Changed(ChangesUnknowns[Program]):
     """A dense equation of a square matrix is changed to the unknowns x of a `Change`.
 
     The unknowns x are inserted before the unknown number `start`. The left side of the equation is
@@ -52,8 +47,9 @@ class Changed(Step[Program]):
         self._new = np.arange(start, self.end)
         old = np.arange(len(program.cost))
         self._old = np.where(old < start, old, old + count)  # new numbers of the old unknowns
+        self.after = self._in_new_unknowns()
 
-    def apply(self) -> Program:
+    def _in_new_unknowns(self) -> Program:
         """The program in the remaining old unknowns and in x."""
         program, change, square = self._before, self._change, self.square
         n, width = len(program.cost), len(program.cost) + len(self._new)
@@ -107,7 +103,7 @@ class Changed(Step[Program]):
         return unit[self._old]
 
 
-class Stacked(Step[Arrays]):
+class Stacked(ChangesUnknowns[Arrays]):
     """Unknowns x, and one dense block for all other unknowns that rows or cost need.
 
     The rows are then about `[x, block @ x]`.
@@ -123,19 +119,13 @@ class Stacked(Step[Arrays]):
             needed[block.of] |= needed[block.defined].any()
             defined[block.defined] = True
         self.unknowns = np.flatnonzero(needed & ~defined)
-        self._parts = [block.defined[self._needed[block.defined]] for block in program.blocks]
+        parts = [block.defined[self._needed[block.defined]] for block in program.blocks]
+        # The unknowns before the step, in the order of `[x, block @ x]`, and their units.
+        self._columns = np.concatenate([self.unknowns, *parts])
+        self.unit = program.unit[self._columns]
+        self.after = self._of_needed_unknowns()
 
-    @property
-    def _columns(self) -> Integers:
-        """The unknowns before the step, in the order of `[x, block @ x]`."""
-        return np.concatenate([self.unknowns, *self._parts])
-
-    @property
-    def unit(self) -> Array:
-        """Units of `[x, block @ x]`, 0 where unknown."""
-        return self._before.unit[self._columns]
-
-    def apply(self) -> Arrays:
+    def _of_needed_unknowns(self) -> Arrays:
         """The program of the needed unknowns."""
         program = self._before
         width = len(self.unknowns)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..base import Array, Booleans, Integers
-from .program import Program, Step
+from .program import ChangesRows, ChangesUnknowns, Program
 
 
 class Definitions(NamedTuple):
@@ -26,7 +26,7 @@ class Definitions(NamedTuple):
 NO_DEFINITIONS = Definitions(np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros(0))
 
 
-class Eliminated(Step[Program]):
+class Eliminated(ChangesUnknowns[Program], ChangesRows[Program]):
     """Unknowns are replaced by the expressions that single rows define for them.
 
     The rows are `bounds` of abs and norm, and equations. They leave the program, and the unknowns
@@ -46,8 +46,9 @@ class Eliminated(Step[Program]):
         for definitions in self._rounds:
             self._remaining[definitions.unknowns] = False
         self._follows, self._start = _substitution(program, self._rounds, self._remaining)
+        self.after = self._of_remaining_rows()
 
-    def apply(self) -> Program:
+    def _of_remaining_rows(self) -> Program:
         """The program of the remaining rows."""
         program = self.before
         rows = program.sparse[self.rows]

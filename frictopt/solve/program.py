@@ -1,6 +1,7 @@
 """A program during its reduction, and the interface of the steps of the reduction."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -29,7 +30,7 @@ class Program(RowsInCones):
     unit: Array
     blocks: tuple[Block, ...]
 
-    @property
+    @cached_property
     def in_blocks(self) -> Booleans:
         """Which unknowns occur in dense equations."""
         mask = np.zeros(len(self.cost), dtype=bool)
@@ -40,19 +41,25 @@ class Program(RowsInCones):
 
 
 class Step(Generic[After]):
-    """A step of a reduction, with the way back for the answer.
+    """A step of a reduction: the constructor takes the program before it.
 
-    The constructor takes the program before the step; `apply` returns the program after it. By
-    default values and multipliers are the same before and after.
+    A step changes the unknowns or the rows, or both. The others are the same before and after.
     """
 
-    def apply(self) -> After:
-        """The program after the step."""
-        raise NotImplementedError
+    after: After
+    """The program after the step."""
+
+
+class ChangesUnknowns(Step[After]):
+    """A step with the way back for the unknowns of an answer."""
 
     def values(self, x: Array) -> Array:
         """The unknowns of the program before the step, from those of the program after it."""
-        return x
+        raise NotImplementedError
+
+
+class ChangesRows(Step[After]):
+    """A step with the way back for the multipliers of an answer."""
 
     def multipliers(self, y: Array, cost_factor: float) -> Array:
         """The multipliers of the program before the step, from those of the program after it.
@@ -60,4 +67,4 @@ class Step(Generic[After]):
         `cost_factor` is 1 for multipliers of an optimum, which balance the cost. It is 0 for
         multipliers that prove a contradiction, in whose balance there is no cost.
         """
-        return y
+        raise NotImplementedError

@@ -21,8 +21,8 @@ from .arrays import Arrays
 from .compiled import Change, Compiled
 from .dense import Changed, Stacked, dense_multipliers, program_of
 from .eliminated import Eliminated
-from .program import Program, Step
-from .redundant import RowsLeftOut, dependent, dominated, empty, implied_by_cones, implied_by_norms
+from .program import ChangesRows, ChangesUnknowns, Program, Step
+from .redundant import RowsLeftOut, dependent, empty, implied_by_norms, redundant
 from .scaled import Felt, ScaledRows, ScaledUnknowns, ShutCones
 
 After = TypeVar("After")
@@ -48,7 +48,8 @@ class Reduced:
         self._changes = [
             (squares[block.row], block) for block in compiled.blocks if block.row in squares
         ]
-        self._steps: list[Step[Any]] = []
+        self._of_unknowns: list[ChangesUnknowns[Any]] = []
+        self._of_rows: list[ChangesRows[Any]] = []
         self._eliminated = Eliminated(program_of(compiled, units), by_equations=defines)
         program = self._after(self._eliminated)
         rows = len(program.right)
@@ -58,8 +59,11 @@ class Reduced:
 
     def _after(self, step: Step[After]) -> After:
         """The program after a further step."""
-        self._steps.append(step)
-        return step.apply()
+        if isinstance(step, ChangesUnknowns):
+            self._of_unknowns.append(step)
+        if isinstance(step, ChangesRows):
+            self._of_rows.append(step)
+        return step.after
 
     def _without_redundant_rows(self, program: Program, simplify: bool) -> Program:
         """The program without redundant rows; without `simplify` only empty rows are left out."""
@@ -68,8 +72,7 @@ class Reduced:
         whole = self._eliminated
         by_norms = np.isin(whole.rows, implied_by_norms(whole.before, whole.bounds))
         program = self._after(RowsLeftOut(program, np.flatnonzero(by_norms)))
-        by_rows = np.union1d(implied_by_cones(program), dominated(program))
-        return self._after(RowsLeftOut(program, np.union1d(by_rows, empty(program))))
+        return self._after(RowsLeftOut(program, redundant(program)))
 
     def _scaled(self, program: Program) -> Arrays:
         """The program in its final unknowns and units, for the solvers."""
@@ -109,7 +112,7 @@ class Reduced:
 
     def _remaining(self, x: Array) -> Array:
         """The unknowns that were not eliminated; dense equations are still to be computed."""
-        for step in reversed(self._steps[1:]):
+        for step in reversed(self._of_unknowns[1:]):
             x = step.values(x)
         return x
 
@@ -131,7 +134,7 @@ class Reduced:
 
         `sizes` are the weights of the errors of their balance. For `cost_factor`, see `Step`.
         """
-        for step in reversed(self._steps):
+        for step in reversed(self._of_rows):
             y = step.multipliers(y, cost_factor)
         cost = cost_factor * self.compiled.cost
         return dense_multipliers(self.compiled, self._changes, y, cost, sizes)

@@ -10,40 +10,40 @@ from scipy.sparse import csr_array
 from ..base import ROUNDING, Array, Booleans, Integers
 from .arrays import Arrays
 from .eliminated import Definitions
-from .program import Program, Step
+from .program import ChangesRows, Program
 
 P = TypeVar("P", Program, Arrays)
 
 
-class RowsLeftOut(Step[P]):
+class RowsLeftOut(ChangesRows[P]):
     """Equations and linear rows leave the program."""
 
     def __init__(self, program: P, rows: Integers) -> None:
-        self._before: P = program
-        self._stays = np.ones(len(program.right), dtype=bool)
-        self._stays[rows] = False
-
-    def apply(self) -> P:
-        """The program of the rows that stay."""
-        program, stays = self._before, self._stays
-        if stays.all():
-            return program
-        equations = int(stays[: program.zero].sum())
-        linear_left_out = int((~stays[program.zero :]).sum())
-        smaller: P = replace(
-            program,
-            sparse=csr_array(program.sparse[stays]),
-            right=program.right[stays],
-            zero=equations,
-            sizes=program.sizes[linear_left_out:],
-        )
-        return smaller
+        stays = np.ones(len(program.right), dtype=bool)
+        stays[rows] = False
+        self._stays = stays
+        self.after = program
+        if not stays.all():
+            linear_left_out = int((~stays[program.zero :]).sum())
+            self.after = replace(
+                program,
+                sparse=csr_array(program.sparse[stays]),
+                right=program.right[stays],
+                zero=int(stays[: program.zero].sum()),
+                sizes=program.sizes[linear_left_out:],
+            )
 
     def multipliers(self, y: Array, cost_factor: float) -> Array:
         """Zero for the rows that were left out."""
         multipliers = np.zeros(len(self._stays))
         multipliers[self._stays] = y
         return multipliers
+
+
+def redundant(program: Program) -> Integers:
+    """Linear rows that other rows imply, or that are empty."""
+    by_rows = np.union1d(implied_by_cones(program), dominated(program))
+    return np.union1d(by_rows, empty(program))
 
 
 def implied_by_norms(program: Program, bounds: Definitions) -> Integers:

@@ -7,11 +7,11 @@ from scipy.sparse import csr_array
 
 from ..base import NO_COUPLING, ROUNDING, Array, Booleans
 from .arrays import Arrays
-from .program import Step
+from .program import ChangesRows, ChangesUnknowns
 from .redundant import largest_entries
 
 
-class ScaledUnknowns(Step[Arrays]):
+class ScaledUnknowns(ChangesUnknowns[Arrays]):
     """The unknowns are scaled by their units.
 
     `unit` holds the units of `[x, block @ x]`; units that are 0 follow from the rows. The first
@@ -20,25 +20,21 @@ class ScaledUnknowns(Step[Arrays]):
     """
 
     def __init__(self, program: Arrays, unit: Array, changed: int) -> None:
-        self._before = program
         width = program.block.shape[1]
         inequalities = slice(program.zero, None)
         sizes = csr_array(np.abs(program.sparse[inequalities]))
-        self._units = _derived(unit, sizes, np.abs(program.right[inequalities]))
-        block = program.block * self._units[:width] / self._units[width:, None]
+        units = _derived(unit, sizes, np.abs(program.right[inequalities]))
+        block = program.block * units[:width] / units[width:, None]
         largest = np.abs(block[:, :changed]).max(axis=0, initial=1.0)
-        self._units[:changed] /= largest
+        units[:changed] /= largest
         block[:, :changed] /= largest
         block[np.abs(block).max(axis=1, initial=0.0) <= NO_COUPLING] = 0.0
-        self._block = block
-        self.units = self._units[:width]
+        self.units = units[:width]
 
-    def apply(self) -> Arrays:
-        """The program in these units."""
-        sparse = self._before.sparse.copy()
-        sparse.data *= self._units[sparse.indices]
-        cost = self._before.cost * self.units
-        return replace(self._before, sparse=sparse, block=self._block, cost=cost)
+        sparse = program.sparse.copy()
+        sparse.data *= units[sparse.indices]
+        cost = program.cost * self.units
+        self.after = replace(program, sparse=sparse, block=block, cost=cost)
 
     def values(self, x: Array) -> Array:
         """Values in the units of the user."""
@@ -66,28 +62,24 @@ def _derived(unit: Array, sizes: csr_array, constant: Array) -> Array:
     return np.where(unit == 0, 1.0, unit)
 
 
-class Felt(Step[Arrays]):
+class Felt(ChangesUnknowns[Arrays]):
     """Unknowns that occur neither in rows nor in the cost leave the program with values of zero."""
 
     def __init__(self, program: Arrays) -> None:
-        self._before = program
-        self._width = program.block.shape[1]
-        in_rows = np.bincount(program.sparse.indices, minlength=self._width)[: self._width] > 0
-        felt = program.block.any(axis=0) | in_rows | (program.cost != 0)
-        self._felt = np.flatnonzero(felt)
-
-    def apply(self) -> Arrays:
-        """The program of the remaining unknowns."""
-        program = self._before
-        if len(self._felt) == self._width:
-            return program
-        columns = np.r_[self._felt, self._width : program.sparse.shape[1]]
-        return replace(
-            program,
-            sparse=csr_array(program.sparse[:, columns]),
-            block=program.block[:, self._felt],
-            cost=program.cost[self._felt],
-        )
+        width = program.block.shape[1]
+        in_rows = np.bincount(program.sparse.indices, minlength=width)[:width] > 0
+        felt = np.flatnonzero(program.block.any(axis=0) | in_rows | (program.cost != 0))
+        self._width = width
+        self._felt = felt
+        self.after = program
+        if len(felt) < width:
+            columns = np.r_[felt, width : program.sparse.shape[1]]
+            self.after = replace(
+                program,
+                sparse=csr_array(program.sparse[:, columns]),
+                block=program.block[:, felt],
+                cost=program.cost[felt],
+            )
 
     def values(self, x: Array) -> Array:
         """All unknowns."""
@@ -96,7 +88,7 @@ class Felt(Step[Arrays]):
         return values
 
 
-class ShutCones(Step[Arrays]):
+class ShutCones(ChangesRows[Arrays]):
     """Cones whose first slack is zero for all unknowns become equations of their other slacks."""
 
     def __init__(self, program: Arrays) -> None:
@@ -108,20 +100,17 @@ class ShutCones(Step[Arrays]):
         in_shut = self._shut[of_cone]
         self._heads = heads[self._shut]
         self._tails = rows[in_shut & (heads[of_cone] != rows)]
+        # The new equations come after the others.
         self._order = np.r_[: program.zero, self._tails, rows[~in_shut]]
-
-    def apply(self) -> Arrays:
-        """The program with these equations after the others."""
-        program = self._before
-        if not len(self._heads):
-            return program
-        return replace(
-            program,
-            sparse=csr_array(program.sparse[self._order]),
-            right=program.right[self._order],
-            zero=program.zero + len(self._tails),
-            sizes=program.sizes[~self._shut],
-        )
+        self.after = program
+        if len(self._heads):
+            self.after = replace(
+                program,
+                sparse=csr_array(program.sparse[self._order]),
+                right=program.right[self._order],
+                zero=program.zero + len(self._tails),
+                sizes=program.sizes[~self._shut],
+            )
 
     def multipliers(self, y: Array, cost_factor: float) -> Array:
         """The multiplier of a first slack is large enough for its cone."""
@@ -148,11 +137,10 @@ def _shut(program: Arrays) -> Booleans:
     return np.asarray((program.sizes > 1) & (terms[heads] <= ROUNDING * largest))
 
 
-class ScaledRows(Step[Arrays]):
+class ScaledRows(ChangesRows[Arrays]):
     """Rows and cost in units of their largest entries; the rows of one cone have one unit."""
 
     def __init__(self, program: Arrays) -> None:
-        self._before = program
         self.cost_unit = float(np.abs(program.cost).max(initial=0.0)) or 1.0
         largest = largest_entries(program.sparse)
         right = np.abs(program.right)
@@ -162,14 +150,10 @@ class ScaledRows(Step[Arrays]):
             of_cones = np.maximum.reduceat(unit[zero:], program.heads - zero)
             unit[zero:] = np.repeat(of_cones, program.sizes)
         self._unit = unit
-
-    def apply(self) -> Arrays:
-        """The program in these units."""
-        program = self._before
         sparse = program.sparse.copy()
-        sparse.data *= np.repeat(1 / self._unit, np.diff(sparse.indptr))
+        sparse.data *= np.repeat(1 / unit, np.diff(sparse.indptr))
         cost = program.cost / self.cost_unit
-        return replace(program, sparse=sparse, right=program.right / self._unit, cost=cost)
+        self.after = replace(program, sparse=sparse, right=program.right / unit, cost=cost)
 
     def multipliers(self, y: Array, cost_factor: float) -> Array:
         """Multipliers in the units of the user."""

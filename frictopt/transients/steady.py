@@ -305,9 +305,7 @@ def _residual(run: Run, settled: Settled) -> float:
     errors = []
     for judged in settled.judged:
         states = judged.bonded, judged.u, judged.r
-        errors.append(
-            off_law(path.system, path.friction, *states, path.largest, judged.previous).max()
-        )
+        errors.append(off_law(path.system, path.law, *states, path.largest, judged.previous).max())
     residual = float(np.max([cycle.change, cycle.lost, run.lost, *errors]))
     if not residual <= RESIDUAL:
         raise SolverError(

@@ -308,7 +308,7 @@ class Transient(ABC):
         u[-n:][~opened] = -system.gap[~opened]
 
         force = max(self.largest, float(np.abs(self.bonded).max()))
-        residual = float(off_law(system, self.friction, self.bonded, u, r, force).max())
+        residual = float(off_law(system, self.law, self.bonded, u, r, force).max())
         if not residual <= RESIDUAL:
             raise ModelError(
                 f"initial_state: it violates the contact law by {residual:.1e}; give a state of "

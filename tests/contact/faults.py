@@ -42,8 +42,8 @@ FAULTS = (
     Fault(
         "contact/referee.py",
         "shear beyond the strength of a surface is lawful",
-        old="contact_law(system, f).bound(p, force)",
-        new="f * p",
+        old="law.bound(p, force)",
+        new="law.terms[0].bound(p, force)",
         tests="shear_strength",
     ),
     Fault(

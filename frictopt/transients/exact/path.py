@@ -151,7 +151,7 @@ class ExactPath(Transient):
         u[motions] -= np.linalg.lstsq(S[np.ix_(motions, motions)], carried)[0]
         r = self.bonded + S @ u
         r[motions] = 0.0
-        residual = off_law(self.system, self.friction, self.bonded, u, r, self.force).max()
+        residual = off_law(self.system, self.law, self.bonded, u, r, self.force).max()
         # Residual of a state that a path may restart from: the cycle from there adds its errors.
         restart = RESIDUAL / 10
         if not residual <= restart:

@@ -181,7 +181,7 @@ class Posed:
             u, before = joined(slip, gap - system.gap), joined(self.slip, gap)
             errors = off_law(
                 system,
-                owner.friction,
+                owner.contact_law,
                 joined(*self.bonded),
                 u,
                 self.force * state.r,
@@ -218,9 +218,9 @@ class FrictionIncrement(ABC):
         self.stiffness = (system.own_stiffness / system.stiffness_scale).reshape(-1, system.nodes)
         """(t + 1, N) dimensionless stiffness of each direction of each node."""
         S = system.S / system.stiffness_scale
-        bound = contact_law(system, self.friction)
+        self.contact_law = contact_law(system, self.friction)
         augmentation = np.tile(self.stiffness.max(axis=0), (len(self.stiffness), 1))
-        self.law = Law(S, bound.slopes, bound.constants, augmentation)
+        self.law = Law(S, self.contact_law.slopes, self.contact_law.constants, augmentation)
         self.sizes = sizes_of(S, self.stiffness)
         """The dimensionless law and its `sizes_of`.
 
