@@ -23,9 +23,6 @@ class Definitions(NamedTuple):
     pivots: Array
 
 
-NO_DEFINITIONS = Definitions(np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros(0))
-
-
 class Eliminated(ChangesUnknowns[Program], ChangesRows[Program]):
     """Unknowns are replaced by the expressions that single rows define for them.
 

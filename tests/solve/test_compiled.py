@@ -1,20 +1,20 @@
 """Programs as cvxpy compiles them, smaller and scaled: each step gives back a solution of the
 whole, whatever it is about."""
 
+import warnings
 from types import SimpleNamespace
 
 import cvxpy as cp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from scipy.spatial.distance import cdist
 
 import frictopt as fo
 from frictopt.base import SolveRecord
 from frictopt.limits.models import constant as named
 from frictopt.solve import chain as chains
-from frictopt.solve import eliminated
-from frictopt.solve import reduced as reductions
+from frictopt.solve import eliminated, redundant
 from frictopt.solve.arrays import polish
 from frictopt.solve.chain import Chain
 from frictopt.solve.compiled import Compiled, by_inverse, unresisted
@@ -204,6 +204,8 @@ def any_program(rng, cones, n=5):
     )
 
 
+NO_ROWS = np.zeros(0, dtype=int)
+NO_DEFINITIONS = eliminated.Definitions(NO_ROWS, NO_ROWS, np.zeros(0))
 STEPS = ("bounds_of_norms", "defined_unknowns", "dominated", "changes")
 
 
@@ -222,12 +224,16 @@ def test_what_a_reduction_gives_back_solves_the_compiled_program(seed, steps, co
         if rng.random() < 0.7
     }
     exact = {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11}
-    best, compiled = problem.solve(solver="CLARABEL", **exact), Compiled(problem)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        best, compiled = problem.solve(solver="CLARABEL", **exact), Compiled(problem)
+    # Clarabel does not reach these tolerances in some random programs.
+    assume(problem.status == cp.OPTIMAL)
     with pytest.MonkeyPatch.context() as patch:
         for module, name, none in (
-            (eliminated, "bounds_of_norms", eliminated.NO_DEFINITIONS),
-            (eliminated, "defined_unknowns", eliminated.NO_DEFINITIONS),
-            (reductions, "dominated", np.zeros(0, dtype=int)),
+            (eliminated, "bounds_of_norms", NO_DEFINITIONS),
+            (eliminated, "defined_unknowns", NO_DEFINITIONS),
+            (redundant, "dominated", NO_ROWS),
         ):
             if name not in steps:
                 patch.setattr(module, name, lambda *_, none=none: none)
