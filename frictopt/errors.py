@@ -33,16 +33,16 @@ class ModelError(FrictoptError, ValueError):
 
 
 class ModelWarning(UserWarning):
-    """The input is a contact problem, but perhaps not the one that was meant.
+    """The input is a contact problem, but perhaps not the intended problem.
 
-    The message names the value that is odd. The answer is that of the problem as it was given.
+    The message names the value that is odd. The result is the solution of the problem as given.
     """
 
 
 class SolverError(FrictoptError, RuntimeError):
     """No solver gave an answer that passes the checks.
 
-    The input may be fine. The message says what was tried and what may help.
+    The input may be fine. The message lists the attempts and the remedies.
     """
 
 
@@ -50,7 +50,7 @@ class NoContinuation(FrictoptError, RuntimeError):
     """The quasi-static path ends, or no steady state is found in as many cycles as were allowed.
 
     At the end of a path no rates obey the law at this load, or more than one set of rates does. The
-    message names load and nodes. Without a steady state it says how far the cycles came.
+    message names load and nodes. Without a steady state it reports the progress of the cycles.
 
     Attributes
     ----------
@@ -74,8 +74,7 @@ class StoreError(FrictoptError, OSError):
     Attributes
     ----------
     table
-        DataFrame of the finished runs, those in the store and those that could not be written; None
-        if no run was started.
+        DataFrame of the finished runs, in the store or not yet written; None if no run was started.
     """
 
     table: Any = None

@@ -138,7 +138,7 @@ class LoadCycle(Plotted):
     def unscaled(self) -> tuple[Mapping[str, float], ...]:
         """The loads that the load factor does not scale: `mean + fixed[k]` at the K corners.
 
-        Without a fixed part it is the mean load alone, once.
+        Without a fixed part it is the mean load, once.
         """
         if self.fixed is None:
             return (self.mean,)
@@ -281,11 +281,11 @@ class LoadCycle(Plotted):
         for every load in the domain. The shakedown limit of the vertices therefore holds for all
         load histories in the domain (Bjorkman & Klarbring 1987).
 
-        The vertices say less about transients. A transient that comes to rest, with all nodes
-        closed, stays at rest whatever history in the domain follows. A transient that slips for
-        ever shows that some histories never come to rest. Other histories, and other starts, may
-        dissipate more than this order of the vertices, and may slip for ever even if this order
-        comes to rest.
+        The vertices say less about transients. A transient that comes to rest with all nodes closed
+        stays at rest for every later history in the domain. A transient that slips for ever shows
+        that some histories never come to rest. Other histories, and other starts, may dissipate
+        more than this order of the vertices. They may slip for ever even if this order comes to
+        rest.
 
         Parameters
         ----------

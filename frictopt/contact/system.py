@@ -241,7 +241,7 @@ class ContactSystem(Shown, Plotted):
         """A contact in the plane on a straight line.
 
         A, B, C are the (N, N) blocks of its stiffness, x (N,) the coordinates of its nodes on the
-        line. All other arguments are those of `ContactSystem`.
+        line. For all other arguments see `ContactSystem`.
 
         Examples
         --------
@@ -554,16 +554,16 @@ class ContactSystem(Shown, Plotted):
         The coefficient is f along the first tangent and `ratio` times f along the second.
 
         Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz
-        1978). The second tangent of the copy is stretched: its slips v2 are those of the joint
-        times `ratio`, its shear forces q2 those of the joint divided by `ratio`, and the work does
-        not change. In these coordinates the ellipse is the circle `|q| <= f p`, and friction
-        opposes slip.
+        1978). The second tangent of the copy is stretched: its slips v2 are slips of the joint
+        times `ratio`, its shear forces q2 are shear forces of the joint divided by `ratio`, and the
+        work does not change. In these coordinates the ellipse is the circle `|q| <= f p`, and
+        friction opposes slip.
 
         So all functions work with the copy, if `friction` is f along the first tangent. Loads,
-        works, pressures, gaps, stiffness, damping and the sets of slipping and open nodes are those
-        of the joint. Slips and shear forces in arrays and columns are stretched; those of the joint
-        are `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`,
-        `largest_slip`, `sliding_distance`) are stretched, too, and a shear strength holds along the
+        works, pressures, gaps, stiffness, damping and the sets of slipping and open nodes are equal
+        to the values of the joint. Slips and shear forces in arrays and columns are stretched; the
+        joint has `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`,
+        `largest_slip`, `sliding_distance`) are also stretched, and a shear strength holds along the
         first tangent. `by_contact`, `fretting_table`, `recover` and pictures of slips show the
         slips of the joint. Add load cases and springs before you call this method.
 
@@ -619,9 +619,9 @@ class ContactSystem(Shown, Plotted):
         """Copy with springs in series with each node, along its tangents and its normal.
 
         The springs stand between body and contact for the asperities of real surfaces. Slip and gap
-        of the copy are those of the contact itself, without the deformation of the springs. At the
-        corner of a complete contact, which is singular without them, limits converge as the mesh is
-        refined. Theory, "Joints".
+        of the copy are the slip and gap of the contact itself, without the deformation of the
+        springs. At the corner of a complete contact, which is singular without them, limits
+        converge as the mesh is refined. Theory, "Joints".
 
         Parameters
         ----------

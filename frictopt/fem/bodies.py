@@ -207,7 +207,7 @@ def _sizes(mesh: Mesh) -> Array:
 def split_bodies(
     mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName | None = None
 ) -> dict[str, Body]:
-    """Split a mesh with a named subdomain for each body into bodies with nodes of their own.
+    """Split a mesh with a named subdomain for each body into bodies with separate nodes.
 
     Each body keeps the named boundaries of the mesh on which it has facets. The facets that it
     shares with another body become a boundary with the name of that body: between a pin and a plate

@@ -59,8 +59,7 @@ class BoltPreload(Part):
         A body or a section that is no text, or a force that is not a finite number, or not above 0
         if the bolt is locked. In a model: facets on the outline or out of one plane; a section that
         does not cut the body in two, or has nodes in another section, in a contact, or held along
-        the axis; an end that nothing holds; a locked bolt with other loads in its load case, or in
-        two load cases.
+        the axis; a free end; a locked bolt with other loads in its load case, or in two load cases.
 
     Examples
     --------

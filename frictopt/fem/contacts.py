@@ -58,14 +58,14 @@ class Contact:
     boundary_1, boundary_2
         Names of the two faces, each a boundary of the mesh of its body.
     name
-        Name of the contact; None: that of `boundary_1`.
+        Name of the contact; None: the name of `boundary_1`.
     gap
         None: the faces touch. A function of the coordinates (arrays): the initial gap at the nodes
-        of faces that touch in the mesh, such as that of a rounded body. "measured": the distance of
-        the meshes along the normal is the initial gap. On curved faces the measured gap has the
+        of faces that touch in the mesh, such as the gap of a rounded body. "measured": the distance
+        of the meshes along the normal is the initial gap. On curved faces the measured gap has the
         error of the facets, and overlaps up to their sag are treated as touching. So mesh finely
-        enough that the sag is small beside the gap; else there is a `ModelWarning`. A distance
-        below the last digit of the coordinates is no gap.
+        enough that the sag is small relative to the gap; otherwise a `ModelWarning` is issued. A
+        distance below the last digit of the coordinates is no gap.
     tangential_stiffness, normal_stiffness
         Stiffness of the rough surfaces between the bodies, force per length^3, see
         `ContactSystem.with_contact_stiffness`; inf: rigid.

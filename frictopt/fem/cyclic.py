@@ -26,21 +26,22 @@ from .supports import axis_of, checked_axis
 
 @dataclass(frozen=True)
 class Cyclic:
-    """A sector of a body, which stands for a whole ring of sectors.
+    """Sector of a body that represents a whole ring of sectors.
 
-    The displacements of one cut face are those of the other, turned about the axis. A `Cyclic` is
-    given among the supports of a model, once for each body that is cut. The sectors must be alike,
-    and so must their loads: turned by the angle of a sector, each load is that of the next sector.
+    The displacements of one cut face follow the displacements of the other, turned about the axis.
+    Add one `Cyclic` per body that is cut to the supports of a model. The sectors must be alike, and
+    so must their loads: turned by the angle of a sector, each load equals the load of the next
+    sector.
 
-    The answers are then those of the ring: limits and slips are its own; forces, areas, widths,
-    works and compliances are those of one sector. The ring and each body may turn about the axis
-    and move along it, unless something holds them; they cannot move in any other way. Like a half
-    of a joint, a sector includes only slips that repeat. Faces at which neighbouring sectors slide
-    on each other, such as shrouds of blades, are no cut faces.
+    Limits and slips are then the limits and slips of the ring; forces, areas, widths, works and
+    compliances refer to one sector. The ring and each body may turn about the axis and move along
+    it, unless something holds them; they cannot move in any other way. Like a half of a joint, a
+    sector includes only slips that repeat. Faces at which neighbouring sectors slide on each other,
+    such as shrouds of blades, are no cut faces.
 
     Nodes that match are joined one to one. Other nodes are joined by the dual mortar method, of
-    quadratic elements through their corners. A contact may reach the cut only if its own nodes
-    match there, and those of both cut faces do. Theory, "Sectors of a ring".
+    quadratic elements through their corners. A contact may reach the cut only if its nodes match
+    there, and the nodes of both cut faces match. Theory, "Sectors of a ring".
 
     Parameters
     ----------

@@ -57,8 +57,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     kinematics
         For plane meshes "plane_strain" (or None), "plane_stress", or "axisymmetric"; for meshes in
         space "space" (or None). In axisymmetric models x is the radius, and x = 0 the axis.
-        Stiffness, forces and widths (which are areas) are those of the whole circumference, and
-        slips are along the meridian.
+        Stiffness, forces and widths (areas) refer to the whole circumference, and slips are along
+        the meridian.
     units
         Names of the units of force and length, such as "N, mm", for pictures and tables, see
         `ContactSystem`.
@@ -165,8 +165,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     def condense(self, *, progress: bool = True) -> ContactSystem:
         """Condense the glued bodies to the relative motions of the contacts.
 
-        See `frictopt.condense`. The nodes are those of body 1 of each contact, contact after
-        contact. In the plane they run in the direction in which body 1 is on the left.
+        See `frictopt.condense`. The nodes belong to body 1 of each contact, contact after contact.
+        In the plane they run in the direction in which body 1 is on the left.
 
         Parameters
         ----------

@@ -73,9 +73,9 @@ class BackboneCurve(Kept, Plotted, Resonant):
         mass-normalised mode, which has a `natural_frequency`. NaN for all other loads, because
         their stiffness does not belong to a modal mass of 1.
     resonance
-        (K,) frequency of the first harmonic of the loop, where a harmonic force meets its
-        resonance; `frequency` is that of the tips of the loop. NaN where `frequency` is, and where
-        no cosine has the loop (see `note`). Theory, "The forced response".
+        (K,) frequency of the first harmonic of the loop, at which a harmonic force has its
+        resonance; `frequency` refers to the tips of the loop. NaN if `frequency` is NaN, or if no
+        cosine has the loop (see `note`). Theory, "The forced response".
     steady_states
         (K,) the steady states, None if there is none.
     by_contact
@@ -91,7 +91,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
     least_damping, most_damping, least_frequency, most_frequency
         (K,) the smallest and the largest values of all steady states found in a search over the
         residual slips, see `dissipation_range`. These values occur, but the true range may be
-        wider. NaN without a range; the frequencies are also NaN where `frequency` is.
+        wider. NaN without a range; the frequencies are also NaN if `frequency` is NaN.
     extremes
         DataFrame of the states of least and most damping, two rows for each load factor: columns
         load_factor, extreme ("least", "most"), displacement, frequency, resonance, damping. Without
@@ -191,8 +191,8 @@ class BackboneCurve(Kept, Plotted, Resonant):
     ) -> SteadyState:
         """The steady state near the load factor at which the slipping share or the work is given.
 
-        The load factor is interpolated between the first two neighbours on the curve between which
-        the number rises to the given one; the work is interpolated in logarithms. A single
+        The load factor is interpolated between the first two neighbours on the curve whose numbers
+        enclose the given number in rising order; the work is interpolated in logarithms. A single
         transient is followed at this load factor. Its `slipping_share` and `dissipation` differ a
         little from the given number: the share changes in steps of nodes, and between distant load
         factors the work is not exactly a power of the load.
@@ -321,10 +321,10 @@ def backbone_curve(
     load_factors
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the gross-slip load.
     natural_frequency
-        Natural frequency in cycles per unit of time, if the load of amplitude 1 is that of a
+        Natural frequency in cycles per unit of time, if the load of amplitude 1 is the load of a
         mass-normalised mode. It is the frequency of the glued contact, in which the nodes that are
-        open under the mean load may be open. The compliance gives this frequency, too, and is used;
-        the two may differ by 1 %. None: no mode, no frequency.
+        open under the mean load may be open. The compliance also gives this frequency, and its
+        value is used; the two may differ by 1 %. None: no mode, no frequency.
     range
         Whether to search the residual slips for the smallest and the largest damping, and to
         compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no

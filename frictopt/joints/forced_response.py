@@ -84,7 +84,7 @@ class ForcedResponse(Kept, Plotted):
     oscillator
         Stiffness and loss of the mode at the amplitudes of the curve.
     note
-        In words: what the numbers do not know.
+        Effects that the numbers do not include, in words.
     units
         Names of the units; None: not known.
 

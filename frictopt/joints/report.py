@@ -47,7 +47,7 @@ class Report(Kept, ReportParts):
     mean_state
         The state under the mean load, reached from a state without slip.
     gross_slip
-        Result of `gross_slip`. On the first page it is that of statics alone, with its
+        Result of `gross_slip`. On the first page it is the result of equilibrium only, with its
         `self_stress`.
     steady
         The steady state at load factor 1, from no slip; None if `missing` has a reason.
@@ -57,8 +57,8 @@ class Report(Kept, ReportParts):
     safety
         DataFrame with a row for each safety factor, the number by which the cyclic load may grow:
         columns against, nominal, worst (of the scatter), at (the worst input), by (a theorem, or
-        the corners of the scatter). A factor is inf if it exceeds 16, against gross slip if nothing
-        slides off at any load, and 0 if nothing rests.
+        the corners of the scatter). A factor is inf if it exceeds 16, against gross slip if no body
+        slides off at any load, and 0 if no state of rest exists.
     verdicts
         DataFrame with a row for each threshold: columns quantity, value, limit, unit, passed,
         margin, where, at (the worst input). The margin is the limit over the value. It is the
@@ -96,7 +96,7 @@ class Report(Kept, ReportParts):
     def numbers(self) -> pd.DataFrame:
         """A row for each number: columns number, value, unit, settles, meaning.
 
-        The column settles says whether the number converges as the mesh is refined.
+        The column settles states whether the number converges as the mesh is refined.
         """
         return numbers_of(self)
 
@@ -109,7 +109,7 @@ class Report(Kept, ReportParts):
         return whole_text(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the report to a file; its ending says in which form.
+        """Write the report to a file, in the format of its ending.
 
         - `.html`: one page to print and sign, with verdicts, safety factors, numbers and advice;
           behind it all pages with their tables and pictures, in the same file.
@@ -153,23 +153,23 @@ def report(
     The answers come in pages:
 
     1. The nodes that are open under the mean load; the load at which bodies slide off, turn or pry
-       open, by statics; the steady state at load factor 1, from no slip; verdicts.
-    2. Work, slip and stiffness as functions of the load (`backbone_curve`), and safety factors. If
+    open, from equilibrium; the steady state at load factor 1, from no slip; verdicts. 2. Work, slip
+    and stiffness as functions of the load (`backbone_curve`), and safety factors. If
        contact forces balance themselves, transients find the load at which bodies slide off
        (`gross_slip`).
     3. Shakedown and guaranteed limit, and the friction that would keep the contact stuck
        (`required_friction`).
 
     For a part without an answer there is a reason. The last two questions do not support a shear
-    strength. If the mean load leaves nodes open, the third page belongs to the mesh and is left out
+    strength. If the mean load leaves nodes open, the third page depends on the mesh and is omitted
     unless `mesh_limits`. In space the shakedown limit is then computed with these open nodes only,
-    and the other two are left out, because their search takes minutes: call the functions
-    themselves for full searches.
+    and the other two are omitted, because their search takes minutes: call the functions themselves
+    for full searches.
 
-    Safety factors against gross slip follow theorems: the load of statics never falls if friction
-    grows, and it is a concave function of the preloads, so its least value is at a corner of their
-    ranges. If contact forces balance themselves, and for steady slip, there is no such theorem. The
-    nominal input and all corners are then followed, and a worse input between them is possible.
+    Safety factors against gross slip follow theorems. The load from equilibrium never falls as
+    friction grows, and it is a concave function of the preloads, so its minimum is at a corner of
+    their ranges. If contact forces balance themselves, and for steady slip, no such theorem exists.
+    The nominal input and all corners are then followed, and a worse input between them is possible.
 
     Parameters
     ----------
@@ -183,16 +183,16 @@ def report(
     preload
         Load case of the mean load -> (least, most) amplitude, for the scatter of tightening. At
         most four; bolts that scatter alike belong into one load case. Each corner of the scatter
-        has steady states of its own.
+        needs its own steady states.
     limits
         Thresholds for the verdicts, name -> largest value: "slip range" and "drift" (length),
         "work" (of friction per cycle), "work density" (per area), "Ruiz" (`F1` of the fretting
-        table), "slipping share"; and "gross slip", the least safety factor. For the slip range and
-        the slipping share there are safety factors, too.
+        table), "slipping share"; and "gross slip", the least safety factor. The slip range and the
+        slipping share also have safety factors.
     pages
         Number of pages, 1 to 3.
     mesh_limits
-        Whether to answer the third page although it belongs to the mesh.
+        Whether to compute the third page although it depends on the mesh.
     show
         Function that is called with the text of each page when it is ready, such as `print`.
     steps, progress

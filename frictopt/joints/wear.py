@@ -71,7 +71,7 @@ class WearHistory(Worn):
         (J + 1, N) depth worn off at each node since the beginning, both bodies together, length;
         and pressure (normal force divided by width) at the last corner of the steady cycle.
     reason, record
-        The reason for which the history ends, in words, and the record of the solution; `residual`
+        The reason for the end of the history, in words, and the record of the solution; `residual`
         is the largest residual of all steady states.
 
     Examples
@@ -179,9 +179,9 @@ def wear(
         `system`.
     tolerance
         Largest estimated error of the depth that a jump adds, relative to the largest depth at its
-        end. The estimate is that of a method of first order. It does not bound the error of the
-        whole history, to which all jumps contribute. Most histories have a smaller error, some an
-        error several times larger. To check, repeat the history with a quarter of the tolerance.
+        end. The estimate uses a method of first order. It does not bound the error of the whole
+        history, to which all jumps contribute. Most histories have a smaller error, some an error
+        several times larger. To check, repeat the history with a quarter of the tolerance.
     steps, progress
         Number of increments from corner to corner, see `steady_state`, and whether to show the
         progress after two seconds.

@@ -40,20 +40,20 @@ from .wear import Worn
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WornIn(Worn):
-    """The contact that wear ends at: it rests, and its worn nodes carry nothing.
+    """Worn-in contact: it sticks, and its worn nodes carry no force.
 
     Theory, eq. (30).
 
     Attributes
     ----------
     steady, record
-        Its steady state, at rest, and the record of that. Its contact is worn, and takes every
-        other question.
+        Its steady state, shakedown, and the record of this state. Its contact is worn, and takes
+        every other question.
     depth, stick
-        (N,) depth worn off at each node, of both bodies together, length, and which nodes never
-        slip while the contact wears; it is confined to them in the end. The depth is a billionth of
-        the largest more than that of the theorem, so that worn nodes are open for every other
-        question.
+        (N,) depth worn off at each node, of both bodies together, length, and the nodes that never
+        slip while the contact wears; in the end only they are in contact. The depth is a billionth
+        of the largest more than the depth of the theorem, so that worn nodes are open for every
+        other question.
     proven
         True: the conditions of the theorem were checked, and the worn contact is at rest.
 
@@ -110,9 +110,9 @@ def worn_in(
     by friction times the change of pressure or more. Then the stick zone is the contact of the same
     bodies under the mean normal force less half the change of shear over friction (Ciavarella 1998,
     Jäger 1998). A larger gap outside it does not change that contact. So the stick zone is the same
-    at any depth. Outside it wear goes on as long as there is pressure (Popov 2014), if wear at one
-    place takes no pressure off others. In the end the contact is confined to the stick zone.
-    Theory, eq. (30). `wear` finds the number of cycles.
+    at any depth. Outside it wear continues while there is pressure (Popov 2014), if wear at one
+    place does not reduce the pressure elsewhere. In the end the contact is confined to the stick
+    zone. Theory, eq. (30). `wear` finds the number of cycles.
 
     Parameters
     ----------
@@ -121,8 +121,8 @@ def worn_in(
         load factor, >= 0.
     progress
         Whether to show the progress after two seconds. Ctrl-C stays a KeyboardInterrupt; once the
-        theorem is applied, its attribute `depth` has the depths, (N,), of which it is not checked
-        that the worn contact rests.
+        theorem is applied, its attribute `depth` has the depths, (N,), before the check that the
+        worn contact shakes down.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def worn_in(
         Bad input, or a contact that the theorem does not cover; the message has the reason. Use
         `wear` then.
     SolverError
-        The worn contact does not rest, or has no steady state that passes the checks.
+        The worn contact does not shake down, or has no steady state that passes the checks.
 
     Notes
     -----

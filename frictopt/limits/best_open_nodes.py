@@ -57,24 +57,24 @@ SEPARATE = Sentence(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BestOpenNodes(Kept):
-    """The best limit over all sets of open nodes that differ in given nodes alone.
+    """Best limit over all sets of open nodes that differ only in given nodes.
 
     Attributes
     ----------
     limit
-        The best limit. It is the limit that was asked about if no set has a higher one.
+        The best limit. It is the given limit if no set has a higher limit.
     asked
-        The limit that was asked about.
+        The given limit.
     nodes
         (n,) the nodes that may open or close; the other nodes stay as they are in `asked`.
     bound
-        Load factor above which no set has its limit, except those in `separate`. It follows from
+        Load factor above which no set has its limit, except the sets in `separate`. It follows from
         multipliers that are checked in this run.
     programs
         Number of programs that were solved.
     separate
-        Higher limits, which do not count: their safe load factors begin above `limit.load_factor`,
-        and those between are not safe.
+        Higher limits that do not count: their safe load factors begin above `limit.load_factor`,
+        and load factors between are not safe.
 
     Examples
     --------
@@ -103,12 +103,12 @@ class BestOpenNodes(Kept):
 
     @property
     def improved(self) -> bool:
-        """Whether a set has a higher limit than the one that was asked about."""
+        """Whether a set has a higher limit than the given limit."""
         return bool((self.limit.open != self.asked.open).any())
 
     @property
     def proven(self) -> bool:
-        """Whether no set has a limit above `limit`, except those in `separate`.
+        """Whether no set has a limit above `limit`, except the sets in `separate`.
 
         It is proven up to a relative difference of 1e-7, for all sets whose open nodes the closed
         ones hold. False if the number of programs was not enough, or if no solver's answer to one
@@ -172,11 +172,11 @@ def best_open_nodes(
     solver: str | None = None,
     progress: bool = True,
 ) -> BestOpenNodes:
-    """The best limit over all sets of open nodes that differ from `limit.open` in some nodes alone.
+    """Best limit over all sets of open nodes that differ from `limit.open` only in given nodes.
 
-    `shakedown_limit` searches the open nodes, and its bound holds for those of the answer. This
-    question proves that no other set is better, by branch and bound, or finds the better one. It is
-    exact for the given nodes. Theory, "Proof for given nodes".
+    `shakedown_limit` searches the open nodes, and its bound holds only for the set of the result.
+    This question proves that no other set is better, by branch and bound, or finds the better one.
+    It is exact for the given nodes. Theory, "Proof for given nodes".
 
     Parameters
     ----------
@@ -188,16 +188,17 @@ def best_open_nodes(
         of `limit.mechanism`.
     programs
         Largest number of programs. In the plane 4 to 40 are usual for nodes that govern, and some
-        hundred for 20 nodes; in space three times as many. If it is not enough, `bound` is what is
-        proven by then. Ctrl-C raises KeyboardInterrupt with an attribute `best`, this answer.
+        hundred for 20 nodes; in space three times as many. If it is reached, `bound` is the bound
+        that is proven so far. Ctrl-C raises KeyboardInterrupt with an attribute `best`, this
+        answer.
     solver, progress
         See `shakedown_limit`.
 
     Raises
     ------
     ModelError, SolverError
-        Bad input; a limit that is not finite, with events, with a slip bound, or with constraints
-        or an objective of your own.
+        Bad input; a limit that is not finite, with events, with a slip bound, or with user
+        constraints or an objective.
 
     Examples
     --------

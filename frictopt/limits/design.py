@@ -48,11 +48,11 @@ class Design(Answered, Explained):
     ----------
     load_factor, objective
         Without an objective: the largest load factor that is safe with the design in all scenarios
-        (their least shakedown limit), and None. With your own objective: the load factor at its
-        maximum, which is no limit, and the largest value of the objective.
+        (their least shakedown limit), and None. With an objective: the load factor at its maximum,
+        which is no limit, and the largest value of the objective.
     bound
-        Upper bound of the load factor (or objective), from the multipliers, for all designs that
-        the constraints admit with the same open nodes only. It equals the value up to `residual`,
+        Upper bound of the load factor (or objective), from the multipliers, for all designs with
+        the same open nodes that satisfy the constraints. It equals the value up to `residual`,
         unless larger designs open other nodes and do not count (see `reason`).
     preload
         Series: amplitude that the design adds to the mean load, for each load case of `preloads`.
@@ -63,10 +63,10 @@ class Design(Answered, Explained):
         (N,) or (N, 2) a safe residual slip, length; and the tuple of such slips, one per scenario,
         of which `slip` is the first.
     prices
-        Name of each constraint of your own -> the rate, >= 0, at which the load factor (or the
-        objective) grows if the constraint is relaxed, in your units and in the shape of the
-        constraint. For an equation it is the rate with the right side. If the best design is not
-        unique, the rates may not be, either.
+        Name of each user constraint -> the rate, >= 0, at which the load factor (or the objective)
+        grows if the constraint is relaxed, in your units and in the shape of the constraint. For an
+        equation it is the rate with the right side. If the best design is not unique, the rates may
+        not be, either.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law by the slips at all corners with the design built in, the
@@ -102,7 +102,7 @@ class Design(Answered, Explained):
 
     @property
     def value(self) -> float:
-        """The maximized value: the objective if there is one, else the load factor."""
+        """The maximized value: the objective if there is one, otherwise the load factor."""
         return self.load_factor if self.objective is None else self.objective
 
     @property
@@ -112,7 +112,7 @@ class Design(Answered, Explained):
 
     @property
     def opens(self) -> OpenNodes:
-        """Which nodes are open at all corners, (N,) for each scenario; `open` is the first."""
+        """Open nodes at all corners, (N,) bool for each scenario; `open` is the first."""
         return tuple(question.open_nodes for question in self._questions)
 
     @property
@@ -183,7 +183,7 @@ class DesignModel(SafeModel):
         residual slip; the load factor is common to all. In a triple (load cycle, friction, shares),
         `shares` has the share of each preload that acts (load case name -> share), for bolts that
         scatter or loosen. A design that is safe for all combinations of the least and the largest
-        shares is safe for all shares between, as long as the same nodes are open.
+        shares is safe for all shares between, if the same nodes are open.
 
     Attributes
     ----------
@@ -256,7 +256,7 @@ class DesignModel(SafeModel):
         *,
         progress: bool = True,
     ) -> Design:
-        """The design with the largest load factor or objective, under constraints of your own.
+        """Design with the largest load factor or objective, under user constraints.
 
         Parameters
         ----------

@@ -58,12 +58,12 @@ class GrossSlip(Explained):
     Attributes
     ----------
     load_factor
-        Above it no state of rest exists, from no start, whatever slips and opens. Inf if the loads
-        drive no motion that the contact alone holds; NaN if no load factor has a state of rest.
-        With a `self_stress`: above it the transient from no slip slides off, if that is less.
+        Above it no state of rest exists, from any start, for all slips and openings. Inf if the
+        loads drive no motion that only the contact holds; NaN if no load factor has a state of
+        rest. With a `self_stress`: above it the transient from no slip slides off, if that is less.
     bound
         Upper bound of the load factor of statics, also with a `self_stress`: `phi` times the
-        reactions at load factor 0, over minus those of the cyclic load.
+        reactions at load factor 0, divided by minus `phi` times the reactions of the cyclic load.
     least
         Below it no state of rest exists either. It is above 0 if the loads that the load factor
         does not scale slide a body off.
@@ -77,13 +77,13 @@ class GrossSlip(Explained):
         The motion, one row for each contact that moves: columns contact, nodes (that move), x and y
         (and z), the direction of the slide or in space the axis of the turn, slide (along it), lift
         (off a flat face), turn (angle, in the plane from x to y), at_x, at_y (and at_z), a point
-        that does not turn, else NaN. NaN where the nodes of a contact do not move as one body.
+        that does not turn, else NaN. NaN if the nodes of a contact do not move as one body.
     reason
         Why it is so, in words.
     self_stress
         (t + 1, N) contact forces within friction that balance themselves, their pressures adding up
-        to 1: shear along the tangents, then pressure. None if there are none, or the cyclic loads
-        drive no body. With them statics cannot know how far a fit presses.
+        to 1: shear along the tangents, then pressure. None if no body moves. With them statics
+        cannot know how far a fit presses.
     record, problem
         How it was found; its `residual`, at most 1e-9, is the largest error of both proofs. The
         cvxpy problem of the corner, in your units, or None.
@@ -133,18 +133,18 @@ def gross_slip(
 ) -> GrossSlip:
     """The load factor above which bodies slide off, turn over or lift off as a whole.
 
-    Above it no state of rest exists, from no start, whatever slips and opens. It follows from
-    statics: on all bodies that the contact alone holds, forces within friction, `|q| <= f p`, and
-    within the shear strength of the surface have to balance the loads at each corner. Stiffness,
-    gaps and residual slips do not matter, so the answer settles with the mesh. It is inf if
-    supports hold the bodies. A contact may slip for ever far below it, and wedged bodies may slide
-    off below it too: Coulomb's law does not choose forces as statics does. Theory, eq. (33).
+    Above it no state of rest exists, from any start, for all slips and openings. It follows from
+    equilibrium: on all bodies that only the contact holds, forces within friction, `|q| <= f p`,
+    and within the shear strength of the surface have to balance the loads at each corner.
+    Stiffness, gaps and residual slips do not matter, so the result converges with the mesh. It is
+    inf if supports hold the bodies. A contact may slip for ever far below it, and wedged bodies may
+    slide off below it too: Coulomb's law does not choose forces as statics does. Theory, eq. (33).
 
     If contact forces can balance themselves or press against supports, statics cannot know how far
     the fit presses. Examples are a press fit, a clip, a joint with a locked bolt, or a body that
-    supports guide along its face. Then transients from no slip are followed, and the answer is the
-    load factor at which they slide off, if that is less; `reason` says so. Its relative error is
-    2e-4, in space 2e-3 with two increments from corner to corner, which may take minutes.
+    supports guide along its face. Then transients without initial slip are followed. If they slide
+    off at a lower load factor, the result is this load factor, and `reason` says so. Its relative
+    error is 2e-4, in space 2e-3 with two increments from corner to corner, which may take minutes.
 
     Parameters
     ----------

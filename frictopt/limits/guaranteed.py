@@ -60,7 +60,7 @@ _LEFT_OUT = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GuaranteedLimit(Rated):
-    """The guaranteed limit, and a residual slip from which slip continues just above it.
+    """Guaranteed limit, with a witness: slip that starts from it continues just above the limit.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class GuaranteedLimit(Rated):
         lambda_1, never above lambda_2: the least load factor at which a safe slip makes some node
         critical, see `guaranteed_limit`. It is lambda_2 if no node is critical below lambda_2, also
         if lambda_2 is inf (no limit) or nan (no safe slip). A node that is critical at the least
-        safe load factor counts only if it can be critical just above, too; then the limit is
+        safe load factor counts only if it can also be critical just above; then the limit is
         `least`. (At load factor 0 such a node carries no force.)
     kind, reason
         Whether the limit is finite, and its explanation in words. The reason warns if nodes may
@@ -82,8 +82,8 @@ class GuaranteedLimit(Rated):
         limit is only an upper bound of the load factor up to which slip stops from every start
         while nodes stay closed. If nodes open and close in each cycle of an uncoupled contact, and
         the bodies slide freely, it is observed, not proven. Even that fails if friction is above
-        the critical value `A/|B|` of `node`: the node may wedge itself, and all slip stop above the
-        limit, too (see `reason`).
+        the critical value `A/|B|` of `node`: the node may wedge, and all slip may stop also above
+        the limit (see `reason`).
     slip
         (N,) or (N, 2) the witness, length: a slip that is safe at the limit and makes `node`
         critical. If no node is critical below lambda_2, the safe slip at lambda_2. NaN if the limit
@@ -99,7 +99,7 @@ class GuaranteedLimit(Rated):
         corners, the distance of the node from its critical state, and the relative distance of the
         dual bound.
     constraints, shakedown
-        Names of your own constraints, which the witness and all safe slips obey; and the shakedown
+        Names of user constraints, which the witness and all safe slips satisfy; and the shakedown
         limit lambda_2 under the same constraints and slip bound.
     problem
         The solved cvxpy problem of `node`, or of lambda_2 if lambda_2 is the limit.
@@ -425,7 +425,7 @@ def guaranteed_limit(
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`. Ctrl-C raises
         KeyboardInterrupt. Once the shakedown limit is known, its attribute `table` has the load
-        factors of the nodes so far; the least of them is an upper bound of the limit.
+        factors of the nodes so far; their minimum is an upper bound of the limit.
 
     Raises
     ------

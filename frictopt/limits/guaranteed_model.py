@@ -13,7 +13,7 @@ from .safe_model import in_turn
 
 
 class GuaranteedModel(GuaranteedLimits):
-    """The guaranteed limit of one system under one load cycle, for any friction. Theory, eq. (10).
+    """Guaranteed limit of one system under one load cycle, for any friction. Theory, eq. (10).
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class GuaranteedModel(GuaranteedLimits):
         friction, constraints
             As in `ShakedownModel.solve`. Like a slip bound, constraints apply to the witness and to
             the safe slips of lambda_2: the limit is the least load factor at which a slip that
-            obeys them makes a node critical. `residual` includes their violation.
+            satisfies them makes a node critical. `residual` includes their violation.
         progress
             See `guaranteed_limit`.
 

@@ -109,8 +109,8 @@ class LeastSlip(Kept, Plotted):
         """The nodes that must slip, largest weight first.
 
         In every cycle of closed nodes at least one of them slips. Columns: node; its place; weight;
-        alone, the slip between corners that this node needs if no other node slips, length; its
-        weight `g` at each corner, with the loads of the corner in the name (in space `g1`, `g2`).
+        alone, the slip between corners of this node if no other node slips, length; its weight `g`
+        at each corner, with the loads of the corner in the name (in space `g1`, `g2`).
         """
         nodes = np.flatnonzero(self.weight)
         nodes = nodes[np.argsort(-self.weight[nodes], kind="stable")]

@@ -85,7 +85,8 @@ class RequiredFriction(Answered):
     bound
         Coefficient of friction with which no slip is safe, with all nodes closed or with the open
         nodes of `required`. Its relative distance from `required` is below 1e-5. NaN if no friction
-        is needed. If nodes open and close in each cycle (`events`), others may need less.
+        is needed. If nodes open and close in each cycle (`events`), other states may need less
+        friction.
     slip
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN if no friction is
         enough. See `largest_slip`.
@@ -133,14 +134,14 @@ def required_friction(
     `safe_slip`. It is finite if some slip presses every node at every corner. Otherwise no friction
     is enough.
 
-    More load may need less friction, if the mean load alone is not safe and the corners press. The
-    load factors that are safe with one friction are an interval, see `ShakedownLimit.least`.
+    More load may need less friction, if the mean load is not safe and the corners press. The load
+    factors that are safe with one friction are an interval, see `ShakedownLimit.least`.
 
-    If nodes stay open, the search of `shakedown_limit` finds a pattern of open nodes, and the least
-    friction for this pattern is found. If the search finds another pattern just below, the same is
-    done for that one. Just above the answer, a slip is proven safe with its open nodes. Just below,
-    no slip is safe with the same open nodes, or with the open nodes that the search finds there.
-    Theory, eq. (16).
+    If nodes stay open, the search of `shakedown_limit` finds a set of open nodes, and the result is
+    the least friction for this set. If the search finds another set with slightly less friction,
+    the same is done for that set. Just above the answer, a slip is proven safe with its open nodes.
+    Just below, no slip is safe with the same open nodes, or with the open nodes that the search
+    finds there. Theory, eq. (16).
 
     Ctrl-C raises KeyboardInterrupt with an attribute `table`, the frictions tried so far.
 

@@ -56,18 +56,18 @@ class SafeRegion(Recorded, Plotted):
 
     The region is convex. If it contains a pair of amplitudes, it contains all smaller ones, because
     both loads return to zero. The mean load is in every domain of loads, and must be safe. The
-    border leads from an amplitude of the first load alone to one of the second load alone. In the
-    plane it has straight sides. In space it is a curve between two polygons: `vertices` are proven
-    safe, and `outer` follows from mechanisms.
+    border leads from an amplitude of only the first load to an amplitude of only the second load.
+    In the plane it has straight sides. In space it is a curve between two polygons: `vertices` are
+    proven safe, and `outer` follows from mechanisms.
 
     Attributes
     ----------
     loads, unlimited
         Names of the two loads, and of the loads whose amplitude has no limit.
     vertices
-        (V, 2) amplitudes on the border, each proven safe, from the first load alone to the second
-        load alone; inf if there is no limit, empty if no amplitudes are safe. All amplitudes in the
-        polygon of the vertices are safe, too.
+        (V, 2) amplitudes on the border, each proven safe, from only the first load to only the
+        second load; inf if there is no limit, empty if no amplitudes are safe. All amplitudes in
+        the polygon of the vertices are also safe.
     outer
         (W, 2) amplitudes at the ends of the sides; in the plane they equal `vertices`.
     sides
@@ -122,7 +122,7 @@ class SafeRegion(Recorded, Plotted):
         return bool((amplitudes <= self.vertices.max(axis=0, initial=-1.0)).all())
 
     def cycle(self, first: float, second: float) -> LoadCycle:
-        """A load cycle, for other functions: the vertices of the domain of loads.
+        """Load cycle through the vertices of the domain of loads, for other functions.
 
         ModelError if an amplitude is not finite or negative.
         """
@@ -157,7 +157,7 @@ def safe_region(
     tolerance: float = 1e-3,
     progress: bool = True,
 ) -> SafeRegion:
-    """Which amplitudes of two loads that vary independently leave a safe residual slip.
+    """Amplitudes of two independent loads for which a safe residual slip exists.
 
     The amplitudes and slips that are safe for all loads of the domain are a convex set. So is its
     projection on the plane of the two amplitudes, the safe region. Each shakedown limit along a ray

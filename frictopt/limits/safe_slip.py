@@ -38,7 +38,7 @@ from .shakedown_model import ShakedownModel
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SafeSlip(Proven):
-    """A residual slip that keeps the contact stuck, or the proof that there is none.
+    """Residual slip that keeps the contact stuck, or the proof that no such slip exists.
 
     Attributes
     ----------
@@ -54,12 +54,12 @@ class SafeSlip(Proven):
         counts; its unit is the mean friction bound divided by the mean normal stiffness. Nodes that
         open or close at an event (`events`) have no reserve there and are left out.
     bound
-        Upper bound of the margin from the multipliers alone; equals `margin` up to `residual`.
+        Upper bound of the margin, from the multipliers only; it equals `margin` up to `residual`.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of two errors: the
         margin minus the recomputed reserve of the slip, and the relative distance of `bound`.
     constraints
-        Names of your own constraints, which slip, margin and `bound` take into account.
+        Names of user constraints, which slip, margin and `bound` take into account.
     problem
         The solved cvxpy problem. A later solve of the same `SafeSlipModel` overwrites its values.
 
@@ -118,8 +118,8 @@ class SafeSlip(Proven):
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
         It has slips on which the loads do more work than friction can dissipate. No residual slip
-        does work on them; with a slip bound, it does too little. None if a slip is safe, and under
-        constraints of your own: such slips prove nothing then, but `bound` does.
+        does work on them; with a slip bound, it does too little. None if a slip is safe, and with
+        user constraints: such slips then prove nothing, but `bound` does.
         """
         if self.exists or self.constraints:
             return None
@@ -131,9 +131,9 @@ class SafeSlip(Proven):
 
 
 class SafeSlipModel(SafeModel):
-    """The safe residual slips of one system under one load cycle, for any friction.
+    """Safe residual slips of one system under one load cycle, for any friction.
 
-    Each call of `solve` has its own load factor and constraints. Parameters and errors are those of
+    Each call of `solve` has its own load factor and constraints. For parameters and errors see
     `ShakedownModel`. Theory, eq. (9).
 
     Examples
@@ -191,7 +191,7 @@ class SafeSlipModel(SafeModel):
         events: bool = False,
         progress: bool = True,
     ) -> SafeSlip:
-        """The residual slip with the largest margin, under constraints of your own.
+        """Residual slip with the largest margin, under user constraints.
 
         Parameters
         ----------
@@ -221,7 +221,7 @@ class SafeSlipModel(SafeModel):
         events: bool = False,
         enough: float = np.inf,
     ) -> SafeSlip:
-        """The safe slip with all nodes closed; else with the open nodes of a shakedown limit.
+        """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
         The limit is the best one, or the first one that reaches `enough`. With `events`, nodes may
         then also open and close in each cycle.
@@ -379,7 +379,7 @@ def safe_slip(
     Parameters
     ----------
     system, cycle, friction, slip_bound, simplify, solver, progress
-        See `shakedown_limit`; for constraints of your own see `SafeSlipModel`.
+        See `shakedown_limit`; for user constraints see `SafeSlipModel`.
     load_factor
         Load factor, >= 0.
     events

@@ -36,8 +36,8 @@ def safe_vertices(
         Load factor, >= 0.
     directions
         (D, N), in space (D, N, 2), directions in the space of the nodal tractions over the mean
-        pressures. If the body may slide as a whole in m ways, m components carry no traction of
-        their own, and do not count.
+        pressures. If the body may slide as a whole in m directions, m components carry no
+        independent traction, and do not count.
 
     Returns
     -------

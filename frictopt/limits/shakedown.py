@@ -63,12 +63,12 @@ def shakedown_limit(
 
     Safe means: every node sticks at every corner of the cycle, or is open during the whole cycle
     (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of it. The open
-    nodes are searched near the settled mean load. With other nodes open, a contact may rest above
-    the limit. If the contact is uncoupled (B = 0) and the load factor scales shear alone, normal
-    loads alone open and close nodes. Then the limit is that of all states of rest, whatever opens
-    and closes (theory, "Contact areas that move"). Ctrl-C in a search raises KeyboardInterrupt with
-    an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4;
-    Bjorkman & Klarbring 1987.
+    nodes are searched near the settled mean load. With other nodes open, a contact may shake down
+    above the limit. If the contact is uncoupled (B = 0) and the load factor scales only shear, only
+    normal loads open and close nodes. Then the limit holds for all states of rest, for all openings
+    and closings (theory, "Contact areas that move"). Ctrl-C in a search raises KeyboardInterrupt
+    with an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section
+    4; Bjorkman & Klarbring 1987.
 
     Parameters
     ----------
@@ -77,13 +77,13 @@ def shakedown_limit(
     friction
         Coefficient of friction, one or one per node.
     open
-        (N,) bool, the nodes that stay open; the others stay closed. None: search them. All False:
-        the limit with all nodes closed.
+        (N,) bool, the nodes that stay open; all other nodes stay closed. None: search them. All
+        False: the limit with all nodes closed.
     events
         Whether nodes may also open and close in each cycle (`ShakedownLimit.events`). Their order
-        is searched, too, by pivots and transients, which takes some seconds. Where the load does
-        not come back the way it went, events gain nothing, and none are searched. Not allowed with
-        a slip bound, or constraints.
+        is searched by pivots and transients, which takes some seconds. If the load does not return
+        along the same path, events gain nothing, and no order is searched. Not allowed with a slip
+        bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
@@ -130,7 +130,7 @@ class ShakedownLimits(SafeModel):
     ) -> ShakedownLimit:
         """The limit with given nodes open, or of the best pattern that a search finds.
 
-        With `events` the pattern may have nodes that open and close in each cycle.
+        With `events` some nodes may open and close in each cycle.
         """
         restricted = bool(user_rows) or objective is not None or open is not None
         if not restricted:
@@ -312,11 +312,11 @@ def without_limit(proof: NoLimit | None) -> ShakedownLimit | None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShakedownLimit(ShakedownAnswer):
-    """The shakedown limit with its proof from both sides, for one pattern of `open` nodes.
+    """Shakedown limit with its proof from both sides, for one set of `open` nodes.
 
-    A local search near the settled mean load finds the pattern. With `events` the pattern may have
-    nodes that open and close in each cycle. A contact with other open nodes, or another order of
-    events, may rest above the limit, see `covers`. Theory, eq. (8).
+    A local search near the settled mean load finds the set. With `events` some nodes may open and
+    close in each cycle. With other open nodes, or another order of events, the contact may shake
+    down above the limit, see `covers`. Theory, eq. (8).
 
     Attributes
     ----------
@@ -325,32 +325,32 @@ class ShakedownLimit(ShakedownAnswer):
         value have a safe slip, and nan if no load factor has one; see `kind`.
     least
         The least load factor with a safe slip: 0 for a contact that is safe under its mean load. It
-        is above 0 if no slip is safe under the mean load alone and the cyclic loads press the
-        contact. Load factors from `least` to `load_factor` are safe; below `least` the contact
-        slips or opens in every cycle. The proof is as for the limit, also with a slip bound and
-        constraints of your own. Just above `least` the open nodes may differ from `open`. NaN if no
-        load factor is safe, if rounding hides the value (see `reason`), with an objective, and if
-        `bound` is infinite because of `events`.
+        is above 0 if no slip is safe under the mean load and the cyclic loads press the contact.
+        Load factors from `least` to `load_factor` are safe; below `least` the contact slips or
+        opens in every cycle. The proof is as for the limit, also with a slip bound and user
+        constraints. Just above `least` the open nodes may differ from `open`. NaN if no load factor
+        is safe, if rounding hides the value (see `reason`), with an objective, and if `bound` is
+        infinite because of `events`.
     slip
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.
     bound
-        Upper bound of the limit for this pattern of open nodes only. It follows from the mechanism;
-        with constraints of your own, also from their multipliers. It equals `load_factor` up to
-        `residual`. Inf if fixed and scaled loads both vary where nodes open or close in each cycle:
-        the program is not convex then, and proves no bound.
+        Upper bound of the limit for this set of open nodes only. It follows from the mechanism;
+        with user constraints, also from their multipliers. It equals `load_factor` up to
+        `residual`. Inf if nodes open or close while fixed and scaled loads both vary: the program
+        is then not convex, and proves no bound.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of the violation of
         the contact law by `slip` at the corners and the relative distance of `bound`. The same two
         errors of `least` count if it is above 0. Without a finite limit it is the error of the
         proof.
     constraints
-        Names of your own constraints, and "objective" if you passed one. They are part of the
-        program from which slip, residual and dual bound follow.
+        Names of user constraints, and "objective" if you passed an objective. They are part of the
+        program; slip, residual and bound take them into account.
     objective
-        Largest value of your own objective, or None without one. With an objective, `load_factor`
-        belongs to the slip that maximizes it, `bound` is an upper bound of the objective, and
-        `friction_rate` is the rate of the objective.
+        Largest value of your objective, or None without an objective. With an objective,
+        `load_factor` is the load factor of the slip that maximizes it, `bound` is an upper bound of
+        the objective, and `friction_rate` is the rate of the objective.
     problem
         The solved cvxpy problem, in your units. A later solve of the same `ShakedownModel`
         overwrites its values.

@@ -29,8 +29,8 @@ class ShakedownModel(ShakedownLimits):
         Largest slip `|v|` that assembly can leave, one or one per node, length; None for no bound.
         A rigid slide of a body counts as slip. If nothing resists it, the program chooses it.
     simplify
-        Whether to leave out parts that cannot change the answer: corners within the hull of the
-        others, and in the plane redundant rows.
+        Whether to omit constraints that cannot change the limit: corners inside the hull of the
+        other corners, and in the plane redundant constraints.
     solver
         One of "HIGHS", "CLARABEL", "HIGHS_IPM"; in space "CLARABEL_DIRECT", "CLARABEL",
         "INTERIOR_POINT". None tries each in this order until an answer passes the checks; for large
@@ -74,10 +74,10 @@ class ShakedownModel(ShakedownLimits):
             See `shakedown_limit`.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
-            and on variables of your own. They are linear, or use abs, max, norms and the like,
-            which become rows and second-order cones: their multipliers prove the limit. `bound` and
-            `residual` include them. The open nodes are those of the limit without constraints. At
-            open nodes q and p are 0, and the slip is the slip under the mean load.
+            and on your own variables. They are linear, or use abs, max, norms and the like, which
+            become rows and second-order cones: their multipliers prove the limit. `bound` and
+            `residual` include them. The open nodes are the open nodes of the limit without
+            constraints. At open nodes q and p are 0, and the slip is the slip under the mean load.
         objective
             Scalar to maximize over the safe slips, instead of the load factor: a concave cvxpy
             expression of the same variables and functions, such as `model.load_factor - 0.1 *
@@ -86,9 +86,9 @@ class ShakedownModel(ShakedownLimits):
         Raises
         ------
         ModelError, SolverError
-            Bad friction; open nodes that the others do not hold; constraints or an objective that
-            are not convex, need other cones, or belong to another model; an objective without a
-            largest value; no solver gave an answer that passes the checks.
+            Bad friction; open nodes that the closed nodes do not hold; constraints or an objective
+            that are not convex, need other cones, or belong to another model; an objective without
+            a largest value; no solver gave an answer that passes the checks.
         """
         user_rows = listed("constraints", constraints)
         with progress_bar(progress, "shakedown limit"):
@@ -102,9 +102,9 @@ class ShakedownModel(ShakedownLimits):
         """The limit for many coefficients of friction (each one number or (N,)), one row each.
 
         Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense
-        of the mechanism's largest share, solver. Constraints of your own as in `solve`. Errors are
-        as for `solve`; also ModelError if `frictions` is not a sequence. Ctrl-C raises
-        KeyboardInterrupt with an attribute `table`, which has the limits so far.
+        of the mechanism's largest share, solver. User constraints as in `solve`. Errors are as for
+        `solve`; also ModelError if `frictions` is not a sequence. Ctrl-C raises KeyboardInterrupt
+        with an attribute `table`, which has the limits so far.
         """
         user_rows = listed("constraints", constraints)
         wanted = listed("frictions", frictions)

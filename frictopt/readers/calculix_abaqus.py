@@ -213,10 +213,10 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     "node, direction, node, direction, value" (Abaqus Keywords Guide, `*MATRIX INPUT`), of one
     triangle or the whole matrix. Unknowns that are coupled to no other are held ones or follow
     others, and are left out. `*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED`
-    writes a linear user element with the retained displacements alone: retain those of the contact
-    and of the loads. Rotations, unknowns of modes and those of internal nodes (numbers that are not
-    positive) are generalised coordinates. The stiffness of a plane job with a deck is divided by
-    the thickness of its section.
+    writes a linear user element with the retained displacements alone: retain the nodes of the
+    contact and of the loads. Rotations, unknowns of modes and unknowns of internal nodes (numbers
+    that are not positive) are generalised coordinates. The stiffness of a plane job with a deck is
+    divided by the thickness of its section.
 
     Parameters
     ----------

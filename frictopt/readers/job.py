@@ -75,7 +75,7 @@ class MatrixJob(LabelledMatrix):
         They are proposals for `pairs` of `condense`. Body 1 is the body with the lower number. In
         the plane the pairs are in the order of the face, with body 1 on the left. Bodies that only
         touch at a point or an edge have no face there. In space a deck may have no elements, as for
-        a reduced model; the pairs then follow from the nodes alone.
+        a reduced model; the pairs then follow from the nodes.
 
         Raises
         ------
@@ -356,8 +356,8 @@ class MatrixJob(LabelledMatrix):
         ModelError
             None or several of the four, nodes that no facet of the outline joins, values that are
             not finite, axisymmetric elements (for these the codes define forces per angle
-            differently). Also a force on a displacement that is not in the matrix and whose
-            constraint is not in the deck, such as that of a tied node. See also `nodes`.
+            differently). Also a force on a displacement that the matrix lacks and whose constraint
+            the deck lacks, such as a displacement of a tied node. See also `nodes`.
 
         Examples
         --------

@@ -43,8 +43,8 @@ def read_mesh(path: str | Path) -> Mesh:
     outline between its nodes; a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes
     both) or a surface names the facets that they are; and any other element set is a subdomain;
     names are in capital letters. Groups of Salome (`.med`) are read by their names. Nodes of no
-    element are left out. The page "What is read of a file" lists what is kept, refused, or without
-    effect. The extra `mesh` of the installation brings meshio.
+    element are left out. The page "What is read of a file" lists all keywords: kept, refused, or
+    without effect. The extra `mesh` of the installation brings meshio.
 
     Parameters
     ----------
@@ -55,17 +55,17 @@ def read_mesh(path: str | Path) -> Mesh:
     -------
     Mesh
         MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem with `boundaries` and `subdomains`; of
-        quadratic elements MeshTri2, MeshQuad2, MeshTet2 or MeshHex2. Where only edges have a node
-        in the middle (8-node quadrilaterals, 20-node hexahedra), those amid faces and elements are
-        added.
+        quadratic elements MeshTri2, MeshQuad2, MeshTet2 or MeshHex2. If only edges have a node in
+        the middle (8-node quadrilaterals, 20-node hexahedra), the nodes in the middle of faces and
+        elements are added.
 
     Raises
     ------
     ModelError
         The file is missing or unreadable; elements of several shapes (they would be cut or dropped
         in silence), or of which some are quadratic; a boundary whose faces belong to no element, or
-        that has none; a surface of other faces than those of solids; faces in space without solids;
-        midside nodes that elements do not share.
+        that has none; a surface with faces of other elements than solids; faces in space without
+        solids; midside nodes that elements do not share.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""Closed-form solutions of frictional contact, with citation and units, and the referee of states.
+"""Closed-form solutions of frictional contact, and the check of states by the contact law.
 
-Answers of the package are compared with these. `corners.py` has the singular fields at corners,
-`half_spaces.py` discrete contacts of half-planes and half-spaces, `hertz.py` cylinder and sphere,
-`sliders.py` springs and rods, `uncoupled.py` nodes that do not feel each other.
+Tests compare results of the package with them. Each has its citation and units. `corners.py` has
+the singular fields at corners, `half_spaces.py` discrete contacts of half-planes and half-spaces,
+`hertz.py` cylinder and sphere, `sliders.py` springs and rods, `uncoupled.py` uncoupled nodes.
 
 Limits and dissipation of a load that swings between two corners: bonded reactions `r0 + lam * s *
 r1` with `s = -1, +1`, tangential parts `q0, q1` along +x, normal parts `p0, p1` positive in

@@ -74,8 +74,8 @@ class CornerMode:
         """Signed `q / p` on the interface at the left corner; with the other sign at the right one.
 
         `q` is the force of the block on the punch along +x, `p` the pressure. The ratio is the same
-        at every distance. Under the symmetric mode alone (pressed together) the corner sticks if
-        the coefficient of friction exceeds it; otherwise the punch slips outward.
+        at every distance. Under only the symmetric mode (pressed together) the corner sticks if the
+        coefficient of friction exceeds it; otherwise the punch slips outward.
         """
         _, s_tt, s_rt = self.stress(1.0, _INTERFACE)
         return float(s_rt / s_tt)
@@ -159,7 +159,7 @@ def sliding_corner_exponent(f: float, *, slip: Literal["outward", "inward"] = "o
     `r^(l+1) F(theta)`, with `F = a cos(l+1)theta + b cos(l-1)theta + c sin(l+1)theta + e
     sin(l-1)theta`. Stresses are `s_tt = l (l+1) r^(l-1) F`, `s_rt = -l r^(l-1) F'`, and the normal
     displacement of the interface is `2 mu u_t = r^l (-F' - 4 (1-nu) e)`. Tractions and material are
-    common to both wedges, so continuity of `u_t` asks for the same `e` in both. `F = F' = 0` on the
+    common to both wedges, so continuity of `u_t` requires the same `e` in both. `F = F' = 0` on the
     free face and `s_rt = kappa s_tt` on the interface give, per unit of `-(l+1) F(0) / 4`::
 
         e(omega) = (sin 2 l omega + l sin 2 omega - 2 kappa (sin^2 l omega + l sin^2 omega)) /

@@ -74,10 +74,10 @@ def half_plane_contact(
 
     Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R
     it touches body 2 along the whole interface and nowhere else. Both deform like half-planes;
-    under P alone, their pressure is that of a rigid flat punch. Without `beta` shear and pressure
-    are uncoupled (`B = 0`, exact for materials whose shear does not change the pressure, two equal
-    ones above all) and have one stiffness, `A = C`. With `beta` a shear force on a cell moves the
-    surfaces apart by `beta / E_star` on one side of it, and together on the other.
+    under P alone, their pressure is the pressure of a rigid flat punch. Without `beta` shear and
+    pressure are uncoupled (`B = 0`, exact for materials whose shear does not change the pressure,
+    two equal ones above all) and have one stiffness, `A = C`. With `beta` a shear force on a cell
+    moves the surfaces apart by `beta / E_star` on one side of it, and together on the other.
 
     The bodies are free to translate against each other (and do not rotate). With the influence
     matrix G, see `half_plane_influence`, and an unknown translation c, `u = G r + c`, and the

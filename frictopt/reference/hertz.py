@@ -161,7 +161,7 @@ class LineContact(_Round):
     def shear(self, x: ArrayLike, Q: float) -> Array:
         """Shear traction q at x, length, any shape, when the shear force first reaches Q, stress.
 
-        It is f p, less that of a contact of half-width c.
+        It is f p minus the same expression for a contact of half-width c.
         """
         a = self.half_width
         c = self.stick_half_width(Q)

@@ -183,8 +183,8 @@ def order_preserving(system: ContactSystem) -> Array:
     Returns
     -------
     Array
-        (N,) coefficients of friction, of which the least one holds for all nodes; inf where nothing
-        limits it, below 0 where no friction keeps the order.
+        (N,) coefficients of friction, of which the least one holds for all nodes; inf if there is
+        no bound, below 0 if no friction keeps the order.
 
     Raises
     ------

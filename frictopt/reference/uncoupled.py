@@ -150,9 +150,9 @@ def single_node_dissipation(
     """Work of friction in one cycle of the steady state of one node, the same from every start.
 
     Up to the limit of `single_node_limit` it is zero. Above it the node slips forward up to the
-    corner that pulls it forward, where it rests at `v_I` on `q = -f p`, and backward up to the
-    other one, where it rests at `v_II` on `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1` and
-    `t` the sign of q1, the travel and the pressures at the two ends are::
+    corner that pulls it forward, where it stops at `v_I` on `q = -f p`, and backward up to the
+    other corner, where it stops at `v_II` on `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1`
+    and `t` the sign of q1, the travel and the pressures at the two ends are::
 
         v_I - v_II = 2 (lam |A q1 - f^2 B p1| - f D) / (A^2 - f^2 B^2)
         p_I = (D - lam t e) / (A + f B)        p_II = (D + lam t e) / (A - f B)

@@ -1,4 +1,4 @@
-"""Contacts with meshes of their own, to try and to compare.
+"""Contacts with ready-made meshes, for tests and comparisons.
 
 A scene is a frozen dataclass of lengths, numbers of elements and materials. Its `model()` is a
 `ContactModel` with meshes, supports and load cases, and its `condense()` the `ContactSystem`.

@@ -108,7 +108,7 @@ class PunchOnBlock(Scene):
 
 @dataclass(frozen=True)
 class PunchOnHalfPlane(PunchOnBlock):
-    """A rectangular punch on a block that stands for a half-plane, meshed in quadrilaterals.
+    """Rectangular punch on a block that represents a half-plane, meshed in quadrilaterals.
 
     The default has the size of the paper's scene.
     The bottom of the block is on rollers: free to slide, one node held. The contact is `-half_width
@@ -206,12 +206,12 @@ def _even(values: Array, sign: int = 1) -> Array:
 
 @dataclass(frozen=True)
 class RoundedPunch(Scene):
-    """A punch with a flat middle and round ends on a block that stands for a half-plane.
+    """Punch with a flat middle and round ends on a block that represents a half-plane.
 
-    Without a flat it is a cylinder.
-    The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)` above the block: the parabola of
-    the radius, as an initial gap on straight meshes. Load cases are those of `PunchOnHalfPlane`.
-    Outer nodes are open under any load, and pressure falls to zero where the contact ends.
+    Without a flat it is a cylinder. The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)`
+    above the block: the parabola of the radius, as an initial gap on straight meshes.
+    `PunchOnHalfPlane` describes the load cases. Outer nodes are open under any load, and pressure
+    falls to zero at the end of the contact.
 
     Parameters
     ----------
@@ -298,8 +298,8 @@ class SquarePunch(PunchOnBlock):
     half_width, punch_height, block_half_width, block_depth
         Half the side `a` of the contact, height of the punch, and size of the block, length.
     growth, punch_material, block_material, element
-        See `PunchOnHalfPlane`; the first element has the size of those on the contact, and elements
-        are hexahedra.
+        See `PunchOnHalfPlane`; the first element is as large as the elements on the contact, and
+        elements are hexahedra.
 
     Raises
     ------

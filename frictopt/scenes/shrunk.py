@@ -26,7 +26,7 @@ class PressFit(Scene):
 
     x is the radius, y runs along the shaft, from the middle of the collar. Body 1 is the collar,
     body 2 the shaft; the nodes of the contact go from its upper to its lower end, against y, and so
-    do positive slips. Forces are those of the whole circumference. Load cases: "fit", a radial
+    do positive slips. Forces are totals over the circumference. Load cases: "fit", a radial
     interference of 1, half the diametral one; "tension", a tension of 1 on both ends of the shaft;
     "push", an axial force of 1 along +y on the lower face of the collar, taken up at the upper end
     of the shaft. Torsion and bending need a model in space: slips or stresses change around the

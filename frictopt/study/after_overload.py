@@ -13,7 +13,7 @@ from ..transients import march
 
 @warns_of_odd_values
 def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> GuaranteedLimit:
-    """The guaranteed limit for slips that are at most as large as those that one overload leaves.
+    """Guaranteed limit for slips up to the largest slip that one overload leaves.
 
     The overload is one cycle of a contact that has not slipped before. The largest slip that it
     leaves is the slip bound of the limit. Use it if a witness needs more slip than assembly and
@@ -22,16 +22,15 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
     Parameters
     ----------
     limit
-        A guaranteed limit, of `guaranteed_limit` or `GuaranteedModel`, without constraints of your
-        own.
+        A guaranteed limit, from `guaranteed_limit` or `GuaranteedModel`, without user constraints.
     load_factor
         Load factor of the overload; by default lambda_2, above which the contact slips for ever.
 
     Raises
     ------
     ModelError, NoContinuation, SolverError
-        Bad input; constraints of your own, or lambda_2 not finite and no load factor given; no path
-        of the overload; no answer that passes.
+        Bad input; user constraints, or lambda_2 not finite and no load factor given; no path of the
+        overload; no answer that passes.
 
     Examples
     --------

@@ -60,8 +60,8 @@ def dissipation_study(
 ) -> pd.DataFrame:
     """Follow a transient to its steady state for each friction, load cycle, load factor and start.
 
-    The method is that of Flicek et al. 2015, section 5. A run that fails is a row with its error.
-    The executor changes only the column seconds. Ctrl-C raises a KeyboardInterrupt whose attribute
+    The method follows Flicek et al. 2015, section 5. A run that fails is a row with its error. The
+    executor changes only the column seconds. Ctrl-C raises a KeyboardInterrupt whose attribute
     `table` has the finished runs. The store also holds them, and is closed.
 
     Parameters
@@ -86,8 +86,8 @@ def dissipation_study(
         gives the same table.
     shard
         (k, n): follow only part k of n, k from 1 to n, which consists of every n-th run. Parts with
-        stores of their own need no shared file; the command `frictopt merge` puts the stores
-        together. None: all runs.
+        separate stores need no shared file; the command `frictopt merge` puts the stores together.
+        None: all runs.
     executor
         Any executor with the interface of `concurrent.futures`, such as a `ProcessPoolExecutor` or
         a dask client's `get_executor()`; None: this process. It gets at most 256 tasks at a time. A

@@ -57,8 +57,8 @@ SETTINGS = RangeSettings()
 class DissipationRange(Kept, Plotted):
     """The least and the largest steady dissipation of all starts tried: both occur.
 
-    They are no bounds of what may occur: the true range is at least as wide. Only `least = 0` is
-    known to be the true least, because no work of friction is negative.
+    They do not bound the works that may occur: the true range is at least as wide. Only `least = 0`
+    is known to be the true least, because no work of friction is negative.
 
     Attributes
     ----------
@@ -71,8 +71,8 @@ class DissipationRange(Kept, Plotted):
         Their steady states. In space `step_error` is the error of the increments, relative to the
         work.
     levels
-        Works of friction where searches ended, each once, in rising order; of ten increments or
-        more those of the last searches alone.
+        Works of friction at the ends of the searches, each once, in rising order; with ten
+        increments or more, only of the last searches.
     transients, residual
         Number of transients followed, and largest residual of the steady states of `least` and
         `most`, at most 1e-9.
@@ -147,9 +147,10 @@ def dissipation_range(
        apart). The extreme slips go furthest along the changes of the load, stretched, squeezed or
        turned, or unload an end of the contact. If slip stops from all of these, the witness of the
        guaranteed limit follows.
-    2. From the best of them, sequential linear programming goes on over the slips of the nodes that
-       stay locked, on which alone the work depends, by the derivative of a cycle. A transient
-       judges each step. These steps end where they find nothing better, which need not be a local
+    2. Sequential linear programming improves the best of them, with the derivative of a cycle. Its
+    unknowns are the slips of the nodes that stay locked, because the work depends only on these. A
+    transient
+       judges each step. These steps end if they find no better slip; the end need not be a local
        extreme.
     3. So random starts around both ends are followed too, and the search goes on from the best of
        them. There are none around the start of least work if that work is not zero and the contact

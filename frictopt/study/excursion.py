@@ -95,8 +95,8 @@ def least_excursion(
     first share that brings it to rest to a thousandth. All other starts are then tried at this
     share. If `start` is "worst", random slips that were not tried before follow. A slip that keeps
     slipping becomes the hardest, and the search goes on from there, until 60 random slips in a row
-    come to rest. The outcome is not known at other shares, nor from other starts, of which some may
-    need a larger share: see `sampled`.
+    come to rest. The outcome at other shares is unknown. Other starts may need a larger share: see
+    `sampled`.
 
     Parameters
     ----------

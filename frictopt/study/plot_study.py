@@ -36,22 +36,22 @@ def plot_study(
     """Draw the steady dissipation of each run of a study against its load: a mark for each start.
 
     Columns of the table, also columns that you add, split it: `plot_study(table, x="cycle",
-    colour="friction", rows="load_factor")`. Runs that shake down have no dissipation and stand in a
-    strip at the bottom, several of one load above each other. Runs that failed have no mark; the
-    title counts them.
+    colour="friction", rows="load_factor")`. Runs that shake down have no dissipation. They are
+    drawn in a strip at the bottom, with several runs of one load above each other. Runs that failed
+    have no mark; the title counts them.
 
     Parameters
     ----------
     table
         The table of `dissipation_study`, or rows of it.
     ax
-        matplotlib axes to draw in, one for each panel; None: those of a new figure.
+        matplotlib axes to draw in, one for each panel; None: a new figure.
     x
         Column along the horizontal axis; None: the load factor, over the shakedown limit if all
         runs have a finite one.
     colour
         Column that has a colour for each value; None: the first of friction and load cycle that has
-        several values, else the family of the starts.
+        several values, otherwise the family of the starts.
     rows
         Column that has a panel for each value; None: one panel.
 

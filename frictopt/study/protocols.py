@@ -214,8 +214,8 @@ def limit_after_protocol(
         returns to the mean load in the end.
     start
         "assembled": the mean load grows from a millionth of itself, without slip. "worst": from
-        each extreme slip that the contact can hold under the mean load, of which the first that
-        keeps slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
+        each extreme slip that the contact can hold under the mean load; the first one that keeps
+        slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
     up_to
         Largest load factor tried; None: the shakedown limit.
     scan

@@ -67,8 +67,8 @@ class Start(Portable):
         Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is
         lower); None: `slip` is given, or there is none.
     overload, seed
-        Load factor of one extra cycle before all others, and seed of a random slip; None where
-        there is none.
+        Load factor of one extra cycle before all others, and seed of a random slip; None if the
+        start has none.
     state
         An earlier state instead of a slip, whose nodes may be open.
 
@@ -174,8 +174,8 @@ def random_slips(
 
     Smooth ones are sums of Chebyshev polynomials in the coordinates of the nodes, in space of
     products of them, of degree 1 to 6 with normally distributed coefficients. Rough ones are
-    independent from node to node. Both have zero mean, for the mean only slides one body along the
-    other.
+    independent from node to node. Both have zero mean, because a mean only slides one body along
+    the other.
 
     Parameters
     ----------
@@ -352,8 +352,8 @@ def assembled_slip(
     Parameters
     ----------
     system, cycle, friction
-        The contact, its load cycle, of which only the mean load counts, and its coefficient of
-        friction, one or one per node.
+        The contact, its load cycle (only the mean load matters), and its coefficient of friction,
+        one or one per node.
     steps
         Number of increments in which the load grows. None: the exact path in the plane, 20 in
         space.

@@ -156,15 +156,14 @@ def verify(
 
     Each transient begins at the mean of the load corners, where a contact with a safe slip sticks.
     The mean load may differ from this mean. The starts below the limit are vertices of the set of
-    safe slips (at the load factor, and under the mean load alone), up to three times these
-    vertices, and random slips of a tenth to a hundred times the size of the witness. If none of
-    them slips for ever, this is evidence, not a proof. If the mean load alone is not safe, half of
-    the starts are tested just above the least safe load factor. Load factors below it are not
-    tested.
+    safe slips (at the load factor, and under the mean load), up to three times these vertices, and
+    random slips of a tenth to a hundred times the size of the witness. If none of them slips for
+    ever, this is evidence, not a proof. If the mean load is not safe, half of the starts are tested
+    just above the least safe load factor. Load factors below it are not tested.
 
     If nodes are open, all starts below the limit are random. If friction at the closed nodes can
     hold a slip, the transient begins with the gaps that the open nodes have under this slip. Else
-    it begins with all nodes closed. Starts from which nodes open and close in every cycle may slip
+    it begins with all nodes closed. Starts with nodes that open and close in every cycle may slip
     for ever below the limit.
 
     Parameters

@@ -125,7 +125,7 @@ class Run:
         ------
         NoContinuation
             The transient ends, or no steady state is proven within the number of cycles. The
-            attributes of the error hold what is known.
+            attributes of the error hold the partial result.
         """
         while True:
             settled = self.advance()

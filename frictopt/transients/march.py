@@ -69,8 +69,8 @@ def march(
         Residual slip from assembly, (N,) in the plane, (N, 2) in space, length; None: no slip.
     initial_state
         An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a
-        trajectory. Its nodes may be open. The load goes straight from that of the state to the
-        corner that comes next, and to the end of that cycle.
+        trajectory. Its nodes may be open. The load goes straight from the load of the state to the
+        next corner, and then to the end of that cycle.
     cycles
         Number of whole cycles.
     engine
@@ -78,10 +78,10 @@ def march(
         curved, and no path is made of straight lines. In increments: "newton", each by Newton's
         method; "qp", by convex programs with a frozen friction bound; "milp", by complementarity
         conditions with booleans, for plane contacts. None: "path" in the plane without `steps`,
-        else "newton".
+        otherwise "newton".
     steps
-        Number of increments from corner to corner; None: 20. The transient is followed with a half
-        and a quarter of them, too, which gives `step_error`. The exact path has none.
+        Number of increments from corner to corner; None: 20. The transient is also followed with a
+        half and a quarter of them, which gives `step_error`. The exact path has none.
     progress
         Whether to show after two seconds how far the increments are.
 

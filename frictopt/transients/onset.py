@@ -65,7 +65,7 @@ class OnsetEvent(Kept):
         Number of the corner, from 0, and its loads as `LoadCycle.corner_names` writes them.
     event, load_factor
         "slip", "separation", or "touch" of an open node; and its load factor, inf if it never
-        happens, 0 if it happens under the mean load alone.
+        happens, 0 if it happens under the mean load.
     node
         Index of the node, of simultaneous events the lowest; None if the event never happens.
     sense
@@ -104,7 +104,7 @@ class Onset(Kept, Plotted):
     """First slip and first separation of the bonded contact, for each corner of a load cycle.
 
     The load is `mean + fixed + load_factor * corner`. If the mean load pulls at bonded nodes, the
-    events are those of the contact once the mean load has settled.
+    events refer to the contact after the mean load has settled.
 
     Attributes
     ----------
@@ -112,20 +112,20 @@ class Onset(Kept, Plotted):
         First slip and first separation under each of the K corners; and the first touch of an open
         node.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load alone, or with the loads that are fixed at some
-        corner, already exceeds the friction bound, or pulls. If there are any, the bonded contact
-        cannot carry it. Its onset is then undefined, unless there is a `state`.
+        Indices of the nodes at which the mean load, with or without the fixed loads of some corner,
+        exceeds the friction bound, or pulls. If there are any, the bonded contact cannot carry it.
+        Its onset is then undefined, unless there is a `state`.
     residual
         Largest violation of the contact law at the first event under each corner, in units of the
         largest nodal force there. It exceeds rounding only if the bonded contact violates the law
-        under the mean load alone.
+        under the mean load.
     system, cycle
         The contact and its load cycle.
     friction
         (N,) coefficients of friction.
     state
-        The state from which the load grows: that of the settled mean load, from no slip, if the
-        mean load pulls at bonded nodes. None: the bonded contact.
+        State before the load grows: if the mean load pulls at bonded nodes, the state after the
+        mean load has settled, from no slip. None: the bonded contact.
 
     Examples
     --------
@@ -151,12 +151,12 @@ class Onset(Kept, Plotted):
 
     @property
     def slip(self) -> OnsetEvent:
-        """The first slip under any corner; of simultaneous slips that of the first corner."""
+        """First slip under any corner; of several simultaneous slips, under the first corner."""
         return _earliest(self.slips)
 
     @property
     def separation(self) -> OnsetEvent:
-        """The first separation under any corner; of simultaneous ones that of the first corner."""
+        """First separation under any corner; of several simultaneous ones, under the first."""
         return _earliest(self.separations)
 
     @property
@@ -166,14 +166,14 @@ class Onset(Kept, Plotted):
 
     @property
     def mean_admissible(self) -> bool:
-        """Whether the mean load alone obeys the law at every node of the bonded contact."""
+        """Whether the bonded contact satisfies the law at every node under the mean load."""
         return not (self.mean_slips or self.mean_opens)
 
     @property
     def reason(self) -> str:
         """Diagnosis of the bonded contact under the mean load, as a sentence.
 
-        If the bonded contact cannot carry the mean load, the sentence says what to change.
+        If the bonded contact cannot carry the mean load, it names a remedy.
         """
         diagnosis = unscaled_diagnosis(self.system, self.cycle, self.friction)
         if self.mean_admissible:
@@ -230,7 +230,7 @@ def onset(
     """Find the first slip and separation of the bonded contact as the load grows to each corner.
 
     The load is `mean + fixed + lam * corner` with `lam >= 0`, see `LoadCycle`. If the mean load
-    pulls at nodes of the bonded contact, the onset is that of the contact once the mean load has
+    pulls at nodes of the bonded contact, the onset refers to the contact after the mean load has
     settled, from no slip: closed nodes stick, open nodes follow the load.
 
     The events have closed forms, node by node. Slip starts, against q, if `|q|` reaches `f p` or
@@ -244,7 +244,7 @@ def onset(
     friction
         Coefficient of friction, one or one per node.
     progress
-        Whether to show after two seconds that the mean load still settles.
+        Whether to show a bar after two seconds, while the mean load settles.
 
     Raises
     ------

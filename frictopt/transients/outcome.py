@@ -59,10 +59,10 @@ class SteadyState(Recorded, Plotted):
         0 for the exact path. In increments, the estimated relative error of the dissipation due to
         the size of the increments: twice the change in finer increments, plus a share of the work
         that is in doubt within the increments. inf: finer increments have no answer, or the contact
-        rests but may slip in finer increments. In 128 random contacts of 1 to 5 nodes, with 1 to 20
-        increments, the median was 2.4 times the true error, and 1 of 640 was too small (0.8 times).
-        In bolted joints, where many nodes slip only in the first cycles, it was 3 to 35 times the
-        true error. It is no bound.
+        sticks but may slip in finer increments. In 128 random contacts of 1 to 5 nodes, with 1 to
+        20 increments, the median was 2.4 times the true error, and 1 of 640 was too small (0.8
+        times). In bolted joints, where many nodes slip only in the first cycles, it was 3 to 35
+        times the true error. It is no bound.
     period
         Number of load cycles after which the state, or its drift, repeats: 1 or 2.
     system, cycle, friction, load_factor
@@ -73,7 +73,7 @@ class SteadyState(Recorded, Plotted):
     gap
         (N,) gap w at the last corner, length.
     state
-        Slip, gap and load at the last corner, from which another transient may start.
+        Slip, gap and load at the last corner. Another transient may start from this state.
     open
         (N,) whether the node is open at some corner of the steady cycle (corners on a straight
         segment between others do not count); in increments, at the end of some increment.
@@ -83,7 +83,7 @@ class SteadyState(Recorded, Plotted):
     first_cycle
         Work of friction in the first cycle (of the load cycle itself, not of an overload).
     cycles
-        Number of cycles followed, including those of proofs and of failed extrapolations.
+        Number of cycles followed, including cycles of proofs and of failed extrapolations.
     events
         Number of changes of status. In increments, the ends of successive increments are compared.
     record
@@ -328,9 +328,9 @@ class SteadyState(Recorded, Plotted):
               critical plane of SWT. pyLife needs these two names for a load collective, here of one
               cycle per node.
 
-            `attrs["note"]` says which columns are a property of the mesh, and what `from` and `to`
-            are. At the corner of a complete contact, tractions and stresses grow without end as
-            elements shrink, and so do F1, F2 and SWT.
+            `attrs["note"]` names the columns that depend on the mesh, and explains `from` and `to`.
+            At the corner of a complete contact, tractions and stresses grow without end as elements
+            shrink, and so do F1, F2 and SWT.
 
         Raises
         ------

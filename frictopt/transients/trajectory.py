@@ -135,9 +135,9 @@ class Trajectory(Kept, Plotted):
         0 for the exact path. In increments, the estimated error of the slip at the mean load and
         the corners due to the size of the increments, in slip scales. It is the larger of two
         numbers: the change of slip if a half or a quarter of the increments is used (inf if these
-        runs have no answer, or if there are none), and the slip that may be missed within the
-        increments. In plane contacts, whose exact path is known, the true error was at most 5 times
-        larger; the estimate is no bound.
+        runs fail or do not exist), and the slip that may be missed within the increments. In plane
+        contacts, whose exact path is known, the true error was at most 5 times larger; the estimate
+        is no bound.
 
     Examples
     --------
@@ -204,7 +204,7 @@ class Trajectory(Kept, Plotted):
     def residual(self) -> float:
         """Largest violation of the contact law over all states.
 
-        On the exact path the error of the energy balance counts, too, see `energy_error`.
+        On the exact path it includes the error of the energy balance, see `energy_error`.
         """
         if self.engine == "path":
             return max(self.verdict.residual, self._energy_residual)

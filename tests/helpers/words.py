@@ -23,10 +23,10 @@ HABITS = {  # pattern: what to write instead
     r"\b(than|is|are|as|to|by|from) that of\b": "repeat the noun",
     r"\bthe ones?\b(?! hand)": "repeat the noun",
     r"\bbut (where|for)\b": "unless, except",
-    r"(?<!there )\b(is|are) none\b": "an adjective or a verb",
+    r"(?<!there )\b(is|are) (?-i:none)\b": "an adjective or a verb",
     r"\bmostly\b": "give the condition",
-    r", for (it|they|there|these|then|each)\b": "because",
-    r"\b(from|up to|out of|along|between) which\b": "two sentences",
+    r", for (it|they|there|these|then)\b": "because",
+    r"\b(from|out of|along|between) which\b": "two sentences",
 }
 FIRST = re.compile(
     r"(What|Who|Which|Where|Whether (it|they)|The same|The ones?|Those|These|That|This|One|It|Its"

@@ -296,3 +296,28 @@ def test_unused_words_and_habits_are_seen_in_prose_alone():
     seen = "The one that rests; see [a page](pattern.md), `pattern` and\n\n```\npattern\n```\n"
     assert [fault.split("'")[1] for fault in words.faults(seen)] == ["rests", "The one"]
     assert words.FIRST.match("What a node does.") and not words.FIRST.match("Itself a node.")
+
+
+def docstrings():
+    """The docstrings of public names and of their members, with the name of each."""
+    things = [(name, getattr(frictopt, name)) for name in frictopt.__all__]
+    for _, module in list(things):
+        if inspect.ismodule(module):
+            things += [(name, getattr(module, name)) for name in module.__all__]
+    for name, thing in things:
+        yield name, inspect.getdoc(thing) or ""
+        if inspect.isclass(thing) and thing.__module__.startswith("frictopt"):
+            for member, value in vars(thing).items():
+                if member[0] != "_" and (inspect.isroutine(value) or isinstance(value, property)):
+                    yield f"{name}.{member}", inspect.getdoc(value) or ""
+
+
+def test_public_docstrings_have_the_words_of_the_glossary():
+    """They begin with a noun or a verb, not with a pronoun."""
+    texts = dict(docstrings())
+    assert len(texts) > 250
+    assert not [name for name, text in texts.items() if words.FIRST.match(text)]
+    prose = {name: text.split("\nExamples\n")[0] for name, text in texts.items()}
+    assert not [
+        (name, *found) for name, text in prose.items() if (found := list(words.faults(text)))
+    ]

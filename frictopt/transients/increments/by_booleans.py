@@ -40,12 +40,12 @@ class ExactIncrement(ByProgram):
     """A friction increment by the contact law itself as a mixed-integer program, compiled once.
 
     The program decides the status of every node. A few steps of Newton's method make the state
-    exact, and the referee judges it. The objective counts the nodes whose status differs from that
-    by Newton's method. It only guides the search: without it contacts of 40 nodes take minutes. The
-    effort can grow exponentially with the number of nodes whose guess is wrong.
+    exact. It is checked against the contact law. The objective counts the nodes whose status
+    differs from that by Newton's method. It only guides the search: without it contacts of 40 nodes
+    take minutes. The effort can grow exponentially with the number of nodes whose guess is wrong.
 
     If several states obey the law (above the critical friction), one of them is returned. The
-    program takes no constraints of your own. Theory, eq. (4).
+    program takes no user constraints. Theory, eq. (4).
 
     Parameters
     ----------

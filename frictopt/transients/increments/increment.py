@@ -44,7 +44,7 @@ _SMALLER_STEPS = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Increment(Explained):
-    """The state after one increment of load, judged by the referee.
+    """State after one increment of load, checked against the contact law.
 
     Attributes
     ----------
@@ -61,8 +61,8 @@ class Increment(Explained):
     steps
         Number of Newton steps, or of solved programs with frozen friction bound.
     record
-        How it was found. Its `residual`, at most 1e-9, is that of the referee, who compares with
-        the slip before the increment.
+        How it was found. Its `residual`, at most 1e-9, is the largest violation of the contact law,
+        relative to the slip before the increment.
     problem
         The cvxpy problem, in the units of the contact, with the answer as its values; None for
         Newton's method. A later solve by the same object overwrites its values.

@@ -123,13 +123,14 @@ class FrozenBoundIncrement(ByProgram):
     """A friction increment by convex programs with frozen friction bound, compiled once.
 
     Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's
-    method, with the bound free, make the state exact. If the referee accepts the state, it is the
-    answer. Otherwise the bound moves to `f p` and the program is solved again, by Clarabel to all
-    digits once sweeps by OSQP change nothing. With strong friction and coupling this need not
-    converge. The `problem` of a result has the bound `f p` of the answer, which solves it.
+    method, with the bound free, make the state exact. If the state passes the check of the contact
+    law, it is the result. Otherwise the bound moves to `f p` and the program is solved again, by
+    Clarabel to all digits once sweeps by OSQP change nothing. With strong friction and coupling
+    this need not converge. The `problem` of a result has the bound `f p` of the answer, which
+    solves it.
 
-    It takes no constraints of your own: they would act as forces that the contact law does not
-    have. Theory, eq. (11).
+    It takes no user constraints: they would act as forces outside the contact law. Theory, eq.
+    (11).
 
     Examples
     --------
@@ -230,10 +231,10 @@ def complementarity_problem(
     """Build the complementarity problem of one increment (Klarbring & Bjorkman 1988).
 
     With the slip step split, `dv = s+ - s-`, the contact law reads `z >= 0, M z + c >= 0, z' (M z +
-    c) = 0` for `z = [s+, s-, w]`. So z obeys the law if the quadratic program `min z' (M z + c), z
-    >= 0, M z + c >= 0` has the value 0 at z. The program is convex only without friction. With
-    friction cvxpy refuses to solve it: a local minimum need not be a state of the contact. Theory,
-    eq. (12).
+    c) = 0` for `z = [s+, s-, w]`. So z satisfies the law if the quadratic program `min z' (M z +
+    c), z >= 0, M z + c >= 0` has the value 0 at z. The program is convex only without friction.
+    With friction cvxpy refuses to solve it: a local minimum need not be a state of the contact.
+    Theory, eq. (12).
 
     Parameters
     ----------
