@@ -81,7 +81,7 @@ CLAIMS = (
         by="`ShakedownLimit`",
         source="the slip, checked in each run: it obeys the law at all corners and events",
         tests="test_moving_events::test_a_cylinder_of_two_materials",
-        also="nothing, as it is infinite: even … the contact may rest above the limit; `covers`",
+        also="no states, because it is infinite: even … the contact may shake down above the limit; `covers`",
     ),
     Claim(
         "sentences.NO_EVENTS sentences.ASK_FOR_EVENTS",
@@ -112,7 +112,7 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="states of rest with … all through the cycle; with others open, or nodes that open and close, the contact may rest above it; states of rest with …; with others, or in another order, the contact may rest above it; `covers`",
+        also="states of rest with … all through the cycle; with other nodes open, or nodes that open and close, the contact may shake down above it; states of rest with …; with other nodes, or in another order, the contact may shake down above it; `covers`",
         by="`ShakedownLimit`",
         holds_if="the nodes of `limit.open` stay open, all others closed",
         source="multipliers",
@@ -302,7 +302,7 @@ CLAIMS = (
     ),
     Claim(
         "sentences.SAME_LIMIT",
-        also="lambda_1 is lambda_2, because no node is critical below it; the nodes that need no program cannot be critical below the limit, by a lower bound, or can only lift off where they are critical, or have no friction",
+        also="lambda_1 is lambda_2, because no node is critical below it; the nodes that need no program cannot be critical below the limit, by a lower bound, or can only lift off when critical, or have no friction",
         by="`GuaranteedLimit`",
         holds_if="it is said of critical nodes. That no start slips for ever below is an observation, of starts that keep nodes closed",
         source="multipliers of each node",
@@ -369,7 +369,7 @@ CLAIMS = (
         holds_if="B = 0 up to rounding; the load factor scales shear alone; all nodes have friction; no slip bound, constraints or given open nodes",
         source='theorem (theory, "Contact areas that move"), multipliers, and the contact law at all instants',
         tests="test_moving_areas::test_random_contacts_rest_just_below_and_slip_just_above_from_every_start",
-        also="all states of rest, whatever opens and closes; `covers`, `bound_for_all`, `proven`",
+        also="all states of rest, for all openings and closings; `covers`, `bound_for_all`, `proven`",
     ),
     Claim(
         "sentences.SLIPS_AT_ANY sentences.SLIPS_BUT_AT_ONE sentences.CLOSES_OTHERWISE",
@@ -400,7 +400,7 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="by a theorem: the load of statics never falls with friction, and is a concave function of the preloads",
+        also="by a theorem: the load from equilibrium never falls with friction, and is a concave function of the preloads",
         by="`Report`, `report`, validity, tutorial/report",
         holds_if="no contact forces balance themselves; else the corners are followed, and no theorem is claimed",
         source='forces within friction are a convex cone that grows with friction (validity, "Scatter")',

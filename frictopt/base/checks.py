@@ -142,7 +142,7 @@ def per_node(name: str, values: object, nodes: int, negative: str = "") -> Array
     """
     if isinstance(values, Mapping):
         raise ModelError(
-            f"{name}: a {type(values).__name__}; give one number, or one for each node, "
+            f"{name}: a {type(values).__name__}; give one number, or one number per node, "
             "as `np.where(system.contact == 'head', 0.15, 0.3)`"
         )
     array = finite_array(name, values)
@@ -400,8 +400,8 @@ def _repeated_loads(cycle: Any) -> Iterator[str]:
     for name, amplitude in getattr(cycle, "mean", {}).items():
         if all(corner.get(name, 0.0) * amplitude > 0 for corner in corners):
             yield (
-                f"cycle: {name!r} is {amplitude:g} in the mean load, and each corner adds to it; "
-                "give corners what is added to the mean load alone"
+                f"cycle: {name!r} is {amplitude:g} in the mean load, and each corner adds to "
+                "it; in a corner, give only the addition to the mean load"
             )
 
 

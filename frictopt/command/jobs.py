@@ -47,7 +47,7 @@ def _add_condense(condense: argparse.ArgumentParser) -> None:
 COMMANDS = (
     Command(
         "look",
-        "what a file holds: a contact system, or a job of CalculiX",
+        "the content of a file: a contact system, or a job of CalculiX",
         "joint.npz --picture joint.png",
         _add_look,
     ),

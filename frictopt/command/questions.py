@@ -59,7 +59,7 @@ def _single(*chain: str) -> dict[str, tuple[str, ...]]:
 QUESTIONS = (
     Question(
         "report",
-        "what there is to know of a joint under its loads, as text and as one page with pictures",
+        "a report on a joint under its loads, as text and as one page with pictures",
         f"joint.npz {_CYCLE} --friction .15 --page joint.html",
         _single("report"),
         picture=False,
@@ -153,7 +153,7 @@ QUESTIONS = (
     ),
     Question(
         "after-overload",
-        "the guaranteed limit for slips that are at most as large as those of one overload",
+        "the guaranteed limit for slips up to the largest slip of one overload",
         f"joint.npz {_CYCLE} --friction .4",
         _single("guaranteed_limit", "after_overload"),
     ),

@@ -21,7 +21,7 @@ def _add_study(study: argparse.ArgumentParser) -> None:
         "--shard",
         type=_shard,
         metavar="K/N",
-        help="follow the K-th of N parts, with a store of its own, without table and picture",
+        help="follow the K-th of N parts, with a separate store, without table and picture",
     )
     store = "file that keeps each run (default: the store of STUDY.toml, else STUDY.sqlite)"
     study.add_argument("--store", help=store)

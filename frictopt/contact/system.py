@@ -437,8 +437,7 @@ class ContactSystem(Shown, Plotted):
         if case not in self.bolts:
             raise ModelError(
                 f"case: {shown(case)} is no locked bolt, {sorted(self.bolts)} are; the tension of "
-                "a bolt that is not locked is its force times the amplitude, whatever other loads "
-                "do"
+                "a bolt that is not locked is its force times the amplitude, for all other loads"
             )
         _, shortening = self.bolts[case]
         number = list(self.bonded).index(case)
@@ -482,8 +481,8 @@ class ContactSystem(Shown, Plotted):
         for case, overlap in checked_cases("cases", cases, "overlap").items():
             if case in self.bolts:
                 raise ModelError(
-                    f"cases: {case!r} is a locked bolt, whose load case is its shortening alone; "
-                    "give the overlap a load case of its own"
+                    f"cases: {case!r} is a locked bolt, whose load case is its shortening; "
+                    "give the overlap another load case"
                 )
             remedy = "give overlaps >= 0, and an opening as a gap"
             overlaps[case] = per_node(f"cases[{case!r}]", overlap, self.nodes, remedy)

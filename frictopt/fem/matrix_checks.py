@@ -185,8 +185,8 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
         if next_to_contact and in_contact[body[node_1], body[node_2]]:
             raise ModelError(
                 f"pairs: nodes {node_1} and {node_2} lie on each other at {place(points[node_1])}, "
-                "next to the contact of their bodies, in no pair; add the pair, for there the "
-                "bodies would pass through each other"
+                "next to the contact of their bodies, in no pair; add the pair, because the "
+                "bodies would pass through each other there"
             )
 
 

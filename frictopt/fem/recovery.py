@@ -410,9 +410,10 @@ def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
     i = first_of(carries, forces)
     if i is not None:
         warnings.warn(
-            f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: these "
-            "are no slip and gap of a state under these loads; the loads must be all those of the "
-            "state, and what `with_gap` or `with_contact_stiffness` gave to the system belongs "
+            f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: "
+            "these are no slip and gap of a state under these loads; give all loads of the "
+            "state, and what `with_gap` or `with_contact_stiffness` gave to the system "
+            "belongs "
             "into the model",
             ModelWarning,
             stacklevel=3,

@@ -103,7 +103,7 @@ class Sector:
             raise ModelError(
                 f"supports: the node at {place(points[copies[i]])} is held, and not so the one at "
                 f"{place(points[originals[i]])}, which it copies on the other cut face of the "
-                "sector; hold both, for what is held repeats from sector to sector"
+                "sector; hold both, because supports repeat from sector to sector"
             )
 
     def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:

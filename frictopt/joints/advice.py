@@ -46,7 +46,7 @@ def kind_of_contact(parts: ReportParts) -> str:
     mean, steady, system = parts.mean_state, parts.steady, parts.system
     if mean is None:
         return (
-            "From no slip the mean load is not followed to a state of rest: "
+            "No state of rest is found under the mean load, from no slip: "
             f"{parts.missing['mean load']}."
         )
     if mean.open.all():
@@ -66,8 +66,8 @@ def kind_of_contact(parts: ReportParts) -> str:
         )
     return (
         "All nodes are closed under the mean load, and in each cycle at load factor 1. At sharp "
-        "edges pressure grows as elements shrink, and limits there settle with the mesh slowly or "
-        "not at all; where edges are rounded or the surfaces give, they settle."
+        "edges pressure grows as elements shrink, and limits there converge with the mesh "
+        "slowly or not at all; if edges are rounded or surfaces are compliant, they converge."
     )
 
 
@@ -88,7 +88,7 @@ def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
     if gross.self_stress is not None:
         yield (
             "Contact forces can balance themselves here, as in a press fit or with a locked bolt: "
-            "statics cannot know how far the fit presses, and transients decide."
+            "equilibrium does not determine the pressure of the fit, and transients decide."
         )
 
 
@@ -109,7 +109,7 @@ def advice_on(parts: ReportParts) -> Iterator[str]:
             yield from _on_slip(parts, parts.steady, friction_helps)
         yield from _on_increments(parts.steady)
     elif parts.gross_slip is None or rests_at_load(parts.gross_slip):
-        yield "At your load no steady state is found, see what is without an answer."
+        yield "At your load no steady state is found, see the missing results."
     if mean_load_opens(parts):
         settled = "the gross-slip load"
         if many_nodes_slip(parts):
@@ -135,18 +135,22 @@ def _on_sliding(parts: ReportParts, gross_slip: GrossSlip, friction_helps: bool)
     if not gross_slip.load_factor * (1 + ROUNDING) >= 1:
         raise_friction = " raise friction," if friction_helps and motion in (SLIDES, TURNS) else ""
         yield (
-            f"At your load nothing rests, {move_off}: press them more,"
+            f"At your load no state of rest exists, {move_off}: press them more,"
             f"{raise_friction} or load them less."
         )
     elif gross_slip.least * (1 - ROUNDING) > 1:
         yield (
-            f"At your load nothing rests: below load factor {gross_slip.least:.4g} the mean load "
+            f"At your load no state of rest exists: below load factor {gross_slip.least:.4g} "
+            "the mean load "
             "slides bodies off."
         )
     elif gross_slip.load_factor < np.inf:
         of_fit = ""
         if gross_slip.self_stress is not None:
-            of_fit = " in a transient from no slip: statics cannot know how far the fit presses"
+            of_fit = (
+                " in a transient from no slip: equilibrium does not determine the "
+                "pressure of the fit"
+            )
         share = 1 / gross_slip.load_factor
         yield f"Your load is {share:.1%} of the gross-slip load, at which {move_off}{of_fit}."
         slips = 0.0 if parts.steady is None else parts.steady.slipping_share
@@ -166,7 +170,7 @@ def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
         yield "From assembly without slip the contact stops slipping at your load."
     if guaranteed is not None and guaranteed.load_factor < 1 and steady.friction.any():
         yield (
-            "Another start may slip for ever: `dissipation_range` says how much the start matters."
+            "Another start may slip for ever: `dissipation_range` shows how much the start matters."
         )
 
 

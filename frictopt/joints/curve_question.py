@@ -150,8 +150,8 @@ class CurveQuestion:
                 notes.append(f"load factors {', '.join(sliding)}: {self.gross.reason}")
             if self.gross.self_stress is not None:
                 notes.append(
-                    "statics cannot know how far the fit presses: the sliding-off load is that of "
-                    "transients from no slip"
+                    "equilibrium does not determine the pressure of the fit: the sliding-off "
+                    "load comes from transients without initial slip"
                 )
         for cycle in cycles:
             name = f"load factor {cycle.row['load_factor']:g}"

@@ -60,7 +60,9 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
     if steady.steps:
         meaning += f"; finer increments may change it by {steady.step_error:.1g} of it"
     elif steady.unproven:
-        meaning += f"; at {steady.unproven} events it is not proven that there is no other way on"
+        meaning += (
+            f"; at {steady.unproven} events it is not proven that no other continuation exists"
+        )
     yield "work per cycle", steady.dissipation, units["work"], settles, meaning
 
     has_width = parts.system.width is not None
@@ -85,8 +87,8 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
     motion = motion_of_load(parts)
     if np.isfinite(motion):
         meaning = (
-            "half the range of the mean motion of what the load acts on, along the load, in this "
-            "steady state"
+            "half the range of the mean motion of the loaded faces, along the load, in "
+            "this steady state"
         )
         yield "motion of the load", motion, units["motion"], _if_fine(steady, "yes"), meaning
 

@@ -25,8 +25,8 @@ from .thresholds import GROSS_SLIP, QUANTITIES, SLIP_RANGE, SLIPPING_SHARE, Judg
 
 _NO_SCATTER = "at the nominal input, because nothing scatters"
 _BY_THEOREM = (
-    "by a theorem: the load of statics never falls with friction, and is a concave function of the "
-    "preloads"
+    "by a theorem: the load from equilibrium never falls with friction, and is a "
+    "concave function of the preloads"
 )
 _BY_CORNERS = (
     "by the nominal input and the corners of the ranges; no theorem covers the inputs between them"

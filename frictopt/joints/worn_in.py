@@ -161,15 +161,15 @@ def worn_in(
     depth[~stick & (depth > 0)] += RESIDUAL * depth.max()
 
     note = (
-        "the depths by the theorem are in the attribute `depth`; it is not checked that the worn "
-        "contact rests"
+        "the depths by the theorem are in the attribute `depth`; it is not checked that the "
+        "worn contact shakes down"
     )
     with progress_bar(progress, "worn in") as bar:
         bar.keep("depth", frozen(depth), note)
         steady = steady_state(system.with_gap(system.gap + depth), cycle, friction, load_factor)
     if steady.outcome is not Outcome.SHAKEDOWN:
         raise SolverError(
-            "worn_in: the worn contact does not rest, it dissipates "
+            "worn_in: the worn contact does not shake down, it dissipates "
             f"{steady.dissipation:.1e} per cycle; use wear"
         )
     return WornIn(steady, frozen(depth), stick, steady.record)
@@ -206,8 +206,8 @@ def _check_similar(system: ContactSystem) -> None:
     similar = np.kron(np.eye(system.tangents), C) * ratio
     _require(
         _near(A, similar),
-        "system: its tangential stiffness is not its normal one times a number, as that of similar "
-        "half-planes is",
+        "system: its tangential stiffness is no multiple of its normal stiffness, as for "
+        "similar half-planes",
     )
     diagonal = np.diag(C)
     # Largest pressure that wear at one node takes off another one, over the pressure that it takes

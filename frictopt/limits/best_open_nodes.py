@@ -41,7 +41,7 @@ BETTER_SET = Sentence(
     assumes="the limit of this set passes the checks of every limit",
 )
 NO_SET_ABOVE = Sentence(
-    "{better}no {other}set of open nodes that differs in {nodes} alone has a limit above "
+    "{better}no {other}set of open nodes that differs only in {nodes} has a limit above "
     "{bound:.6g}{more}{separate}",
     assumes="the other nodes stay as they are, and the closed nodes hold the open ones",
 )
@@ -231,12 +231,12 @@ def _check(limit: object) -> None:
         f"it is {limit.load_factor:g}, so there is nothing to compare; give a finite limit": (
             not np.isfinite(limit.load_factor)
         ),
-        "its nodes open and close in each cycle; ask shakedown_limit without events": bool(
+        "its nodes open and close in each cycle; call shakedown_limit without events": bool(
             limit._question.events
         ),
-        "it has constraints or an objective of your own, which the proof does not know; "
-        "ask without them": bool(limit.constraints) or limit.objective is not None,
-        "its slip is bounded, which does not hold for open nodes; ask without slip_bound": (
+        "it has user constraints or an objective, which the proof does not include; compute it "
+        "without them": bool(limit.constraints) or limit.objective is not None,
+        "its slip is bounded, which does not hold for open nodes; compute it without slip_bound": (
             limit._question.slip_bound is not None
         ),
     }
@@ -285,7 +285,7 @@ class _BranchAndBound:
 
     def run(self, most: int) -> BestOpenNodes:
         """The answer after all branches, or after the largest number of programs."""
-        note = "what is proven by then is in the attribute `best`"
+        note = "the attribute `best` has the result proven so far"
         self._bar.keep("best", self._answer, note)
         while self._branches and self._programs < most:
             # An interrupt must find the branch that is being solved.

@@ -45,7 +45,7 @@ _NONE_SAFE_AT_ALL = (
 )
 _NONE_OBEYS = "{names}: {why} under these constraints; drop or relax one"
 _GROWS = (
-    "{goal}: it grows without end whatever the design; bound it by a constraint, "
+    "{goal}: it grows without end for any design; bound it by a constraint, "
     "or give another objective"
 )
 _GROWS_WITH_DESIGN = (

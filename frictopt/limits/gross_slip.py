@@ -241,7 +241,7 @@ class Words:
         return motions_in_words(motion_table(system, answer.phi.reshape(-1, system.nodes)))
 
     def unbalanced(self, answer: CornerAnswer) -> str:
-        """The load that nothing balances, and the motion that proves it."""
+        """The load that no contact forces balance, and the motion that proves it."""
         return UNBALANCED(
             only=self.only, bounds=self.bounds, load=self.load(answer), motion=self.motion(answer)
         )

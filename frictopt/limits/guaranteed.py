@@ -54,7 +54,7 @@ _LEFT_OUT = {
         "load factors lie between"
     ),
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
-    ONE_CORNER: "can only lift off where they are critical, or have no friction",
+    ONE_CORNER: "can only lift off when critical, or have no friction",
 }
 
 
@@ -224,8 +224,8 @@ class GuaranteedLimits(SafeModel):
     def _begin(self, question: Question, solver: str | None) -> None:
         if question.system.tangents > 1 and question.fixed and not uncoupled(question):
             raise ModelError(
-                "cycle: its fixed parts differ, and the contact is in space, where the pressure "
-                "that a node needs is not linear in the load factor, so that the slips that make "
+                "cycle: its fixed parts differ, and the contact is in space, so the pressure "
+                "that a node needs is not linear in the load factor, and the slips that make "
                 "it critical are no convex set; use `shakedown_limit`, or follow starts by "
                 "`steady_state`"
             )

@@ -85,7 +85,7 @@ class MovingAreas(Question):
     def slipping(self, part: int) -> int | None:
         """The rim node that slips in each cycle; None if the equations have a solution.
 
-        Part 1: at load factors above 0, whatever friction is; part 0: at load factor 0.
+        Part 1: at load factors above 0, for any friction; part 0: at load factor 0.
         """
         off = np.abs(self.unsolved[part]).max(axis=(0, 1), initial=0.0)
         return int(self.rim.nodes[off.argmax()]) if off.any() else None
@@ -167,7 +167,7 @@ class MovingAreas(Question):
     @property
     def pattern(self) -> str:
         """See `Question.pattern`."""
-        return ", whatever opens and closes"
+        return ", for all openings and closings"
 
     def violation(self, load_factor: float, slip: Array) -> float:
         """Distance of a slip from being safe, see `Question.violation`.

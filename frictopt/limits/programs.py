@@ -369,7 +369,8 @@ def _check_variable(name: str, variable: cp.Variable, known_ids: set[int]) -> No
     part = variable.name().split("[")[0]
     if variable.id not in known_ids and part in _NAMES:
         raise ModelError(
-            f"{name}: it is on the {part} of another model; use those of the model that solves"
+            f"{name}: it is on the {part} of another model; use the variables of the model "
+            "that solves"
         )
     if variable.attributes["boolean"] or variable.attributes["integer"]:
         raise ModelError(

@@ -28,7 +28,9 @@ from ..errors import NoContinuation, SolverError
 # their pressures.
 _BALANCED = 1e-6
 
-_UNDECIDED = "self-stress: the solver does not say whether contact forces balance themselves ({})"
+_UNDECIDED = (
+    "self-stress: the solver does not decide whether contact forces balance themselves ({})"
+)
 _OUTSIDE = (
     "self-stress: contact forces that balance themselves are outside friction by more than rounding"
 )

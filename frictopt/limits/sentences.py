@@ -42,7 +42,7 @@ NO_EVENTS = Sentence(
     assumes="the search of events begins with such transients, and nothing is safe without events",
 )
 ASK_FOR_EVENTS = Sentence(
-    "; a rest with nodes that open and close may exist: ask with events=True",
+    "; a rest with nodes that open and close may exist: pass events=True",
     assumes="the load comes back the way it went, so that nodes can open and close in a rest",
 )
 NO_BOUND = Sentence(
@@ -53,17 +53,18 @@ NO_BOUND = Sentence(
 HIGHEST = Sentence(
     "no {slip} is safe above it{pattern}{others}{below}", assumes="the limit is finite, above 0"
 )
-OTHERS_OPEN = Sentence("; with others open it may be higher", assumes="some nodes stay open")
+OTHERS_OPEN = Sentence("; with other nodes open it may be higher", assumes="some nodes stay open")
 BOUND_COVERS = Sentence(
     "; the dual bound covers them", assumes="the user has constraints, and they are named before"
 )
 STATIC = Sentence(
-    "; under this static load the contact may open nodes and rest above the limit, until a body "
+    "; under this static load the contact may open nodes and come to rest above the limit, "
+    "until a body "
     "slides off (bound_for_all)",
     assumes="all corners are one load, without constraints of the user",
 )
 UNSAFE_BELOW = Sentence(
-    "; {pattern}none is safe below {least:.6g}", assumes="the least safe load factor is above 0"
+    "; {pattern}no slip is safe below {least:.6g}", assumes="the least safe load factor is above 0"
 )
 START_UNKNOWN = Sentence(
     "; rounding hides the load factor at which safe slips begin: take friction further from its "
@@ -71,8 +72,8 @@ START_UNKNOWN = Sentence(
     assumes="no solver proved the least safe load factor",
 )
 CHOSEN = Sentence(
-    "no safe residual slip makes the objective larger; the load factor belongs to this slip, and "
-    "is no limit",
+    "no safe residual slip makes the objective larger; the load factor is the load factor of "
+    "this slip, not a limit",
     assumes="the user has an objective",
 )
 CONTRADICTED = Sentence(
@@ -92,29 +93,29 @@ BELONGS_TO_MESH = Sentence(
 # Contacts whose normal loads alone open and close nodes
 
 MOVES = Sentence(
-    "no state of rest exists above it, whatever opens and closes: the contact is uncoupled "
+    "no state of rest exists above it, for all openings and closings: the contact is uncoupled "
     "(B = 0), so that loads alone open and close {nodes} in each cycle{below}",
     assumes="B = 0, the load factor scales shear alone, and the limit is finite, above 0",
 )
 SLIPS_AT_ANY = Sentence(
-    "slip goes on in every cycle at any load factor above 0{starts}: node {node}{contact} closes "
-    "under another shear load than the one under which it opens, whatever friction is; "
+    "slip goes on in every cycle at any load factor above 0{starts}: node {node}{contact} "
+    "closes and opens under different shear loads, for any friction; "
     "steady_state gives the work of a cycle",
     assumes="B = 0, the load factor scales shear alone, and the equations of the rim have no "
     "solution above 0",
 )
 SLIPS_BUT_AT_ONE = Sentence(
     "slip goes on in every cycle at any other load factor{starts}: node {node}{contact} closes "
-    "under another shear load than the one under which it opens; steady_state gives the work of a "
+    "and opens under different shear loads; steady_state gives the work of a "
     "cycle",
     assumes="the same, and the equations have a solution at one load factor above 0",
 )
 NOTHING_RESTS = Sentence(
-    "no state of rest exists at any load factor{above}, whatever opens and closes: {cause}",
+    "no state of rest exists at any load factor{above}, for all openings and closings: {cause}",
     assumes="B = 0, the load factor scales shear alone, and no slip is safe in the program",
 )
 CLOSES_OTHERWISE = Sentence(
-    "node {node}{contact} closes under another shear load than the one under which it opens",
+    "node {node}{contact} closes and opens under different shear loads",
     assumes="the equations of the rim have no solution at any load factor",
 )
 TOO_LITTLE_PRESSURE = Sentence(
@@ -123,8 +124,8 @@ TOO_LITTLE_PRESSURE = Sentence(
 )
 FROM_EVERY_START = Sentence(", from every start", assumes="supports hold the bodies")
 OBSERVED = Sentence(
-    "; the bodies slide freely, so that every start comes to rest below it is observed in "
-    "transients, and not proven",
+    "; the bodies slide freely, so it is observed in transients, not proven, that every start "
+    "comes to rest below it",
     assumes="nodes open and close in each cycle, and some slide meets no stiffness",
 )
 
@@ -138,7 +139,7 @@ BOTH_BOUNDS = Sentence(
     assumes="the contact is in the plane",
 )
 BOUNDS_IN_SPACE = Sentence(
-    "on its bound at the corners {first} and {last}, from where it can slip {how}",
+    "on its bound at the corners {first} and {last}, and from there it can slip {how}",
     assumes="the contact is in space",
 )
 AT_EVERY_LOAD = Sentence(
@@ -152,8 +153,8 @@ UNLOADED = Sentence(
     assumes="the limit is 0, and the corners do not differ at load factor 0",
 )
 WEDGED = Sentence(
-    "; friction is above the critical value A/|B| of the node: it may wedge itself, so that all "
-    "slip stops above the limit, too",
+    "; friction is above the critical value A/|B| of the node: it may wedge itself, so that "
+    "all slip also stops above the limit",
     assumes="one slip may relieve all bounds of the node",
 )
 ONLY_AT_LEAST = Sentence(
@@ -164,7 +165,7 @@ SAME_LIMIT = Sentence(
     "lambda_1 is lambda_2, because {cause}: {reason}", assumes="no node is critical below lambda_2"
 )
 LIFTING = Sentence(
-    "; starts from which nodes open and close in every cycle may slip for ever below it",
+    "; starts with nodes that open and close in every cycle may slip for ever below it",
     assumes="the contact is coupled, and some node may open or has no friction",
 )
 
@@ -215,8 +216,8 @@ NONE_IS_ENOUGH = Sentence(
     assumes=_NODES_CLOSED,
 )
 LOADS_OPEN = Sentence(
-    "under any residual slip{within}, the loads open one of these nodes ({where}) at some corner; "
-    "press them",
+    "under any residual slip{within}, the loads open one of these nodes ({where}) at some "
+    "corner: press them",
     assumes=_NODES_CLOSED,
 )
 
@@ -248,7 +249,7 @@ ONE_UNLIMITED = Sentence(
 
 _NODES_OF_DESIGN = "the nodes of `opens` stay open in each scenario, all others closed"
 BEST_DESIGN = Sentence(
-    "{opened}no design that the constraints admit is better{pattern}",
+    "{opened}no design within the constraints is better{pattern}",
     assumes=_NODES_OF_DESIGN,
 )
 OTHER_DESIGNS_OPEN = Sentence(
@@ -269,7 +270,7 @@ _RIGID_MOTIONS = (
 )
 _FOUND = "found, not proven: another start may slide off elsewhere"
 HELD = Sentence(
-    "supports hold the bodies: no motion of theirs is left to the contact alone",
+    "supports hold the bodies: the contact alone holds no motion of them",
     assumes="the stiffness has no rigid motion that the contact alone holds",
 )
 UNBALANCED = Sentence(
@@ -277,15 +278,15 @@ UNBALANCED = Sentence(
     assumes=_RIGID_MOTIONS,
 )
 ABOVE = Sentence(
-    "above it no state of rest exists, whatever slips and opens: {unbalanced}",
+    "above it no state of rest exists, for all slips and openings: {unbalanced}",
     assumes=_RIGID_MOTIONS,
 )
 BELOW = Sentence(
-    "; below {least:.4g} nothing balances {load}: {motion}",
+    "; below {least:.4g} no contact forces balance {load}: {motion}",
     assumes=_RIGID_MOTIONS,
 )
 NO_STATE = Sentence(
-    "no load factor has a state of rest, nor has 0: {unbalanced}",
+    "no load factor has a state of rest, not even 0: {unbalanced}",
     assumes=_RIGID_MOTIONS,
 )
 APART = Sentence(
@@ -298,19 +299,20 @@ ALL_BALANCED = Sentence(
     assumes="forces within friction balance the loads; whether the contact finds them is not said",
 )
 SELF_STRESSED = Sentence(
-    "contact forces balance themselves here, so statics cannot know how far the fit presses: "
+    "contact forces balance themselves here, so equilibrium does not determine the pressure of "
+    "the fit: "
     "{statics}",
     assumes=_FOUND,
 )
 GOES_ON = Sentence(
-    "{unknown}; transients from no slip go on up to there",
+    "{unknown}; transients from no slip reach this load",
     assumes=_FOUND,
 )
 SLIDES_OFF_AT_ANY = Sentence(
-    "from no slip the transient finds no way on at any load factor ({why}); {unknown}",
+    "from no slip the transient finds no continuation at any load factor ({why}); {unknown}",
     assumes=_FOUND,
 )
 SLIDES_OFF_ABOVE = Sentence(
-    "from no slip the transient finds no way on above {load_factor:.4g} ({why}); {unknown}",
+    "from no slip the transient finds no continuation above {load_factor:.4g} ({why}); {unknown}",
     assumes=_FOUND,
 )

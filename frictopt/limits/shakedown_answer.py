@@ -60,24 +60,24 @@ class ShakedownAnswer(Rated):
     def covers(self) -> str:
         """The states of rest for which `bound` holds, in words."""
         if self._all_states:
-            return "all states of rest, whatever opens and closes"
+            return "all states of rest, for all openings and closings"
         if self._question.both_vary:
             return (
-                f"nothing, as it is infinite: even{self._question.pattern} the contact may rest "
-                "above the limit"
+                f"no states, because it is infinite: even{self._question.pattern} the "
+                "contact may shake down above the limit"
             )
         if self._question.events:
             return (
-                f"states of rest{self._question.pattern}; with others, or in another order, the "
-                "contact may rest above it"
+                f"states of rest{self._question.pattern}; with other nodes, or in another "
+                "order, the contact may shake down above it"
             )
         states = "all nodes closed"
         if self.open.any():
             opened = number_of(int(self.open.sum()), "node")
             states = f"{opened} open (`open`) and the others closed"
         return (
-            f"states of rest with {states} all through the cycle; with others open, or nodes that "
-            "open and close, the contact may rest above it"
+            f"states of rest with {states} all through the cycle; with other nodes open, or "
+            "nodes that open and close, the contact may shake down above it"
         )
 
     @cached_property

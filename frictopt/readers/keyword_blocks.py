@@ -136,7 +136,7 @@ def _problem_of_surface(block: Block) -> str:
         if parameters.get(parameter, "NO") != "NO":
             return f"{parameter} is not read"
     if not block.lines:
-        return "it has no lines, which stands for the whole model"
+        return "it has no lines, which means the whole model"
     if kind == "NODE" or "COMBINE" in parameters:
         return ""
     return next(filter(None, map(_problem_of_face, block.lines)), "")
@@ -145,7 +145,7 @@ def _problem_of_surface(block: Block) -> str:
 def _problem_of_face(line: str) -> str:
     where, *face = entries(line)
     if not where:
-        return "a line without an element set stands for the whole model"
+        return "a line without an element set means the whole model"
     if face and not re.fullmatch("(S[1-6])?", face[0].upper()):
         return f"{face[0].upper()} is no face of a solid"
     return ""

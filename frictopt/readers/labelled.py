@@ -120,7 +120,7 @@ def _take_off_glue_forces(load: Array, glued: ArrayLike | None) -> None:
     if glued is None:
         raise ModelError(
             "glued: None; a stiffness needs the rows that are glued to each other, "
-            "whose forces are not those of the mode"
+            "whose forces are not forces of the mode"
         )
     rows = whole_array("glued", glued, (None, 2), least=-1, most=len(load) - 1)
     is_free = rows >= 0

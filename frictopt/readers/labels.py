@@ -17,7 +17,7 @@ def checked_labels(values: ArrayLike) -> Integers:
     labels = whole_array("labels", values, (None, 2), least=-(10**12), most=10**12)
     if not displaced(labels).any():
         raise ModelError(
-            "labels: none is that of a displacement, a node and direction 1, 2 or 3; "
+            "labels: none names a displacement, a node and direction 1, 2 or 3; "
             "without any there is no contact"
         )
     repeated = len(labels) - len(np.unique(labels, axis=0))

@@ -43,8 +43,8 @@ def _remedy(text: str, columns: int) -> str:
     first = next(lines, "")
     if columns == 5 and len(first.replace(",", " ").split()) == 3:
         return (
-            "rows of 3 are Abaqus's FORMAT=COORDINATE, which does not say which nodes they "
-            "belong to: write it with FORMAT=MATRIX INPUT"
+            "rows of 3 are Abaqus's FORMAT=COORDINATE, which does not name their nodes: "
+            "write it with FORMAT=MATRIX INPUT"
         )
     if "nan" in text:
         return (

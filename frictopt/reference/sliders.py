@@ -199,7 +199,7 @@ def order_preserving(system: ContactSystem) -> Array:
     >>> round(float(friction.min()), 6), (friction < 0.43).nonzero()[0].tolist()
     (0.428576, [1, 15])
     """
-    contact = checked_plane(system, "in space slips have no order, ask guaranteed_limit")
+    contact = checked_plane(system, "in space slips have no order; use guaranteed_limit")
     pull = -contact.A
     coupling = np.abs(contact.B)
     # The data have this error.

@@ -23,8 +23,9 @@ try:
     import highspy
 except ImportError as error:
     raise ImportError(
-        f"highspy cannot be loaded ({error}); if another package in this process brings a HiGHS "
-        "library of its own, as ortools does, import frictopt before it, or in another process; "
+        f"highspy cannot be loaded ({error}); if another package in this process brings "
+        "another HiGHS library, as ortools does, import frictopt before it, or in another "
+        "process; "
         "else reinstall highspy"
     ) from error
 

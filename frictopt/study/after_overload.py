@@ -47,8 +47,7 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
     if limit.constraints:
         names = ", ".join(limit.constraints)
         raise ModelError(
-            f"after_overload: the limit is under {names}; ask a limit without constraints of your "
-            "own"
+            f"after_overload: the limit is under {names}; compute a limit without user constraints"
         )
     if load_factor is None:
         load_factor = limit.shakedown.load_factor

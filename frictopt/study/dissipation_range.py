@@ -215,7 +215,7 @@ def dissipation_range(
             works = [orbit.work for orbit in search.orbits]
             if works:
                 best = f"work from {min(works):.4g} to {max(works):.4g} so far"
-                note = f"{best}: the attribute `range` is that of the transients by then"
+                note = f"{best}: the attribute `range` has the range of the transients so far"
                 bar.keep("range", range_so_far, note, best)
             bar.update()
 
@@ -241,8 +241,8 @@ def _range(search: Search, starts: RangeStarts) -> DissipationRange:
     levels = levels_of(followed)
     if not levels:
         raise NoContinuation(
-            f"dissipation range: none of {len(followed)} transients has a result; the first one "
-            f"says: {followed[0].end}"
+            f"dissipation range: none of {len(followed)} transients has a result; the first "
+            f"error is: {followed[0].end}"
         )
     if rough_levels:
         ends = _climb_from(search, low=levels[:1], high=levels[-1:])

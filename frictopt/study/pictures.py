@@ -63,7 +63,7 @@ _COLUMNS = {
 def _limit_after_protocol(limit: LimitAfterProtocol, ax: Axes | None = None) -> Axes:
     """The load factors tried, in a row for each outcome."""
     (axes,) = new_axes(ax, size=_SIZES.outcomes)
-    title = equals(r"comes to rest up to $\lambda$", limit.load_factor)
+    title = equals(r"shakes down up to $\lambda$", limit.load_factor)
     if not limit.monotonic:
         title += ", and at some load factors above"
     axes.set_title(title)
@@ -84,10 +84,10 @@ def _least_excursion(excursion: LeastExcursion, ax: Axes | None = None) -> Axes:
     """
     (axes,) = new_axes(ax, size=_SIZES.outcomes)
     if not len(excursion.tried):
-        no_lines([axes], "all starts come to rest without an excursion")
+        no_lines([axes], "all starts shake down without an excursion")
         return axes
     if excursion.loads is None:
-        axes.set_title("no share of the excursion tried brings all starts to rest")
+        axes.set_title("no share of the excursion tried lets all starts shake down")
     else:
         loads = ", ".join(f"{name} = {value:.4g}" for name, value in excursion.loads.items())
         share = f"{excursion.share:.4g}"

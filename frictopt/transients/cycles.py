@@ -56,8 +56,9 @@ GIVEN_UP = (
     "(the slip changes by {change:.1e} slip scales {span}); {hint}"
 )
 LITTLE_WORK = (
-    "its work of friction, {work:.1e} per cycle, is too little for forces of {force:.1e} to tell "
-    "slip from rest: take a load factor further from the limit, or loads of more similar size"
+    "its work of friction, {work:.1e} per cycle, is too small for forces of "
+    "{force:.1e} to distinguish slip from shakedown: take a load factor further from "
+    "the limit, or loads of more similar size"
 )
 SLOW_DRIFT = (
     "from cycle to cycle this change differs by only a share of {decay:.1e}: slow ratcheting, or a "
@@ -148,7 +149,7 @@ class Run:
         text = f"slip changes by {change:.1e}{unit} {span}"
         changes = [cycle.change for cycle in last]
         if changes[-1] <= PERIODIC:
-            return f"{text}, which is rounding: the work is judged"
+            return f"{text}, which is rounding: the work is checked"
         if len(changes) < SETTINGS.decaying_returns:
             return text
         decay = (changes[-1] / changes[0]) ** (1 / (len(changes) - 1))

@@ -274,8 +274,8 @@ def path_of(
         if not in_plane:
             raise ModelError(
                 f"engine: {chosen!r}; it needs a law of straight lines, and the friction circle is "
-                "curved: choose 'newton' or 'qp', and see `step_error` for what the increments "
-                "leave"
+                "curved: choose 'newton' or 'qp', and see `step_error` for the error of the "
+                "increments"
             )
         checked_law(system, f"engine {chosen!r}")
     if chosen == "path":

@@ -33,7 +33,7 @@ PULLS = (
 )
 WOULD_PULL = "the mean load would pull at {nodes} if the contact were closed: press it there"
 OPEN = (
-    "{nodes} are open under the mean load alone if nothing slips{gaps}: the contact is incomplete; "
+    "{nodes} are open under the mean load alone if no node slips{gaps}: the contact is incomplete; "
     "press these nodes if they are to carry load"
 )
 GAPS = ", {number} of them with an initial gap that the load does not close"
@@ -43,7 +43,7 @@ BEYOND = (
     "the mean load presses all nodes, but {nodes} exceed their {bound} and slip: {remedy}{shear}"
 )
 LESS_SHEAR = ", or less shear"
-PRESSED_ALONE = "; as a whole the load has no shear, pressing alone causes it"
+PRESSED_ALONE = "; the load has no shear as a whole: pressing causes the shear"
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:

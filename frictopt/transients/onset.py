@@ -50,8 +50,8 @@ SETTLED = (
     "with {nodes} open"
 )
 UNDEFINED = (
-    "{diagnosis}; the bonded contact cannot carry the mean load: its onset is undefined and given "
-    "as 0 (ask shakedown_limit and steady_state)"
+    "{diagnosis}; the bonded contact cannot carry the mean load: its onset is "
+    "undefined and given as 0 (use shakedown_limit and steady_state)"
 )
 
 

@@ -324,7 +324,7 @@ def _onset_title(onset: Onset) -> str:
     if onset.mean_admissible:
         return "bonded contact at the onset of slip"
     if onset.state is None:
-        return "bonded contact; the mean load alone makes it slip or pulls"
+        return "bonded contact; the mean load makes it slip, or pulls"
     return "contact under the settled mean load, at the onset of slip"
 
 

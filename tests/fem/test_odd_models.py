@@ -85,7 +85,7 @@ def test_a_load_case_in_the_mean_load_and_again_in_each_corner(system):
         )
         (told,) = warned(lambda whole=whole: fo.shakedown_limit(system, whole, 0.5))
         assert told.startswith(
-            "cycle: 'P' is 1 in the mean load, and each corner adds to it; give corners what is added to the mean load alone"
+            "cycle: 'P' is 1 in the mean load, and each corner adds to it; in a corner, give only the addition to the mean load"
         )
     for amplitudes in ((0.2, -0.2), (0.2, 0.0), (-0.2, -0.1)):  # to and fro, pulsating, and relief
         added = fo.LoadCycle(

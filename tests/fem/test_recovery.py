@@ -68,7 +68,7 @@ def test_the_field_of_a_rounded_punch_is_that_of_its_states():
         match=f"recover: node {most} is open by {w[most]:g} and carries a force of {carried[most]:.3g}: .*`with_gap`",
     ):
         scene.punch.model().recover(loads, v, w)
-    with pytest.warns(fo.ModelWarning, match="the loads must be all those of the state"):
+    with pytest.warns(fo.ModelWarning, match="give all loads of the state"):
         model.recover({"P": 0.004}, v, w)
 
 

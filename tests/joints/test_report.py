@@ -248,11 +248,11 @@ def test_a_press_fit_is_said_to_be_one():
         value(joint, "gross-slip load") == joint.curve.gross_slip == pytest.approx(1.374, rel=3e-3)
     )
     assert (
-        "statics cannot know how far the fit presses" in joint.gross_slip.reason
+        "equilibrium does not determine the pressure of the fit" in joint.gross_slip.reason
         and joint.curve.self_stress
     )
     assert (
-        "in a transient from no slip: statics cannot know how far the fit presses"
+        "in a transient from no slip: equilibrium does not determine the pressure of the fit"
         in joint.advice[0]
     )
     assert (

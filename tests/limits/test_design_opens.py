@@ -120,7 +120,7 @@ def test_a_bolt_that_is_too_weak_to_close_a_node_leaves_it_open():
         and model.q[0].value[0] == model.p[0].value[0] == 0.0
     )
     assert design.reason.startswith(
-        "with 1 of 3 nodes open: no design that the constraints admit is better"
+        "with 1 of 3 nodes open: no design within the constraints is better"
     )
 
 

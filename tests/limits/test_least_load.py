@@ -67,7 +67,7 @@ def test_two_uncoupled_nodes_by_hand(contact, simplify):
     assert (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3), rel=1e-12)
     assert limit.record.solver == "HIGHS"
     assert (
-        "none is safe below 1.25: " in limit.reason
+        "no slip is safe below 1.25: " in limit.reason
         and "no residual slip is safe above it" in limit.reason
         and "least=1.25" in repr(limit)
     )
@@ -89,7 +89,7 @@ def test_one_node_without_a_largest_load_factor(solver):
     assert limit.reason.startswith(
         "the shakedown limit is infinite: every load factor from 1.25 on has a safe residual slip; at no node does the cyclic"
     )
-    assert "none is safe below 1.25: the mean load pulls the bodies apart" in limit.reason
+    assert "no slip is safe below 1.25: the mean load pulls the bodies apart" in limit.reason
 
 
 @settings(max_examples=few(12))
@@ -124,7 +124,7 @@ def test_constraints_may_leave_no_small_load_factor():
     assert whole.least == 0
     limit = model.solve(0.4, [(model.load_factor >= 0.25 * whole.load_factor).set_label("more")])
     assert limit.least == pytest.approx(0.25 * whole.load_factor) and limit.reason.endswith(
-        f"none is safe below {limit.least:.6g}"
+        f"no slip is safe below {limit.least:.6g}"
     )
     chosen = model.solve(
         0.4, [model.load_factor == 0.5 * whole.load_factor], objective=-cp.norm1(model.slip)
@@ -204,7 +204,7 @@ def test_shakedown_of_an_uncoupled_contact_is_a_theorem_within_the_interval(cont
     assert (
         limit.proven
         and (limit.least, limit.load_factor) == pytest.approx((1.25, 5 / 3))
-        and "none is safe below 1.25" in limit.reason
+        and "no slip is safe below 1.25" in limit.reason
     )
     assert "least=1.25" in repr(limit)
     check = fo.verify(limit, starts=20, moved=0)
@@ -336,7 +336,10 @@ def test_one_node_by_the_smallest_circle_around_its_corners():
         and limit.least == pytest.approx(0.5 / (0.5 - radius), rel=1e-9)
         and limit.residual <= 1e-9
     )
-    for said in ("every load factor from {} on has a safe residual slip", "none is safe below {}"):
+    for said in (
+        "every load factor from {} on has a safe residual slip",
+        "no slip is safe below {}",
+    ):
         assert said.format(f"{limit.least:.6g}") in limit.reason
     for share, exists in ((0.999, False), (1.001, True)):
         assert fo.safe_slip(node, cycle, 0.5, share * limit.least).exists == exists

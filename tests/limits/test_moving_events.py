@@ -272,7 +272,7 @@ def test_a_reason_says_where_to_ask_for_events():
     for cycle, advised in ((IN_PHASE, True), (ROLLS, True)):
         limit = fo.shakedown_limit(two_bodies, cycle, F)
         assert np.isnan(limit.load_factor)
-        assert ("ask with events=True" in limit.reason) == advised
+        assert ("pass events=True" in limit.reason) == advised
     angles = np.deg2rad([0, 90, 180, 270])
     around = fo.LoadCycle(
         {"P": P},

@@ -218,7 +218,7 @@ def test_starts_from_which_nodes_open_and_close_slip_for_ever_below_a_guaranteed
     limit = fo.guaranteed_limit(contact, CYCLE, friction)
     assert not fo.verify(limit, starts=60, moved=1).dies_out
     assert limit.reason.endswith(
-        "starts from which nodes open and close in every cycle may slip for ever below it"
+        "starts with nodes that open and close in every cycle may slip for ever below it"
     )
 
 

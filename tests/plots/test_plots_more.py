@@ -341,7 +341,7 @@ def test_a_limit_after_a_protocol_shows_what_became_of_the_contact_at_each_load_
     )
     assert at(ax, "shakedown limit") == pytest.approx(linprog_limit(PAIR, CYCLE, F)[1], rel=1e-8)
     assert (
-        ax.get_title() == rf"comes to rest up to $\lambda$ = {limit.load_factor:.5g}"
+        ax.get_title() == rf"shakes down up to $\lambda$ = {limit.load_factor:.5g}"
         and ax.get_xlabel() == r"load factor $\lambda$"
     )
     assert ax.get_xlim()[0] == 0

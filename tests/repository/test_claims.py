@@ -108,7 +108,7 @@ def attacked(make, seeds):
         if slips_for_ever(*made, limit, rng):
             count["proven, slips" if limit.proven else "not proven, slips"] += 1
             assert (
-                "starts from which nodes open and close in every cycle may slip for ever below it"
+                "starts with nodes that open and close in every cycle may slip for ever below it"
                 in limit.reason
             )
     return count
@@ -252,7 +252,7 @@ def test_with_other_nodes_open_a_contact_rests_above_its_bound():
         and "is safe above it with these nodes open" in mean.reason
     )
     assert (
-        "is safe above it with these nodes open and the others closed; with others open it may be higher"
+        "is safe above it with these nodes open and the others closed; with other nodes open it may be higher"
         in limit.reason
     )
 

@@ -61,8 +61,8 @@ class _Notice(Listener):  # type: ignore[misc]  # numba has no types
         if not self.written:
             self.written = True
             print(
-                "frictopt: compiling the exact path; this takes some seconds, and only once where "
-                "its machine code can be kept",
+                "frictopt: compiling the exact path; this takes some seconds, and only once if "
+                "its machine code can be stored",
                 file=sys.stderr,
                 flush=True,
             )

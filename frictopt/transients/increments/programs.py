@@ -45,7 +45,7 @@ class ProgramSettings:
 SETTINGS = ProgramSettings()
 
 _NO_STATE = (
-    "friction increment: no state of rest is found with the friction bound frozen at {bound:.3g} "
+    "friction increment: no state is found with the friction bound frozen at {bound:.3g} "
     "mean normal forces in sum (where slip would raise the pressure enough to hold it, another "
     "increment may find the state); {remedy}"
 )
