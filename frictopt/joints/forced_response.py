@@ -50,8 +50,8 @@ class ForcedResponse(Kept, Plotted):
     force
         (F,) amplitudes of the modal force, force / square root of mass.
     peak
-        (F,) largest amplitude of a sweep from rest; inf if it lies beyond the curve. A modal
-        amplitude, or with a `scale` the amplitude at a point.
+        (F,) largest amplitude of a sweep from rest; inf if it lies beyond the curve. An amplitude
+        is a modal amplitude or, with a `scale`, the amplitude at a point.
     resonance, lag
         (F,) frequency of the excitation at the peak, and the angle in degrees by which the motion
         is behind the force there, near 90. NaN beyond the curve.

@@ -372,7 +372,7 @@ class Rated(Proven):
         largest rate. The rates of a guaranteed limit belong to the critical state of `node`. The
         limit has a kink if several nodes, such as mirror images, are critical at once, or at more
         corners than needed; then the rate is that of one side. NaN without a finite limit, if a
-        guaranteed limit is `least`, and under constraints of your own: these may depend on the
+        guaranteed limit is `least`, and under user constraints: these may depend on the
         loads.
         """
         cycle = self.cycle

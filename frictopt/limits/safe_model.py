@@ -51,17 +51,17 @@ class SafeModel:
     _made: Any
     __signature__: Signature
     load_factor: Any
-    """The load factor, a cvxpy variable for constraints of your own."""
+    """The load factor, a cvxpy variable for user constraints."""
     slip: cp.Variable
-    """(N,) or (N, 2) residual slip, length, a cvxpy variable for constraints of your own.
+    """(N,) or (N, 2) residual slip, length, a cvxpy variable for user constraints.
 
     Open nodes have their slip under the mean load."""
     q: cp.Expression
-    """(K, N) or (K, N, 2) shear forces at the corners, force, for constraints of your own.
+    """(K, N) or (K, N, 2) shear forces at the corners, force, for user constraints.
 
     They are 0 at open nodes."""
     p: cp.Expression
-    """(K, N) normal forces at the corners, compression positive, for constraints of your own.
+    """(K, N) normal forces at the corners, compression positive, for user constraints.
 
     They are 0 at open nodes."""
 

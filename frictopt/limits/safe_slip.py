@@ -151,9 +151,9 @@ class SafeSlipModel(SafeModel):
 
     _given = True
     load_factor: cp.Parameter
-    """The load factor that is given, a cvxpy parameter for constraints of your own."""
+    """The load factor that is given, a cvxpy parameter for user constraints."""
     margin: cp.Variable
-    """The margin, see `SafeSlip`, a cvxpy variable for constraints of your own."""
+    """The margin, see `SafeSlip`, a cvxpy variable for user constraints."""
 
     def __init__(
         self,

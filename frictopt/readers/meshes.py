@@ -41,10 +41,10 @@ def read_mesh(path: str | Path) -> Mesh:
     gmsh, physical volumes (in the plane surfaces) are subdomains and physical surfaces (curves)
     boundaries, named by number if they have no name. In a deck, a node set names the facets of the
     outline between its nodes; a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes
-    both) or a surface names the facets that they are; and any other element set is a subdomain;
-    names are in capital letters. Groups of Salome (`.med`) are read by their names. Nodes of no
-    element are left out. The page "What is read of a file" lists all keywords: kept, refused, or
-    without effect. The extra `mesh` of the installation brings meshio.
+    both) or a surface names these facets; and any other element set is a subdomain; names are in
+    capital letters. Groups of Salome (`.med`) are read by their names. Nodes of no element are left
+    out. The page "What is read of a file" lists all keywords: kept, refused, or without effect. The
+    extra `mesh` of the installation brings meshio.
 
     Parameters
     ----------

@@ -79,8 +79,8 @@ def half_plane_contact(
     two equal ones above all) and have one stiffness, `A = C`. With `beta` a shear force on a cell
     moves the surfaces apart by `beta / E_star` on one side of it, and together on the other.
 
-    The bodies are free to translate against each other (and do not rotate). With the influence
-    matrix G, see `half_plane_influence`, and an unknown translation c, `u = G r + c`, and the
+    The bodies are free to translate against each other (and do not rotate). Let G be the influence
+    matrix, see `half_plane_influence`, and c an unknown translation. Then `u = G r + c`, and the
     forces of one direction add up to the load F. Solved for the forces::
 
         r = A u + F e      A = G^-1 - k e e^T      e = G^-1 1 / k      k = 1^T G^-1 1

@@ -171,9 +171,9 @@ def order_preserving(system: ContactSystem) -> Array:
 
     Slip at one node then only pulls the others along. These are the largest f with `f_i |B_ij| <=
     -A_ij` for all i != j. With no more at any node, and while all nodes stay closed, two starts
-    with `v <= v'` at every node have `v <= v'` ever after under the same loads. Slips between two
-    safe ones, node by node, then stay between them. It orders slips, not the work of friction: that
-    may be more or less from the larger start.
+    with `v <= v'` at every node have `v <= v'` ever after under the same loads. If a slip lies
+    between two safe slips at every node, it then stays between them. It orders slips, not the work
+    of friction: that may be more or less from the larger start.
 
     Parameters
     ----------

@@ -67,7 +67,8 @@ class OnsetEvent(Kept):
         "slip", "separation", or "touch" of an open node; and its load factor, inf if it never
         happens, 0 if it happens under the mean load.
     node
-        Index of the node, of simultaneous events the lowest; None if the event never happens.
+        Index of the node; the lowest index if several events are simultaneous; None if the event
+        never happens.
     sense
         +1: the node slips along +x (q = -f p), -1: along -x (q = +f p), 0: it separates or touches,
         or the event never happens. In three dimensions the unit vector of the slip along the two

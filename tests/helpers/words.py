@@ -64,9 +64,18 @@ def faults(text):
 
 
 def pages():
-    """The pages whose prose is checked."""
+    """The pages whose prose is checked. The write-ups in `paper` define words of their own."""
     inside = (path for path in (ROOT / "docs").rglob("*.md") if not SKIPPED & set(path.parts))
-    named = (ROOT / name for name in ("README.md", "CONTRIBUTING.md"))
+    names = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "paper/README.md", "paper/paper.md")
+    named = (ROOT / name for name in names)
     return [
         path for path in (*named, *sorted(inside)) if str(path.relative_to(ROOT)) not in NOT_CHECKED
     ]
+
+
+def text_of(page):
+    """The text of a page; of the changelog only what is not released."""
+    text = page.read_text(encoding="utf-8")
+    if page.name != "CHANGELOG.md":
+        return text
+    return text.split("## Unreleased")[1].split("\n## ")[0]

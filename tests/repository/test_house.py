@@ -289,7 +289,7 @@ def test_docstrings_begin_with_the_thing_that_they_describe():
 
 @pytest.mark.parametrize("page", words.pages(), ids=lambda page: str(page.relative_to(words.ROOT)))
 def test_a_page_has_the_words_of_the_glossary(page):
-    assert not list(words.faults(page.read_text(encoding="utf-8")))
+    assert not list(words.faults(words.text_of(page)))
 
 
 def test_unused_words_and_habits_are_seen_in_prose_alone():
