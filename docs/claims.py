@@ -100,14 +100,14 @@ CLAIMS = (
     Claim(
         "sentences.OTHERS_OPEN sentences.BOUND_COVERS",
         by="`ShakedownLimit`",
-        source="multipliers, which say nothing of other patterns",
+        source="multipliers, which say nothing about other sets of open nodes",
         tests="test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_own_constraints::test_constraints_that_nothing_obeys_are_named",
     ),
     Claim(
         "sentences.STATIC",
         by="`ShakedownLimit`",
         holds_if="all corners are one load, without constraints of the user; all nodes closed",
-        source="multipliers, and those of `gross_slip`",
+        source="multipliers, and multipliers of `gross_slip`",
         tests="test_claims::test_under_a_static_load_a_contact_rests_above_its_bound",
     ),
     Claim(
@@ -121,7 +121,7 @@ CLAIMS = (
     Claim(
         "sentences.NOTHING_SAFE sentences.NO_FRICTION sentences.NO_PRESSURE",
         by="`ShakedownLimit`",
-        holds_if="the same nodes closed; one that opens and closes may rest",
+        holds_if="the same nodes closed; with nodes that open and close the contact may shake down",
         source="multipliers",
         tests="test_claims::test_where_nothing_is_safe_nothing_is_proven_of_starts test_spatial_embedded::test_a_node_that_alone_keeps_the_limit_at_zero_is_named",
     ),
@@ -142,7 +142,7 @@ CLAIMS = (
     Claim(
         "best_open_nodes.BETTER_SET best_open_nodes.NO_SET_ABOVE best_open_nodes.MORE_PROGRAMS best_open_nodes.SEPARATE",
         by="`BestOpenNodes`, `best_open_nodes`, validity, faq, theory",
-        holds_if="the other nodes stay as they are, and the closed nodes hold the open ones; sets that are not safe at the best load factor are told apart; nodes that open and close may rest, too",
+        holds_if="the other nodes stay as they are, and the closed nodes hold the open ones; sets that are not safe at the best load factor are returned separately; with nodes that open and close the contact may also shake down",
         source='multipliers of each branch, checked in each run (theory, "Proof for given nodes")',
         tests="test_best_open_nodes::test_the_best_set_of_all_or_of_some_nodes_is_found_and_proven test_best_open_nodes::test_limits_above_load_factors_that_are_not_safe_are_separate",
         also="`proven`, `bound`",
@@ -416,9 +416,9 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="no start with all nodes closed opens one up to a load factor, nor rests between the limit with all nodes closed and it; `stays_closed`",
+        also="no start with all nodes closed opens a node up to a load factor, or comes to rest between the limit with all nodes closed and this load factor; `stays_closed`",
         by="`ShakedownLimit`, theory",
-        holds_if="all nodes are closed at the start, and the loads are those of the cycle: between its mean and its corners",
+        holds_if="all nodes are closed at the start, and the loads are loads of the cycle: between its mean and its corners",
         source='multipliers, one program a node (theory, "What is proven for which states")',
         tests="test_stays_closed::test_no_start_with_closed_nodes_opens_one_or_rests_above_the_limit",
     ),

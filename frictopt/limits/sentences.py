@@ -171,7 +171,9 @@ LIFTING = Sentence(
 
 # Safe slips
 
-_NODES_AS_THEY_ARE = "the same nodes closed; nodes that open and close may rest, too"
+_NODES_AS_THEY_ARE = (
+    "the same nodes closed; with nodes that open and close the contact may also shake down"
+)
 _ALWAYS = "always: the slip obeys the law at every corner"
 SLIP_IS_SAFE = Sentence(
     "this slip{within} keeps {closed} closed and stuck at every corner{opened}",
@@ -202,13 +204,14 @@ NONE_NEEDED = Sentence(
 )
 LESS_IS_NOT_SAFE = Sentence(
     "no residual slip{within} is safe with less, {pattern}: see the mechanism",
-    assumes="all nodes closed, or those open that it counts; where nodes open and close in each "
+    assumes="all nodes closed, or the nodes open that it counts; where nodes open and close in "
+    "each "
     "cycle, that less is not enough is what the search finds",
 )
 ENOUGH_WITH_EVENTS = Sentence(
     "; with this friction nodes open and close in each cycle; with less friction the search finds "
     "no such state of rest",
-    assumes="asked with events: `slip` is checked; of less friction only nodes that stay as they "
+    assumes="with `events=True`: `slip` is checked; of less friction only nodes that stay as they "
     "are have a proof",
 )
 NONE_IS_ENOUGH = Sentence(
@@ -223,7 +226,7 @@ LOADS_OPEN = Sentence(
 
 # Safe regions
 
-_SAME_NODES = "the same nodes closed: those of the limit under both loads"
+_SAME_NODES = "the same nodes closed: the closed nodes of the limit under both loads"
 SIDES = Sentence(
     "{opened}beyond each side its mechanism slips for ever{pattern}",
     assumes=_SAME_NODES,
@@ -259,14 +262,14 @@ OTHER_DESIGNS_OPEN = Sentence(
 LARGER_DESIGNS_OPEN = Sentence(
     "{opened}larger designs are better{pattern}, but under their mean load other nodes open: "
     "the search stops before them",
-    assumes="the nodes of `opens` stay open in each scenario, all others closed; `bound` is that "
-    "of the larger designs",
+    assumes="the nodes of `opens` stay open in each scenario, all others closed; `bound` is the "
+    "bound of the larger designs",
 )
 
 # Gross slip
 
 _RIGID_MOTIONS = (
-    "the supports and loads are those of the system: of its stiffness only the rigid motions count"
+    "the system has these supports and loads: of its stiffness only the rigid motions count"
 )
 _FOUND = "found, not proven: another start may slide off elsewhere"
 HELD = Sentence(
