@@ -271,7 +271,7 @@ CLAIMS = (
     Claim(
         "",
         also='lambda_1 is lambda_2, because the contact is uncoupled (B = 0); `proven`; "a theorem"; "from every start"; "shakedown is certain"',
-        by="`GuaranteedLimit`, `GuaranteedModel`, `guaranteed_limit`, theory, validity, glossary, faq, tutorial/punch",
+        by="`GuaranteedLimit`, `GuaranteedModel`, `guaranteed_limit`, api/limits, theory, validity, glossary, faq, tutorial/punch",
         holds_if="B is zero for all nodes up to rounding: pressures and gaps then do not depend on slip, so open nodes stay open and closed ones closed from every start",
         source="Klarbring, Ciavarella & Barber (2007); with B = 0 its proof holds where nodes are open, too: these carry nothing",
         tests="test_claims::test_a_proven_guaranteed_limit_holds_from_starts_that_open_and_close_nodes",
