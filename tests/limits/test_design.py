@@ -49,7 +49,7 @@ def best(contact, scenarios, preloads, profile, own):
 def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, tangents):
     """Built in and asked anew it has the same limit, which no scenario is below."""
     found, rel = 0, 1e-7 if tangents == 1 else 1e-6
-    for seed in range(12, 60) if part else range(few(12, 5)):
+    for seed in range(12, 60) if part else range(few(12, 4)):
         rng = np.random.default_rng(seed)
         nodes, bolts, profile = (
             int(rng.integers(1, 5)),
@@ -117,7 +117,7 @@ def test_random_contacts_have_the_design_of_a_plain_program_and_it_holds(part, t
         for (cycle, f), slip in zip(design.scenarios, design.slips, strict=True):
             q, p = at_corners(design.system, cycle, design.load_factor, slip)
             assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() <= 1e-8
-    assert found >= few(12, 5) // 2
+    assert found >= few(12, 4) // 2
 
 
 def test_the_paper_s_punch_with_a_free_profile_and_with_three_shapes():
@@ -177,10 +177,13 @@ def test_of_five_loads_on_the_top_of_a_punch_the_outer_two_carry_all():
 
 @pytest.mark.parametrize(
     ("cells", "limits"),
-    [
-        (40, (0.20096, 0.24004, 0.28016, 0.29539, 0.29539)),
-        (80, (0.20060, 0.23973, 0.27990, 0.29518, 0.29518)),
-    ],
+    few(
+        [
+            (40, (0.20096, 0.24004, 0.28016, 0.29539, 0.29539)),
+            (80, (0.20060, 0.23973, 0.27990, 0.29518, 0.29518)),
+        ],
+        1,
+    ),
 )
 def test_a_hollow_face_of_a_rigid_punch_on_a_rough_half_plane(cells, limits):
     model = fo.DesignModel(system := punch(cells, 0.02), PULL, profile=True)
@@ -327,7 +330,7 @@ def moved(model, constraints, values):
 
 def test_prices_are_slopes_in_the_units_of_the_user():
     contact = random_system(np.random.default_rng(1), 4, loads=("mean", "cyclic", "one", "two"))
-    for stiff, force in ((1.0, 1.0), (1e9, 1e4)):
+    for stiff, force in few([(1e9, 1e4), (1.0, 1.0)], 1):
         loads = {name: (force * q, force * p) for name, (q, p) in contact.bonded.items()}
         system = fo.ContactSystem.from_blocks(
             stiff * contact.A, stiff * contact.B, stiff * contact.C, contact.x, loads
@@ -391,7 +394,7 @@ def test_more_friction_never_lowers_the_load_factor_and_a_fixed_part_and_a_slip_
         scenarios=[(cycle, 0.6), (CYCLE, 0.7)],
     )
     bounds, last = [cp.abs(model.preload) <= 0.3, cp.abs(model.profile) <= 0.05], 0.0
-    for f in (0.3, 0.4, 0.5, 0.55):
+    for f in sorted(few([0.3, 0.55, 0.4, 0.5])):
         design = model.solve(f, bounds)
         anew = [
             fo.shakedown_limit(design.system, one, friction, slip_bound=0.1).load_factor

@@ -1,6 +1,7 @@
 """Designs under which nodes stay open: against a plain program for every set of open nodes, and the
 limit of the design built in."""
 
+from dataclasses import replace
 from itertools import product
 
 import cvxpy as cp
@@ -9,7 +10,8 @@ import pytest
 
 import frictopt as fo
 from frictopt.contact import joined
-from helpers.cases import few
+from frictopt.limits import design_search
+from helpers.cases import ALL_CASES, few
 from helpers.designs import CYCLE, pulled
 from helpers.oracle import TIGHT
 from validation.fuzz.space import _Subject
@@ -170,9 +172,11 @@ def test_scenarios_have_open_nodes_of_their_own():
     ] == [[False] * 3, [True, False, False]]
 
 
-def test_a_design_under_whose_mean_load_other_nodes_open_is_none():
+def test_a_design_under_whose_mean_load_other_nodes_open_is_none(monkeypatch):
     """With nodes 2 and 4 open it is safe up to 2.5, but only from 1.01 on. Smaller ones of up to
-    2.07 are so from the mean load on."""
+    2.07 are so from the mean load on. A rough size is enough here."""
+    if not ALL_CASES:
+        monkeypatch.setattr(design_search, "SEARCH", replace(design_search.SEARCH, halves=6))
     system, cycle, friction = _Subject(725550944).args
     model = fo.DesignModel(system, cycle, preloads=["b"], profile=True)
     within = [cp.abs(model.preload) <= 0.11, cp.abs(model.profile) <= 357.0]

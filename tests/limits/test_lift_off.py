@@ -160,7 +160,7 @@ def test_one_node_on_a_vertical_spring_opens_and_never_slips():
 
 
 def test_rates_of_a_limit_with_events_are_its_differences(pin):
-    contact, step = pin(16), 1e-5
+    contact, step = pin(8), 1e-5
     limit = fo.shakedown_limit(contact, PIN, 0.5, events=True)
 
     def rate(change):
@@ -195,9 +195,9 @@ def test_a_plane_contact_has_the_same_limit_in_space(seed):
             found.append(
                 (limit, fo.shakedown_limit(embedded(contact, rng)[0], CYCLE, friction, events=True))
             )
-        if len(found) == 3:
+        if len(found) == few(3, 1):
             break
-    assert len(found) == 3
+    assert len(found) == few(3, 1)
     for limit, solid in found:
         assert solid.load_factor == pytest.approx(limit.load_factor, rel=1e-6)
         assert solid.events["node"].tolist() == limit.events["node"].tolist()

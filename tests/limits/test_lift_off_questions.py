@@ -39,18 +39,25 @@ def margin_in_order(safe, start, events):
     )
 
 
+def drawn(seed, nodes=3):
+    """A random contact with nodes that the loads lift off, and a friction."""
+    rng = np.random.default_rng([41, seed])
+    return pulled_system(rng, nodes), float(rng.uniform(0.2, 0.8))
+
+
 @cache
 def opening(count, nodes=3):
     """Random contacts whose limit has nodes that open and close in each cycle, with their friction
     and limit."""
-    found, seed = [], 0
-    while len(found) < count:
-        rng, seed = np.random.default_rng([41, seed]), seed + 1
-        contact, friction = pulled_system(rng, nodes), float(rng.uniform(0.2, 0.8))
+    found = []
+    for seed in range(20 * count):
+        contact, friction = drawn(seed, nodes)
         limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
         if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
             found.append((contact, friction, limit))
-    return found
+        if len(found) == count:
+            return found
+    raise AssertionError(f"{len(found)} of {count} contacts have events")
 
 
 @pytest.mark.parametrize("share", few([0.5, 0.9, 0.7, 0.999]))
@@ -89,6 +96,21 @@ def test_a_safe_slip_exists_up_to_the_limit_and_none_above():
         assert max(-1.0 if margin is None else margin for margin in margins) < 0
 
 
+def test_a_small_load_factor_may_need_another_order_than_the_limit():
+    """With the order of the limit no slip is safe there. Against a plain program and a transient."""
+    contact, friction = drawn(17)
+    static, moving = (
+        fo.shakedown_limit(contact, CYCLE, friction, events=events).load_factor
+        for events in (False, True)
+    )
+    load_factor = static + 0.05 * (moving - static)
+    safe = fo.safe_slip(contact, CYCLE, friction, load_factor, events=True)
+    assert safe.exists
+    order = safe._question.order[:2]
+    assert safe.margin == pytest.approx(margin_in_order(safe, *order), abs=1e-7)
+    assert rests(contact, CYCLE, friction, load_factor, initial_slip=safe.slip)
+
+
 def test_the_margin_falls_by_the_rate_of_friction(pin):
     load_factor, step = 3.6, 1e-5
     low, at, high = (
@@ -116,11 +138,14 @@ def test_required_friction_agrees_with_the_limit_from_both_sides():
 def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none():
     """The theorem: what is safe with something to spare, with events, is where all starts come to
     rest."""
-    followed, seed = 0, 0
-    while followed < few(3):
-        rng, seed = np.random.default_rng([53, seed]), seed + 1
-        drawn = random_system(rng, 3, coupling=0.0)
-        contact = drawn.with_bonded({"cyclic": (drawn.bonded["cyclic"][0], rng.normal(size=3))})
+    followed = 0
+    for seed in range(60):
+        if followed == few(3):
+            break
+        rng = np.random.default_rng([53, seed])
+        uncoupled = random_system(rng, 3, coupling=0.0)
+        shear = uncoupled.bonded["cyclic"][0]
+        contact = uncoupled.with_bonded({"cyclic": (shear, rng.normal(size=3))})
         limit = fo.shakedown_limit(contact, CYCLE, 0.5, events=True)
         if limit.kind is not fo.LimitKind.FINITE or limit.events.empty:
             continue
@@ -134,6 +159,7 @@ def test_an_uncoupled_contact_that_lifts_off_rests_from_every_start_or_from_none
             for start in starts
         )
         followed += 1
+    assert followed == few(3)
 
 
 @pytest.mark.slow
@@ -164,7 +190,7 @@ def test_a_pin_needs_far_less_friction_where_its_sides_may_lift_off(load_factor,
 
 
 def test_a_plane_contact_has_the_same_safe_slip_in_space():
-    for number, (contact, friction, limit) in enumerate(opening(few(3))):
+    for number, (contact, friction, limit) in enumerate(opening(few(3, 1))):
         solid = embedded(contact, np.random.default_rng(number))[0]
         load_factor = 0.99 * limit.load_factor
         plane, space = (

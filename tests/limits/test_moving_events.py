@@ -32,13 +32,15 @@ def coupled(seed, kind):
 @cache
 def with_events(kind, count):
     """Random contacts whose limit has nodes that open and close, with these limits."""
-    found, seed = [], 0
-    while len(found) < count:
-        case, seed = coupled(seed, kind), seed + 1
+    found = []
+    for seed in range(20 * count):
+        case = coupled(seed, kind)
         limit = fo.shakedown_limit(*case, events=True)
         if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
             found.append((*case, limit))
-    return found
+        if len(found) == count:
+            return found
+    raise AssertionError(f"{len(found)} of {count} contacts have events")
 
 
 def by_plain_program(limit, at=None):
