@@ -521,7 +521,7 @@ FAULTS = (
         "a design that opens other nodes is never made smaller",
         old="self._largest_that_counts(open_nodes, largest)",
         new="None",
-        tests="design_search",
+        tests="design_opens::test_a_design_under_whose_mean_load_other_nodes_open_is_none",
     ),
     Fault(
         "limits/design.py",
@@ -830,7 +830,7 @@ FAULTS = (
         "events are at the first corner",
         old="np.tensordot(self.weights.T, moves, 1)",
         new="np.tensordot(np.round(self.weights.T), moves, 1)",
-        tests="lift_off",
+        tests="lift_off::test_rates_of_a_load_at_each_corner_count_the_events_between",
     ),
     Fault(
         "limits/lift_off.py",
@@ -851,7 +851,7 @@ FAULTS = (
         "the last order for every load factor",
         old="self._shakedown.of_any_order(limit, load_factor)",
         new="self._shakedown.of_any_order(limit)",
-        tests="lift_off_questions",
+        tests="lift_off_questions::test_a_small_load_factor_may_need_another_order_than_the_limit",
     ),
     Fault(
         "limits/answered.py",
@@ -872,7 +872,7 @@ FAULTS = (
         "events in no order",
         old="earlier <= later",
         new="earlier <= later + 1000000.0",
-        tests="lift_off",
+        tests="listings::test_events_follow_each_other_on_their_leg",
     ),
     Fault(
         "limits/order_search.py",
@@ -886,7 +886,7 @@ FAULTS = (
         "twins open one by one",
         old="bare[1] - open_last",
         new="bare[1] & Nodes()",
-        tests="moving_events::test_a_cylinder_sticks_up_to_gross_slip_in_phase",
+        tests="moving_events",
     ),
     Fault(
         "limits/lift_off.py",

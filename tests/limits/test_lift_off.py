@@ -184,6 +184,36 @@ def test_rates_of_a_limit_with_events_are_its_differences(pin):
     )
 
 
+def test_rates_of_a_load_at_each_corner_count_the_events_between():
+    """The shear and the pressure of the load are two load cases: at an event their rates balance."""
+    rng = np.random.default_rng([41, 9])
+    drawn, friction = pulled_system(rng, 3), float(rng.uniform(0.2, 0.8))
+    q, p = drawn.bonded["cyclic"]
+    contact = drawn.with_bonded({"shear": (q, 0 * p), "press": (0 * q, p)})
+    corners = [{"shear": sign, "press": sign} for sign in (-1.0, 1.0)]
+
+    def asked(corners):
+        cycle = fo.LoadCycle({"mean": 1.0}, corners)
+        return fo.shakedown_limit(contact, cycle, friction, events=True)
+
+    limit, step = asked(corners), 1e-5
+    assert not limit.events.empty
+    table = limit.load_rates.set_index(["load", "part"])["rate"]
+    for k, name in enumerate(limit.cycle.corner_names):
+        for case in ("shear", "press"):
+            lower, upper = (
+                asked(
+                    [
+                        {**loads, case: loads[case] + by * (k == j)}
+                        for j, loads in enumerate(corners)
+                    ]
+                ).load_factor
+                for by in (-step, step)
+            )
+            slope = (upper - lower) / (2 * step)
+            assert table[case, name] == pytest.approx(slope, rel=1e-3, abs=1e-5)
+
+
 @pytest.mark.parametrize("seed", few([6, 2], 1))
 def test_a_plane_contact_has_the_same_limit_in_space(seed):
     found = []

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from functools import cache
+from itertools import product
 from types import SimpleNamespace
 
 import cvxpy as cp
@@ -495,6 +496,14 @@ def test_a_file_that_highs_writes_has_the_limit_as_its_optimum(tmp_path):
     reader.readModel(str(tmp_path / "limit.mps"))
     reader.run()
     assert -reader.getInfo().objective_function_value == pytest.approx(limit.load_factor, rel=1e-8)
+
+
+def test_events_follow_each_other_on_their_leg():
+    first, second = cp.Variable(), cp.Variable()
+    rows = models.ordered([([first, second], 1.0)])
+    for places in product([-0.1, 0.2, 0.8, 1.1], repeat=2):
+        first.value, second.value = places
+        assert all(row.value() for row in rows) == (0 <= places[0] <= places[1] <= 1)
 
 
 @BOTH

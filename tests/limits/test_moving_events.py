@@ -136,7 +136,7 @@ def test_turning_points_on_a_line_change_nothing():
         rng = np.random.default_rng([75, 2, seed])
         system = pulled_system(rng, int(rng.integers(2, 4)))
         between = rng.uniform(-0.9, 0.7, size=4)
-        turning = [{"cyclic": float(part)} for part in (*between[:2], 0.8, *between[2:], -1.0)]
+        turning = [{"cyclic": float(part)} for part in (*between[:2], 0.8, -1.0, *between[2:])]
         many = fo.LoadCycle({"mean": 1.0}, turning)
         two = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 0.8}, {"cyclic": -1.0}])
         limit = fo.shakedown_limit(system, many, 0.5, events=True)
@@ -149,6 +149,11 @@ def test_turning_points_on_a_line_change_nothing():
                 system, many, 0.5, (1 - 1e-9) * limit.load_factor, initial_state=limit.state
             )
             assert steady.dissipation < 1e-9
+            # The last turning point is somewhere on the line. Its forces are those of its load.
+            bonded = np.concatenate(system.reaction(many.at(limit.load_factor)[-1]))
+            moved = np.concatenate([limit.state.slip, limit.state.gap])
+            forces = np.concatenate([part[-1] for part in limit.reactions])
+            assert forces == pytest.approx(bonded + system.S @ moved, abs=1e-7)
             found += 1
     assert found > 3
 

@@ -121,6 +121,16 @@ def test_in_space_it_is_that_of_cone_programs_written_out(seed, share):
     )
 
 
+def test_each_corner_may_open_a_node():
+    """By hand: one corner alone presses the node down less, down to nothing at load factor 1."""
+    loads = {"P": ([0.0], [1.0]), "shear": ([0.2], [0.0]), "lift": ([0.0], [-1.0])}
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.1]], [[1.0]], [0.0], loads)
+    corners = [{"shear": 1.0}, {"lift": 1.0}]
+    for order in (corners, corners[::-1]):
+        limit = fo.shakedown_limit(node, fo.LoadCycle({"P": 1.0}, order), 0.5)
+        assert limit.stays_closed(0.9) and not limit.stays_closed(1.1)
+
+
 def test_nothing_is_said_with_open_nodes_or_of_a_load_factor_that_is_none():
     contact = pulled_system(np.random.default_rng(1), 4)
     limit = fo.shakedown_limit(contact, CYCLE, 0.5)
