@@ -151,7 +151,7 @@ def test_turning_points_on_a_line_change_nothing():
             assert steady.dissipation < 1e-9
             # The last turning point is somewhere on the line. Its forces are those of its load.
             bonded = np.concatenate(system.reaction(many.at(limit.load_factor)[-1]))
-            moved = np.concatenate([limit.state.slip, limit.state.gap])
+            moved = np.concatenate([limit.state.slip, limit.state.gap - system.gap])
             forces = np.concatenate([part[-1] for part in limit.reactions])
             assert forces == pytest.approx(bonded + system.S @ moved, abs=1e-7)
             found += 1
