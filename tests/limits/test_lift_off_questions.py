@@ -50,7 +50,7 @@ def opening(count, nodes=3):
     """Random contacts whose limit has nodes that open and close in each cycle, with their friction
     and limit."""
     found = []
-    for seed in range(20 * count):
+    for seed in range(60 + 20 * count):
         contact, friction = drawn(seed, nodes)
         limit = fo.shakedown_limit(contact, CYCLE, friction, events=True)
         if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:

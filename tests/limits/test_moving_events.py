@@ -9,7 +9,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import settled_order
-from helpers.cases import few
+from helpers.cases import ALL_CASES, few
 from helpers.orders import largest_round_a_cycle
 from helpers.separation import pulled_system, rests
 from validation.fuzz.embedded import embedded
@@ -30,12 +30,15 @@ def coupled(seed, kind):
 
 
 @cache
+def limit_of(seed, kind):
+    return fo.shakedown_limit(*coupled(seed, kind), events=True)
+
+
 def with_events(kind, count):
     """Random contacts whose limit has nodes that open and close, with these limits."""
     found = []
-    for seed in range(20 * count):
-        case = coupled(seed, kind)
-        limit = fo.shakedown_limit(*case, events=True)
+    for seed in range(60 + 20 * count):
+        case, limit = coupled(seed, kind), limit_of(seed, kind)
         if limit.kind is fo.LimitKind.FINITE and not limit.events.empty:
             found.append((*case, limit))
         if len(found) == count:
@@ -187,7 +190,7 @@ def test_orders_round_a_cycle_against_a_plain_program_and_transients(kind):
 
 
 def test_load_factors_below_a_limit_round_a_cycle_are_safe_from_the_least_one_on():
-    for system, cycle, friction, limit in with_events("static shear", few(9)):
+    for system, cycle, friction, limit in with_events("static shear", few(9, 1, 9)):
         for load_factor in np.linspace(limit.least, 0.999 * limit.load_factor, 4):
             safe = fo.safe_slip(system, cycle, friction, load_factor, events=True)
             if safe.exists:
@@ -203,7 +206,7 @@ def test_load_factors_below_a_limit_round_a_cycle_are_safe_from_the_least_one_on
 def test_required_friction_round_a_cycle():
     """The search is local: more friction than needed may hide the order that rests with less."""
     reached = 0
-    for system, cycle, friction, _ in with_events("there and back", few(6)):
+    for system, cycle, friction, _ in with_events("there and back", few(6, 1, 6)):
         mean = float(friction.mean())
         known = fo.shakedown_limit(system, cycle, mean, events=True).load_factor
         required = fo.required_friction(system, cycle, known, events=True)
@@ -212,7 +215,7 @@ def test_required_friction_round_a_cycle():
         assert enough.exists
         assert rests(system, cycle, required.required, known, initial_state=enough.state)
         assert not fo.safe_slip(system, cycle, required.bound, known, events=True).exists
-    assert reached > 0
+    assert reached > 0 or not ALL_CASES
 
 
 def test_where_the_load_encloses_an_area_no_events_are_searched(monkeypatch):
