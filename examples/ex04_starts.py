@@ -18,7 +18,9 @@ starts = (
 )
 starts += fo.starts.random_slips(system, amplitudes=[0.3, 1.0, 3.0], count=6)
 loads = [share * limit for share in (0.2, 0.4, 0.6, 0.8, 0.95, 1.05, 1.2)]
-table = fo.dissipation_study(system, cycle, friction=0.7, load_factors=loads, starts=starts)
+table = fo.dissipation_study(
+    system, cycle, friction=0.7, load_factors=loads, starts=starts, limits=True
+)
 fo.plot_study(table)
 
 # %%

@@ -18,21 +18,17 @@ from .starts import Start
 class Case:
     """The input that all runs of a study at one friction and load cycle share.
 
-    `limit` is None if no solver proves a shakedown limit. `number` is the place of the friction in
-    its list, `label` the name of the load cycle, "" if the study has a single one.
+    `number` is the place of the friction in its list, `label` the name of the load cycle, "" if the
+    study has a single one. `limit` is the shakedown limit for starts that need it, None if none
+    does or no solver proves one.
     """
 
     system: ContactSystem
     cycle: LoadCycle
     friction: Array
-    limit: ShakedownLimit | None
     number: int = 0
     label: str = ""
-
-    @cached_property
-    def shakedown_limit(self) -> float:
-        """Load factor of the limit; NaN if no solver proves one."""
-        return np.nan if self.limit is None else self.limit.load_factor
+    limit: ShakedownLimit | None = None
 
     @cached_property
     def force(self) -> float:
@@ -50,13 +46,18 @@ class Case:
 
     @cached_property
     def digest(self) -> bytes:
-        """Digest of the content."""
+        """Digest of contact, load cycle and friction."""
         system, cycle = self.system, self.cycle
         reactions = (*cycle.mean_reaction(system), *cycle.corner_reactions(system))
         fixed = () if cycle.fixed is None else cycle.unscaled_reactions(system)
         terms = contact_law(system, self.friction).terms
         constants = [term.constant for term in terms if term.constant.any()]
         return _digest(system.S, system.gap, self.friction, *reactions, *fixed, *constants)
+
+    @property
+    def key(self) -> str:
+        """The digest as text, the key of the shakedown limit in a store."""
+        return self.digest.hex()[:40]
 
 
 @dataclass(frozen=True, eq=False)

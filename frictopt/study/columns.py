@@ -48,8 +48,8 @@ def _friction_std(run: Run) -> float:
     return 0.0 if uniform else float(friction.std())
 
 
-def _load_ratio(run: Run) -> float:
-    limit = run.case.shakedown_limit
+def _load_ratio(run: Run, row: Row) -> float:
+    limit = float(row["shakedown_limit"])
     return run.load_factor / limit if 0 < limit < np.inf else np.nan
 
 
@@ -68,6 +68,9 @@ def _largest_share(steady: SteadyState) -> float:
     return float(steady.dissipation_per_node.max() / steady.dissipation)
 
 
+LIMIT_COLUMNS = ("load_ratio", "shakedown_limit")
+"""Columns of a table that has shakedown limits."""
+
 COLUMNS = (
     Column("key", "str", shown=False, of_run=lambda run: run.key),
     Column("friction", of_run=_friction),
@@ -76,8 +79,8 @@ COLUMNS = (
     Column("cycle", "str", of_run=lambda run: run.case.label),
     Column("loads", "str", shown=False, of_run=lambda run: run.case.loads),
     Column("load_factor", of_run=lambda run: run.load_factor),
-    Column("load_ratio", stored=False, of_run=_load_ratio),
-    Column("shakedown_limit", stored=False, of_run=lambda run: run.case.shakedown_limit),
+    Column("load_ratio", stored=False, of_row=_load_ratio),
+    Column("shakedown_limit", stored=False),
     Column("start", "str", of_run=lambda run: run.start.name),
     Column("family", "str", stored=False, of_run=lambda run: run.start.family),
     Column("seed", "Int64", stored=False, of_run=lambda run: run.start.seed),
@@ -115,13 +118,13 @@ def row_of_steady(steady: SteadyState) -> Row:
     }
 
 
-def shown_row(run: Run, row: Row) -> Row:
+def shown_row(run: Run, row: Row, limit: float | None) -> Row:
     """The row of the table of a study, from a row that may come from a store.
 
     A store may have kept the run under other names of its start and load cycle. The row has the
-    names of this study.
+    names of this study. `limit` is the shakedown limit of the run, None if it is not known.
     """
-    named = row | row_of_run(run)
+    named = row | row_of_run(run) | {"shakedown_limit": np.nan if limit is None else limit}
     derived = {
         column.name: column.of_row(run, named) for column in COLUMNS if column.of_row is not None
     }

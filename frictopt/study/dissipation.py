@@ -23,6 +23,7 @@ from ..base import (
     check_text,
     finite_array,
     finite_numbers,
+    flag,
     frozen,
     listed,
     number_of,
@@ -33,15 +34,12 @@ from ..base import (
 )
 from ..contact import ContactSystem, LoadCycle, checked_cycle, checked_system, friction_coefficients
 from ..errors import ModelError, SolverError, StoreError
-from ..limits import ShakedownLimit, shakedown_limit
+from ..limits import shakedown_limit
 from .case import Case, Run
-from .columns import FAILED, SHOWN, Row, shown_row
+from .columns import FAILED, LIMIT_COLUMNS, SHOWN, Row, shown_row
 from .runs import execute
 from .starts import Start, given_slips, no_slip
 from .store import Store
-
-# Note of an interrupt before the first run.
-_NO_RUN = "the runs that the store has are in the attribute `table`; the same call goes on"
 
 
 @warns_of_odd_values
@@ -52,6 +50,7 @@ def dissipation_study(
     load_factors: Iterable[float],
     starts: Sequence[Start] | ArrayLike | None = None,
     *,
+    limits: bool = False,
     rng: int | np.random.Generator | None = None,
     shard: tuple[int, int] | None = None,
     executor: Executor | None = None,
@@ -81,6 +80,10 @@ def dissipation_study(
         A list of starts from `fo.starts` (such lists can be added), or an array of residual slips
         (S, N), in space (S, N, 2), length; None: no slip. A run fails if its slips stress the
         contact 1e18 times as much as the loads.
+    limits
+        Whether the table has the shakedown limit of each friction and load cycle. A limit takes
+        longer than many transients. Limits are computed after all transients, and kept in the
+        store.
     rng
         Seed or generator for the distributions among the frictions, in their order. The same seed
         gives the same table.
@@ -96,8 +99,8 @@ def dissipation_study(
     store
         File that keeps each run when its task ends; a run is identified by its content. A study
         that is started again, also after it was killed, follows only runs that are missing or
-        failed. Shakedown limits are computed in each call. Several studies may share the file on a
-        disk of this machine. `results.read_store` reads it.
+        failed. Several studies may share the file on a disk of this machine. `results.read_store`
+        reads it.
     progress
         Whether to show count, rate and remaining time in a terminal or notebook.
 
@@ -107,16 +110,16 @@ def dissipation_study(
         One row for each run, ordered by friction, load cycle, load factor and start as given.
         Columns: friction, the number or the mean over the nodes; friction_std, its standard
         deviation over the nodes; friction_number, its place in the list; cycle, its label, "" for a
-        single load cycle; load_factor; load_ratio, the load factor divided by the shakedown limit
-        (NaN if the limit is not finite); shakedown_limit, of this friction and cycle (NaN if no
-        solver proves one); start, family, seed, see `Start`; amplitude, root mean square of the
-        initial slip; outcome, the name of an `Outcome`, or "FAILED"; dissipation, work of friction
-        per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the total normal
-        force of the mean load (NaN if `E_star` is not known, and in space); first_cycle, work in
-        the first cycle; largest_share, the share of the node with the largest dissipation; cycles,
-        the number followed; slipping and open, numbers of nodes; residual; engine; seconds; error,
-        the text for a run that failed, else empty. `attrs` holds "missing", the number of runs
-        without a row in the table of an error.
+        single load cycle; load_factor; with `limits` load_ratio, the load factor divided by the
+        shakedown limit (NaN if the limit is not finite), and shakedown_limit, of this friction and
+        cycle (NaN if no solver proves one); start, family, seed, see `Start`; amplitude, root mean
+        square of the initial slip; outcome, the name of an `Outcome`, or "FAILED"; dissipation,
+        work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the
+        total normal force of the mean load (NaN if `E_star` is not known, and in space);
+        first_cycle, work in the first cycle; largest_share, the share of the node with the largest
+        dissipation; cycles, the number followed; slipping and open, numbers of nodes; residual;
+        engine; seconds; error, the text for a run that failed, else empty. `attrs` holds "missing",
+        the number of runs without a row in the table of an error.
 
     Raises
     ------
@@ -145,31 +148,19 @@ def dissipation_study(
     if not factors or len(set(factors)) < len(factors):
         raise ModelError(f"load_factors: {shown(factors)}; give at least one, and each once")
     checked = checked_starts(starts, system.slip_shape)
+    with_limits = flag("limits", limits)
     combinations = list(product(range(len(fields)), cycles, factors, checked))
     if shard is not None:
         combinations = combinations[_checked_shard(shard)]
 
     with nullcontext() if store is None else closing(Store(store)) as file:
-        cases = {
-            (number, label): Case(system, cycles[label], fields[number], None, number, label)
-            for number, label in dict.fromkeys(combination[:2] for combination in combinations)
-        }
-        with progress_bar(progress, "limits", "limit", total=len(cases)) as bar:
-
-            def known() -> pd.DataFrame:
-                return _Study(system, _runs(cases, combinations), file).table()
-
-            bar.keep("table", known, _NO_RUN)
-            for place, case in cases.items():
-                cases[place] = replace(case, limit=_limit(case, progress))
-                bar.update()
-        runs = _runs(cases, combinations)
-        study = _Study(system, runs, file)
+        study = _Study(system, cycles, fields, combinations, file, with_limits)
+        study.find_limits_of_starts(progress)
         with progress_bar(
             progress,
             "transients",
             "run",
-            total=len(study.by_key),
+            total=len(study.keys),
             done=len(study.rows),
             at_once=True,
             on=(KeyboardInterrupt, StoreError),
@@ -177,29 +168,68 @@ def dissipation_study(
             keep = partial(study.keep, bar)
             keep([], are_results=False)  # what the file has, if the first run is interrupted
             execute(study.missing(), executor, keep)
+        if with_limits:
+            study.find_limits(progress)
     return study.table()
 
 
 class _Study:
-    """The runs of a study, in their order, and their known rows, key -> row."""
+    """The runs of a study, in their order, their known rows, and their shakedown limits.
 
-    def __init__(self, system: ContactSystem, runs: list[Run], file: Store | None) -> None:
+    Attributes
+    ----------
+    cases, combinations
+        (number of the friction, label of the load cycle) -> case; and the runs in their order, each
+        as number, label, load factor and start.
+    keys
+        Key of each run that differs from the others -> the first such run.
+    rows
+        Key of a run -> its row, as far as known.
+    limits
+        Key of a case -> load factor of its shakedown limit, as far as known.
+    """
+
+    def __init__(
+        self,
+        system: ContactSystem,
+        cycles: Mapping[str, LoadCycle],
+        frictions: Sequence[Array],
+        combinations: list[tuple[int, str, float, Start]],
+        file: Store | None,
+        with_limits: bool,
+    ) -> None:
         self.units = system.units
-        self.runs = runs
+        self.combinations = combinations
         self.file = file
-        self.by_key = {run.key: run for run in runs}
-        self.rows: dict[str, Row] = {}
-        self._copies = Counter(run.key for run in runs)
+        self.with_limits = with_limits
+        self.cases = {
+            (number, label): Case(system, cycles[label], frictions[number], number, label)
+            for number, label in dict.fromkeys(combination[:2] for combination in combinations)
+        }
+        self._update_runs()
+        self._copies = Counter(run.key for run in self.runs)
         self._finished = 0
+        self.rows: dict[str, Row] = {}
+        self.limits: dict[str, float] = {}
         if file is not None:
-            file.check_cycles({run.case.label: run.case.loads for run in runs})
+            file.check_cycles({case.label: case.loads for case in self.cases.values()})
             for row in file.read().to_dict("records"):
-                if row["key"] in self.by_key and row["outcome"] != FAILED:
+                if row["key"] in self.keys and row["outcome"] != FAILED:
                     self._add(row)
+            if with_limits:
+                self.limits = file.read_limits()
+
+    def _update_runs(self) -> None:
+        """Make the runs of the cases."""
+        self.runs = [
+            Run(self.cases[number, label], factor, start)
+            for number, label, factor, start in self.combinations
+        ]
+        self.keys = {run.key: run for run in self.runs}
 
     def missing(self) -> list[Run]:
         """The runs without a row."""
-        return [run for key, run in self.by_key.items() if key not in self.rows]
+        return [run for key, run in self.keys.items() if key not in self.rows]
 
     def _add(self, row: Row) -> None:
         if row["key"] not in self.rows:
@@ -210,41 +240,63 @@ class _Study:
         """Keep rows, also for an interrupt, and write those of results to the file."""
         for row in rows:
             self._add(row)
+        bar.keep("table", self.table, self._note())
+        bar.count = len(self.rows)
+        if self.file is not None and are_results and rows:
+            self.file.write(rows)
+
+    def _note(self) -> str:
+        """How many runs are left, for an interrupt."""
         left = len(self.runs) - self._finished
         note = f"{number_of(left, 'run is', 'runs are')} left; "
         note += f"the attribute `table` has {self._finished}"
         if self.file is not None:
             note += f", and so has {str(self.file.path)!r}, from where the same call goes on"
-        bar.keep("table", self.table, note)
-        bar.count = len(self.rows)
-        if self.file is not None and are_results and rows:
-            self.file.write(rows)
+        return note
+
+    def find_limits_of_starts(self, progress: bool) -> None:
+        """Find the shakedown limits that starts of missing runs need."""
+        needed = [run.case for run in self.missing() if run.start.safe_multiple is not None]
+        self._find(needed, progress)
+        self._update_runs()
+
+    def find_limits(self, progress: bool) -> None:
+        """Find the shakedown limits of the table that the file does not have."""
+        needed = [case for case in self.cases.values() if case.key not in self.limits]
+        self._find(needed, progress)
+
+    def _find(self, cases: Iterable[Case], progress: bool) -> None:
+        """Find the shakedown limits of cases, and keep each of them."""
+        places = {(case.number, case.label): case for case in cases}
+        with progress_bar(progress, "limits", "limit", total=len(places)) as bar:
+            bar.keep("table", self.table, self._note())
+            for place, case in places.items():
+                with suppress(SolverError):
+                    limit = shakedown_limit(
+                        case.system, case.cycle, case.friction, progress=progress
+                    )
+                    self.cases[place] = replace(case, limit=limit)
+                    self.limits[case.key] = limit.load_factor
+                    if self.file is not None:
+                        self.file.write_limits({case.key: limit.load_factor})
+                bar.update()
 
     def table(self) -> pd.DataFrame:
-        """The runs that have a row."""
-        records = [shown_row(run, self.rows[run.key]) for run in self.runs if run.key in self.rows]
-        table = pd.DataFrame(records, columns=list(SHOWN)).astype(SHOWN)
+        """The runs that have a row, with their shakedown limits if the table shall have them."""
+        records = list[Row]()
+        for run in self.runs:
+            if run.key in self.rows:
+                records.append(shown_row(run, self.rows[run.key], self.limits.get(run.case.key)))
+        columns = {
+            name: dtype
+            for name, dtype in SHOWN.items()
+            if self.with_limits or name not in LIMIT_COLUMNS
+        }
+        table = pd.DataFrame(records, columns=list(columns)).astype(columns)
         table.attrs["missing"] = len(self.runs) - len(records)
         if self.units is not None:
             table.attrs["units"] = self.units
         return table
-
-
-def _runs(
-    cases: Mapping[tuple[int, str], Case],
-    combinations: Iterable[tuple[int, str, float, Start]],
-) -> list[Run]:
-    """The runs of a study, of each of its cases by number of the friction and label."""
-    return [
-        Run(cases[number, label], factor, start) for number, label, factor, start in combinations
-    ]
-
-
-def _limit(case: Case, progress: bool) -> ShakedownLimit | None:
-    """The shakedown limit of a case; None if no solver proves one."""
-    with suppress(SolverError):
-        return shakedown_limit(case.system, case.cycle, case.friction, progress=progress)
-    return None
 
 
 def _checked_shard(shard: object) -> slice:

@@ -214,7 +214,8 @@ class _StudyPicture:
         runs = table[table["outcome"] != FAILED]
         self.failed = len(table) - len(runs)
         if x is None:
-            x = "load_ratio" if np.isfinite(runs["load_ratio"]).all() else "load_factor"
+            ratios = runs.get("load_ratio", pd.Series([np.nan]))
+            x = "load_ratio" if np.isfinite(ratios).all() else "load_factor"
         self.x = x
         axes_of_study = [name for name in ("friction_number", "cycle") if table[name].nunique() > 1]
         if colour is None and axes_of_study:

@@ -21,7 +21,7 @@ from .starts import Start
 
 T = TypeVar("T")
 _NEEDED = ("system", "cycle", "friction", "load_factors")
-_KNOWN = (*_NEEDED, "starts", "store", "table", "picture")
+_KNOWN = (*_NEEDED, "starts", "limits", "store", "table", "picture")
 _STARTS = ("no_slip", "safe_slips", "random_slips", "overloads")
 _CYCLE = {"mean", "corners", "history", "harmonic"}  # entries of a single load cycle
 _READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_parquet}
@@ -39,6 +39,7 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
       and the seed `rng`
     - `load_factors`
     - optional `starts`: name of a function of `fo.starts` -> its arguments
+    - optional `limits`: true, if the table shall have the shakedown limits
     - optional `store`, `table` and `picture`: files to write
 
     ModelError: not such a file, or an entry that the study would refuse.
@@ -57,6 +58,7 @@ def read_plan(file: str | Path) -> tuple[dict[str, Any], dict[str, Path]]:
         "cycle": _cycles(path, _checked_part("cycle", plan["cycle"], dict)),
         "load_factors": plan["load_factors"],
         "starts": _starts(system, plan.get("starts", {"no_slip": {}})),
+        "limits": plan.get("limits", False),
     }
     if isinstance(plan["friction"], dict):
         return arguments | _distributions(**plan["friction"]), files

@@ -17,7 +17,6 @@ _NEEDED = (
     "friction_number",
     "cycle",
     "load_factor",
-    "load_ratio",
     "family",
     "outcome",
     "dissipation",
@@ -47,8 +46,8 @@ def plot_study(
     ax
         matplotlib axes to draw in, one for each panel; None: a new figure.
     x
-        Column along the horizontal axis; None: the load factor, over the shakedown limit if all
-        runs have a finite one.
+        Column along the horizontal axis; None: the load factor, over the shakedown limit if the
+        table has a finite one of all runs.
     colour
         Column that has a colour for each value; None: the first of friction and load cycle that has
         several values, otherwise the family of the starts.

@@ -17,8 +17,12 @@ from .columns import FAILED, STORED, Row
 
 _SQL_TYPES = {"str": "text", "float64": "real", "Int64": "integer"}
 _DECLARED = ", ".join(f"{name} {_SQL_TYPES[dtype]}" for name, dtype in STORED.items())
-_SCHEMA = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
-_VERSION = 5  # of the meaning of the columns
+_RUNS = f"CREATE TABLE runs ({_DECLARED}, checksum integer, PRIMARY KEY (key)) WITHOUT ROWID"
+_LIMITS = (
+    "CREATE TABLE limits (key text, load_factor real, checksum integer, PRIMARY KEY (key)) "
+    "WITHOUT ROWID"
+)
+_VERSION = 6  # of the meaning of the columns
 
 # A row with the same key is replaced, unless the new run failed and the old run did not.
 _WRITE = (
@@ -35,7 +39,10 @@ class DamagedRows(UserWarning):
 
 
 class Store:
-    """An open file of sqlite with one row for each run; its key is a digest of the run's content.
+    """An open file of sqlite with a row for each run, and one for each shakedown limit.
+
+    The key of a row is a digest of the content of the run, or of the contact, load cycle and
+    friction of the limit.
 
     With `make` the file is created if there is none, and may be written; else it is only read. Rows
     that are written together are one transaction. So sqlite protects the file if a writer is
@@ -63,18 +70,19 @@ class Store:
         self._connection.close()
 
     def _create_table(self) -> None:
-        """Create the table of runs in a new file."""
+        """Create the tables of runs and limits in a new file."""
         ask = self._connection.execute
         ask("BEGIN IMMEDIATE")
         if not ask("SELECT * FROM sqlite_master").fetchall():
-            ask(_SCHEMA)
+            ask(_RUNS)
+            ask(_LIMITS)
             ask(f"PRAGMA user_version = {_VERSION}")
         ask("COMMIT")
 
     def _check_version(self) -> None:
         schema = self._connection.execute("SELECT sql FROM sqlite_master").fetchall()
         version = self._connection.execute("PRAGMA user_version").fetchone()
-        if schema != [(_SCHEMA,)] or version != (_VERSION,):
+        if schema != [(_RUNS,), (_LIMITS,)] or version != (_VERSION,):
             raise sqlite3.DatabaseError(
                 "it is the file of another program or of another version of frictopt, and its "
                 "columns mean something else"
@@ -84,18 +92,24 @@ class Store:
         """All rows, ordered by key; damaged rows are left out, with a warning."""
         with _store_errors(self.path):
             stored = self._connection.execute("SELECT * FROM runs ORDER BY key").fetchall()
+        return pd.DataFrame(self._sound(stored), columns=list(STORED)).astype(STORED)
+
+    def read_limits(self) -> dict[str, float]:
+        """Key -> load factor of each shakedown limit; damaged rows are left out, with a warning."""
+        with _store_errors(self.path):
+            stored = self._connection.execute("SELECT * FROM limits ORDER BY key").fetchall()
+        return {key: _number(load_factor) for key, load_factor in self._sound(stored)}
+
+    def _sound(self, stored: list[tuple[Any, ...]]) -> list[list[Any]]:
+        """The values of the rows that have the right checksum; a warning counts the others."""
         sound = [values for *values, checksum in stored if checksum == _checksum(values)]
         damaged = len(stored) - len(sound)
         if damaged:
             rows = number_of(
                 damaged, "row is damaged and does not count", "rows are damaged and do not count"
             )
-            warnings.warn(
-                f"store: {str(self.path)!r}: {rows}",
-                DamagedRows,
-                stacklevel=3,
-            )
-        return pd.DataFrame(sound, columns=list(STORED)).astype(STORED)
+            warnings.warn(f"store: {str(self.path)!r}: {rows}", DamagedRows, stacklevel=4)
+        return sound
 
     def check_cycles(self, loads: Mapping[str, str]) -> None:
         """Refuse labels under which the store has runs of other load cycles.
@@ -123,6 +137,16 @@ class Store:
             for row in rows:
                 values = _values(row)
                 self._connection.execute(_WRITE, [*values, _checksum(values), FAILED, FAILED])
+
+    def write_limits(self, limits: Mapping[str, float]) -> None:
+        """Write the load factors of shakedown limits by their keys, in one transaction."""
+        with _store_errors(self.path), self._connection:
+            self._connection.execute("BEGIN IMMEDIATE")
+            for key, load_factor in limits.items():
+                values = [key, None if pd.isna(load_factor) else float(load_factor)]
+                self._connection.execute(
+                    "INSERT OR REPLACE INTO limits VALUES (?, ?, ?)", [*values, _checksum(values)]
+                )
 
 
 def _connect(path: Path, make: bool) -> sqlite3.Connection:
@@ -163,6 +187,11 @@ def _values(row: Row) -> list[Any]:
     return values
 
 
+def _number(value: float | None) -> float:
+    """A number of sqlite, which keeps NaN as NULL."""
+    return float("nan") if value is None else value
+
+
 def _checksum(values: list[Any]) -> int:
     return zlib.crc32(repr(values).encode())
 
@@ -200,7 +229,9 @@ def read_store(path: str | os.PathLike[str]) -> pd.DataFrame:
 
 
 def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike[str]]) -> int:
-    """Write all runs of some stores, such as stores of shards, into one; return its number of runs.
+    """Write all runs and limits of some stores, such as stores of shards, into one.
+
+    Returns the number of runs of the store.
 
     The file may exist; its runs are kept. A run that is in several stores is written once, as a
     result if any store has its result.
@@ -228,9 +259,13 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     2
     """
     rows = list[Row]()
+    limits = dict[str, float]()
     loads = dict[str, str]()  # label -> digest of its loads
     for part in listed("parts", parts):
-        for row in read_store(part).to_dict("records"):
+        with closing(Store(part, make=False)) as source:
+            table = source.read()
+            limits |= source.read_limits()
+        for row in table.to_dict("records"):
             label = row["cycle"]
             if label and loads.setdefault(label, row["loads"]) != row["loads"]:
                 raise StoreError(
@@ -241,4 +276,5 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
     with closing(Store(into)) as store:
         store.check_cycles(loads)
         store.write(rows)
+        store.write_limits(limits)
         return len(store.read())

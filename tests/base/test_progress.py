@@ -357,14 +357,15 @@ def test_a_function_tells_the_best_so_far_when_the_bar_is_drawn(log):
 
 
 def test_studies_count_their_limits(log):
-    """A study of several frictions computes their limits first."""
+    """A study of several frictions computes their limits last."""
 
-    def slow(*_args, **_options):
+    def slow(*args, **options):
         time.sleep(0.05)
+        return fo.shakedown_limit(*args, **options)
 
     with pytest.MonkeyPatch.context() as patch, redirect_stderr(log):
         patch.setattr("frictopt.study.dissipation.shakedown_limit", slow)
-        fo.dissipation_study(PAIR, CYCLE, [0.3, 0.4, 0.5], [0.2])
+        fo.dissipation_study(PAIR, CYCLE, [0.3, 0.4, 0.5], [0.2], limits=True)
     assert re.search(r"limits: 2 of 3 limits, 00:0\d", log.getvalue())
 
 

@@ -385,12 +385,12 @@ random_slips = { amplitudes = [AMPLITUDE], count = 2 }
 """
 
 
-@pytest.mark.parametrize(("what", "most", "runs"), [("transients", 5, 5), ("limits", 2, 0)])
+@pytest.mark.parametrize(("what", "most", "runs"), [("transients", 5, 5), ("limits", 2, 20)])
 def test_an_interrupted_study_says_how_many_runs_its_store_keeps(
     what, most, runs, monkeypatch, capsys
 ):
     """The same command goes on from there."""
-    Path("study.toml").write_text(STUDY.replace("AMPLITUDE", "0.1"))
+    Path("study.toml").write_text("limits = true\n" + STUDY.replace("AMPLITUDE", "0.1"))
     keep, update = dissipation._Study.keep, Bar.update
 
     def stops(study, bar, rows, are_results):

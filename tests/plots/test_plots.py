@@ -323,7 +323,9 @@ def test_several_contacts_are_named_above_and_not_joined():
 
 def study():
     starts = fo.starts.no_slip() + fo.starts.overloads([1.5]) + fo.starts.given_slips([[0.3, -0.2]])
-    return fo.dissipation_study(PAIR, CYCLE, F, [0.3, 0.6, 1.5], starts, progress=False)
+    return fo.dissipation_study(
+        PAIR, CYCLE, F, [0.3, 0.6, 1.5], starts, limits=True, progress=False
+    )
 
 
 def test_a_study_has_a_mark_for_each_run():

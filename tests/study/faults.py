@@ -40,6 +40,27 @@ FAULTS = (
         tests="dissipation_study",
     ),
     Fault(
+        "study/dissipation.py",
+        "limits of the store are computed again",
+        old="case.key not in self.limits",
+        new="True",
+        tests="dissipation_study",
+    ),
+    Fault(
+        "study/dissipation.py",
+        "starts without a safe slip need a limit",
+        old="run.start.safe_multiple is not None",
+        new="True",
+        tests="dissipation_study",
+    ),
+    Fault(
+        "study/store.py",
+        "a store of parts loses their limits",
+        old="store.write_limits(limits)",
+        new="store.write_limits({})",
+        tests="dissipation_study",
+    ),
+    Fault(
         "study/store.py",
         "damaged rows count",
         old="checksum == _checksum(values)",
@@ -97,10 +118,11 @@ FAULTS = (
     ),
     Fault(
         "study/dissipation.py",
-        "an interrupt before the first run loses what the store has",
-        old="bar.keep('table', known, _NO_RUN)",
+        "an interrupt of the limits loses the runs",
+        old="bar.keep('table', self.table, self._note())",
         new="None",
         tests="command_questions",
+        within="_find",
     ),
     Fault(
         "study/pictures.py",

@@ -1,7 +1,9 @@
 import io
 import re
+import sqlite3
 import sys
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import replace
 from multiprocessing import get_context
 
@@ -15,7 +17,7 @@ from scipy import stats
 import frictopt as fo
 from frictopt.study import dissipation, runs
 from frictopt.study.starts import Start, given_slips, no_slip, overloads, random_slips, safe_slips
-from frictopt.study.store import Store, merge_stores
+from frictopt.study.store import DamagedRows, Store, merge_stores
 from helpers.refused import refused
 from helpers.systems import CYCLE, ONE_NODE, random_system, system
 
@@ -58,6 +60,7 @@ def test_one_node_has_the_closed_form_dissipation_from_every_start():
         0.4,
         [1.2 * (limit := fo.shakedown_limit(one, CYCLE, 0.4).load_factor)],
         [[0.0], [1.0], [-3.0]],
+        limits=True,
     )
     assert table.dissipation.to_numpy() == pytest.approx(3 * [0.061945108310], rel=1e-9)
     assert table.dissipation_scaled.to_numpy() == pytest.approx(
@@ -152,7 +155,9 @@ def test_a_safe_slip_that_no_solver_finds_is_a_row_and_the_others_go_on(
 
     monkeypatch.setattr("frictopt.study.starts.safe_slip", fail)
     monkeypatch.setattr(dissipation, "shakedown_limit", fail)
-    table = fo.dissipation_study(contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips())
+    table = fo.dissipation_study(
+        contact, CYCLE, 0.4, factors[:1], no_slip() + safe_slips(), limits=True
+    )
     assert table.error.tolist() == ["", "SolverError: no solver answered"]
     assert table.load_ratio.isna().all()
 
@@ -237,7 +242,9 @@ def test_an_interrupt_leaves_the_finished_rows(
 def test_friction_is_an_axis_of_numbers_fields_and_distributions(contact, factors, tmp_path):
     field = [0.3, 0.4, 0.5, 0.4]
     axis = [0.4, field, stats.uniform(0.3, 0.2), stats.uniform(0.3, 0.2)]
-    table = fo.dissipation_study(contact, CYCLE, axis, factors, rng=5, store=tmp_path / "runs")
+    table = fo.dissipation_study(
+        contact, CYCLE, axis, factors, rng=5, limits=True, store=tmp_path / "runs"
+    )
     draws = np.random.default_rng(5)
     fields = [
         0.4,
@@ -295,6 +302,71 @@ def test_parts_of_a_study_make_the_whole(contact, factors, starts, table, tmp_pa
     pd.testing.assert_frame_equal(results(whole), results(table), check_exact=True)
 
 
+@pytest.fixture
+def limits_asked(monkeypatch):
+    """Coefficient of friction of each limit that a study computes."""
+    asked = []
+
+    def shakedown_limit(contact, cycle, friction, **options):
+        asked.append(float(friction[0]))
+        return fo.shakedown_limit(contact, cycle, friction, **options)
+
+    monkeypatch.setattr(dissipation, "shakedown_limit", shakedown_limit)
+    return asked
+
+
+def test_a_limit_is_computed_only_for_a_column_or_a_start_that_needs_it(
+    contact, factors, limits_asked
+):
+    frictions = np.c_[[0.4, 0.6]]
+    plain = fo.dissipation_study(contact, CYCLE, frictions, factors)
+    assert not limits_asked and not {"load_ratio", "shakedown_limit"} & set(plain.columns)
+    fo.dissipation_study(contact, CYCLE, frictions, factors, no_slip() + safe_slips())
+    assert limits_asked == [0.4, 0.6]
+    limits_asked.clear()
+    table = fo.dissipation_study(contact, CYCLE, frictions, factors, limits=True)
+    assert limits_asked == [0.4, 0.6]
+    pd.testing.assert_frame_equal(results(table)[results(plain).columns], results(plain))
+
+
+def test_a_store_keeps_limits_and_so_does_a_store_of_parts(
+    contact, factors, limits_asked, tmp_path
+):
+    asked = contact, CYCLE, np.c_[[0.4, 0.6]], factors
+    parts = [tmp_path / f"part{k}" for k in (1, 2)]
+    for k, part in enumerate(parts, start=1):
+        fo.dissipation_study(*asked, limits=True, store=part, shard=(k, 2))
+    merge_stores(tmp_path / "whole", parts)
+    fresh = fo.dissipation_study(*asked, limits=True)
+    limits_asked.clear()
+    kept = fo.dissipation_study(*asked, limits=True, store=tmp_path / "whole")
+    assert not limits_asked
+    pd.testing.assert_frame_equal(results(kept), results(fresh), check_exact=True)
+
+    with closing(sqlite3.connect(tmp_path / "whole")) as connection, connection:
+        connection.execute("UPDATE limits SET load_factor = 2 * load_factor")
+    with pytest.warns(DamagedRows, match="2 rows are damaged"):
+        again = fo.dissipation_study(*asked, limits=True, store=tmp_path / "whole")
+    assert limits_asked == [0.4, 0.6]
+    pd.testing.assert_frame_equal(results(again), results(fresh), check_exact=True)
+
+
+def test_an_interrupt_of_the_limits_leaves_all_runs_and_the_limits_so_far(
+    contact, factors, monkeypatch
+):
+    def interrupted(contact, cycle, friction, **options):
+        if friction[0] > 0.5:
+            raise KeyboardInterrupt
+        return fo.shakedown_limit(contact, cycle, friction, **options)
+
+    monkeypatch.setattr(dissipation, "shakedown_limit", interrupted)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        fo.dissipation_study(contact, CYCLE, np.c_[[0.4, 0.6]], factors, limits=True)
+    table = stop.value.table
+    assert len(table) == 2 * len(factors) and table.attrs["missing"] == 0
+    assert (table.shakedown_limit.isna() == (table.friction > 0.5)).all()
+
+
 def test_progress_of_a_short_study_is_silent_but_on_a_terminal(
     contact, factors, capsys, monkeypatch
 ):
@@ -325,6 +397,7 @@ def test_progress_of_a_short_study_is_silent_but_on_a_terminal(
     ({"friction": stats.norm(0.5, 0.01)}, "rng: None"),
     ({"shard": (4, 3)}, "shard k: 4"),
     ({"shard": (1, 2, 3)}, "shard: "),
+    ({"limits": 1}, "limits: 1; give True or False"),
     ({"cycle": {}}, "cycle: empty; give a LoadCycle, or label"),
     ({"cycle": {"": CYCLE}}, "cycle: label ''; give a printable text"),
     ({"cycle": {"slow": {"corners": []}}}, r"cycle\['slow'\]: a dict; give a LoadCycle"),
@@ -459,12 +532,14 @@ SLOW, FAST = (
 @pytest.fixture
 def both(contact, factors):
     """A study of two load cycles."""
-    return fo.dissipation_study(contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors)
+    return fo.dissipation_study(
+        contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, limits=True
+    )
 
 
 def test_load_cycles_are_an_axis_between_friction_and_load(contact, factors, both):
     parts = [
-        fo.dissipation_study(contact, cycle, friction, factors)
+        fo.dissipation_study(contact, cycle, friction, factors, limits=True)
         for friction in (0.4, 0.6)
         for cycle in (SLOW, FAST)
     ]
@@ -505,7 +580,8 @@ def test_a_store_knows_the_load_cycles_by_label_and_content(
     again = fo.dissipation_study(
         contact, {"slow": SLOW, "fast": FAST}, [0.4, 0.6], factors, store=tmp_path / "whole"
     )
-    pd.testing.assert_frame_equal(results(again), results(both), check_exact=True)
+    runs_alone = results(both).drop(columns=["load_ratio", "shakedown_limit"])
+    pd.testing.assert_frame_equal(results(again), runs_alone, check_exact=True)
     renamed = fo.dissipation_study(contact, {"new": FAST}, 0.4, factors, store=tmp_path / "whole")
     assert (
         renamed["cycle"].tolist() == 3 * ["new"]
