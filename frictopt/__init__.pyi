@@ -12,10 +12,12 @@ from .fem.bodies import Body, split_bodies
 from .fem.bolts import BoltPreload
 from .fem.condense import condense
 from .fem.contacts import Contact, Interference
+from .fem.couplings import DistributingCoupling, RigidCoupling
 from .fem.cyclic import Cyclic
 from .fem.elasticity import Material
 from .fem.loads import BodyForce, Centrifugal, Displacement, Expansion, Pressure, Traction
 from .fem.model import ContactModel
+from .fem.node_forces import PointForce, RemoteForce
 from .fem.paraview import write_paraview
 from .fem.supports import Support
 from .joints.backbone import backbone_curve
@@ -70,6 +72,7 @@ __all__ = [
     "Cyclic",
     "DesignModel",
     "Displacement",
+    "DistributingCoupling",
     "Expansion",
     "FrictoptError",
     "GuaranteedModel",
@@ -82,7 +85,10 @@ __all__ = [
     "ModelWarning",
     "NoContinuation",
     "Outcome",
+    "PointForce",
     "Pressure",
+    "RemoteForce",
+    "RigidCoupling",
     "SafeSlipModel",
     "ShakedownModel",
     "SolverError",

@@ -9,10 +9,12 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 |---|---|
 | `model.py` | `ContactModel`: the description by the user, and its condensation |
 | `bodies.py`, `elasticity.py` | meshes with materials, their stiffness and nodal forces |
-| `contacts.py`, `supports.py` | contacts and supports |
+| `contacts.py`, `supports.py`, `couplings.py` | contacts, supports, and nodes coupled to a point |
 | `cyclic.py`, `sector.py` | sectors of a ring |
-| `loads.py`, `bolts.py`, `load_sizes.py` | loads, tightened bolts, and sizes of load cases |
+| `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |
+| `bolts.py`, `load_sizes.py` | tightened bolts, and sizes of load cases |
 | `faces.py`, `clipping.py`, `normals.py` | facets, overlaps of faces, and normals |
+| `mortar.py` | nodes of one face joined to places on another |
 | `coincidence.py`, `touching.py` | which points coincide, and whether bodies touch unjoined |
 | `assembly.py`, `load_cases.py` | all bodies in one numbering, and load cases on them |
 | `shared_corners.py` | corners of several contacts |

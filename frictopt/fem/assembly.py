@@ -3,7 +3,6 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, diags, identity, vstack
@@ -16,36 +15,18 @@ from .bodies import Body
 from .bolts import BoltPreload, Cut, cut_bodies, released
 from .coincidence import coincide, mesh_errors
 from .condense import Glued
-from .contacts import Contact, Interference, Joint, join_faces, normals_into
+from .contacts import Contact, contact_names, join_faces, normals_into
+from .couplings import Coupling, coupled
 from .cyclic import Cyclic, sector_of
 from .elasticity import Kinematics, body_stiffness, midside_ties
 from .guided_pairs import guided_pairs, node_directions
 from .interface import ASKEW, Interface, blocks_of, openings
-from .loads import (
-    BodyForce,
-    Centrifugal,
-    Displacement,
-    Expansion,
-    NodalForces,
-    Pressure,
-    Traction,
-)
+from .loads import Displacement
+from .mortar import Joint
 from .rigid import NO_ROWS, assemblies, free_motions, node_graph
 from .shared_corners import independent_pairs
 from .supports import Support, along_axes, nodes_of, normals_along
 from .touching import check_touching
-
-Load: TypeAlias = (
-    Traction
-    | Pressure
-    | BodyForce
-    | Centrifugal
-    | Expansion
-    | Displacement
-    | Interference
-    | BoltPreload
-    | NodalForces
-)
 
 
 class Assembly:
@@ -86,7 +67,7 @@ class Assembly:
     def __init__(
         self,
         bodies: Mapping[str, Body],
-        supports: Sequence[Support | Cyclic],
+        supports: Sequence[Support | Cyclic | Coupling],
         contacts: Sequence[Contact],
         bolts: Sequence[BoltPreload],
         kinematics: Kinematics,
@@ -95,9 +76,10 @@ class Assembly:
         self.kinematics = kinematics
         self.supports = [support for support in supports if isinstance(support, Support)]
         cyclic = [support for support in supports if isinstance(support, Cyclic)]
+        self.couplings = [support for support in supports if isinstance(support, Coupling)]
         self.sector = sector_of(cyclic, self.bodies, kinematics)
         self._number_nodes()
-        self.names = _contact_names(contacts)
+        self.names = contact_names(contacts)
         self.joints = self._joined_faces(contacts)
         self._hold_nodes()
         self.tied = self._ties(contacts)
@@ -228,7 +210,7 @@ class Assembly:
             body_2 = bodies[contact.body_2]
             joint = join_faces(contact, body_1, body_2, normals, self.kinematics)
             joints.append(joint)
-            touched[contact.body_1, contact.body_2].append(joint.nodes)
+            touched[contact.body_1, contact.body_2].append(joint.opposite)
             touched[contact.body_2, contact.body_1].append(joint.projection.indices)
         check_touching(self.bodies, touched)
         return joints
@@ -281,13 +263,15 @@ class Assembly:
     def _ties(self, contacts: Sequence[Contact]) -> csr_matrix:
         """Matrix `tied`: midside nodes of contact faces follow corners, cut faces follow cut faces.
 
+        Nodes of couplings follow each other.
+
         Displacements that a support holds stay held; the following ones are marked in `free_rows`.
         """
         ties = block_diag(self._midside_ties(contacts)).tocoo()
         d = self.points.shape[1]
         midside = ties.row // d
         for support in self.supports:
-            is_point = not isinstance(support.where, str)
+            is_point = isinstance(support.where, tuple)
             if is_point and np.isin(self.nodes("supports", support), midside).any():
                 raise ModelError(
                     f"supports: {support} is a midside node of a contact face, which follows the "
@@ -304,8 +288,35 @@ class Assembly:
         self.free_rows[follows[self.rows] > 0] = -2
         weights = csr_matrix((ties.data[free], (row, column)), shape=(len(follows),) * 2)
         by_corners = csr_matrix(diags(1 - follows) + weights)
+        by_couplings = self._couple(contacts, midside)
         by_sector = self.sector.follow(self.rows, self.free_rows, self.directions, self.points)
-        return csr_matrix(by_corners @ by_sector)
+        return csr_matrix(by_corners @ by_couplings @ by_sector)
+
+    def _couple(self, contacts: Sequence[Contact], midside: Integers) -> csr_matrix:
+        """Matrix by which nodes of couplings follow each other; they are marked in `free_rows`."""
+        if self.couplings and self.sector.count > 1:
+            raise ModelError(
+                f"supports: {self.couplings[0]} beside a Cyclic; a coupling does not know the "
+                "nodes of other sectors: model the whole ring, or use a Support"
+            )
+        taken = [midside, self.oblique]
+        for contact, joint in zip(contacts, self.joints, strict=True):
+            taken.append(self.first_node[contact.body_1] + joint.nodes)
+            taken.append(self.first_node[contact.body_2] + joint.projection.indices)
+        self.coupled = coupled(
+            self.couplings,
+            self.bodies,
+            self.first_node,
+            self.free_rows >= 0,
+            np.concatenate(taken),
+            self.points,
+            self.kinematics,
+        )
+        unknowns = self.rows.ravel()
+        self.free_rows.ravel()[self.coupled.followers] = -2
+        self.free_rows.ravel()[self.coupled.zero] = -1
+        order = csr_matrix((np.ones(len(unknowns)), (unknowns, np.arange(len(unknowns)))))
+        return csr_matrix(order @ self.coupled.matrix @ order.T)
 
     def _midside_ties(self, contacts: Sequence[Contact]) -> list[csr_matrix]:
         """Ties of the midside nodes of each body on contacts, and on cuts that do not match."""
@@ -350,7 +361,7 @@ class Assembly:
 
     def _make_pairs(self, contacts: Sequence[Contact]) -> None:
         """Make the pairs of all contacts, contact after contact."""
-        number, nodes, projection, normals, widths, gap = self.sector.once(
+        number, nodes, projection, normals, widths, gap, inside = self.sector.once(
             self.names, self._all_pairs(contacts), self.points, self.errors
         )
 
@@ -372,6 +383,7 @@ class Assembly:
             self.errors[nodes],
             normals,
             widths,
+            inside,
         )
         opening = csr_matrix(means @ openings(nodes, projection))
         directions = self.directions if len(self.oblique) else None
@@ -391,8 +403,11 @@ class Assembly:
 
     def _all_pairs(
         self, contacts: Sequence[Contact]
-    ) -> tuple[Integers, Integers, csr_matrix, Array, Array, Array]:
-        """Contact, node of body 1, place on body 2, normal, width and gap of all pairs."""
+    ) -> tuple[Integers, Integers, csr_matrix, Array, Array, Array, Booleans]:
+        """Contact, node of body 1, place on body 2, normal, width and gap of all pairs.
+
+        The last result says which nodes lie opposite body 2.
+        """
         nodes = []
         projections = []
         for contact, joint in zip(contacts, self.joints, strict=True):
@@ -408,12 +423,13 @@ class Assembly:
             np.concatenate([joint.normals for joint in self.joints]),
             np.concatenate([joint.widths for joint in self.joints]),
             np.concatenate([joint.gap for joint in self.joints]),
+            np.concatenate([joint.inside for joint in self.joints]),
         )
 
     def _closed_cuts(self, cuts: Sequence[Cut]) -> list[Cut]:
         """The cuts in node numbers of the model; their far faces follow the near ones."""
         closed = []
-        taken = np.r_[self.pairs.opening.indices, self.sector.on_cuts]
+        taken = np.r_[self.pairs.opening.indices, self.sector.on_cuts, self.coupled.nodes]
         for cut in cuts:
             near = self.first_node[cut.bolt.body] + cut.near
             far = self.first_node[cut.bolt.body] + cut.far
@@ -422,19 +438,10 @@ class Assembly:
                 raise ModelError(
                     f"bolt {cut.bolt.body!r}: its section at "
                     f"{place(self.points[near].mean(axis=0))} has nodes on a cut of a sector, in a "
-                    "contact, in another section, or held along the axis; put it where the shank "
-                    "is free"
+                    "contact, a coupling or another section, or held along the axis; put it where "
+                    "the shank is free"
                 )
             self.free_rows[far] = -2
             taken = np.r_[taken, near, far]
             closed.append(Cut(cut.bolt, near, far, cut.axis))
         return closed
-
-
-def _contact_names(contacts: Sequence[Contact]) -> list[str]:
-    """The names of the contacts, which must differ."""
-    names = [str(contact.name) for contact in contacts]
-    for i, name in enumerate(names):
-        if name in names[:i]:
-            raise ModelError(f"contacts: two are called {name!r}; give each a name")
-    return names

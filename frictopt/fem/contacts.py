@@ -4,30 +4,21 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_matrix
 
-from ..base import COUNTS, Array, Integers, check_text, finite_number, first_of, place, shown
+from ..base import Array, Integers, check_text, finite_number, shown
 from ..contact import checked_springs
 from ..errors import ModelError
 from .bodies import Body
-from .coincidence import error_along, measured, mesh_errors
-from .elasticity import Kinematics, circumference
-from .faces import (
-    FACED,
-    Overlaps,
-    faced,
-    facet_overlaps,
-    facets_around,
-    mortar_projection,
-    ordered_nodes,
-    sag,
-)
+from .coincidence import mesh_errors
+from .elasticity import Kinematics
+from .faces import facets_around, ordered_nodes
 from .loads import Part, values_at
+from .mortar import Face, FaceNames, Joint, joined
 from .normals import normals_of_faces
 
 
@@ -39,11 +30,15 @@ class Contact:
     match. In the plane the face of body 1 is one chain of edges; in space facets are triangles or
     quadrilaterals.
 
-    The face of body 1 lies within the face of body 2. Its nodes are the nodes of the contact, so it
-    should have the finer mesh. For round faces whose meshes do not match, body 1 should be the
-    rotating body, and its mesh should not be finer. At least half of the length or area of each
-    facet of body 1 must face body 2 along its normal: ends and rims of round faces may miss each
-    other by their sag.
+    The nodes of the face of body 1 are the nodes of the contact, so it should have the finer mesh.
+    For round faces whose meshes do not match, body 1 should be the rotating body, and its mesh
+    should not be finer.
+
+    The face of body 1 may reach beyond that of body 2. What lies opposite nothing is free, and a
+    `ModelWarning` says how large it is. If at least half of a facet lies opposite body 2, its nodes
+    are nodes of the contact, and pressure can act up to half a facet beyond the edge of body 2. Of
+    all other facets, the part opposite body 2 belongs to the nearest node of the contact. Ends and
+    rims of round faces may miss each other by their sag, without a warning.
 
     Quadratic bodies meet in linear facets through their corner nodes, and the midside nodes follow
     the corners. The two faces of a crack are faces of one body; the node at its tip, which both
@@ -148,25 +143,13 @@ class Interference(Part):
         finite_number("amount", self.amount, least=0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Joint:
-    """The nodes of body 1 on a contact, and the places on body 2 that they are joined to."""
-
-    # (n,) nodes of body 1, in the plane in the order of its face
-    nodes: Integers
-    # (n, d) normals into body 1, of any length
-    normals: Array
-    # (n,) tributary lengths; areas in axisymmetric models and in space
-    widths: Array
-    # (n, nodes of body 2) matrix of the places
-    projection: csr_matrix
-    # (n,) initial gap
-    gap: Array
-    # mean length of the edges of body 1, divided by that of the edges of body 2 that face them
-    coarser: float
-    # largest distance by which facets may miss the curved faces that they stand for, divided by
-    # the widest measured gap; 0 without a measured gap
-    missed: float
+def contact_names(contacts: Sequence[Contact]) -> list[str]:
+    """The names of the contacts, which must differ."""
+    names = [str(contact.name) for contact in contacts]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise ModelError(f"contacts: two are called {name!r}; give each a name")
+    return names
 
 
 def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> list[Array]:
@@ -189,119 +172,37 @@ def normals_into(contacts: Sequence[Contact], bodies: Mapping[str, Body]) -> lis
     return [normals[number] for number in range(len(contacts))]
 
 
-@dataclass(frozen=True, eq=False)
-class _Face:
-    """A face of a body: nodes (facets, corners) of its facets, and all points with errors."""
-
-    facets: Integers
-    points: Array
-    errors: Array
-
-    @classmethod
-    def from_boundary(cls, body: Body, boundary: str, argument: str) -> _Face:
-        facets = facets_around(body.mesh, body.boundary(boundary, argument))
-        return cls(facets, body.mesh.p.T, mesh_errors(body.mesh))
-
-    def sag(self) -> Array:
-        return sag(self.facets, self.points, self.errors)
-
-
 def join_faces(
     contact: Contact, body_1: Body, body_2: Body, normals: Array, kinematics: Kinematics
 ) -> Joint:
-    """Join the nodes of two faces by the dual mortar method.
+    """Join the nodes of the two faces of a contact, see `joined`.
 
-    If the faces match, it makes pairs of nodes. `normals` (nodes of body 1, d) point into body 1,
-    see `normals_into`.
-    """
-    argument = f"contact {contact.name!r}, body {contact.body_1!r}"
-    face_1 = _Face.from_boundary(body_1, contact.boundary_1, argument)
-    face_2 = _Face.from_boundary(
-        body_2, contact.boundary_2, f"contact {contact.name!r}, body {contact.body_2!r}"
-    )
-    if kinematics == "space":
-        nodes = np.unique(face_1.facets)
-    else:
-        nodes = ordered_nodes(body_1, contact.boundary_1, argument)
-    overlaps = facet_overlaps(face_1.facets, face_1.points, face_2.facets, face_2.points)
-    _check_faced(contact, overlaps, face_1.points[face_1.facets])
-
-    # Axisymmetric faces are integrated around the axis, so their widths are areas.
-    x = np.sum(overlaps.phi * face_1.points[overlaps.nodes_1, 0], axis=1)
-    weights = overlaps.weights * circumference(x, kinematics)
-    P, widths = mortar_projection(replace(overlaps, weights=weights), nodes, len(face_2.points))
-
-    points = face_1.points[nodes]
-    inward = normals[nodes]
-    unit = inward / np.linalg.norm(inward, axis=1)[:, None]
-    error = error_along(unit, face_1.errors[nodes] + abs(P) @ face_2.errors)
-    distance = np.sum((points - P @ face_2.points) * unit, axis=1)
-    largest_sag_2 = np.maximum.reduceat(face_2.sag()[P.indices], P.indptr[:-1])
-    allowed = error + face_1.sag()[nodes] + largest_sag_2
-    gap = _initial_gap(contact, points, distance, error, allowed)
-    missed = 0.0
-    if contact.gap == "measured":
-        missed = float((allowed - error).max()) / max(float(gap.max()), float(error.min()))
-
-    facing = np.isin(face_2.facets, P.indices).all(axis=1)
-    length_1 = _edge_length(face_1.points[face_1.facets])
-    length_2 = _edge_length(face_2.points[face_2.facets[facing]])
-    return Joint(nodes, inward, widths, P, gap, length_1 / length_2, missed)
-
-
-def _edge_length(corners: Array) -> float:
-    """Mean length of the edges of facets (facets, corners, d)."""
-    return float(np.linalg.norm(np.roll(corners, 1, axis=1) - corners, axis=2).mean())
-
-
-def _check_faced(contact: Contact, overlaps: Overlaps, corners: Array) -> None:
-    """Check that each facet (facets, corners, d) of body 1 faces body 2, and only once."""
-    share = faced(overlaps, corners)
-
-    def face_around(i: int) -> str:
-        return (
-            f"contact {contact.name!r}: the face of body {contact.body_1!r} around "
-            f"{place(corners[i].mean(axis=0))}"
-        )
-
-    if share.min() < FACED:
-        raise ModelError(
-            f"{face_around(int(share.argmin()))} faces nothing of body {contact.body_2!r}; name "
-            "only the part that touches, or exchange the bodies; the elements of body 1 and of "
-            "body 2 belong on opposite sides"
-        )
-    if share.max() > 1 + COUNTS:
-        raise ModelError(
-            f"{face_around(int(share.argmax()))} faces body {contact.body_2!r} more than once; "
-            "name only the part that touches, or mesh its curves finer"
-        )
-
-
-def _initial_gap(
-    contact: Contact, points: Array, distance: Array, error: Array, allowed: Array
-) -> Array:
-    """(n,) initial gap at nodes of body 1, from their distances (n,) to their places on body 2.
-
-    Nodes at distances up to `allowed` (n,) touch. A measured gap below the error (n,) of the
-    coordinates is zero.
+    `normals` (nodes of body 1, d) point into body 1, see `normals_into`.
     """
     name = f"contact {contact.name!r}"
-    if (i := first_of(distance < -allowed, -distance)) is not None:
-        raise ModelError(
-            f"{name}, at {place(points[i])}: the bodies overlap by {-distance[i]:g}; move them "
-            "apart, and give an Interference load"
-        )
-    if contact.gap == "measured":
-        return measured(distance, error)
-    if (i := first_of(distance > allowed, distance)) is not None:
-        raise ModelError(
-            f"{name}, at {place(points[i])}: the faces do not touch, they are {distance[i]:g} "
-            'apart; move them, or give gap="measured"'
-        )
-    gap = values_at(f"{name}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
-    if (i := first_of(gap < 0, -gap)) is not None:
-        raise ModelError(
-            f"{name}, at {place(points[i])}: gap {gap[i]:g}; give gaps >= 0, and an Interference "
-            "load for bodies that overlap"
-        )
-    return gap
+    argument = f"{name}, body {contact.body_1!r}"
+    facets_1 = body_1.boundary(contact.boundary_1, argument)
+    facets_2 = body_2.boundary(contact.boundary_2, f"{name}, body {contact.body_2!r}")
+    if kinematics == "space":
+        nodes = np.unique(body_1.mesh.facets[:, facets_1])
+    else:
+        title = f"{argument}: boundary {contact.boundary_1!r}"
+        nodes = ordered_nodes(body_1.mesh, facets_1, title)
+
+    def given_gap(points: Array) -> Array:
+        return values_at(f"{name}: gap", contact.gap if callable(contact.gap) else 0.0, points.T)
+
+    return joined(
+        _face(body_1, facets_1),
+        _face(body_2, facets_2),
+        nodes,
+        normals[nodes],
+        None if contact.gap == "measured" else given_gap,
+        FaceNames(name, f"the face of body {contact.body_1!r}", f"body {contact.body_2!r}"),
+        kinematics,
+    )
+
+
+def _face(body: Body, facets: Integers) -> Face:
+    mesh = body.mesh
+    return Face(facets_around(mesh, facets), mesh.p.T, mesh_errors(mesh))

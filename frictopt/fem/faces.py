@@ -10,11 +10,10 @@ from skfem import Mesh
 from ..base import ROUNDING, Array, Integers, place
 from ..contact.frames import frames_of
 from ..errors import ModelError
-from .bodies import Body
 from .clipping import common_parts, hat_functions, integration_points_of
 
-# Smallest share of each facet that must face the other face: ends and rims of round faces miss each
-# other by their sag.
+# Smallest share of a facet that faces the other face, for its nodes to be nodes of the contact.
+# Ends and rims of round faces miss each other by their sag.
 FACED = 0.5
 
 
@@ -114,19 +113,17 @@ def neighbours(
     return i, j
 
 
-def ordered_nodes(body: Body, boundary: str, argument: str) -> Integers:
-    """Nodes of a boundary in the plane in their order, with the body on the left.
+def ordered_nodes(mesh: Mesh, facets: Integers, argument: str) -> Integers:
+    """Nodes of facets of a plane outline in their order, with the body on the left.
 
-    Error messages call the boundary `argument`.
+    The facets are one line. Error messages call them `argument`.
     """
-    mesh = body.mesh
-    name = f"{argument}: boundary {boundary!r}"
-    lines = lines_along(mesh, body.boundary(boundary, argument), name)
+    lines = lines_along(mesh, facets, argument)
     if len(lines) > 1:
         place_1, place_2 = (place(mesh.p[:, nodes[0]]) for nodes, _ in lines[:2])
         raise ModelError(
-            f"{name} is in several pieces, one at {place_1}, another at {place_2}; make a contact "
-            "of each piece"
+            f"{argument} is in several pieces, one at {place_1}, another at {place_2}; make a "
+            "contact of each piece"
         )
     line, is_closed = lines[0]
     nodes = line[::-1]

@@ -2,15 +2,41 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from ..base import ROUNDING, Array, choice, first_of, place
 from ..errors import ModelError
-from .assembly import Assembly, Load
+from .assembly import Assembly
 from .bolts import BoltPreload
 from .contacts import Interference
-from .loads import Displacement, Pressure, Traction, values_at
+from .loads import (
+    BodyForce,
+    Centrifugal,
+    Displacement,
+    Expansion,
+    NodalForces,
+    Pressure,
+    Traction,
+    values_at,
+)
+from .node_forces import PointForce, RemoteForce
+from .supports import nodes_of
+
+Load: TypeAlias = (
+    Traction
+    | Pressure
+    | PointForce
+    | RemoteForce
+    | BodyForce
+    | Centrifugal
+    | Expansion
+    | Displacement
+    | Interference
+    | BoltPreload
+    | NodalForces
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +66,14 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> LoadCase
             body = model.body(argument, load.body)
             if isinstance(load, Traction | Pressure):
                 body.boundary(load.boundary, argument)
+            if isinstance(load, PointForce | RemoteForce):
+                _check_once(model, argument, load)
             first = model.points.shape[1] * model.first_node[load.body]
             nodal = load._forces(body, model.kinematics).ravel()
             forces[first : first + body.mesh.p.size] += nodal
+    given = float(np.abs(forces).max())
     forces = model.tied.T @ forces
-    _check_felt(model, argument, loads, forces)
+    _check_felt(model, argument, loads, forces, given)
 
     displacements = _glued_along(model, argument, prescribed, loads)
     for cut in model.cuts:
@@ -52,6 +81,20 @@ def load_case(model: Assembly, argument: str, loads: Sequence[Load]) -> LoadCase
         near = displacements[model.rows[cut.near]]
         displacements[model.rows[cut.far]] = near - cut.axis * shortening
     return LoadCase(forces, displacements, np.array(list(overlaps.values()))[model.contact])
+
+
+def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) -> None:
+    """Check that no node on a cut of a sector gets the force of its copy, too."""
+    if isinstance(load, RemoteForce) and isinstance(load.where, str):
+        return  # its nodes on both cuts have the areas of one
+    body = model.body(argument, load.body)
+    nodes = model.first_node[load.body] + nodes_of(body, load.body, load.where)
+    copied = np.intersect1d(nodes, model.sector.nodes)
+    if len(copied):
+        raise ModelError(
+            f"{argument}: {load} has the node at {place(model.points[copied[0]])} on the cut "
+            "`high` of a sector, which is that on `low`: leave nodes on `high` out"
+        )
 
 
 def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: Array) -> None:
@@ -120,18 +163,32 @@ def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Seque
     return displacements
 
 
-def _check_felt(model: Assembly, argument: str, loads: Sequence[Load], forces: Array) -> None:
-    """Check that supports do not carry all the forces of a load case that acts on boundaries."""
-    on_boundaries = [load for load in loads if isinstance(load, Traction | Pressure)]
-    largest = np.abs(forces).max()
+def _check_felt(
+    model: Assembly, argument: str, loads: Sequence[Load], forces: Array, largest: float
+) -> None:
+    """Check that supports do not carry all the forces of a load case that acts on some places.
+
+    `largest` is the largest nodal force before couplings pass it on.
+    """
+    on_places = [
+        load for load in loads if isinstance(load, Traction | Pressure | PointForce | RemoteForce)
+    ]
     along_directions = np.einsum("nka,na->nk", model.directions, forces[model.rows])
     felt = np.abs(along_directions[model.free_rows != -1]).max(initial=0.0)
-    if len(on_boundaries) < len(loads) or largest == 0 or felt > ROUNDING * largest:
+    if len(on_places) < len(loads) or largest == 0 or felt > ROUNDING * largest:
         return
-    bodies = {load.body for load in on_boundaries}
-    supports = [support for support in model.supports if support.body in bodies]
-    names = " and ".join(f"{load.boundary!r} of body {load.body!r}" for load in on_boundaries)
+    bodies = {load.body for load in on_places}
+    supports = [
+        support for support in (*model.supports, *model.couplings) if support.body in bodies
+    ]
+    names = " and ".join(f"{_place(load)} of body {load.body!r}" for load in on_places)
     raise ModelError(
-        f"{argument}: acts on boundary {names} only where supports hold it, {supports}; load "
+        f"{argument}: acts on {names} only where supports hold it, {supports}; load "
         "another boundary, or hold less"
     )
+
+
+def _place(load: Traction | Pressure | PointForce | RemoteForce) -> str:
+    if isinstance(load, Traction | Pressure):
+        return f"boundary {load.boundary!r}"
+    return f"boundary {load.where!r}" if isinstance(load.where, str) else f"nodes {load.where}"

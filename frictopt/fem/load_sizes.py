@@ -1,6 +1,7 @@
 """The sizes of load cases, by which their work is divided to give a motion."""
 
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -8,6 +9,9 @@ from ..base import Array
 from .bodies import Body
 from .elasticity import Kinematics, boundary_forces, volume_forces
 from .loads import BodyForce, Pressure, Traction, components
+from .node_forces import PointForce, RemoteForce
+
+_Sized: TypeAlias = Traction | Pressure | BodyForce | PointForce | RemoteForce
 
 
 def load_sizes(
@@ -15,18 +19,21 @@ def load_sizes(
 ) -> dict[str, float]:
     """Load case name -> integral of the absolute values of its tractions and forces per volume.
 
-    Load cases that contain other loads, or have no size, are left out.
+    Forces on nodes count with their absolute values. Load cases that contain moments or other
+    loads, or have no size, are left out.
     """
     sizes = {}
     for name, parts in loads.items():
-        forces = [part for part in parts if isinstance(part, Traction | Pressure | BodyForce)]
+        forces = [part for part in parts if isinstance(part, _Sized)]
         size = sum(_size(part, bodies[part.body], kinematics) for part in forces)
         if len(forces) == len(parts) and size > 0:
             sizes[name] = size
     return sizes
 
 
-def _size(part: Traction | Pressure | BodyForce, body: Body, kinematics: Kinematics) -> float:
+def _size(part: _Sized, body: Body, kinematics: Kinematics) -> float:
+    if isinstance(part, PointForce | RemoteForce):
+        return part._size(body, kinematics)
     if isinstance(part, BodyForce):
 
         def in_volume(points: Array) -> Array:

@@ -83,7 +83,7 @@ def values_at(name: str, amount: Amount, points: Array) -> Array:
     return np.broadcast_to(values, shape)
 
 
-class _Forces(Part):
+class ForceLoad(Part):
     """Base of loads with components x, y and z, which are zero by default."""
 
     def __post_init__(self) -> None:
@@ -94,7 +94,7 @@ class _Forces(Part):
 
 
 @dataclass(frozen=True)
-class Traction(_Forces):
+class Traction(ForceLoad):
     """Traction (x, y), in space (x, y, z), force per area, on a named boundary of one body.
 
     Each component is a number or a function of the coordinates (arrays), and zero by default.
@@ -159,7 +159,7 @@ class Pressure(Part):
 
 
 @dataclass(frozen=True)
-class BodyForce(_Forces):
+class BodyForce(ForceLoad):
     """Force per volume (x, y), in space (x, y, z), on one body: gravity is (0, -density g).
 
     Each component is a number or a function of the coordinates (arrays), and zero by default.

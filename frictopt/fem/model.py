@@ -15,17 +15,19 @@ from ..base import Array, Shown, checked_cases, number_of, progress_bar, shown
 from ..base.checks import checked_units, listed_parts
 from ..contact import ContactSystem
 from ..errors import ModelError, ModelWarning
-from .assembly import Assembly, Load
+from .assembly import Assembly
 from .bodies import Body, checked_kinematics, units_apart
 from .bolts import bolts_of, by_their_forces
 from .condense import condensed
-from .contacts import Contact, Joint
+from .contacts import Contact
+from .couplings import Coupling
 from .cyclic import Cyclic
 from .elasticity import Kinematics
 from .fields import Recoverable
-from .load_cases import LoadCase, load_case
+from .load_cases import Load, LoadCase, load_case
 from .load_sizes import load_sizes
 from .modes import Vibrating
+from .mortar import Joint
 from .pair_checks import check_order
 from .recovery import Viewed
 from .supports import Support
@@ -42,12 +44,14 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     supports
         Supports. With the contacts glued, they must prevent all rigid motions; a body that other
         bodies hold may be free. For symmetric bodies, model one half and hold it across the plane
-        of symmetry. Nodes of a contact on this plane, or on the axis of axisymmetric bodies, do not
-        slip across it. For a ring of equal sectors, model one sector, with a `Cyclic` for each body
-        that is cut.
+        of symmetry. A `RigidCoupling` or a `DistributingCoupling` holds nodes by a point. Nodes of
+        a contact on the plane of symmetry, or on the axis of axisymmetric bodies, do not slip
+        across it. For a ring of equal sectors, model one sector, with a `Cyclic` for each body that
+        is cut.
     loads
-        Load case name -> its loads: Traction, Pressure, BodyForce, Centrifugal, Expansion,
-        Displacement, Interference, BoltPreload, or the load of a mode (`Modes.load`).
+        Load case name -> its loads: Traction, Pressure, PointForce, RemoteForce, BodyForce,
+        Centrifugal, Expansion, Displacement, Interference, BoltPreload, or the load of a mode
+        (`Modes.load`).
     contacts
         The contacts, with different names. Without any, two bodies, the first of them body 1, meet
         along the boundary "contact" of both. A corner node belongs to all contacts whose faces end
@@ -96,7 +100,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
     """
 
     bodies: Mapping[str, Body]
-    supports: Sequence[Support | Cyclic]
+    supports: Sequence[Support | Cyclic | Coupling]
     loads: Mapping[str, Sequence[Load]]
     contacts: Sequence[Contact] = ()
     kinematics: Kinematics | None = None
@@ -110,7 +114,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             bodies=MappingProxyType(dict(self.bodies)),
             contacts=self._checked_contacts(),
             loads=MappingProxyType(self._checked_loads()),
-            supports=listed_parts("supports", self.supports, Support, Cyclic),
+            supports=listed_parts("supports", self.supports, Support, Cyclic, *get_args(Coupling)),
             kinematics=kinematics,
             units=checked_units(self.units),
         )
@@ -145,8 +149,15 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         return loads
 
     def _warn_of(self, contact: Contact, joint: Joint) -> None:
-        """Warn of bodies in different units, and of meshes that are too coarse."""
+        """Warn of units that differ, of coarse meshes, and of faces that reach beyond others."""
         names = contact.body_1, contact.body_2
+        if joint.beyond > 0:
+            size = "area" if self.kinematics == "space" else "length"
+            _warn(
+                f"contacts: {contact.name!r}: of the face of body {names[0]!r}, the {size} "
+                f"{joint.beyond:.3g} ({joint.share_beyond:.1%}) lies opposite nothing of body "
+                f"{names[1]!r} and is free; if it should touch, name more of body {names[1]!r}"
+            )
         for text in units_apart(names, [self.bodies[name] for name in names]):
             _warn(text)
         # Edges of body 1 that are this much longer cannot resolve the contact between their nodes.

@@ -31,12 +31,14 @@ from ..base.checks import flags, listed_parts
 from ..contact import compliances
 from ..errors import ModelError, SolverError
 from . import schur
-from .assembly import Assembly, Load
+from .assembly import Assembly
 from .bodies import Body
 from .bolts import tied_across
 from .condense import Glued, eliminated, fronts
 from .elasticity import Kinematics, basis_of, circumference
+from .load_cases import Load
 from .loads import BodyForce, Centrifugal, NodalForces, Pressure, Traction
+from .node_forces import PointForce, RemoteForce
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class ModeSettings:
 _SEARCH = ModeSettings()
 
 # Loads that are forces on bodies.
-_OF_FORCES = Traction, Pressure, BodyForce, Centrifugal, NodalForces
+_OF_FORCES = Traction, Pressure, PointForce, RemoteForce, BodyForce, Centrifugal, NodalForces
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -29,6 +29,7 @@ from ..plots.style import (
     spread,
 )
 from .bodies import Body
+from .couplings import Coupling, DistributingCoupling, RigidCoupling
 from .cyclic import Cyclic
 from .elasticity import integration_points
 from .loads import Pressure, Traction
@@ -245,10 +246,14 @@ def _supports(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
         labels.add(label)
 
 
-def _mark(support: Support | Cyclic, axes: str) -> tuple[str, str]:
+def _mark(support: Support | Cyclic | Coupling, axes: str) -> tuple[str, str]:
     """Marker and label of a support."""
     if isinstance(support, Cyclic):
         return "o", "cut of a sector"
+    if isinstance(support, RigidCoupling):
+        return "P", "rigid"
+    if isinstance(support, DistributingCoupling):
+        return "X", "held in the mean"
     if support.normal:
         return "D", "held along normals"
     held = support.directions or axes

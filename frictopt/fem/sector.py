@@ -151,9 +151,9 @@ class Sector:
 
         A pair of a copied node adds its normal and width to the pair of the node that it copies. Of
         each pair are given the number of its contact, its node of body 1, its place on body 2 (a
-        row over all nodes), normal, width and gap.
+        row over all nodes), normal, width, gap, and whether it lies opposite body 2.
         """
-        contact, nodes, projection, normals, widths, gap = pairs
+        contact, nodes, projection, normals, widths, gap, inside = pairs
         high = np.flatnonzero(np.isin(nodes, self.nodes))
         low = self._originals(contact, nodes, high)
         k = first_of(self._unmatched(nodes, projection, high, low))
@@ -176,6 +176,7 @@ class Sector:
                 "sector"
             )
         widths[low] += widths[high]
+        inside[low] |= inside[high]
         normals[low] += normals[high] @ self.turn
         left = np.delete(np.arange(len(nodes)), high)
         return tuple(part[left] for part in pairs)

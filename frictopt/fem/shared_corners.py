@@ -28,6 +28,7 @@ def independent_pairs(
     errors: Array,
     normals: Array,
     widths: Array,
+    inside: Booleans,
 ) -> tuple[Integers, csr_matrix, Array]:
     """Find the pairs whose relative motions are independent, of N pairs.
 
@@ -41,15 +42,17 @@ def independent_pairs(
     A node that both faces share, at the tip of a crack, is no pair. If the faces do not match, the
     motion relative to its place counts with the next pair, whose width does not change.
 
+    The next pair also stands for a node that lies beyond the edge of body 2.
+
     Arguments are, for each pair, the number of the contact, increasing; the node of body 1, and its
     partner, the node of body 2 that coincides with it (-1: none); the point with its errors; the
-    normal, of any length; and the width.
+    normal, of any length; the width; and whether the node lies opposite body 2.
 
     Returned are the (kept,) independent pairs, the (kept, N) matrix of the means, and the (kept, d)
     normals.
     """
     n = len(nodes)
-    kept = _independent(contacts, contact, nodes, partners, points, errors)
+    kept = _independent(contacts, contact, nodes, partners, points, errors, inside)
     unit = normals / np.linalg.norm(normals, axis=1)[:, None]
     body_2 = np.array([one_contact.body_2 for one_contact in contacts])[contact]
     heir = np.arange(n)  # the pair that stands for each pair
@@ -82,9 +85,10 @@ def _independent(
     partners: Integers,
     points: Array,
     errors: Array,
+    inside: Booleans,
 ) -> Booleans:
-    """(N,) whether the relative motion of a pair is independent of the pairs before it."""
-    independent = nodes != partners
+    """(N,) whether a pair lies inside, and moves independently of the pairs before it."""
+    independent = (nodes != partners) & inside
     spot = parts_of(coincident(points, errors), len(nodes))  # (N,) number of the place of a pair
     is_crowded = (np.bincount(spot)[spot] > 1) & independent
 

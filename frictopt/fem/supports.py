@@ -1,10 +1,11 @@
 """Supports: nodes held along axes, or along the normals of a boundary."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..base import (
     SAME_POINT,
@@ -26,8 +27,8 @@ from .elasticity import corner_weights, facet_nodes, places_of
 from .faces import facets_around, normals_of, unit_vectors
 from .normals import SMOOTH, normals_of_faces
 
-Place = str | tuple[float, ...]
-"""Name of a boundary, or the coordinates of one node."""
+Place = str | tuple[float, ...] | tuple[tuple[float, ...], ...] | Callable[..., ArrayLike]
+"""Name of a boundary, coordinates of a node or of several, or a function that selects nodes."""
 Seam: TypeAlias = tuple[Integers, Integers, Array]
 """Nodes of a body on a cut of a sector, the nodes that they copy, and the matrix of the turn."""
 
@@ -41,7 +42,9 @@ class Support:
     body
         Name of the body in its model.
     where
-        Name of a boundary, or the coordinates (x, y), in space (x, y, z), of one node.
+        Name of a boundary; the coordinates (x, y), in space (x, y, z), of one node, or a list of
+        them; or a function of the coordinates (arrays) that says of each node whether it is meant,
+        such as a ring, `lambda x, y, z: np.isclose(np.hypot(x, y), 5.0) & (z == 0)`.
     directions
         The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all
         that the body has.
@@ -89,10 +92,15 @@ class Support:
 
 
 def checked_place(where: object) -> Place:
-    """Check the name of a boundary or the coordinates of a point."""
-    if isinstance(where, str):
+    """Check the name of a boundary, the coordinates of points, or a function."""
+    if isinstance(where, str) or (callable(where) and not isinstance(where, type)):
         return where
-    remedy = "the name of a boundary or one point (x, y), in space (x, y, z)"
+    remedy = (
+        "the name of a boundary, one point (x, y), in space (x, y, z), a list of points, or a "
+        "function of the coordinates"
+    )
+    if isinstance(where, tuple | list) and where and isinstance(where[0], tuple | list):
+        return tuple(checked_point("where", point, remedy) for point in where)
     return checked_point("where", where, remedy)
 
 
@@ -132,22 +140,54 @@ def axis_of(part: Any, d: int) -> tuple[Array, Array]:
 
 
 def nodes_of(body: Body, name: str, where: Place) -> Integers:
-    """Nodes of the mesh of a body at the place of a support or a displacement."""
-    x = body.mesh.p
+    """Nodes of the mesh of a body at the place of a support, a displacement or a force."""
     if isinstance(where, str):
         return body.boundary_nodes(where, f"support of body {name!r}")
+    if callable(where):
+        return _nodes_by(where, body, name)
+    points = np.atleast_2d(np.array(where))
+    return np.unique([_node_at(point, body, name) for point in points])
+
+
+def _node_at(point: Array, body: Body, name: str) -> int:
+    """The node of a body at a point (d,)."""
+    x = body.mesh.p
+    where = tuple(point.tolist())
     if len(where) != len(x):
         raise ModelError(
             f"where: {where}; give the {len(x)} coordinates of a node of body {name!r}"
         )
-    distance = np.linalg.norm(x - np.array(where)[:, None], axis=0)
-    nearest = distance.argmin()
+    distance = np.linalg.norm(x - point[:, None], axis=0)
+    nearest = int(distance.argmin())
     if distance[nearest] > np.linalg.norm(2 * mesh_errors(body.mesh)[nearest]):
         raise ModelError(
             f"support of body {name!r}: no node at {where}; the nearest is at "
             f"{tuple(x[:, nearest].tolist())}"
         )
-    return np.array([nearest])
+    return nearest
+
+
+def _nodes_by(select: Callable[..., ArrayLike], body: Body, name: str) -> Integers:
+    """The nodes of a body of which a function of the coordinates is true."""
+    count = body.mesh.p.shape[1]
+    remedy = f"give one truth value for each of the {count} nodes of body {name!r}"
+    try:
+        is_meant = np.asarray(select(*body.mesh.p))
+    except Exception as error:  # a function of the user may raise any error
+        raise ModelError(
+            f"where: the function raised {type(error).__name__}: {error}; {remedy}"
+        ) from error
+    if is_meant.dtype != bool or is_meant.shape != (count,):
+        raise ModelError(
+            f"where: the function gave an array of {is_meant.dtype}, shape {is_meant.shape}; "
+            f"{remedy}"
+        )
+    if not is_meant.any():
+        raise ModelError(
+            f"where: the function is true at no node of body {name!r}; compare coordinates with "
+            "np.isclose"
+        )
+    return np.flatnonzero(is_meant)
 
 
 def normals_along(

@@ -10,8 +10,8 @@ The readers, and the class that they return:
 - `calculix_abaqus.py`: `read_calculix`, `read_abaqus`. `matrix_files.py` reads columns of numbers,
   `user_element.py` substructures of Abaqus, `printed_modes.py` modes of vibration.
 - `ansys_nastran.py`: `read_ansys`, `read_nastran`.
-- `job.py`: `MatrixJob`, with faces, pairs and forces. `labelled.py` is its base, with rows, bodies
-  and `modal_load`; `labels.py` checks labels.
+- `job.py`: `MatrixJob`, with faces, pairs and forces. Its bases are `unmatched.py`, with faces that
+  do not match, and `labelled.py`, with rows, bodies and `modal_load`; `labels.py` checks labels.
 
 Decks, from the text to the `Deck`:
 

@@ -68,9 +68,6 @@ BAD_MODELS = {
     "at (-1, -0.01): the bodies overlap by 0.01": {
         "bodies": {**BOTH, "punch": moved(PUNCH, [0.0, -0.01])}
     },
-    "around (1.05, 0) faces nothing of body 'block'": {
-        "bodies": {**BOTH, "punch": moved(PUNCH, [0.5, 0.0])}
-    },
     "of body 'punch' around (-0.75, 0) faces nothing of body 'block'": {
         "bodies": {**BOTH, "punch": mirrored(PUNCH)}
     },

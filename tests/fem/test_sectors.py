@@ -645,6 +645,10 @@ REFUSED = {
     "loads['turn']: Centrifugal(": lambda: refused(
         turn=[fo.Centrifugal("hub", 1.0, 1.0, centre=(0.1, 0.0))]
     ),
+    "beside a Cyclic; a coupling does not know the nodes of other sectors": lambda: refused(
+        supports=[fo.RigidCoupling("hub", "outside")]
+    ),
+    "loads['pull']: PointForce(": lambda: refused(pull=[fo.PointForce("hub", "outside", x=1.0)]),
     "loads['fall']: BodyForce(": lambda: refused(fall=[fo.BodyForce("hub", y=-1.0)]),
     "the gap of 'shim' at (-0.5, 0.866025) is 0.01, and 0.025": lambda: refused(
         contacts=[

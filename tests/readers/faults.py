@@ -4,6 +4,20 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "readers/unmatched.py",
+        "nodes beyond the edge keep their motions to themselves",
+        old="means @ (own[joint.nodes] - joint.projection)",
+        new="(own[joint.nodes] - joint.projection)[kept]",
+        tests="overhang",
+    ),
+    Fault(
+        "readers/unmatched.py",
+        "gaps of decks are not measured",
+        old="None if measured else (lambda places: np.zeros(len(places)))",
+        new="lambda places: np.zeros(len(places))",
+        tests="overhang",
+    ),
+    Fault(
         "readers/labelled.py",
         "a mode of any mass",
         old="load / np.sqrt(modal_mass)",
@@ -32,7 +46,7 @@ FAULTS = (
         tests="calculix_quadratic",
     ),
     Fault(
-        "readers/job.py",
+        "readers/unmatched.py",
         "free midside nodes make pairs",
         old="unknowns >= 0",
         new="unknowns > 1000000000.0",

@@ -108,7 +108,40 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         },
     ),
     "Displacement": (fo.Displacement, {"body": "block", "where": "bottom", "x": 0.1, "y": 0.1}),
+    "DistributingCoupling": (
+        fo.DistributingCoupling,
+        {
+            "body": "punch",
+            "where": "top",
+            "directions": "xy",
+            "rotations": "z",
+            "point": (0.0, 1.0),
+        },
+    ),
     "Expansion": (fo.Expansion, {"body": "punch"}),
+    "PointForce": (fo.PointForce, {"body": "punch", "where": "top", "x": 1.0, "y": 1.0}),
+    "RemoteForce": (
+        fo.RemoteForce,
+        {
+            "body": "punch",
+            "where": "top",
+            "x": 1.0,
+            "y": 1.0,
+            "z": 0.0,
+            "moment": 1.0,
+            "point": (0.0, 1.0),
+        },
+    ),
+    "RigidCoupling": (
+        fo.RigidCoupling,
+        {
+            "body": "punch",
+            "where": "top",
+            "directions": "xy",
+            "rotations": "z",
+            "point": (0.0, 1.0),
+        },
+    ),
     "PressFit": (condensed(fo.scenes.PressFit), {"elements": 2, "growth": 3.0}),
     "Pressure": (fo.Pressure, {"body": "punch", "boundary": "top"}),
     "ContactModel": (
@@ -172,6 +205,10 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "MatrixJob": (fo.MatrixJob, {"K": JOB.K, "labels": JOB.labels, "deck": JOB.deck}),
     "MatrixJob.force": (JOB.force, {"where": "N_TOP", "nodal": [1.0, 0.0]}),
     "MatrixJob.areas": (JOB.areas, {"face": "N_TOP"}),
+    "MatrixJob.mortar": (
+        JOB.mortar,
+        {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK", "gap": "measured"},
+    ),
     "MatrixJob.pairs": (JOB.pairs, {"first": "N_CONTACT_PUNCH", "second": "N_CONTACT_BLOCK"}),
     "Dovetail": (condensed(fo.scenes.Dovetail), {"elements": 2, "growth": 3.0, "grading": 2.0}),
     "PinInPlate": (condensed(fo.scenes.PinInPlate), {"elements": 8, "growth": 3.0}),

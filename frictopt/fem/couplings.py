@@ -1,0 +1,287 @@
+"""Couplings of nodes to a point as supports: rigid (RBE2) and distributing (RBE3).
+
+Some displacements of the nodes follow others. No unknown is added for the point: the rigid motion
+of nodes is given by as many of their displacements as it has parts. A load on the point of a rigid
+coupling is a `RemoteForce` on its nodes, because only the resultant counts there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.sparse import csr_matrix, diags
+
+from ..base import ROUNDING, SAME_POINT, Array, Booleans, Integers, check_text, choice, place
+from ..errors import ModelError
+from .bodies import Body
+from .elasticity import Kinematics
+from .node_forces import (
+    TINY,
+    check_carried,
+    check_reference,
+    distribution,
+    motions_of_point,
+    node_weights,
+    point_of,
+)
+from .supports import Place, checked_place, nodes_of
+
+_AXES = ("", "x", "y", "z", "xy", "xz", "yz", "xyz")
+
+
+@dataclass(frozen=True, eq=False)
+class Followers:
+    """Displacements of a body that follow other ones; a displacement is `d node + axis`."""
+
+    # (f,) displacements that follow
+    followers: Integers
+    # (k,) displacements that they follow
+    leaders: Integers
+    # (f, k) how much
+    share: Array
+
+
+@dataclass(frozen=True)
+class _Coupling:
+    """Base of couplings: nodes of one body, a point, and motions of the point that are zero.
+
+    Attributes
+    ----------
+    directions, rotations
+        Axes along which the point does not move, and about which it does not turn.
+    """
+
+    body: str
+    where: Place
+    directions: str = ""
+    rotations: str = ""
+    point: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        check_text("body", self.body, "the name of a body of the model")
+        object.__setattr__(self, "where", checked_place(self.where))
+        choice("directions", self.directions, _AXES)
+        choice("rotations", self.rotations, _AXES)
+        check_reference(self)
+
+    def _held(self, d: int, kinematics: Kinematics) -> Booleans:
+        """Which motions of the point are zero, in the order of `motions_of_point`."""
+        if kinematics == "axisymmetric":
+            if set(self.directions) - {"y"} or self.rotations:
+                raise ModelError(
+                    f"supports: {self}; a ring moves as a whole along y alone: give directions='y' "
+                    "and no rotations"
+                )
+            return np.array([bool(self.directions)])
+        axes = "z" if d == 2 else "xyz"
+        if d == 2 and ("z" in self.directions or set(self.rotations) - {"z"}):
+            raise ModelError(
+                f"supports: {self} of a plane body; give directions x and y, and rotations z, alone"
+            )
+        along = [axis in self.directions for axis in "xyz"[:d]]
+        return np.array([*along, *(axis in self.rotations for axis in axes)])
+
+
+@dataclass(frozen=True)
+class RigidCoupling(_Coupling):
+    """Nodes that move as a rigid body (RBE2), as a part of a `ContactModel`'s supports.
+
+    Parameters
+    ----------
+    body
+        Name of the body in its model.
+    where
+        The nodes, as in a `Support`.
+    directions, rotations
+        Displacements of the point that are zero, such as "xy", and rotations, such as "z". By
+        default the nodes are rigid and free. If all are zero, so are all displacements of the
+        nodes.
+    point
+        Coordinates of the point; None: the weighted mean of the nodes. It matters only if some
+        motions are zero and others are not. A load on the point is a `RemoteForce` on the same
+        nodes with the same point.
+
+    Raises
+    ------
+    ModelError
+        Directions or rotations are unknown. In a model: nodes that a contact, an oblique support,
+        another coupling, a bolt or a sector has, or that supports hold against the rigid motion.
+
+    Examples
+    --------
+    A flange whose face stays flat, and turns about x alone:
+
+    >>> import frictopt as fo
+    >>> face = fo.RigidCoupling("pipe", "flange", "xyz", "yz", point=(0.0, 0.0, 0.0))
+    >>> face.rotations
+    'yz'
+    """
+
+    def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
+        nodes = nodes_of(body, self.body, self.where)
+        d = body.mesh.dim()
+        points = body.mesh.p[:, nodes].T
+        motions = motions_of_point(
+            points, point_of(self, points, node_weights(self.where, body, nodes))
+        )
+        if kinematics == "axisymmetric":
+            motions = motions[:, 1:2]
+        motions = motions[:, ~self._held(d, kinematics)]
+        motions = motions / np.maximum(np.abs(motions).max(axis=0, initial=0.0), TINY)
+        is_held = held[nodes].ravel()
+        if np.abs(motions[is_held]).max(initial=0.0) > SAME_POINT:
+            raise ModelError(
+                f"supports: {self} has nodes that other supports hold against its motions; leave "
+                "those nodes out, or hold the point along and about these axes too"
+            )
+        free = np.flatnonzero(~is_held)
+        leaders = _independent(motions[free].T)
+        share = motions[free] @ np.linalg.pinv(motions[free][leaders], rcond=SAME_POINT)
+        followers = np.setdiff1d(np.arange(len(free)), leaders)
+        unknowns = (d * nodes[:, None] + np.arange(d)).ravel()[free]
+        return Followers(unknowns[followers], unknowns[leaders], share[followers])
+
+
+@dataclass(frozen=True)
+class DistributingCoupling(_Coupling):
+    """Mean motions of nodes that are zero (RBE3), as a part of a `ContactModel`'s supports.
+
+    The displacement of the point is the mean of those of the nodes, and its rotation the one that
+    fits them best. The nodes stay free to move apart, so nothing is stiffened. The reactions are
+    those of a `RemoteForce` on the same nodes. All nodes are joined in the stiffness matrix: up to
+    a thousand nodes take little time.
+
+    Parameters
+    ----------
+    body
+        Name of the body in its model.
+    where
+        The nodes, as in a `Support`, weighted as in a `RemoteForce`.
+    directions, rotations
+        Displacements of the point that are zero, such as "xy", and rotations, such as "z". At least
+        one is needed.
+    point
+        Coordinates of the point; None: the weighted mean of the nodes.
+
+    Raises
+    ------
+    ModelError
+        Directions or rotations are unknown, or none is given. In a model: nodes that a contact, an
+        oblique support, another coupling, a bolt or a sector has; nodes on a line about which they
+        are to be held.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.DistributingCoupling("bracket", "hole", "xyz").directions
+    'xyz'
+    """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.directions and not self.rotations:
+            raise ModelError(
+                "directions: none, and no rotations; name those of the point that are zero"
+            )
+
+    def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
+        d = body.mesh.dim()
+        nodes, forces = distribution(self, body, kinematics)
+        is_zero = self._held(d, kinematics)
+        for load in np.eye(len(is_zero))[is_zero]:
+            check_carried(self, body, nodes, forces, load)
+        free = np.flatnonzero(~held[nodes].ravel())
+        constraints = forces[free][:, is_zero].T
+        sizes = np.linalg.norm(constraints, axis=1, keepdims=True)
+        constraints = constraints / np.maximum(sizes, TINY)
+        followers = _independent(constraints)
+        if len(followers) < len(constraints):
+            raise ModelError(
+                f"supports: {self} cannot hold its point so: its nodes lie on a line or are one "
+                "node, or other supports hold them; name fewer directions and rotations"
+            )
+        leaders = np.setdiff1d(np.arange(len(free)), followers)
+        share = -np.linalg.solve(constraints[:, followers], constraints[:, leaders])
+        unknowns = (d * nodes[:, None] + np.arange(d)).ravel()[free]
+        return Followers(unknowns[followers], unknowns[leaders], share)
+
+
+Coupling: TypeAlias = RigidCoupling | DistributingCoupling
+
+
+@dataclass(frozen=True, eq=False)
+class Coupled:
+    """Displacements of a model that couplings bind; a displacement is `d node + axis`."""
+
+    # (size, size) matrix by which the displacements follow
+    matrix: csr_matrix
+    # displacements that follow others, and those that are zero
+    followers: Integers
+    zero: Integers
+    # nodes of all couplings
+    nodes: Integers
+
+
+def coupled(
+    couplings: Sequence[Coupling],
+    bodies: Mapping[str, Body],
+    first_node: Mapping[str, int],
+    free: Booleans,
+    taken: Integers,
+    points: Array,
+    kinematics: Kinematics,
+) -> Coupled:
+    """What the couplings of a model bind.
+
+    `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` must be in no
+    coupling; neither may a node be in two.
+    """
+    d = points.shape[1]
+    rows = [np.zeros(0, dtype=np.intp)]
+    columns = [np.zeros(0, dtype=np.intp)]
+    shares = [np.zeros(0)]
+    followers = [np.zeros(0, dtype=np.intp)]
+    zero = [np.zeros(0, dtype=np.intp)]
+    used = [np.zeros(0, dtype=np.intp)]
+    for coupling in couplings:
+        body = bodies[choice("supports: body", coupling.body, bodies)]
+        first = first_node[coupling.body]
+        nodes = first + nodes_of(body, coupling.body, coupling.where)
+        both = np.intersect1d(nodes, np.concatenate([taken, *used]))
+        if len(both):
+            raise ModelError(
+                f"supports: {coupling} has the node at {place(points[both[0]])}, which a contact, "
+                "a support along oblique normals or another coupling has; leave it out"
+            )
+        used.append(nodes)
+        held = ~free[first : first + body.mesh.p.shape[1]]
+        bound = coupling._followers(body, held, kinematics)
+        share = np.where(np.abs(bound.share) > ROUNDING, bound.share, 0.0)
+        follows = share.any(axis=1)
+        row, column = np.nonzero(share)
+        rows.append(d * first + bound.followers[row])
+        columns.append(d * first + bound.leaders[column])
+        shares.append(share[row, column])
+        followers.append(d * first + bound.followers[follows])
+        zero.append(d * first + bound.followers[~follows])
+    entries = np.concatenate(shares), (np.concatenate(rows), np.concatenate(columns))
+    bound_ones = np.concatenate([*followers, *zero])
+    kept = np.ones(points.size)
+    kept[bound_ones] = 0.0
+    matrix = csr_matrix(entries, shape=(points.size,) * 2) + diags(kept)
+    return Coupled(
+        csr_matrix(matrix), np.concatenate(followers), np.concatenate(zero), np.concatenate(used)
+    )
+
+
+def _independent(rows: Array) -> Integers:
+    """Columns (r,) of a matrix (m, n) of rank r that are independent, largest first."""
+    if not rows.size:
+        return np.zeros(0, dtype=np.intp)
+    triangle, order = qr(rows, mode="r", pivoting=True)
+    sizes = np.abs(np.diag(triangle))
+    return np.asarray(order[: int(np.sum(sizes > SAME_POINT * sizes[0]))])

@@ -1,0 +1,249 @@
+"""Forces on nodes, and forces at a point that are spread over nodes (RBE3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..base import SAME_POINT, Array, Integers, finite_number, shown
+from ..errors import ModelError
+from .bodies import Body
+from .elasticity import Amount, Kinematics, boundary_forces
+from .loads import ForceLoad, components
+from .supports import Place, checked_place, checked_point, nodes_of
+
+# Smallest divisor of a vector that is scaled to one; zero vectors stay zero.
+TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True)
+class PointForce(ForceLoad):
+    """Force (x, y), in space (x, y, z), on each of some nodes of one body.
+
+    In the plane it is per unit depth. In axisymmetric models a node is a ring, and the force is the
+    sum around the circumference.
+
+    Parameters
+    ----------
+    body
+        Name of the body in its model.
+    where
+        The nodes, as in a `Support`.
+    x, y, z
+        Components, each a number or a function of the coordinates (arrays), and zero by default.
+
+    Raises
+    ------
+    ModelError
+        The body is no text, no component is given, a component is neither a finite number nor a
+        function, or there is no such node.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.PointForce("punch", (0.5, 1.0), y=-2.0)
+    PointForce(body='punch', where=(0.5, 1.0), x=0.0, y=-2.0, z=0.0)
+    """
+
+    body: str
+    where: Place
+    x: Amount | None = None
+    y: Amount | None = None
+    z: Amount | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "where", checked_place(self.where))
+
+    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
+        nodes = nodes_of(body, self.body, self.where)
+        forces = np.zeros(body.mesh.p.shape)
+        forces[:, nodes] = components(self, body.mesh.p[:, nodes])
+        return forces
+
+    def _size(self, body: Body, kinematics: Kinematics) -> float:
+        return float(np.linalg.norm(self._forces(body, kinematics), axis=0).sum())
+
+
+@dataclass(frozen=True)
+class RemoteForce(ForceLoad):
+    """Force and moment at a point, spread over nodes of one body (RBE3).
+
+    The nodal forces have the resultants of the load. Of all such forces they are the smallest in
+    the mean square, weighted by the areas of the nodes. The nodes stay free to move apart. With a
+    `RigidCoupling` of the same nodes, it is the load on the point of that coupling.
+
+    Parameters
+    ----------
+    body
+        Name of the body in its model.
+    where
+        The nodes, as in a `Support`. Those of a boundary are weighted by their parts of its area
+        (in the plane of its length), all others alike.
+    x, y, z
+        Components of the force, numbers, zero by default; in the plane per unit depth, in
+        axisymmetric models the sum around the circumference, along y alone.
+    moment
+        In space (x, y, z) about the point, in the plane a number, counterclockwise; None: zero.
+    point
+        Coordinates of the point; None: the weighted mean of the nodes.
+
+    Raises
+    ------
+    ModelError
+        The body is no text, neither a force nor a moment is given, or one is not finite. In a
+        model: nodes that cannot carry the moment, because they lie on a line; a moment or a radial
+        force in an axisymmetric model.
+
+    Examples
+    --------
+    >>> import frictopt as fo
+    >>> fo.RemoteForce("lever", "eye", x=10.0, moment=(0.0, 0.0, 2.0), point=(0.0, 5.0, 0.0)).moment
+    (0.0, 0.0, 2.0)
+    """
+
+    body: str
+    where: Place
+    x: float | None = None
+    y: float | None = None
+    z: float | None = None
+    moment: float | tuple[float, ...] | None = None
+    point: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for axis in "xyz":
+            value = getattr(self, axis)
+            if value is not None:
+                object.__setattr__(self, axis, finite_number(axis, value))
+            elif self.moment is not None:
+                object.__setattr__(self, axis, 0.0)
+        super().__post_init__()
+        object.__setattr__(self, "where", checked_place(self.where))
+        check_reference(self)
+        moment = self.moment
+        if isinstance(moment, tuple | list):
+            moment = checked_point("moment", moment, "three numbers, about x, y and z", (3,))
+        elif moment is not None:
+            moment = finite_number("moment", moment)
+        object.__setattr__(self, "moment", moment)
+
+    def _forces(self, body: Body, kinematics: Kinematics) -> Array:
+        d = body.mesh.dim()
+        nodes, forces = distribution(self, body, kinematics)
+        load = np.concatenate([components(self, np.zeros(d)), self._moments(d)])
+        if kinematics == "axisymmetric":
+            if load[0] != 0 or load[2] != 0:
+                raise ModelError(
+                    f"loads: {self} has a radial force or a moment; forces around the axis balance "
+                    "these: give y alone"
+                )
+            load = load[1:2]
+        check_carried(self, body, nodes, forces, load)
+        spread = np.zeros(body.mesh.p.shape)
+        spread[:, nodes] = (forces @ load).reshape(-1, d).T
+        return spread
+
+    def _moments(self, d: int) -> Array:
+        """(1,) moment in the plane, (3,) in space."""
+        count = 1 if d == 2 else 3
+        moments = np.zeros(count) if self.moment is None else np.atleast_1d(self.moment)
+        if len(moments) != count:
+            raise ModelError(
+                f"RemoteForce moment: {shown(self.moment)}; body {self.body!r} has {d} dimensions: "
+                f"give {'a number' if d == 2 else 'three numbers, about x, y and z'}"
+            )
+        return moments
+
+    def _size(self, body: Body, kinematics: Kinematics) -> float:
+        """The size of the force; 0 with a moment, which is no force."""
+        if self.moment is not None:
+            return 0.0
+        return float(np.linalg.norm(components(self, np.zeros(body.mesh.dim()))))
+
+
+def node_weights(where: Place, body: Body, nodes: Integers) -> Array:
+    """(n,) weights of nodes: their parts of the area of a boundary, or 1."""
+    if not isinstance(where, str):
+        return np.ones(len(nodes))
+    facets = body.boundary(where, "where")
+
+    def unit(points: Array, _: Array) -> Array:
+        return np.ones((1, *points.shape[1:]))
+
+    return np.asarray(boundary_forces(body.mesh, facets, unit, "space")[0, nodes])
+
+
+def point_of(part: Any, points: Array, weights: Array) -> Array:
+    """(d,) the point of a load or coupling of nodes at points (n, d)."""
+    if part.point is None:
+        return np.asarray(weights @ points / weights.sum())
+    if len(part.point) != points.shape[1]:
+        raise ModelError(
+            f"point: {part.point}; give the {points.shape[1]} coordinates of a point for body "
+            f"{part.body!r}"
+        )
+    return np.array(part.point)
+
+
+def check_reference(part: Any) -> None:
+    """Check the point of a load or coupling, and make it a tuple."""
+    if part.point is not None:
+        point = checked_point("point", part.point, "one point (x, y), in space (x, y, z)")
+        object.__setattr__(part, "point", point)
+
+
+def motions_of_point(points: Array, about: Array) -> Array:
+    """(n d, m) displacements of points (n, d) in unit displacements and rotations of a point."""
+    n, d = points.shape
+    arms = np.pad(points - about, ((0, 0), (0, 3 - d)))
+    axes = np.eye(3)[2:] if d == 2 else np.eye(3)
+    columns = [np.tile(direction, (n, 1)) for direction in np.eye(d)]
+    columns += [np.cross(axis, arms)[:, :d] for axis in axes]
+    return np.stack([column.ravel() for column in columns], axis=1)
+
+
+def distribution(part: Any, body: Body, kinematics: Kinematics) -> tuple[Integers, Array]:
+    """Nodes (n,) of a load or coupling, and nodal forces (n d, m) of unit loads on its point.
+
+    The nodal force is `w_i (F / sum w + turn x r_i)`, with the weight w_i and the arm r_i from the
+    weighted mean of the nodes. The turn gives the moment about that mean.
+    """
+    nodes = nodes_of(body, part.body, part.where)
+    points = body.mesh.p[:, nodes].T
+    weights = node_weights(part.where, body, nodes)
+    middle = weights @ points / weights.sum()
+    motions = motions_of_point(points, middle)
+    repeated = np.repeat(weights, points.shape[1])[:, None]
+    if kinematics == "axisymmetric":
+        along_axis = motions[:, 1:2]
+        return nodes, repeated * along_axis / weights.sum()
+    # Weighted motions, whose resultants about the middle are unit loads.
+    sizes = np.maximum(np.abs(motions).max(axis=0), TINY)
+    scaled = motions / sizes
+    squares = scaled.T @ (repeated * scaled)
+    inverse = np.linalg.pinv(squares, rcond=SAME_POINT, hermitian=True)
+    forces = repeated * scaled @ inverse / sizes
+    # A unit load on the point has a moment about the middle.
+    shift = motions_of_point(point_of(part, points, weights)[None], middle)
+    to_middle = np.eye(motions.shape[1])
+    to_middle[:, : points.shape[1]] = shift.T
+    return nodes, forces @ to_middle
+
+
+def check_carried(part: Any, body: Body, nodes: Integers, forces: Array, load: Array) -> None:
+    """Check that nodal forces (n d, m) of unit loads have the resultants of a load (m,)."""
+    d = body.mesh.dim()
+    if len(load) <= d:
+        return
+    points = body.mesh.p[:, nodes].T
+    about = point_of(part, points, node_weights(part.where, body, nodes))
+    reach = float(np.linalg.norm(points - about, axis=1).max())
+    missing = np.abs(motions_of_point(points, about).T @ (forces @ load) - load)
+    size = np.linalg.norm(load[:d]) * reach + np.linalg.norm(load[d:])
+    if missing[:d].max() * reach > SAME_POINT * size or missing[d:].max() > SAME_POINT * size:
+        raise ModelError(
+            f"{part}: its nodes ({len(nodes)}) cannot carry the moment, because they lie on a line "
+            "or are one node; name more nodes, or put the point on their line"
+        )

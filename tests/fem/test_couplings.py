@@ -1,0 +1,351 @@
+"""Forces on nodes, and couplings of nodes to a point: against dense algebra with the point and
+multipliers, supports, resultants by hand, and what is refused."""
+
+import re
+
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
+
+import frictopt as fo
+from helpers.cases import few
+from helpers.meshes import box, turned, two_blocks
+from helpers.multipliers import Assembled
+
+ROTATIONS = {2: "z", 3: "xyz"}
+
+
+def bodies_in(d, seed=None):
+    kinds = (MeshQuad, MeshTri) if d == 2 else (MeshHex, MeshHex)
+    x = [np.array([0.0, 0.4, 1.0])] * (d - 1)
+    upper = box(kinds[0], *x, [0.0, 0.5, 1.0])
+    lower = box(kinds[1], *x, [-1.0, -0.5, 0.0])
+    materials = fo.Material(2.0, 0.3), fo.Material(0.7, 0.2)
+    return {"upper": fo.Body(upper, materials[0]), "lower": fo.Body(lower, materials[1])}
+
+
+def model(bodies, supports=(), loads=None):
+    up = "xyz"[bodies["upper"].mesh.dim() - 1]
+    loads = loads or {"P": [fo.Traction("upper", f"{up}+", **{up: -1.0})]}
+    return fo.ContactModel(bodies, [fo.Support("lower", f"{up}-"), *supports], loads)
+
+
+def motions(points, about):
+    """(n, d, m) displacements of points in unit motions of a point, one by one."""
+    d = points.shape[1]
+    columns = [np.broadcast_to(axis, points.shape) for axis in np.eye(d)]
+    arm = points - about
+    if d == 2:
+        columns.append(np.column_stack([-arm[:, 1], arm[:, 0]]))
+    else:
+        x, y, z = arm.T
+        o = np.zeros(len(arm))
+        columns += [np.column_stack(turn) for turn in ([o, -z, y], [z, o, -x], [-y, x, o])]
+    return np.stack(columns, axis=-1)
+
+
+def by_multipliers(system, bodies, chosen, weights, about, rigid, is_zero, load):
+    """Stiffness of the pairs, reactions of a load on the point, and its work, with the motion of
+    the point as further unknowns and all constraints by multipliers."""
+    parts = Assembled(bodies)
+    d, n = system.points.shape[1], len(parts.K)
+    rows = np.array([parts.rows("upper", point) for point in chosen])
+    R = motions(chosen, about)
+    m = R.shape[2]
+    constraints = []
+    if rigid:
+        for node_rows, of_node in zip(rows, R, strict=True):
+            for row, shares in zip(node_rows, of_node, strict=True):
+                constraint = np.zeros(n + m)
+                constraint[row] = 1.0
+                constraint[n:] = -shares
+                constraints.append(constraint)
+    else:
+        square = np.einsum("n,nda,ndb->ab", weights, R, R)
+        mean = np.zeros((m, n + m))
+        for k in range(m):
+            np.add.at(mean[k], rows, weights[:, None] * R[:, :, k])
+        mean[:, n:] = -square
+        constraints += list(mean)
+    for k in np.flatnonzero(is_zero):
+        constraints.append(np.eye(n + m)[n + k])
+    for row in parts.on("lower", d - 1, -1.0):
+        constraints.append(np.eye(n + m)[row])
+    C = np.array(constraints)
+    G = np.zeros((d * system.nodes, n + m))
+    for i, (point, frame) in enumerate(zip(system.points, system.frames, strict=True)):
+        for k, direction in enumerate(frame):
+            G[i + k * system.nodes, parts.rows("upper", point)] = direction
+            G[i + k * system.nodes, parts.rows("lower", point)] = -direction
+    K = np.zeros((n + m, n + m))
+    K[:n, :n] = parts.K
+    all_rows = np.vstack([C, G])
+    F = np.zeros(n + m)
+    F[n:] = load
+    zero = np.zeros((len(all_rows),) * 2)
+    matrix = np.block([[K, -all_rows.T], [all_rows, zero]])
+    given = np.zeros((len(matrix), len(G) + 1))
+    given[: n + m, -1] = F
+    given[n + m + len(C) :, :-1] = np.eye(len(G))
+    answer = np.linalg.lstsq(matrix, given, rcond=1e-13)[0]
+    assert np.allclose(matrix @ answer, given, atol=1e-9)
+    reactions = answer[n + m + len(C) :]
+    return reactions[:, :-1], reactions[:, -1], F @ answer[: n + m, -1]
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("kind", [fo.RigidCoupling, fo.DistributingCoupling, None])
+@pytest.mark.parametrize("seed", range(few(6)))
+def test_couplings_are_those_of_a_point_with_multipliers(d, kind, seed):
+    """Random nodes off the contact, or a whole side; random motions of the point are zero."""
+    rng = np.random.default_rng([d, seed])
+    bodies = bodies_in(d)
+    points = bodies["upper"].mesh.p.T
+    side = seed % 2 == 0
+    if side:
+        chosen = points[points[:, d - 1] == 1.0]
+        where = f"{'xyz'[d - 1]}+"
+        halves = {0.0: 0.2, 0.4: 0.5, 1.0: 0.3}
+        weights = np.array([np.prod([halves[x] for x in point[:-1]]) for point in chosen])
+    else:
+        off = points[points[:, d - 1] > 0]
+        chosen = off[rng.choice(len(off), 4, replace=False)]
+        where = [tuple(map(float, point)) for point in chosen]
+        weights = np.ones(4)
+    about = rng.uniform(-1.0, 2.0, d)
+    is_zero = rng.random(d + len(ROTATIONS[d])) < 0.4
+    if kind is None:
+        is_zero[:] = False
+    elif not is_zero.any():
+        is_zero[0] = True
+    names = [
+        "".join(np.array(list(axes))[flags])
+        for axes, flags in (
+            ("xyz"[:d], is_zero[:d]),
+            (ROTATIONS[d], is_zero[d:]),
+        )
+    ]
+    load = np.where(is_zero, 0.0, rng.normal(size=len(is_zero)))
+    if not load.any():
+        load[-1], is_zero[-1], names[1] = 1.0, False, names[1][:-1]
+    moment = float(load[-1]) if d == 2 else tuple(map(float, load[3:]))
+    remote = fo.RemoteForce(
+        "upper",
+        where,
+        **dict(zip("xyz", load[:d], strict=False)),
+        moment=moment,
+        point=tuple(map(float, about)),
+    )
+    supports = [] if kind is None else [kind("upper", where, *names, tuple(map(float, about)))]
+    system = model(bodies, supports, {"L": [remote]}).condense()
+    S, reactions, work = by_multipliers(
+        system, bodies, chosen, weights, about, kind is fo.RigidCoupling, is_zero, load
+    )
+    assert np.allclose(system.S, S, rtol=0, atol=1e-8 * abs(S).max())
+    q, p = system.bonded["L"]
+    mine = np.concatenate([q, p] if d == 2 else [*q.T, p])
+    assert np.allclose(mine, reactions, rtol=0, atol=1e-8 * max(1.0, abs(reactions).max()))
+    assert system.compliance[0, 0] == pytest.approx(work, rel=1e-7)
+
+
+@pytest.mark.parametrize("kind", [MeshQuad, MeshTri, MeshHex, MeshTet])
+@pytest.mark.parametrize("quadratic", [False, True])
+def test_a_rigid_side_that_is_held_is_a_support(kind, quadratic):
+    d = 2 if kind in (MeshQuad, MeshTri) else 3
+    up = "xyz"[d - 1]
+    meshes = two_blocks((kind, kind), (2, 2), (2, 2)) if d == 3 else None
+    bodies = bodies_in(2) if meshes is None else {n: fo.Body(m) for n, m in meshes.items()}
+    if quadratic:
+        bodies = {
+            name: fo.Body(body.mesh, body.material, "quadratic") for name, body in bodies.items()
+        }
+    loads = {"P": [fo.Pressure("lower", "x-", 1.0)]}
+    held = fo.RigidCoupling("upper", f"{up}+", "xyz"[:d], ROTATIONS[d])
+    mine = model(bodies, [held], loads).condense()
+    right = model(bodies, [fo.Support("upper", f"{up}+")], loads).condense()
+    assert np.allclose(mine.S, right.S, rtol=0, atol=1e-9 * abs(right.S).max())
+    for one, other in zip(mine.bonded["P"], right.bonded["P"], strict=True):
+        assert np.allclose(one, other, atol=1e-9)
+
+
+def test_nodes_of_a_rigid_coupling_move_as_one():
+    bodies = bodies_in(3)
+    loads = {"L": [fo.RemoteForce("upper", "z+", x=1.0, moment=(0.3, 0.0, 2.0))]}
+    whole = model(bodies, [fo.RigidCoupling("upper", "z+")], loads)
+    n = whole.condense().nodes
+    fields = whole.recover({"L": 1.0}, np.zeros((n, 2)), np.zeros(n))
+    top = bodies["upper"].mesh.p[2] == 1.0
+    u = fields.displacement["upper"][:, top].T
+    R = motions(bodies["upper"].mesh.p.T[top], np.zeros(3)).reshape(-1, 6)
+    fit = np.linalg.lstsq(R, u.ravel())[0]
+    assert np.abs(u).max() > 0.1 and np.allclose(R @ fit, u.ravel(), atol=1e-10)
+
+
+def test_the_frame_does_not_matter():
+    bodies = bodies_in(3)
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    force, moment, point = np.array([0.3, -0.2, -1.0]), np.array([0.1, 0.5, -0.4]), np.ones(3) * 2
+    answers = []
+    for Q in (np.eye(3), turn):
+        moved = {n: fo.Body(turned(b.mesh, Q), b.material) for n, b in bodies.items()}
+        load = fo.RemoteForce(
+            "upper", "z+", *map(float, Q @ force), tuple(map(float, Q @ moment)), tuple(Q @ point)
+        )
+        system = fo.ContactModel(
+            moved,
+            [fo.Support("lower", "z-"), fo.RigidCoupling("upper", "z+")],
+            {"L": [load]},
+        ).condense()
+        answers.append((system.bonded["L"][1], system.compliance))
+    assert np.allclose(answers[0][0], answers[1][0], atol=1e-9)
+    assert np.allclose(answers[0][1], answers[1][1], rtol=1e-9)
+
+
+def test_forces_on_rings_of_an_axisymmetric_model_are_whole():
+    x = np.linspace(1.0, 2.0, 5)
+    bodies = {
+        "upper": fo.Body(box(MeshQuad, x, [0.0, 0.5, 1.0])),
+        "lower": fo.Body(box(MeshQuad, x, [-1.0, -0.5, 0.0])),
+    }
+    loads = {
+        "ring": [fo.PointForce("upper", (2.0, 1.0), y=-3.0)],
+        "rings": [fo.PointForce("upper", [(2.0, 1.0), (1.0, 1.0)], y=lambda x, y: -x)],
+        "far": [fo.RemoteForce("upper", "y+", y=-5.0)],
+    }
+    one = fo.ContactModel(bodies, [fo.Support("lower", "y-")], loads, kinematics="axisymmetric")
+    system = one.condense()
+    assert [system.bonded[case][1].sum() for case in loads] == pytest.approx([3.0, 3.0, 5.0])
+    assert [system.load_size[case] for case in loads] == pytest.approx([3.0, 3.0, 5.0])
+    # A rigid ring does not grow.
+    together = [fo.RigidCoupling("upper", "y+", "y")]
+    held = fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "y-"), *together],
+        {"P": [fo.Pressure("upper", "x+", 1.0)]},
+        kinematics="axisymmetric",
+    ).condense()
+    right = fo.ContactModel(
+        bodies,
+        [fo.Support("lower", "y-"), fo.Support("upper", "y+")],
+        {"P": [fo.Pressure("upper", "x+", 1.0)]},
+        kinematics="axisymmetric",
+    ).condense()
+    assert np.allclose(held.S, right.S, rtol=0, atol=1e-9 * abs(right.S).max())
+    with pytest.raises(fo.ModelError, match="has a radial force or a moment"):
+        fo.ContactModel(
+            bodies,
+            [fo.Support("lower", "y-")],
+            {"L": [fo.RemoteForce("upper", "y+", x=1.0)]},
+            kinematics="axisymmetric",
+        )
+    with pytest.raises(fo.ModelError, match="a ring moves as a whole along y alone"):
+        fo.ContactModel(
+            bodies,
+            [fo.Support("lower", "y-"), fo.RigidCoupling("upper", "y+", "x")],
+            loads,
+            kinematics="axisymmetric",
+        )
+
+
+def test_points_lists_and_functions_select_nodes():
+    bodies = bodies_in(3)
+    ends = [(0.0, 0.0, 1.0), (1.0, 1.0, 1.0)]
+    kinds = {
+        "list": ends,
+        "function": lambda x, y, z: (z == 1.0) & np.isin(x, [0.0, 1.0]) & (x == y),
+    }
+    loads = {name: [fo.PointForce("upper", where, z=-1.0)] for name, where in kinds.items()}
+    loads["one by one"] = [fo.PointForce("upper", end, z=-1.0) for end in ends]
+    loads["side"] = [fo.PointForce("upper", "z+", z=-1.0)]
+    loads["all"] = [fo.PointForce("upper", lambda x, y, z: z == 1.0, z=-1.0)]
+    system = model(bodies, loads=loads).condense()
+    p = {case: forces[1] for case, forces in system.bonded.items()}
+    assert np.allclose(p["list"], p["function"]) and np.allclose(p["list"], p["one by one"])
+    assert np.allclose(p["side"], p["all"]) and p["all"].sum() == pytest.approx(9.0)
+    by_point = [fo.Support("upper", end, "x") for end in ends]
+    held = [
+        model(bodies, supports).condense().S
+        for supports in ([fo.Support("upper", kinds["function"], "x")], by_point)
+    ]
+    assert np.allclose(*held)
+
+
+SIDE = {"L": [fo.Pressure("lower", "x-", 1.0)]}
+UP = [(0.0, 0.0, 1.0), (1.0, 0.0, 1.0)]  # on a line along x
+BAD = {
+    "cannot carry the moment, because they lie on a line": lambda b: model(
+        b, loads={"L": [fo.RemoteForce("upper", UP, moment=(1.0, 0.0, 0.0))]}
+    ),
+    "its nodes (1) cannot carry the moment": lambda b: model(
+        b, loads={"L": [fo.RemoteForce("upper", UP[:1], x=1.0, point=(0.0, 0.0, 3.0))]}
+    ),
+    "DistributingCoupling(body='upper', where=((0.0, 0.0, 1.0), (1.0": lambda b: model(
+        b, [fo.DistributingCoupling("upper", UP, "", "x")], SIDE
+    ),
+    "which a contact, a support along oblique normals or another coupling has": lambda b: model(
+        b, [fo.RigidCoupling("upper", "x+")], SIDE
+    ),
+    "the node at (0, 0, 1), which a contact": lambda b: model(
+        b, [fo.RigidCoupling("upper", "z+"), fo.RigidCoupling("upper", UP)], SIDE
+    ),
+    "has nodes that other supports hold against its motions": lambda b: model(
+        b, [fo.RigidCoupling("upper", "z+"), fo.Support("upper", UP[0], "x")], SIDE
+    ),
+    "or other supports hold them; name fewer directions": lambda b: model(
+        b, [fo.DistributingCoupling("upper", UP, "x"), fo.Support("upper", "z+", "x")], SIDE
+    ),
+    "acts on boundary 'z+' of body 'upper' only where supports hold it, [RigidC": lambda b: model(
+        b,
+        [fo.RigidCoupling("upper", "z+", "xyz", "xyz")],
+        {"L": [fo.RemoteForce("upper", "z+", x=1.0)]},
+    ),
+    "acts on nodes ((0.0, 0.0, 1.0),) of body 'upper' only where": lambda b: model(
+        b, [fo.Support("upper", "z+")], {"L": [fo.PointForce("upper", UP[:1], x=1.0)]}
+    ),
+    "where: the function raised TypeError": lambda b: model(
+        b, loads={"L": [fo.PointForce("upper", lambda x: x == 0, x=1.0)]}
+    ),
+    "where: the function gave an array of float64": lambda b: model(
+        b, loads={"L": [fo.PointForce("upper", lambda x, y, z: x, x=1.0)]}
+    ),
+    "where: the function is true at no node of body 'upper'": lambda b: model(
+        b, loads={"L": [fo.PointForce("upper", lambda x, y, z: x > 9, x=1.0)]}
+    ),
+    "point: (0.0, 1.0); give the 3 coordinates": lambda b: model(
+        b, loads={"L": [fo.RemoteForce("upper", "z+", x=1.0, point=(0.0, 1.0))]}
+    ),
+    "RemoteForce moment: 1.0; body 'upper' has 3 dimensions": lambda b: model(
+        b, loads={"L": [fo.RemoteForce("upper", "z+", moment=1.0)]}
+    ),
+    "directions: none, and no rotations": lambda b: fo.DistributingCoupling("upper", "z+"),
+    "RemoteForce: neither x nor y nor z": lambda b: fo.RemoteForce("upper", "z+"),
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_what_cannot_be_is_refused_by_name(message):
+    with pytest.raises(fo.ModelError, match=re.escape(message)):
+        BAD[message](bodies_in(3))
+
+
+def test_directions_across_the_plane_are_refused():
+    with pytest.raises(fo.ModelError, match="of a plane body; give directions x and y"):
+        model(bodies_in(2), [fo.RigidCoupling("upper", "y+", "z")])
+
+
+def test_a_body_that_its_coupling_lets_turn_is_named():
+    bodies = bodies_in(3)
+    loads = {"P": [fo.Traction("upper", "x+", z=-1.0)]}
+    with pytest.raises(fo.ModelError, match="can still turn about x and y and z"):
+        fo.ContactModel(bodies, [fo.DistributingCoupling("upper", "z+", "xyz")], loads).condense()
+    held = fo.DistributingCoupling("upper", "z+", "xyz", "xyz")
+    assert fo.ContactModel(bodies, [held], loads).condense().nodes == 9
+
+
+def test_on_a_plane_of_symmetry_the_motions_of_the_half_are_allowed():
+    bodies = bodies_in(3)
+    cut = [fo.Support("upper", "x-", "x"), fo.Support("lower", "x-", "x")]
+    rigid = fo.RigidCoupling("upper", "z+", "x", "yz", point=(0.0, 0.5, 1.0))
+    loads = {"L": [fo.Pressure("lower", "x+", 1.0)]}
+    assert model(bodies, [*cut, rigid], loads).condense().nodes == 9
