@@ -52,7 +52,7 @@ class _Coupling:
     Attributes
     ----------
     directions, rotations
-        Axes along which the point does not move, and about which it does not turn.
+        Axes of the displacements and of the rotations of the point that are zero.
     """
 
     body: str
@@ -69,7 +69,7 @@ class _Coupling:
         check_reference(self)
 
     def _held(self, d: int, kinematics: Kinematics) -> Booleans:
-        """Which motions of the point are zero, in the order of `motions_of_point`."""
+        """(m,) whether each motion of the point is zero, in the order of `motions_of_point`."""
         if kinematics == "axisymmetric":
             if set(self.directions) - {"y"} or self.rotations:
                 raise ModelError(
@@ -150,9 +150,9 @@ class RigidCoupling(_Coupling):
 class DistributingCoupling(_Coupling):
     """Mean motions of nodes that are zero (RBE3), as a part of a `ContactModel`'s supports.
 
-    The displacement of the point is the mean of those of the nodes, and its rotation the one that
-    fits them best. The nodes stay free to move apart, so nothing is stiffened. The reactions are
-    those of a `RemoteForce` on the same nodes. All nodes are joined in the stiffness matrix: up to
+    The point has the mean displacement of the nodes, and the rotation that fits their displacements
+    best. The nodes stay free to move apart, so nothing is stiffened. The reactions are a
+    `RemoteForce` on the same nodes. All nodes are joined in the stiffness matrix: up to
     a thousand nodes take little time.
 
     Parameters
@@ -235,7 +235,7 @@ def coupled(
     points: Array,
     kinematics: Kinematics,
 ) -> Coupled:
-    """What the couplings of a model bind.
+    """Bind the displacements of the couplings of a model.
 
     `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` must be in no
     coupling; neither may a node be in two.

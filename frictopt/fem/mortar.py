@@ -1,7 +1,7 @@
 """Joining the nodes of two faces by the dual mortar method.
 
 Where a face of body 1 reaches beyond that of body 2, what lies opposite nothing is free. A facet
-that does so by more than half would have nodes beyond the edge. Those nodes have no pair: the next
+that does so by more than half would have nodes beyond the edge. Such nodes have no pair: the next
 pair of the contact stands for them, see `shared_corners.py`. So the pressure on the part of the
 facet that lies opposite body 2 acts there.
 """
@@ -35,7 +35,7 @@ SETTINGS = MortarSettings()
 
 @dataclass(frozen=True)
 class FaceNames:
-    """What error messages call a contact, its face of body 1, and its body 2."""
+    """Names of a contact, of its face of body 1 and of its body 2, for error messages."""
 
     contact: str
     face_1: str

@@ -80,7 +80,7 @@ class RemoteForce(ForceLoad):
     body
         Name of the body in its model.
     where
-        The nodes, as in a `Support`. Those of a boundary are weighted by their parts of its area
+        The nodes, as in a `Support`. Nodes of a boundary are weighted by their parts of its area
         (in the plane of its length), all others alike.
     x, y, z
         Components of the force, numbers, zero by default; in the plane per unit depth, in

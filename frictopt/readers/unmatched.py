@@ -127,7 +127,7 @@ def _mortar_arguments(
 ) -> dict[str, Any]:
     """Arguments of `condense` that join some facets of an outline of a mesh to other facets.
 
-    The mesh has the facets of both bodies. `errors` (nodes, d) are those of the coordinates. If
+    The mesh has the facets of both bodies. The coordinates have errors (nodes, d). If
     `measured` is False, the faces touch. Error messages call the faces `argument`.
     """
     points = mesh.p.T

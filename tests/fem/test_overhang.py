@@ -232,7 +232,7 @@ def test_matrices_of_a_deck_have_the_contact_of_the_model(d, edge):
     q, p = system.bonded["P"]
     shear = q[:, None] if d == 2 else q
     force = np.einsum("nt,nta->na", shear, system.frames[:, :-1]) + p[:, None] * system.normals
-    relative = (-faces["projection"]).tolil()
+    relative = -faces["projection"].toarray()
     relative[np.arange(system.nodes), faces["pairs"]] += 1.0
     nodal = relative.T @ force
     is_upper = job.deck.numbers < 1000
