@@ -438,8 +438,8 @@ class Assembly:
                 raise ModelError(
                     f"bolt {cut.bolt.body!r}: its section at "
                     f"{place(self.points[near].mean(axis=0))} has nodes on a cut of a sector, in a "
-                    "contact, a coupling or another section, or held along the axis; put it where "
-                    "the shank is free"
+                    "contact, in another section, or held along the axis or by a coupling; put it "
+                    "where the shank is free"
                 )
             self.free_rows[far] = -2
             taken = np.r_[taken, near, far]

@@ -11,8 +11,7 @@ from scipy.sparse import block_diag
 from skfem import MeshHex, MeshQuad, MeshTet, MeshTri
 
 import frictopt as fo
-from frictopt.readers.listing import deck_of_points
-from helpers.calculix import Block, lines
+from helpers.calculix import Block, lines, node_set
 from helpers.meshes import box, rotation, turned
 
 KINDS = [(MeshQuad, MeshQuad), (MeshTri, MeshQuad), (MeshHex, MeshHex), (MeshTet, MeshHex)]
@@ -162,40 +161,41 @@ def test_what_has_no_node_opposite_is_refused():
         model(bodies, "upper", "lower")
 
 
-def jobs(edge, d):
-    """The blocks of `narrow_below` as one matrix with labels, and the model of the same meshes."""
+def jobs(folder, edge, d):
+    """The blocks of `narrow_below` as a matrix with its deck, and the model of the same meshes."""
     depth = lines((0, 1, 2)) if d == 3 else []
     upper = Block(1, [*lines((0, 4, 8)), *depth, *lines((0, 1, 2))], 1.0, 0.3, "UP")
     lower = Block(1001, [*lines((-1, edge, 5)), *depth, *lines((-1, 0, 2))], 2.0, 0.3, "LOW")
-    points, rows, held = {}, [], []
-    for part in (upper, lower):
-        points |= dict(zip(part.numbers.tolist(), part.points.tolist(), strict=True))
-        rows += np.column_stack(
-            [part.first + np.arange(len(part.elements)), part.numbers[part.elements]]
-        ).tolist()
-    on_ground = lower.on(d - 1, -1.0)
-    held = [(int(n), k) for n in on_ground for k in range(1, d + 1)]
-    labels = np.array([(n, k) for n in points for k in range(1, d + 1)])
-    free = ~np.isin(labels[:, 0], on_ground)
+    sets = {
+        "CU": upper.on(d - 1, 0.0),
+        "CL": lower.on(d - 1, 0.0),
+        "TOP": upper.on(d - 1, 1.0),
+        "BOT": lower.on(d - 1, -1.0),
+    }
+    numbers = np.concatenate([upper.numbers, lower.numbers])
+    labels = np.array([(n, k) for n in numbers for k in range(1, d + 1)])
+    free = ~np.isin(labels[:, 0], sets["BOT"])
     K = block_diag([part.stiffness() for part in (upper, lower)], format="csr")[free][:, free]
-    sets = {"CU": upper.on(d - 1, 0.0), "CL": lower.on(d - 1, 0.0), "TOP": upper.on(d - 1, 1.0)}
-    deck = deck_of_points(
-        points,
-        {upper.kind: rows},
-        {name: numbers.tolist() for name, numbers in sets.items()},
-        held,
+    entries = K.tocoo()
+    rows = np.column_stack([labels[free][entries.row], labels[free][entries.col]])
+    text = "".join(
+        f"{n}, {k}, {m}, {a}, {float(value)!r}\n"
+        for (n, k, m, a), value in zip(rows.tolist(), entries.data, strict=True)
     )
+    (folder / "job_STIF1.mtx").write_text(text)
+    deck = upper.deck() + lower.deck() + "".join(node_set(*pair) for pair in sets.items())
+    (folder / "job.inp").write_text(f"{deck}*BOUNDARY\nBOT, 1, {d}\n")
+    job = fo.read_abaqus(folder / "job_STIF1.mtx", deck=folder / "job.inp")
     kinds = (MeshQuad, MeshQuad) if d == 2 else (MeshHex, MeshHex)
     bodies = narrow_below(kinds, edge)
     materials = {"upper": fo.Material(1.0, 0.3), "lower": fo.Material(2.0, 0.3)}
-    bodies = {name: fo.Body(body.mesh, materials[name]) for name, body in bodies.items()}
-    return fo.MatrixJob(K, labels[free], deck), bodies
+    return job, {name: fo.Body(body.mesh, materials[name]) for name, body in bodies.items()}
 
 
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("edge", [2.5, 2.6, 2.9, 4.5])
-def test_matrices_of_a_deck_have_the_contact_of_the_model(d, edge):
-    job, bodies = jobs(edge, d)
+def test_matrices_of_a_deck_have_the_contact_of_the_model(tmp_path, d, edge):
+    job, bodies = jobs(tmp_path, edge, d)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         faces = job.mortar("CU", "CL")
@@ -242,10 +242,10 @@ def test_matrices_of_a_deck_have_the_contact_of_the_model(d, edge):
 
 
 @pytest.mark.parametrize("edge", [2.55, 2.7, 4.2])
-def test_the_projection_is_that_of_integrals_by_brute_force(edge):
+def test_the_projection_is_that_of_integrals_by_brute_force(tmp_path, edge):
     """Biorthogonal functions on the part of each facet that lies opposite, by sums over many
     points. Beyond the edge the nearest node has the mean motion of both."""
-    job, _ = jobs(edge, 2)
+    job, _ = jobs(tmp_path, edge, 2)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fo.ModelWarning)
         faces = job.mortar("CU", "CL")
@@ -285,8 +285,8 @@ def test_the_projection_is_that_of_integrals_by_brute_force(edge):
     assert np.allclose(mine[order], expected, rtol=0, atol=1e-5)
 
 
-def test_gaps_of_a_deck_are_measured_and_bad_faces_refused():
-    job, _ = jobs(4.5, 2)
+def test_gaps_of_a_deck_are_measured_and_bad_faces_refused(tmp_path):
+    job, _ = jobs(tmp_path, 4.5, 2)
     moved = job.deck.points + np.array([0.0, 0.125, 0.0]) * (job.deck.numbers < 1000)[:, None]
     apart = replace(job, deck=replace(job.deck, points=moved))
     assert np.allclose(apart.mortar("CU", "CL", gap="measured")["gap"], 0.125)
