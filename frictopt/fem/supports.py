@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base import (
     SAME_POINT,
@@ -27,7 +26,7 @@ from .elasticity import corner_weights, facet_nodes, places_of
 from .faces import facets_around, normals_of, unit_vectors
 from .normals import SMOOTH, normals_of_faces
 
-Place = str | tuple[float, ...] | tuple[tuple[float, ...], ...] | Callable[..., ArrayLike]
+Place = str | tuple[float, ...] | tuple[tuple[float, ...], ...] | Callable[..., Any]
 """Name of a boundary, coordinates of a node or of several, or a function that selects nodes."""
 Seam: TypeAlias = tuple[Integers, Integers, Array]
 """Nodes of a body on a cut of a sector, the nodes that they copy, and the matrix of the turn."""
@@ -167,7 +166,7 @@ def _node_at(point: Array, body: Body, name: str) -> int:
     return nearest
 
 
-def _nodes_by(select: Callable[..., ArrayLike], body: Body, name: str) -> Integers:
+def _nodes_by(select: Callable[..., Any], body: Body, name: str) -> Integers:
     """The nodes of a body of which a function of the coordinates is true."""
     count = body.mesh.p.shape[1]
     remedy = f"give one truth value for each of the {count} nodes of body {name!r}"
