@@ -268,6 +268,7 @@ def test_tables_come_from_the_studies():
     pages = "".join(
         text(DOCS / f"{page}.md")
         for page in (
+            "calculix",
             "checked",
             "paper",
             "performance",

@@ -4,6 +4,27 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "validation/calculix.py",
+        "a contact in a perturbation step counts as none",
+        old="change > 0.1",
+        new="change < 0.1",
+        tests="studies_calculix",
+    ),
+    Fault(
+        "validation/calculix.py",
+        "the slice of 0.5 is taken for a whole depth",
+        old="forces[:, :3] * [1.0, -2.0, -2.0]",
+        new="forces[:, :3] * [1.0, -1.0, -1.0]",
+        tests="studies_calculix",
+    ),
+    Fault(
+        "validation/calculix.py",
+        "the work counts the way to the cycle",
+        old="forces[:, 0] >= len(history.corners) - 2 - 1e-9",
+        new="forces[:, 0] >= 0",
+        tests="studies_calculix",
+    ),
+    Fault(
         "validation/lower_bound.py",
         "sign of the derived bounds",
         old="-ends",
