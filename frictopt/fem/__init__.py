@@ -9,6 +9,7 @@ inside the bodies and z. S is the Schur complement of z in `T^T K T`.
 |---|---|
 | `model.py` | `ContactModel`: the description by the user, and its condensation |
 | `bodies.py`, `elasticity.py` | meshes with materials, their stiffness and nodal forces |
+| `mixed.py` | meshes of elements of several shapes |
 | `contacts.py`, `supports.py`, `couplings.py` | contacts, supports, and nodes coupled to a point |
 | `cyclic.py`, `sector.py` | sectors of a ring |
 | `loads.py`, `node_forces.py` | loads, forces on nodes and at a point |

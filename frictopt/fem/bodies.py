@@ -25,6 +25,7 @@ from .elasticity import (
     quadratic,
     through_corners,
 )
+from .mixed import MIXED, MIXED_QUADRATIC, corner_sizes, with_wedges
 
 
 @dataclass(frozen=True)
@@ -50,9 +51,10 @@ class Body:
     Parameters
     ----------
     mesh
-        The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane, `MeshTet` or `MeshHex`
-        in space. Meshes with curved sides are `MeshTri2`, `MeshQuad2`, `MeshTet2` or `MeshHex2`;
-        their elements are quadratic.
+        The mesh, lengths in any unit: `MeshTri` or `MeshQuad` in the plane; `MeshTet`, `MeshHex` or
+        `MeshWedge1` in space. Meshes with curved sides are `MeshTri2`, `MeshQuad2`, `MeshTet2` or
+        `MeshHex2`; their elements are quadratic. `read_mesh` also makes meshes of linear elements
+        of several shapes, which stay linear.
     material
         Its material.
     element
@@ -92,6 +94,7 @@ class Body:
     element: ElementName | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", with_wedges(self.mesh))
         check_kind(self.mesh)
         kind = type(self.mesh)
         is_straight = kind in QUADRATIC
@@ -105,6 +108,11 @@ class Body:
         if not isinstance(self.material, Material):
             raise ModelError(f"material: a {type(self.material).__name__}; give a Material")
         mesh = self.mesh
+        if element == "quadratic" and isinstance(mesh, MIXED):
+            raise ModelError(
+                f"element: {element!r}, but the mesh has wedges, or elements of several shapes; "
+                "leave `element` out, or mesh the body with quadratic elements"
+            )
         if element == "quadratic" and is_straight:
             mesh = quadratic(mesh)
         vars(self).update(element=element, mesh=mesh)
@@ -160,8 +168,8 @@ class Body:
 def check_kind(mesh: Mesh) -> None:
     """Check that a mesh has elements of a kind that bodies may have."""
     kinds = [*QUADRATIC, *QUADRATIC.values()]
-    if type(mesh) not in kinds:
-        names = ", ".join(kind.__name__ for kind in kinds)
+    if type(mesh) not in kinds or type(mesh) in MIXED_QUADRATIC:
+        names = ", ".join(kind.__name__ for kind in kinds if kind not in (*MIXED, *MIXED_QUADRATIC))
         raise ModelError(
             f"mesh: a {type(mesh).__name__}; give one of scikit-fem with elements of one shape, "
             f"linear or quadratic: {names}"
@@ -188,8 +196,8 @@ def _check_elements(mesh: Mesh) -> None:
     if part.max() > 0:
         share = "edge" if is_plane else "face"
         raise ModelError(
-            f"mesh: {part.max() + 1} parts that share no {share}; give one connected body (merge "
-            "nodes that coincide)"
+            f"mesh: {part.max() + 1} parts that share no {share}; give one connected body: merge "
+            "nodes that coincide, or let split_bodies(mesh, material) make a body of each part"
         )
     unused = mesh.p.shape[1] - len(np.unique(mesh.dofs.element_dofs))
     if unused:
@@ -198,6 +206,8 @@ def _check_elements(mesh: Mesh) -> None:
 
 def _sizes(mesh: Mesh) -> Array:
     """(nodes, elements) signed area or volume, from the Jacobian of the elements at their nodes."""
+    if isinstance(mesh, MIXED):
+        return corner_sizes(mesh)
     element = mesh.elem()
     nodes = mesh.dofs.element_dofs
     slopes = functions_of(element, len(nodes), element.doflocs.T)[1]
@@ -205,9 +215,9 @@ def _sizes(mesh: Mesh) -> Array:
 
 
 def split_bodies(
-    mesh: Mesh, materials: Mapping[str, Material], *, element: ElementName | None = None
+    mesh: Mesh, materials: Mapping[str, Material] | Material, *, element: ElementName | None = None
 ) -> dict[str, Body]:
-    """Split a mesh with a named subdomain for each body into bodies with separate nodes.
+    """Split a mesh into bodies with separate nodes: its subdomains, or its connected parts.
 
     Each body keeps the named boundaries of the mesh on which it has facets. The facets that it
     shares with another body become a boundary with the name of that body: between a pin and a plate
@@ -218,14 +228,17 @@ def split_bodies(
     mesh
         The mesh, of a kind that a `Body` has, for example of `read_mesh("model.msh")`.
     materials
-        Name of a subdomain -> material of the body; every element is in one of them.
+        Name of a subdomain -> material of the body; every element is in one of them. Or one
+        Material: each part of the mesh that shares no edge (in space no face) with the others is a
+        body. It has the name of the first subdomain with just its elements. If there is none, it is
+        "body 1", "body 2" and so on, in the order of their first elements.
     element
         Element of all bodies, see `Body`.
 
     Returns
     -------
     dict
-        Name of the subdomain -> body.
+        Name of the body -> body.
 
     Raises
     ------
@@ -242,8 +255,19 @@ def split_bodies(
     >>> bodies = fo.split_bodies(mesh, {"punch": fo.Material(E=2.0), "block": fo.Material()})
     >>> sorted(bodies["punch"].mesh.boundaries)
     ['block']
+
+    A block that does not touch the others, all in one set:
+
+    >>> apart = MeshQuad.init_tensor([0.0, 1.0, 2.0, 3.0], [0.0, 1.0])
+    >>> apart = apart.remove_elements([1])
+    >>> list(fo.split_bodies(apart, fo.Material()))
+    ['body 1', 'body 2']
     """
+    mesh = with_wedges(mesh)
     check_kind(mesh)
+    if isinstance(materials, Material):
+        mesh = _with_parts(mesh)
+        materials = dict.fromkeys(mesh.subdomains, materials)
     owner = _owners(mesh, materials)
     bodies = {}
     for number, (name, material) in enumerate(materials.items()):
@@ -257,6 +281,21 @@ def split_bodies(
         except ModelError as error:
             raise ModelError(f"body {name!r}: {error}") from error
     return bodies
+
+
+def _with_parts(mesh: Mesh) -> Mesh:
+    """The mesh with its connected parts as its only subdomains."""
+    part = parts_of(mesh.f2t[:, mesh.f2t[1] >= 0], mesh.t.shape[1])
+    subdomains = {}
+    for number, which in enumerate(dict.fromkeys(part.tolist()), 1):
+        elements = np.flatnonzero(part == which)
+        names = (
+            name
+            for name, members in (mesh.subdomains or {}).items()
+            if np.array_equal(np.unique(members), elements)
+        )
+        subdomains[next(names, f"body {number}")] = elements
+    return replace(mesh, _subdomains=subdomains)
 
 
 def _shared_facets(
@@ -285,7 +324,8 @@ def _owners(mesh: Mesh, materials: Mapping[str, Material]) -> Integers:
     """(elements,) number of the subdomain of each element, in the order of the materials."""
     if not isinstance(materials, Mapping) or not materials:
         raise ModelError(
-            f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material"
+            f"materials: {shown(materials)}; give a mapping, name of a subdomain -> Material, or "
+            "one Material for a body of each connected part"
         )
     subdomains = mesh.subdomains or {}
     owner = np.full(mesh.t.shape[1], -1)

@@ -19,6 +19,7 @@ from skfem.quadrature import get_quadrature
 
 from ..base import SAME_POINT, Array, Booleans, Integers, finite_number, first_of, place
 from ..errors import ModelError
+from .mixed import MeshMixed, MeshMixed2, MeshMixedPlane, MeshMixedPlane2
 
 ElementName: TypeAlias = Literal["linear", "mean_dilatation", "quadratic"]
 Kinematics: TypeAlias = Literal["plane_strain", "plane_stress", "axisymmetric", "space"]
@@ -38,6 +39,8 @@ QUADRATIC = {
     skfem.MeshQuad1: skfem.MeshQuad2,
     skfem.MeshTet1: skfem.MeshTet2,
     skfem.MeshHex1: skfem.MeshHex2,
+    MeshMixedPlane: MeshMixedPlane2,
+    MeshMixed: MeshMixed2,
 }
 _LINEAR = {second: first for first, second in QUADRATIC.items()} | {
     first: first for first in QUADRATIC
@@ -47,7 +50,7 @@ _FACETS = {2: skfem.ElementLineP1, 3: skfem.ElementTriP1, 4: skfem.ElementQuad1}
 _SERENDIPITY = {8: skfem.ElementQuadS2, 20: skfem.ElementHexS2}
 # Order of integration. Three points a direction are exact for uniform stress in curved elements,
 # and for any stress in straight elements.
-_ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5}
+_ORDERS = {skfem.MeshQuad2: 5, skfem.MeshHex2: 5, MeshMixedPlane2: 5, MeshMixed2: 5}
 # Largest distance of a midside node from the middle of its corners, relative to the distance of the
 # corners: some 45 degrees of arc.
 _OFF = 0.1
@@ -362,19 +365,6 @@ def parts_of(links: Sequence[Integers] | Integers, size: int) -> Integers:
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def places_among(rows: Integers, known: Integers) -> Integers:
-    """(m,) index of each row of numbers (m, k) among known rows (n, k); -1 if it is unknown.
-
-    The order of the numbers in a row does not matter.
-    """
-    count = len(known)
-    sorted_rows = np.sort(np.concatenate([known, rows]), axis=1)
-    number = np.unique(sorted_rows, axis=0, return_inverse=True)[1].ravel()
-    index = np.full(len(number), -1)
-    index[number[:count]] = np.arange(count)
-    return np.asarray(index[number[count:]])
-
-
 def midside_ties(mesh: Mesh, facets: Integers, argument: str) -> csr_matrix:
     """(nodes d, nodes d) matrix of the midside nodes on some facets by their corners.
 
@@ -435,7 +425,11 @@ def _midside_nodes(mesh: Mesh, facets: Integers) -> tuple[Integers, Integers, Ar
     facet = np.array(mesh.elem.refdom.facets)[number[which]]
     node = mesh.dofs.element_dofs[local, elements]
     ends = mesh.t[facet.T, elements].T
-    return node, ends, weights[local[:, None], facet]
+    shares = weights[local[:, None], facet]
+    # If corners coincide, there is no node between them.
+    last = np.where(shares > 0, ends, -1).max(axis=1, initial=-1)
+    is_between = ((shares > 0) & (ends != last[:, None])).any(axis=1)
+    return node[is_between], ends[is_between], shares[is_between]
 
 
 def _cross_matrices(vectors: Array) -> Array:

@@ -229,14 +229,12 @@ def facet_overlaps(
     exact.
     """
     corners = points_1[facets_1]
-    d = corners.shape[2]
     frames = frames_of(normals_of(corners))
     middles = corners.mean(axis=1)
-    hats_1 = _hats_of_parts(facets_1.shape[1])
-    hats_2 = _hats_of_parts(facets_2.shape[1])
-    parts_1 = np.einsum("tck,mkd->mtcd", hats_1, corners).reshape(-1, d, d)
-    parts_2 = np.einsum("tck,mkd->mtcd", hats_2, points_2[facets_2]).reshape(-1, d, d)
-    facet = np.repeat(np.arange(len(facets_1)), len(hats_1))  # of each part
+    facet, hats_1 = _parts_of(facets_1)
+    facet_2, hats_2 = _parts_of(facets_2)
+    parts_1 = np.einsum("mck,mkd->mcd", hats_1, corners[facet])
+    parts_2 = np.einsum("mck,mkd->mcd", hats_2, points_2[facets_2][facet_2])
     i, j = _facing(parts_1, frames[facet, -1], parts_2)
     e = facet[i]
 
@@ -247,18 +245,30 @@ def facet_overlaps(
     pair, common = common_parts(a, b)
     part, points, weights = integration_points_of(common)
     pair = pair[part]
-    phi = np.einsum("mc,mck->mk", hat_functions(a[pair], points), hats_1[i[pair] % len(hats_1)])
-    chi = np.einsum(
-        "mc,mck->mk", hat_functions(b[pair], points), hats_2[j[pair] % len(hats_2), ::-1]
-    )
+    phi = np.einsum("mc,mck->mk", hat_functions(a[pair], points), hats_1[i[pair]])
+    chi = np.einsum("mc,mck->mk", hat_functions(b[pair], points), hats_2[j[pair], ::-1])
     return Overlaps(
         facet=e[pair],
         weights=weights,
         nodes_1=facets_1[e[pair]],
         phi=phi,
-        nodes_2=facets_2[j[pair] // len(hats_2)],
+        nodes_2=facets_2[facet_2[j[pair]]],
         chi=chi,
     )
+
+
+def _parts_of(facets: Integers) -> tuple[Integers, Array]:
+    """The edges or triangles that make up facets (m, corners): the facet (n,) of each, and hats.
+
+    The hats (n, 2 or 3, corners) are the hat functions of the facet at the corners of the part. If
+    a corner of a quadrilateral is repeated, the triangle at this side has no area and is left out.
+    """
+    count, corners = facets.shape
+    hats = _hats_of_parts(corners)
+    if corners <= 3:
+        return np.arange(count), np.tile(hats, (count, 1, 1))
+    facet, part = np.nonzero(facets != np.roll(facets, -1, axis=1))
+    return facet, hats[part]
 
 
 def _hats_of_parts(corners: int) -> Array:

@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..base import ROUNDING, Array, Booleans, Integers
 from .faces import areas_of, normals_of, unit_vectors
+from .mixed import polygons
 
 # Smallest cosine between the normal of a node and the normals of its facets in a smooth face.
 SMOOTH = 0.9
@@ -122,17 +123,18 @@ def _weighted(facets: Integers, points: Array) -> Array:
     areas as weights, normals would lean if sizes, or diagonals of triangles, differ between the
     sides of a node. Round fits would then wedge as they rotate.
     """
-    corners = points[facets]
-    ahead = np.roll(corners, -1, axis=1) - corners
-    squares = np.sum(ahead**2, axis=2)
-    if points.shape[1] == 3:
-        back = np.roll(corners, 1, axis=1) - corners
-        turned = np.cross(ahead, back)
-        squares = squares * np.sum(back**2, axis=2)
-    else:
-        turned = areas_of(corners)[:, None]
     normals = np.zeros_like(points)
-    np.add.at(normals, facets, turned / squares[..., None])
+    for polygon in polygons(facets):
+        corners = points[polygon]
+        ahead = np.roll(corners, -1, axis=1) - corners
+        squares = np.sum(ahead**2, axis=2)
+        if points.shape[1] == 3:
+            back = np.roll(corners, 1, axis=1) - corners
+            turned = np.cross(ahead, back)
+            squares = squares * np.sum(back**2, axis=2)
+        else:
+            turned = areas_of(corners)[:, None]
+        np.add.at(normals, polygon, turned / squares[..., None])
     return normals
 
 
@@ -150,9 +152,8 @@ def _put_on_surfaces(normals: Array, facets: Integers, points: Array, of_facets:
 
 def _smooth_parts(facets: Integers, of_facets: Array) -> list[Integers]:
     """Facets of each part of a face in space that no sharp edge divides."""
-    count, corners = facets.shape
-    edges = _edges(facets)
-    facet = np.repeat(np.arange(count), corners)
+    count = len(facets)
+    edges, facet = _edges(facets)
     order = np.lexsort(edges.T)
     same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
     facet_1 = facet[order[:-1][same]]
@@ -164,10 +165,11 @@ def _smooth_parts(facets: Integers, of_facets: Array) -> list[Integers]:
     return [facets[part == number] for number in range(total)]
 
 
-def _edges(facets: Integers) -> Integers:
-    """(edges, 2) sorted ends of the edges of facets in space, facet after facet."""
-    edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
-    return np.asarray(np.sort(edges, axis=1))
+def _edges(facets: Integers) -> tuple[Integers, Integers]:
+    """(edges, 2) sorted ends of the edges of facets in space, and the facet (edges,) of each."""
+    ends = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2)
+    facet, side = np.nonzero(ends[:, :, 0] != ends[:, :, 1])
+    return np.asarray(np.sort(ends[facet, side], axis=1)), facet
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,8 +219,8 @@ def _surface_normals(
     if len(all_nodes) < 2 * SETTINGS.generators:
         return None
     arms = points[all_nodes] - points[all_nodes].mean(axis=0)
-    edges = points[np.roll(facets, 1, axis=1)] - points[facets]
-    edge = np.linalg.norm(edges, axis=2).min()
+    ends = points[_edges(facets)[0]]
+    edge = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).min()
     height = arms @ np.linalg.svd(arms, full_matrices=False)[2][2]
     if np.abs(height).max() <= SETTINGS.on_surface * edge:
         return None  # flat
@@ -260,7 +262,7 @@ def _rim(facets: Integers, count: int) -> Booleans:
     """(count,) nodes at the free ends of a chain of edges, or on the rim of a face in space."""
     if facets.shape[1] == 2:
         return np.asarray(np.bincount(facets.ravel(), minlength=count) == 1)
-    edges, uses = np.unique(_edges(facets), axis=0, return_counts=True)
+    edges, uses = np.unique(_edges(facets)[0], axis=0, return_counts=True)
     return np.asarray(np.isin(np.arange(count), edges[uses == 1]))
 
 
@@ -276,7 +278,7 @@ class _HalfEdges:
 
     @classmethod
     def from_facets(cls, facets: Integers, points: Array) -> _HalfEdges:
-        edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
+        edges = _edges(facets)[0]
         tail, head = np.unique(np.concatenate([edges, edges[:, ::-1]]), axis=0).T
         vector = points[head] - points[tail]
         length = np.linalg.norm(vector, axis=1)

@@ -6,7 +6,8 @@ direction), and a `Deck` of nodes, sets, elements and constraints.
 
 The readers, and the class that they return:
 
-- `meshes.py`: `read_mesh`. `groups.py` and `gmsh.py` find the named groups of mesh files.
+- `meshes.py`: `read_mesh`. `groups.py` and `gmsh.py` find the named groups of mesh files,
+  `mixed_elements.py` makes meshes of elements of several shapes.
 - `calculix_abaqus.py`: `read_calculix`, `read_abaqus`. `matrix_files.py` reads columns of numbers,
   `user_element.py` substructures of Abaqus, `printed_modes.py` modes of vibration.
 - `ansys_nastran.py`: `read_ansys`, `read_nastran`.
@@ -16,6 +17,7 @@ The readers, and the class that they return:
 Decks, from the text to the `Deck`:
 
 - `deck_text.py`: text to blocks of a keyword, its parameters and data lines.
+- `instances.py`: parts and instances to the blocks of one flat deck.
 - `keywords.py`: the tables of keywords that are kept and refused, and `read_deck`.
 - `keyword_blocks.py`, `constraint_blocks.py`: a function for each keyword that is kept.
 - `listing.py`: numbers and names that the blocks list, resolved to a `Deck`.

@@ -38,12 +38,15 @@ ANSYS_SOLIDS = {
     (187, 10): "C3D10",
     (95, 20): "C3D20",
     (186, 20): "C3D20",
+    (186, 15): "C3D15",
+    (95, 15): "C3D15",
 }
 # Elements of Nastran, by card and number of nodes.
 NASTRAN_SOLIDS = {
     ("CHEXA", 8): "C3D8",
     ("CHEXA", 20): "C3D20",
     ("CPENTA", 6): "C3D6",
+    ("CPENTA", 15): "C3D15",
     ("CPYRAM", 5): "C3D5",
     ("CTETRA", 4): "C3D4",
     ("CTETRA", 10): "C3D10",
@@ -172,7 +175,7 @@ def read_nastran(
         Name of the matrix, such as "KAAX"; None: the file has one only.
     deck
         Path of the bulk data, for grid points (`GRID`, in the basic coordinates) and the faces of
-        `CHEXA` and `CTETRA`.
+        `CHEXA`, `CTETRA`, `CPENTA` and `CPYRAM`.
     labels
         (n, 2) grid point and component 1 to 6 of each row (0 of a scalar point), of OUTPUT4.
 
@@ -260,6 +263,8 @@ def _bulk_data(bulk: Any, file: Path) -> Deck:
             if len(nodes) == 20:
                 # In Nastran, upright edges come before those of the upper face.
                 nodes = [*nodes[:12], *nodes[16:], *nodes[12:16]]
+            if len(nodes) == 15:
+                nodes = [*nodes[:9], *nodes[12:], *nodes[9:12]]
             kind = NASTRAN_SOLIDS.get((card, len(nodes)), f"{card}{len(nodes)}")
             solids[kind].append([int(number), *nodes])
     return deck_of_points({int(row[0]): row[2:5] for row in grids}, solids=solids)

@@ -10,13 +10,17 @@ from ..base.libraries import file_path
 from ..errors import ModelError
 from .deck import Deck
 from .deck_text import blocks, entries, number, text_of
+from .element_types import SLENDER
 from .job import MatrixJob
+from .keyword_blocks import FLAT
 from .keywords import read_deck
 from .matrix_files import numbers_in, symmetric
 from .user_element import stiffness_of_element
 
 # CalculiX reads this many characters of a number in a deck.
 _WIDTH = 20
+# CalculiX makes of axisymmetric elements a sector of 2 degrees: this many are a circumference.
+_SECTORS = 180.0
 
 
 def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
@@ -25,9 +29,11 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     Its files are `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`. CalculiX writes one
     triangle of each matrix. It leaves out the displacements that `*BOUNDARY` holds or that follow
     others by a constraint, and it writes no loads: `MatrixJob.force` makes them, and knows the
-    constraints. Rotations of a `*RIGID BODY` and the incompatible modes of C3D8I are generalised
-    coordinates. Stiffness and mass of a plane job are divided by the thickness of its section. The
-    contact itself must not be in the deck: each body keeps its own nodes there.
+    constraints. Rotations of a `*RIGID BODY`, the incompatible modes of C3D8I, and the nodes of
+    beams and shells are generalised coordinates. Stiffness and mass of a plane job are divided by
+    the thickness of its section. An axisymmetric job is of the whole circumference: its matrices
+    are 180 times the matrices of the file. The contact itself must not be in the deck: each body
+    keeps its own nodes there.
 
     Parameters
     ----------
@@ -152,7 +158,9 @@ def _check_no_plane_stress(labels: Integers, deck: Deck) -> None:
 
 
 def _rows_per_depth(matrix: csr_matrix, rows: Booleans, deck: Deck) -> csr_matrix:
-    return csr_matrix(matrix[rows][:, rows]) / deck.thickness
+    """Some rows of a matrix, per depth of a plane job or of the whole circumference."""
+    factor = _SECTORS if deck.is_axisymmetric else 1 / deck.thickness
+    return csr_matrix(matrix[rows][:, rows]) * factor
 
 
 def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integers, Booleans]:
@@ -160,7 +168,7 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
 
     They are directions 4 to 6 of the reference. The second result (n,) says which rows something
     resists. Incompatible modes of an element, C3D8I, are displacements of three nodes that are not
-    in the deck; in the labels these have a minus.
+    in the deck; in the labels these have a minus, as have the rows of beams and shells.
     """
     labels = labels.copy()
     resisted = np.ones(len(labels), dtype=bool)
@@ -177,7 +185,22 @@ def with_rotations(K: csr_matrix, labels: Integers, deck: Deck) -> tuple[Integer
         _check_rotation_is_determined(reference, axes, deck)
     if any(block.kind.startswith("C3D8I") for block in deck.elements):
         labels[np.isin(labels[:, 0], made_nodes), 0] *= -1
+    of_slender = np.isin(labels[:, 0], _nodes_of_slender_elements(deck, made_nodes))
+    labels[of_slender, 0] = -labels[:, 0].max() - 1 - np.arange(np.count_nonzero(of_slender))
     return labels, resisted
+
+
+def _nodes_of_slender_elements(deck: Deck, made_nodes: Integers) -> Integers:
+    """Numbers of nodes of beams and shells alone, and of those that CalculiX makes of them.
+
+    CalculiX makes solids of beams and shells. It writes several rows under the number of a node.
+    """
+    slender = [block.nodes.ravel() for block in deck.elements if block.kind.startswith(SLENDER)]
+    if not slender:
+        return np.zeros(0, dtype=np.intp)
+    others = [block.nodes.ravel() for block in deck.elements if not block.kind.startswith(SLENDER)]
+    alone = np.setdiff1d(np.concatenate(slender), np.concatenate([[], *others]))
+    return np.union1d(deck.numbers[alone.astype(np.intp)], made_nodes)
 
 
 def _check_rotations_are_named(made_nodes: Integers, deck: Deck) -> None:
@@ -216,14 +239,14 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     writes a linear user element with the retained displacements alone: retain the nodes of the
     contact and of the loads. Rotations, unknowns of modes and unknowns of internal nodes (numbers
     that are not positive) are generalised coordinates. The stiffness of a plane job with a deck is
-    divided by the thickness of its section.
+    divided by the thickness of its section; an axisymmetric one is of the whole circumference.
 
     Parameters
     ----------
     path
         Path of the file, such as `NAME_STIF1.mtx`.
     deck
-        Path of the input deck, for nodes and sets; a flat one, without parts and instances.
+        Path of the input deck, for nodes and sets; a flat one, or of one instance.
 
     Raises
     ------
@@ -246,8 +269,19 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     K, labels = stiffness_of_element(text, file) if is_element else _assembled(file)
     if deck is None:
         return MatrixJob(K, labels)
-    listed = read_deck(file_path("deck", deck))
+    deck_path = file_path("deck", deck)
+    _check_one_instance(deck_path)
+    listed = read_deck(deck_path)
     return MatrixJob(K / listed.thickness, labels, listed)
+
+
+def _check_one_instance(path: Path) -> None:
+    count = sum(block.keyword == "INSTANCE" for block in blocks(path))
+    if count > 1:
+        raise ModelError(
+            f"deck {path.name}: it has {count} instances, and Abaqus numbers the nodes of the "
+            f"matrix anew; {FLAT}, and let Abaqus write the matrix again"
+        )
 
 
 def _assembled(file: Path) -> tuple[csr_matrix, Integers]:

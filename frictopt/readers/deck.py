@@ -1,7 +1,9 @@
 """Nodes, sets, elements and constraints of a deck or a mesh file, by rows of the nodes."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,7 +18,9 @@ from .element_types import (
     LINES,
     PLANES,
     SHAPES,
+    SINGLE_SHAPES,
     SOLIDS,
+    is_linear,
     may_have_midsides,
     shape_of,
 )
@@ -158,34 +162,82 @@ class Deck(Shown):
     def _in_space(self) -> bool:
         return any(block.kind.startswith(SOLIDS) for block in self.elements)
 
-    def shaped(self) -> Elements:
-        """All elements with faces, which have one shape: its name in meshio, numbers and nodes.
+    @property
+    def _with_faces(self) -> list[Elements]:
+        left_out = (*FACELESS, *PLANES) if self._in_space else FACELESS
+        return [block for block in self.elements if not block.kind.startswith(left_out)]
+
+    @property
+    def without_faces(self) -> list[Elements]:
+        """Elements that may have faces, but whose faces are not known."""
+        return [block for block in self._with_faces if shape_of(block.kind) is None]
+
+    def with_known_shapes(self) -> Deck:
+        """The deck without elements whose faces are not known, if it has others."""
+        unknown = self.without_faces
+        if len(unknown) == len(self._with_faces):
+            return self
+        kinds = {block.kind for block in unknown}
+        known = tuple(block for block in self.elements if block.kind not in kinds)
+        return replace(self, elements=known)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether all nodes of the elements with faces are corners."""
+        return all(is_linear(block.kind) for block in self.by_shape())
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """Whether the elements are axisymmetric.
+
+        Raises
+        ------
+        ModelError
+            There are plane elements, too: their forces are per depth.
+        """
+        kinds = sorted({block.kind for block in self.elements if block.kind.startswith(PLANES)})
+        axisymmetric = [kind for kind in kinds if kind.startswith("CAX")]
+        if axisymmetric and axisymmetric != kinds and not self._in_space:
+            raise ModelError(
+                f"deck: elements {', '.join(kinds)}; give plane elements or axisymmetric ones (CAX)"
+            )
+        return bool(axisymmetric) and not self._in_space
+
+    @property
+    def is_mixed(self) -> bool:
+        """Whether the elements with faces have several shapes, or are no shape of scikit-fem."""
+        shapes = {block.kind for block in self.by_shape()}
+        return len(shapes) > 1 or not shapes <= set(SINGLE_SHAPES)
+
+    def by_shape(self) -> list[Elements]:
+        """All elements with faces, shape by shape: its name in meshio, numbers and nodes.
 
         If there are solids, plane elements only serve to name faces, and are left out.
 
         Raises
         ------
         ModelError
-            No elements, elements of several shapes, or elements that are not triangles,
-            quadrilaterals, tetrahedra or hexahedra, linear or quadratic.
+            No elements, or elements that are not triangles, quadrilaterals, tetrahedra, pyramids,
+            wedges or hexahedra, linear or quadratic.
         """
-        left_out = (*FACELESS, *PLANES) if self._in_space else FACELESS
-        solids = [block for block in self.elements if not block.kind.startswith(left_out)]
+        solids = self._with_faces
         unknown = sorted({block.kind for block in solids if shape_of(block.kind) is None})
         if unknown:
             raise ModelError(
                 f"deck: elements of type {', '.join(unknown)}; give solids, {', '.join(SHAPES)} "
-                "(gmsh: Mesh.SecondOrderIncomplete = 1)"
+                "(gmsh: Mesh.SecondOrderIncomplete = 1), or read the matrix of the code, which "
+                "knows all elements"
             )
-        shapes = sorted({str(shape_of(block.kind)) for block in solids})
-        if not shapes:
-            raise ModelError("deck: no elements; give elements of one shape")
-        if len(shapes) > 1:
-            raise ModelError(
-                f"deck: elements of several shapes, {', '.join(shapes)}; give elements of one shape"
+        if not solids:
+            raise ModelError("deck: no elements; give plane or solid elements")
+        parts: dict[str, list[Elements]] = {}
+        for block in solids:
+            parts.setdefault(str(shape_of(block.kind)), []).append(block)
+        return [
+            Elements(
+                shape,
+                np.concatenate([block.numbers for block in parts[shape]]),
+                np.concatenate([block.nodes for block in parts[shape]]),
             )
-        return Elements(
-            shapes[0],
-            np.concatenate([block.numbers for block in solids]),
-            np.concatenate([block.nodes for block in solids]),
-        )
+            for shape in sorted(parts)
+        ]

@@ -5,20 +5,27 @@ import re
 # Number of corners of each shape, by its name in meshio. Corners come before midside nodes.
 PLANE_CORNERS = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4}
 SOLID_CORNERS = {"tetra": 4, "tetra10": 4, "hexahedron": 8, "hexahedron20": 8, "hexahedron27": 8}
+SOLID_CORNERS |= {"wedge": 6, "wedge15": 6, "pyramid": 5}
 CORNERS = PLANE_CORNERS | SOLID_CORNERS
+
+# Shapes of which scikit-fem has linear and quadratic elements.
+SINGLE_SHAPES = (*PLANE_CORNERS, "tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
 
 # Types of Abaqus that are read with their faces, and their shapes.
 SHAPES = {"C3D4": "tetra", "C3D8": "hexahedron", "C3D10": "tetra10", "C3D20": "hexahedron20"}
+SHAPES |= {"C3D5": "pyramid", "C3D6": "wedge", "C3D15": "wedge15"}
 for _family in ("CPE", "CPS", "CAX"):
     SHAPES |= {f"{_family}3": "triangle", f"{_family}4": "quad"}
     SHAPES |= {f"{_family}6": "triangle6", f"{_family}8": "quad8"}
 
 # The types below are beginnings of names.
-SOLIDS = ("C3D", "tetra", "hexahedron")
+SOLIDS = ("C3D", "tetra", "hexahedron", "wedge", "pyramid")
 # Beside solids, plane elements only name faces: gmsh writes named surfaces as CPS.
 PLANES = ("CPE", "CPS", "CAX", "triangle", "quad")
 # In the plane, lines name boundaries: gmsh writes named curves so. Their ends come first and last.
 LINES = ("T2D2", "T3D2", "T2D3", "T3D3", "line")
+# Beams, shells and membranes: they may lie on a face of a solid, but they hide none.
+SLENDER = ("B2", "B3", "PIPE", "S3", "S4", "S6", "S8", "S9", "STRI", "M3D", "SC", "SFM", "F3D")
 # These elements carry no traction.
 FACELESS = (*LINES, "vertex", "SPRING", "MASS", "ROTARYI", "DASHPOT", "DCOUP", "GAP", "CONN")
 
@@ -34,6 +41,16 @@ def shape_of(kind: str) -> str | None:
     if match:
         return SHAPES.get(match.group())
     return kind if kind in CORNERS else None
+
+
+def is_linear(shape: str) -> bool:
+    """Whether all nodes of a shape are corners."""
+    return not shape[-1].isdecimal()
+
+
+def corner_shape(shape: str) -> str:
+    """The linear shape that has the corners of a shape."""
+    return shape.rstrip("0123456789")
 
 
 def node_count(kind: str) -> int | None:

@@ -11,11 +11,10 @@ from scipy.spatial import cKDTree
 
 from ..base import Array, Integers, finite_array, finite_number, frozen, real_array, shown
 from ..errors import ModelError
-from ..fem.elasticity import boundary_forces, midside_ties
+from ..fem.elasticity import Kinematics, boundary_forces, midside_ties
 from ..fem.faces import facets_around, lines_along
 from ..fem.normals import node_normals
 from .labels import rows_of_nodes
-from .meshes import between
 from .unmatched import JoinedFaces
 
 
@@ -25,8 +24,9 @@ class MatrixJob(JoinedFaces):
 
     Its members are arguments of `condense`.
 
-    Lengths and forces have the units of the deck; a plane job is per unit depth: stiffness and
-    forces are divided by the thickness of its section.
+    Lengths and forces have the units of the deck. A plane job is per unit depth: stiffness and
+    forces are divided by the thickness of its section. An axisymmetric job is of the whole
+    circumference.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class MatrixJob(JoinedFaces):
         """
         matching = [] if faces else self._matching()
         sides = [*faces, *(side for pairs in matching for side in pairs.T)]
-        facets = [between(self.mesh, self.nodes(side)) for side in sides]
+        facets = [self._between(self.nodes(side)) for side in sides]
         node, axis, corner, corner_axis, weight = self._midside_terms(
             np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *facets]))
         )
@@ -201,7 +201,7 @@ class MatrixJob(JoinedFaces):
         self._check_midsides(np.r_[one, two])
         numbers = self._known.numbers
         if self._directions == 2:
-            facets = between(self.mesh, two, numbers)
+            facets = self._between(two, numbers)
             lines = lines_along(self.mesh, facets, "nodes: the outline")
             two = np.concatenate([line for line, _ in lines])
         argument = f"faces {shown(first)} and {shown(second)}"
@@ -239,7 +239,7 @@ class MatrixJob(JoinedFaces):
             Nodes that no facet of the outline joins; see `nodes`.
         """
         nodes = self._corners(face)
-        facets = facets_around(self.mesh, between(self.mesh, nodes, self._known.numbers))
+        facets = facets_around(self.mesh, self._between(nodes, self._known.numbers))
         inward = node_normals(facets, self.mesh.p.T)[nodes]
         return frozen(-inward / np.linalg.norm(inward, axis=1)[:, None])
 
@@ -258,7 +258,7 @@ class MatrixJob(JoinedFaces):
         Raises
         ------
         ModelError
-            Nodes that no facet of the outline joins, axisymmetric elements; see `nodes`.
+            Nodes that no facet of the outline joins; see `nodes`.
 
         Examples
         --------
@@ -268,21 +268,22 @@ class MatrixJob(JoinedFaces):
         >>> round(float(job.areas(pairs[:, 1]).sum()), 9)  # a face 10 wide
         10.0
         """
-        self._check_not_axisymmetric("areas", "the areas of whole circumferences as `width`")
         nodes = self._corners(face)
-        facets = between(self.mesh, nodes, self._known.numbers)
+        facets = self._between(nodes, self._known.numbers)
         (areas,) = boundary_forces(
-            self.mesh, facets, lambda points, _: np.ones((1, *points.shape[1:])), "space"
+            self.mesh,
+            facets,
+            lambda points, _: np.ones((1, *points.shape[1:])),
+            self._kinematics,
         )
         return frozen(areas[nodes])
 
-    def _check_not_axisymmetric(self, argument: str, instead: str) -> None:
-        kinds = sorted({block.kind for block in self._known.elements})
-        axisymmetric = [kind for kind in kinds if kind.startswith("CAX")]
-        if axisymmetric:
-            raise ModelError(
-                f"{argument}: elements {axisymmetric[0]} are axisymmetric; give condense {instead}"
-            )
+    @property
+    def _kinematics(self) -> Kinematics:
+        """The kinematics of forces on faces: those of plane jobs are per depth."""
+        if self._known.is_axisymmetric:
+            return "axisymmetric"
+        return "space" if self._directions == 3 else "plane_strain"
 
     def force(
         self,
@@ -309,17 +310,16 @@ class MatrixJob(JoinedFaces):
             A number: uniform pressure on that outline, force per area.
         total
             (d,) components of the sum of all forces, spread over that outline as a uniform
-            traction; in a plane job force per depth.
+            traction; in a plane job force per depth, in an axisymmetric one of all around.
         nodal
             (d,) components of the force on each of the nodes, or (m, d) of m nodes; in a plane job
-            force per depth.
+            force per depth, in an axisymmetric one of all around.
 
         Raises
         ------
         ModelError
             None or several of the four, nodes that no facet of the outline joins, values that are
-            not finite, axisymmetric elements (for these the codes define forces per angle
-            differently). Also a force on a displacement that the matrix lacks and whose constraint
+            not finite. Also a force on a displacement that the matrix lacks and whose constraint
             the deck lacks, such as a displacement of a tied node. See also `nodes`.
 
         Examples
@@ -339,7 +339,6 @@ class MatrixJob(JoinedFaces):
                 f"force: {' and '.join(loads) or 'no load'}; "
                 "give one of traction, pressure (force per area), total, nodal (force)"
             )
-        self._check_not_axisymmetric("force", "the nodal forces that belong to the code's matrix")
         ((kind, value),) = loads.items()
         deck = self._known
         rows = rows_of_nodes(self.labels, deck)
@@ -374,9 +373,9 @@ class MatrixJob(JoinedFaces):
         The first d integrals are of the function times the outward normal, the last one is of the
         function alone.
         """
-        facets = between(self.mesh, nodes)
+        facets = self._between(nodes)
         mesh, origin = self._whole
-        parts = boundary_forces(mesh, facets, _normals_and_one, "space")
+        parts = boundary_forces(mesh, facets, _normals_and_one, self._kinematics)
         return np.asarray(origin.T @ parts.T)
 
 

@@ -107,6 +107,9 @@ def surface(listing: DeckListing, block: Block) -> None:
     problem = _problem_of_surface(block)
     if problem:
         raise ModelError(f"deck: surface {name}: {problem}; {remedy}")
+    if not block.lines:
+        listing.empty_surfaces.append(name)
+        return
     if "COMBINE" in block.parameters:
         combined = [member.upper() for row in block.rows for member in row]
         listing.unions.setdefault(name, []).extend(combined)
@@ -135,8 +138,6 @@ def _problem_of_surface(block: Block) -> str:
     for parameter in _CUTTING:
         if parameters.get(parameter, "NO") != "NO":
             return f"{parameter} is not read"
-    if not block.lines:
-        return "it has no lines, which means the whole model"
     if kind == "NODE" or "COMBINE" in parameters:
         return ""
     return next(filter(None, map(_problem_of_face, block.lines)), "")

@@ -6,16 +6,17 @@ to `REFUSED`. Then list it in `docs/formats.md`: `tests/readers/test_formats.py`
 tries each row.
 """
 
-import re
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import ModelError
+from ..errors import ModelError, ModelWarning
 from . import keyword_blocks as read
 from .constraint_blocks import CONSTRAINING
 from .deck import Deck
 from .deck_text import Block, blocks
+from .instances import flat
 from .listing import DeckListing
 
 # Keyword -> the function that reads it. *INCLUDE is read with the text, see `deck_text.py`.
@@ -59,11 +60,6 @@ def _is_elsewhere(block: Block) -> bool:
     return "INPUT" in block.parameters or "OFFSET" in block.parameters
 
 
-def _is_moved(block: Block) -> bool:
-    """Whether the data lines of an instance have a digit that is not zero."""
-    return re.search("[1-9]", "".join(block.lines)) is not None
-
-
 def _changes_elements(block: Block) -> bool:
     return block.parameters.get("TYPE") == "ELEMENT"
 
@@ -82,7 +78,6 @@ REFUSED = (
     Refusal("TRANSFORM", _has_lines, _DIRECTIONS, in_meshes=False),
     Refusal("NODE", _is_elsewhere, _NOT_LISTED),
     Refusal("ELEMENT", _is_elsewhere, _NOT_LISTED),
-    Refusal("INSTANCE", _is_moved, _NOT_LISTED),
     Refusal("NGEN", _always, _NOT_LISTED),
     Refusal("NFILL", _always, _NOT_LISTED),
     Refusal("NCOPY", _always, _NOT_LISTED),
@@ -105,7 +100,7 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
     the last, and it has no elements of plane strain.
     """
     listing = DeckListing()
-    for block in blocks(path):
+    for block in flat(blocks(path)):
         where = f"deck {path.name}: the block {block}"
         _check_not_refused(block, where, mesh_alone)
         if block.keyword not in KEPT:
@@ -118,6 +113,14 @@ def read_deck(path: Path, *, mesh_alone: bool = False) -> Deck:
             raise ModelError(f"{where} cannot be read ({error}); repair it") from error
     if not listing.nodes:
         raise ModelError(f"deck {path.name}: no nodes; give the input deck of the job")
+    if listing.empty_surfaces:
+        names = ", ".join(listing.empty_surfaces)
+        warnings.warn(
+            f"deck {path.name}: surfaces without lines are left out: {names}; to use one, list its "
+            "faces (Abaqus takes it for the outline of the whole model, CalculiX for nothing)",
+            ModelWarning,
+            stacklevel=3,
+        )
     return listing.deck()
 
 

@@ -31,11 +31,13 @@ from ..base import (
 from ..base.libraries import file_path
 from ..errors import ModelError
 from ..fem.coincidence import coincident, coordinate_errors
-from ..fem.elasticity import facet_nodes, parts_of, places_among
+from ..fem.elasticity import facet_nodes, parts_of
 from ..fem.faces import lines_along
 from ..fem.matrix_checks import checked_stiffness
+from ..fem.mixed import places_among
 from ..fem.rigid import node_graph
 from .deck import Deck
+from .element_types import SHAPES, SLENDER
 from .labels import checked_labels, displaced, rows_of_nodes
 from .listing import deck_of_points
 from .meshes import between, mesh_of, with_midsides, with_sets
@@ -180,6 +182,27 @@ class LabelledMatrix(Shown):
             )
         return self.deck
 
+    @property
+    def _shaped(self) -> Deck:
+        return self._known.with_known_shapes()
+
+    def _check_faces_are_known(self, corners: Integers) -> None:
+        """Check that no corner of a face belongs to an element whose faces are not known."""
+        for kind, _, nodes in self._known.without_faces:
+            common = np.intersect1d(corners, nodes)
+            if len(common) and not kind.startswith(SLENDER):
+                raise ModelError(
+                    f"deck: elements of type {kind} have node {self._known.numbers[common[0]]} of "
+                    f"the face, and their faces are not known; give solids, {', '.join(SHAPES)}"
+                )
+
+    def _between(self, nodes: Integers, numbers: Integers | None = None) -> Integers:
+        """Facets of the outline between some nodes, see `between`."""
+        mesh = self.mesh
+        facets = between(mesh, nodes, numbers)
+        self._check_faces_are_known(np.unique(mesh.facets[:, facets]))
+        return facets
+
     @cached_property
     def points(self) -> Array:
         """(nodes, d) coordinates of the nodes of the deck; d = 2 for a plane job."""
@@ -226,14 +249,15 @@ class LabelledMatrix(Shown):
     def mesh(self) -> Mesh:
         """scikit-fem mesh through the corners of the elements of the deck.
 
-        Its nodes are in the order of `points`; see `Deck.shaped` for the errors.
+        Its nodes are in the order of `points`; see `Deck.by_shape` for the errors. Elements whose
+        faces are not known are left out, if there are others.
         """
-        return mesh_of(self._known, self._directions)
+        return mesh_of(self._shaped, self._directions)
 
     @cached_property
     def _whole(self) -> tuple[Mesh, csr_matrix]:
         """The mesh with midside nodes, and the matrix of its nodes as means of deck nodes."""
-        return with_midsides(self.mesh, self._known.shaped().nodes, self._known.points)
+        return with_midsides(self.mesh, self._shaped)
 
     def _matching(self) -> list[Integers]:
         """Pairs (N, 2) of each connected face at which two bodies lie on each other.
@@ -261,6 +285,8 @@ class LabelledMatrix(Shown):
             image = np.full(len(self.points), -1)
             image[two] = one
             faces += [np.column_stack([image[nodes], nodes]) for nodes in _faces(mesh, image)]
+        if mesh is not None and faces:
+            self._check_faces_are_known(np.concatenate([pairs.ravel() for pairs in faces]))
         return faces
 
     def _check_each_once(self, nodes: Integers) -> None:
@@ -290,9 +316,11 @@ class LabelledMatrix(Shown):
         name = where.upper() if isinstance(where, str) else ""
         if name in deck.sets or name not in deck.surfaces:
             return deck.nodes(where)
-        alone = replace(deck, sets={}, element_sets={}, surfaces={name: deck.surfaces[name]})
+        alone = replace(
+            self._shaped, sets={}, element_sets={}, surfaces={name: deck.surfaces[name]}
+        )
         facets = with_sets(self.mesh, alone, "of the deck").boundaries[name]
-        between_nodes = between(self.mesh, np.unique(self.mesh.facets[:, facets]))
+        between_nodes = self._between(np.unique(self.mesh.facets[:, facets]))
         if len(between_nodes) != len(facets):
             raise ModelError(
                 f"surface {name!r}: other facets lie between its nodes too; name flat parts of it"

@@ -111,6 +111,7 @@ class DeckListing:
         self.faces: dict[str, list[tuple[str, int]]] = {}
         # surface of elements -> surfaces that it combines
         self.unions: dict[str, list[str]] = {}
+        self.empty_surfaces: list[str] = []
         # element set (None: all elements), and its thickness (nan: it varies)
         self.thicknesses: list[tuple[str | None, float]] = []
         self.constraint_blocks: list[Block] = []

@@ -8,30 +8,17 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from skfem import Mesh
 
-from ..base import SAME_POINT, Array, Integers, place
+from ..base import SAME_POINT, Integers, place
 from ..base.libraries import file_path, library
 from ..errors import ModelError
-from ..fem.elasticity import QUADRATIC, completion, places_among
+from ..fem.elasticity import QUADRATIC, completion
+from ..fem.mixed import MIXED, places_among
 from .deck import FREE, Deck
-from .element_types import CORNERS, PLANE_CORNERS
+from .element_types import CORNERS, PLANE_CORNERS, corner_shape
 from .gmsh import GROUPED
 from .groups import deck_of_file
 from .keywords import read_deck
-
-# Corners of the faces S1, S2, ... of an element, as decks number them.
-_FACE_CORNERS = {
-    "triangle": ((0, 1), (1, 2), (2, 0)),
-    "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
-    "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
-    "hexahedron": (
-        (0, 1, 2, 3),
-        (4, 7, 6, 5),
-        (0, 4, 5, 1),
-        (1, 5, 6, 2),
-        (2, 6, 7, 3),
-        (3, 7, 4, 0),
-    ),
-}
+from .mixed_elements import FACE_CORNERS, in_tetrahedra, mixed_mesh, with_mixed_midsides
 
 
 def read_mesh(path: str | Path) -> Mesh:
@@ -57,15 +44,18 @@ def read_mesh(path: str | Path) -> Mesh:
         MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem with `boundaries` and `subdomains`; of
         quadratic elements MeshTri2, MeshQuad2, MeshTet2 or MeshHex2. If only edges have a node in
         the middle (8-node quadrilaterals, 20-node hexahedra), the nodes in the middle of faces and
-        elements are added.
+        elements are added. Linear wedges, and linear elements of several shapes, make a mesh of
+        quadrilaterals or hexahedra some corners of which coincide. If wedges or elements of several
+        shapes are quadratic, each element is cut into quadratic tetrahedra (in the plane
+        triangles). A linear element beside quadratic ones becomes quadratic.
 
     Raises
     ------
     ModelError
-        The file is missing or unreadable; elements of several shapes (they would be cut or dropped
-        in silence), or of which some are quadratic; a boundary whose faces belong to no element, or
-        that has none; a surface with faces of other elements than solids; faces in space without
-        solids; midside nodes that elements do not share.
+        The file is missing or unreadable; elements of other kinds, such as beams and shells beside
+        solids; a linear element that shares an edge with a quadratic one; a boundary whose faces
+        belong to no element, or that has none; a surface with faces of other elements than solids;
+        faces in space without solids; midside nodes that elements do not share.
 
     Examples
     --------
@@ -77,18 +67,20 @@ def read_mesh(path: str | Path) -> Mesh:
     file = file_path("path", path)
     deck = read_deck(file, mesh_alone=True) if file.suffix.lower() == ".inp" else deck_of_file(file)
     try:
-        shape, _, elements = deck.shaped()
-        mesh = mesh_of(deck, 2 if shape in PLANE_CORNERS else 3)
+        mesh = mesh_of(deck, 2 if deck.by_shape()[0].kind in PLANE_CORNERS else 3)
     # scikit-fem refuses elements of nodes that are not in the file.
     except (ValueError, IndexError) as error:
         raise ModelError(f"mesh {file.name}: {str(error).removeprefix('deck: ')}") from error
-    mesh = with_sets(mesh, deck, file.name).remove_unused_nodes()
-    return with_midsides(mesh, elements, deck.points)[0]
+    mesh = with_sets(mesh, deck, file.name)
+    if isinstance(mesh, MIXED) and not deck.is_linear:
+        return in_tetrahedra(mesh, deck)
+    return with_midsides(mesh.remove_unused_nodes(), deck)[0]
 
 
 def mesh_of(deck: Deck, directions: int) -> Mesh:
     """scikit-fem mesh through the corners of the elements of a deck, its nodes in their order."""
-    shape, _, nodes = deck.shaped()
+    parts = deck.by_shape()
+    shape = parts[0].kind
     if (shape in PLANE_CORNERS) != (directions == 2):
         raise ModelError(
             f"deck: elements of shape {shape}, but {directions} directions of displacement; "
@@ -100,12 +92,14 @@ def mesh_of(deck: Deck, directions: int) -> Mesh:
             f"deck: z varies by {z:g}, and there are no solids; "
             "give a mesh in z = 0, or in gmsh physical groups of the volumes"
         )
+    if deck.is_mixed:
+        return mixed_mesh(parts, deck.points[:, :directions])
     # Imported here, because it imports meshio. Without meshio `library` says how to install it.
     meshio = library()
     from skfem.io.meshio import from_meshio
 
-    linear_shape = shape.rstrip("0123456789")
-    corners = nodes[:, : CORNERS[shape]]
+    linear_shape = corner_shape(shape)
+    corners = parts[0].nodes[:, : CORNERS[shape]]
     return from_meshio(
         meshio.Mesh(deck.points, [(linear_shape, corners)]), force_meshio_type=linear_shape
     )
@@ -137,12 +131,16 @@ def _outline_between(mesh: Mesh, nodes: Integers) -> Integers:
     return np.asarray(facets[np.isin(mesh.facets[:, facets], nodes).all(axis=0)])
 
 
-def with_midsides(mesh: Mesh, elements: Integers, points: Array) -> tuple[Mesh, csr_matrix]:
+def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     """The mesh of the quadratic elements of which a mesh has the corners; linear ones as they are.
 
-    `elements` (m, k) are the nodes of the elements, as rows of the points, in the order of meshio.
-    The second result is the (nodes of the mesh, points) matrix that makes these of the points.
+    `mesh` has the elements of the deck. The second result is the (nodes of the mesh, points of the
+    deck) matrix that makes these nodes of the points.
     """
+    if deck.is_mixed:
+        return with_mixed_midsides(mesh, deck)
+    points = deck.points
+    elements = deck.by_shape()[0].nodes
     # Imported here, because it imports meshio.
     from skfem.io.meshio import INV_HEX_MAPPING
 
@@ -195,7 +193,7 @@ def with_sets(mesh: Mesh, deck: Deck, what: str) -> Mesh:
 
 def _subdomains(deck: Deck) -> dict[str, Integers]:
     """Element set -> its elements in the mesh; sets without any are left out."""
-    numbers = deck.shaped().numbers
+    numbers = np.concatenate([part.numbers for part in deck.by_shape()])
     subdomains = {}
     for name, members in deck.element_sets.items():
         elements = np.flatnonzero(np.isin(numbers, members))
@@ -208,11 +206,13 @@ def _boundaries_of_node_sets(
     mesh: Mesh, deck: Deck, subdomains: Mapping[str, Integers]
 ) -> dict[str, Integers]:
     """Node set -> facets of the outline between its nodes; sets without any are left out."""
-    nodes_of_elements = deck.shaped().nodes
+    is_in = np.zeros(len(deck.numbers), dtype=bool)
     boundaries = {}
     for name, nodes in deck.sets.items():
         # A set of all nodes of a subdomain of the same name names no outline.
-        if name in subdomains and np.isin(nodes_of_elements[subdomains[name]], nodes).all():
+        is_in[:] = False
+        is_in[nodes] = True
+        if name in subdomains and is_in[mesh.t[:, subdomains[name]]].all():
             continue
         facets = _outline_between(mesh, nodes)
         if len(facets):
@@ -230,24 +230,27 @@ def _faces_of_element_sets(deck: Deck) -> dict[str, list[Integers]]:
 
 def _faces_of_surfaces(mesh: Mesh, deck: Deck, what: str) -> dict[str, list[Integers]]:
     """Surface of elements -> corners (m, k) of its faces, part by part."""
-    shape, numbers, elements = deck.shaped()
-    face_corners = _FACE_CORNERS[shape.rstrip("0123456789")]
+    shapes = deck.by_shape()
+    numbers = np.concatenate([part.numbers for part in shapes])
     outline = mesh.boundary_facets()
     faces: dict[str, list[Integers]] = {}
     for name, parts in deck.surfaces.items():
         faces[name] = []
         for members, face in parts:
-            if face > len(face_corners):
-                raise ModelError(
-                    f"mesh {what}: surface {name}: face S{face} of elements with "
-                    f"{len(face_corners)} faces; repair the deck"
-                )
-            is_member = np.isin(numbers, members)
             if face == FREE:
-                free = outline[is_member[mesh.f2t[0, outline]]]
+                free = outline[np.isin(numbers, members)[mesh.f2t[0, outline]]]
                 faces[name].append(mesh.facets[:, free].T)
-            else:
-                faces[name].append(elements[is_member][:, face_corners[face - 1]])
+                continue
+            for shape, of_shape, elements in shapes:
+                named = elements[np.isin(of_shape, members)]
+                face_corners = FACE_CORNERS[corner_shape(shape)]
+                if face > len(face_corners) and len(named):
+                    raise ModelError(
+                        f"mesh {what}: surface {name}: face S{face} of elements with "
+                        f"{len(face_corners)} faces; repair the deck"
+                    )
+                if len(named):
+                    faces[name].append(named[:, face_corners[face - 1]])
         if not any(map(len, faces[name])):
             raise ModelError(
                 f"mesh {what}: surface {name!r}: no solid of the deck has one of its faces; "
@@ -260,7 +263,7 @@ def _facets_of(mesh: Mesh, blocks: list[Integers], what: str) -> Integers:
     """Facets of the mesh that some faces are. Corners come first among the nodes (m, k) of each."""
     corners = len(mesh.facets)
     # A block of fewer nodes has no faces of this mesh, such as lines in space.
-    faces = [block[:, :corners] for block in blocks if block.shape[1] >= corners]
+    faces = [_corners_of_faces(block, corners) for block in blocks if block.shape[1] >= mesh.dim()]
     nodes = np.concatenate([np.zeros((0, corners), dtype=int), *faces])
     facets = places_among(nodes, mesh.facets.T)
     lost = np.count_nonzero(facets < 0)
@@ -269,3 +272,11 @@ def _facets_of(mesh: Mesh, blocks: list[Integers], what: str) -> Integers:
             f"{what}: faces that belong to no element: {lost} of {len(nodes)}; {GROUPED}"
         )
     return np.unique(facets)
+
+
+def _corners_of_faces(block: Integers, corners: int) -> Integers:
+    """The corners (m, corners) of faces (m, nodes): a triangle repeats its last one, if need be."""
+    is_triangle = block.shape[1] in (3, 6, 7)
+    if corners == 4 and is_triangle:
+        return block[:, [0, 1, 2, 2]]
+    return block[:, :corners]

@@ -20,7 +20,6 @@ from ..fem.mortar import Face, FaceNames, Joint, joined
 from ..fem.normals import normals_of_faces
 from .element_types import SHAPES
 from .labelled import LabelledMatrix
-from .meshes import between
 
 
 class JoinedFaces(LabelledMatrix):
@@ -70,8 +69,8 @@ class JoinedFaces(LabelledMatrix):
         of_plane: Kinematics = "axisymmetric" if axisymmetric else "plane_strain"
         return _mortar_arguments(
             self.mesh,
-            between(self.mesh, one, deck.numbers),
-            between(self.mesh, two, deck.numbers),
+            self._between(one, deck.numbers),
+            self._between(two, deck.numbers),
             coordinate_errors(self.points, deck.corners),
             of_plane if self._directions == 2 else "space",
             f"faces {shown(first)} and {shown(second)}",
@@ -97,7 +96,7 @@ class JoinedFaces(LabelledMatrix):
         if not len(deck.midsides):
             return
         mesh, origin = self._whole
-        on_faces = origin[facet_nodes(mesh, between(self.mesh, corners))].indices
+        on_faces = origin[facet_nodes(mesh, self._between(corners))].indices
         rows = np.intersect1d(on_faces, deck.midsides)
         unknowns = self.unknowns[rows]
         not_in_matrix = rows[(unknowns < -1).any(axis=1)]

@@ -2,7 +2,7 @@ import re
 
 import numpy as np
 import pytest
-from skfem import MeshHex, MeshQuad, MeshTri2, MeshWedge1
+from skfem import MeshHex, MeshLine, MeshQuad, MeshTri2
 
 import frictopt as fo
 from helpers.meshes import blocks, hung, ring, uniform_loads
@@ -160,8 +160,8 @@ def test_bad_parts_are_refused():
         lambda: fo.Body(apart): "2 parts that share no edge",
         lambda: fo.Body(hinge): "2 parts that share no edge",
         lambda: fo.Body(
-            MeshWedge1()
-        ): "mesh: a MeshWedge1; give one of scikit-fem with elements of one shape, linear or quadratic: MeshTri1, MeshQ",
+            MeshLine()
+        ): "mesh: a MeshLine1; give one of scikit-fem with elements of one shape, linear or quadratic: MeshTri1, MeshQ",
         lambda: fo.Body(
             MeshTri2(), element="mean_dilatation"
         ): "element: 'mean_dilatation', but the mesh is a MeshTri2 with quadratic elements",

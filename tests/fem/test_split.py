@@ -2,7 +2,7 @@ import re
 
 import numpy as np
 import pytest
-from skfem import MeshQuad, MeshTri, MeshWedge1
+from skfem import MeshLine, MeshQuad, MeshTri
 
 import frictopt as fo
 from helpers.meshes import blocks, hung, uniform_loads
@@ -66,7 +66,7 @@ def test_materials_elements_and_three_bodies():
 
 
 BAD = {
-    "mesh: a MeshWedge1": {"mesh": MeshWedge1()},
+    "mesh: a MeshLine1": {"mesh": MeshLine()},
     "materials: subdomain 'bolt' is unknown; this mesh names ['block', 'punch']": {
         "materials": {"bolt": ONE}
     },
@@ -84,6 +84,23 @@ BAD = {
         "mesh": whole(punch=lambda x: np.abs(x[1]) > 0.4, block=lambda x: np.abs(x[1]) < 0.4)
     },
 }
+
+
+def test_parts_that_share_no_edge_are_bodies():
+    """Three squares in a row, of which the last two share a corner with nothing."""
+    row = MeshQuad.init_tensor(np.arange(7.0), [0.0, 1.0]).remove_elements(np.array([1, 3]))
+    row = row.with_boundaries({"low": lambda x: x[1] == 0})
+    row = row.with_subdomains(
+        {"all": np.arange(4), "last": np.array([2, 3]), "half": np.array([2])}
+    )
+    bodies = fo.split_bodies(row, ONE)
+    assert list(bodies) == ["body 1", "body 2", "last"]
+    assert [body.mesh.p[0].min() for body in bodies.values()] == [0.0, 2.0, 4.0]
+    assert [len(body.mesh.boundaries["low"]) for body in bodies.values()] == [1, 1, 2]
+    assert {body.material for body in bodies.values()} == {ONE}
+    # Elements that share a corner only are bodies of their own.
+    hinge = MeshQuad.init_tensor([0.0, 1.0, 2.0], [0.0, 1.0, 2.0]).remove_elements([1, 2])
+    assert [b.mesh.p.shape for b in fo.split_bodies(hinge, ONE).values()] == [(2, 4)] * 2
 
 
 @pytest.mark.parametrize("message", BAD)

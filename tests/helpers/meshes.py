@@ -5,7 +5,8 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementVector, MeshHex, MeshQuad
 
 import frictopt as fo
-from frictopt.fem.elasticity import parts_of, places_among
+from frictopt.fem.elasticity import parts_of
+from frictopt.fem.mixed import places_among
 
 RUBBER = fo.Material(2.0, 0.45)
 THICK = 0.7  # of strips one element thick

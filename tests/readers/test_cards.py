@@ -113,7 +113,7 @@ def test_systems_of_all_grid_points_are_refused_as_those_of_one(tmp_path, cp, cd
     [("CPENTA", WEDGE, WEDGE_EDGES), ("CPYRAM", PYRAMID, PYRAMID_EDGES)],
     ids=["wedge", "pyramid"],
 )
-def test_corners_of_wedges_and_pyramids_make_pairs_and_nodes_amid_their_edges_do_not(
+def test_wedges_and_pyramids_have_faces_and_nodes_amid_their_edges_make_no_pairs(
     tmp_path, name, corners, edges
 ):
     for middles in ([], [np.mean([corners[a], corners[b]], axis=0) for a, b in edges]):
@@ -126,15 +126,27 @@ def test_corners_of_wedges_and_pyramids_make_pairs_and_nodes_amid_their_edges_do
         )
         wedges = job(tmp_path, bulk, 2 * n)
         face = np.flatnonzero(wedges.points[:n, 2] == 0)
-        if middles:
+        if not middles:
+            assert sorted(wedges.pairs(face, face + n).tolist()) == [[i, i + n] for i in face]
+        elif name == "CPENTA":
+            with pytest.raises(fo.ModelError, match=r"moves on its own; use job\.with_linear"):
+                wedges.pairs(face, face + n)
+        else:
             with pytest.raises(
                 fo.ModelError, match=f"an element {name}{n}, and which of its nodes lie amid edges"
             ):
                 wedges.pairs(face, face + n)
+            with pytest.raises(fo.ModelError, match="elements of type"):
+                wedges.force(face, pressure=1.0)
+            continue
+        force = wedges.force(face, pressure=1.0)[wedges.unknowns[face, 2]]
+        if middles:
+            # A uniform pressure on a six-node triangle loads the nodes amid its edges alone.
+            assert np.allclose(force, np.where(face < len(corners), 0.0, 0.5 / 3))
+        elif name == "CPENTA":
+            assert np.allclose(force, 0.5 / 3)
         else:
-            assert sorted(wedges.pairs(face, face + n).tolist()) == [[i, i + n] for i in face]
-        with pytest.raises(fo.ModelError, match="elements of type"):
-            wedges.force(face, pressure=1.0)
+            assert np.allclose(force, 0.25)
 
 
 def test_a_punch_file_without_matrices_says_how_they_are_written(tmp_path):

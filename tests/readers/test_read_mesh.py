@@ -22,7 +22,10 @@ QUADS = ("quad", [[0, 1, 4, 5], [1, 2, 3, 4]])
 def middles(mesh):
     """Middles of the facets of each boundary."""
     return {
-        name: mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T.tolist()
+        name: [
+            mesh.p[:, list(dict.fromkeys(nodes))].mean(axis=1).tolist()
+            for nodes in mesh.facets[:, facets].T.tolist()
+        ]
         for name, facets in mesh.boundaries.items()
     }
 
@@ -76,49 +79,24 @@ SOLID = np.array(
     dtype=float,
 )
 CURVED = "*ELEMENT,TYPE=CPE6\n1,1,2,3,4,5,6\n"
-MIXED = [("quad", [[0, 1, 4, 5]]), ("triangle", [[1, 2, 4]])]
 REFUSED = [  # file, points, cells or text of a deck after its nodes, message
-    (
-        "a.msh",
-        POINTS,
-        MIXED,
-        "elements of several shapes, quad, triangle; give elements of one shape",
-    ),
-    (
-        "a.vtk",
-        POINTS,
-        MIXED,
-        "elements of several shapes, quad, triangle; give elements of one shape",
-    ),
-    (
-        "a.inp",
-        POINTS,
-        "*ELEMENT,TYPE=CPS4\n1,1,2,5,6\n*ELEMENT,TYPE=CPS3\n2,2,3,5\n",
-        "elements of several shapes, quad, triangle",
-    ),
     (
         "a.vtk",
         RING,
         [("triangle6", [[0, 1, 2, 3, 4, 5]]), ("triangle", [[1, 6, 2]])],
-        "elements of several shapes, triangle, triangle6; give elem",
+        r"the edge at \(0.5, 0.5\) belongs to linear and to quadratic elements",
     ),
     (
         "a.inp",
         RING,
         CURVED + "*ELEMENT,TYPE=CPE3\n2,2,7,3\n",
-        "mesh a.inp: elements of several shapes, triangle, tri",
+        r"the edge at \(0.5, 0.5\) belongs to linear and to quadratic elements",
     ),
     (
         "a.inp",
         RING,
         CURVED + "2,2,7,3,9,8,10\n",
         r"midside node at \(0.5, 0.5, 0\) is on an edge that has another one; merge",
-    ),
-    (
-        "a.vtk",
-        SOLID,
-        [("tetra", [[0, 1, 2, 3]]), ("hexahedron", [[0, 1, 4, 2, 3, 7, 5, 6]])],
-        "elements of several shapes, hexahedron, tetra",
     ),
     ("a.vtk", SOLID, [("triangle", [[0, 1, 3]])], "z varies by 1"),
     ("a.vtk", SOLID, [("line", [[0, 1]])], "no elements"),
@@ -147,6 +125,26 @@ UNIT = {
     "C3D4": (
         "000 100 010 001",
         [(1 / 3, 1 / 3, 0), (1 / 3, 0, 1 / 3), (1 / 3, 1 / 3, 1 / 3), (0, 1 / 3, 1 / 3)],
+    ),
+    "C3D6": (
+        "000 100 010 001 101 011",
+        [
+            (1 / 3, 1 / 3, 0),
+            (1 / 3, 1 / 3, 1),
+            (0.5, 0, 0.5),
+            (0.5, 0.5, 0.5),
+            (0, 0.5, 0.5),
+        ],
+    ),
+    "C3D5": (
+        "000 100 110 010 001",
+        [
+            (0.5, 0.5, 0),
+            (1 / 3, 0, 1 / 3),
+            (2 / 3, 1 / 3, 1 / 3),
+            (1 / 3, 2 / 3, 1 / 3),
+            (0, 1 / 3, 1 / 3),
+        ],
     ),
     "CPE4": ("000 100 110 010", [(0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5)]),
     "CPS3": ("000 100 010", [(0.5, 0), (0.5, 0.5), (0, 0.5)]),
@@ -183,8 +181,10 @@ def test_surfaces_of_a_deck_are_faces_of_its_elements(tmp_path, kind):
         "9, S1": "names element 9, which is not defined",
         "ALL, S1\nALL, SPOS": "SPOS is no face",
         ", S1": "without an element set",
-        "": "no lines",
     }
+    (tmp_path / "b.inp").write_text(deck + "*SURFACE, NAME=NONE\n*SURFACE, NAME=SKIN\nALL,\n")
+    with pytest.warns(fo.ModelWarning, match="surfaces without lines are left out: NONE; to use"):
+        assert "NONE" not in fo.read_mesh(tmp_path / "b.inp").boundaries
     for odd, said in bad.items():  # no part of a surface that cannot be read
         (tmp_path / "b.inp").write_text(deck + f"*SURFACE, NAME=BAD\n{odd}\n")
         with pytest.raises(fo.ModelError, match=f"surface BAD.*{said}"):

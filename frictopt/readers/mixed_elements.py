@@ -1,0 +1,299 @@
+"""Meshes of decks whose elements have several shapes, or wedges: with their nodes amid edges."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+import skfem
+from scipy.sparse import csr_matrix
+from skfem import Mesh
+
+from ..base import ROUNDING, Array, Booleans, Integers, place
+from ..errors import ModelError
+from ..fem.elasticity import QUADRATIC, corner_weights, functions_of
+from ..fem.mixed import COLLAPSED, HEXAHEDRON, MIXED, MeshMixed, MeshMixedPlane, places_among
+from .deck import Deck, Elements
+from .element_types import CORNERS, corner_shape, is_linear
+
+# Corners of the faces S1, S2, ... of an element, as decks number them.
+FACE_CORNERS: dict[str, tuple[tuple[int, ...], ...]] = {
+    "triangle": ((0, 1), (1, 2), (2, 0)),
+    "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
+    "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    "pyramid": ((0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)),
+    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    "hexahedron": (
+        (0, 1, 2, 3),
+        (4, 7, 6, 5),
+        (0, 4, 5, 1),
+        (1, 5, 6, 2),
+        (2, 6, 7, 3),
+        (3, 7, 4, 0),
+    ),
+}
+# Ends of the edges amid which simplices and wedges have nodes, in the order of these nodes.
+_EDGES = {
+    "triangle6": ((0, 1), (1, 2), (2, 0)),
+    "tetra10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+    "wedge15": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+}
+# Elements with the functions of the other quadratic shapes.
+_QUADRATIC_ELEMENTS = {
+    "quad8": skfem.ElementQuadS2,
+    "quad9": skfem.ElementQuad2,
+    "hexahedron20": skfem.ElementHexS2,
+    "hexahedron27": skfem.ElementHex2,
+}
+_SIMPLICES = {2: (skfem.MeshTri1, skfem.MeshTri2), 3: (skfem.MeshTet1, skfem.MeshTet2)}
+_PLAIN = {
+    "triangle": skfem.MeshTri1,
+    "quad": skfem.MeshQuad1,
+    "tetra": skfem.MeshTet1,
+    "hexahedron": skfem.MeshHex1,
+}
+
+
+def mixed_mesh(parts: Sequence[Elements], points: Array) -> Mesh:
+    """Mesh through the corners of elements of several shapes, its nodes in the order of the points.
+
+    If all have the same corners, as linear and quadratic hexahedra, it is a mesh of that shape.
+    """
+    shapes = {corner_shape(part.kind) for part in parts}
+    kind = MeshMixedPlane if points.shape[1] == 2 else MeshMixed
+    if len(shapes) == 1:
+        kind = _PLAIN.get(min(shapes), kind)
+    x = np.ascontiguousarray(points.T)
+    return kind(x, np.ascontiguousarray(_corners_of(kind, parts).T))
+
+
+def _corners_of(kind: type[Mesh], parts: Sequence[Elements]) -> Integers:
+    """(elements, corners) nodes of elements, as a mesh of scikit-fem orders them."""
+    corners = [part.nodes[:, _at_corners(kind, part.kind)] for part in parts]
+    return np.concatenate(corners)
+
+
+def _at_corners(kind: type[Mesh], shape: str) -> Integers:
+    """The corner of a shape at each corner of the elements of a mesh of scikit-fem."""
+    if kind in MIXED:
+        corners = np.array(COLLAPSED[corner_shape(shape)])
+    else:
+        corners = np.arange(CORNERS[shape])
+    return corners[HEXAHEDRON] if len(corners) == len(HEXAHEDRON) else corners
+
+
+def with_mixed_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
+    """The quadratic mesh through the corners of a mesh with the elements of a deck.
+
+    If all elements are linear, it is the mesh itself. A linear element beside quadratic ones gets
+    nodes amid its straight edges. The second result is the (nodes of the mesh, points of the deck)
+    matrix that makes these nodes of the points.
+    """
+    parts = deck.by_shape()
+    mesh_nodes = np.unique(mesh.t)
+    rows, corner_places = np.unique(_corners_of(type(mesh), parts), return_inverse=True)
+    if deck.is_linear:
+        shape = (mesh.p.shape[1], len(deck.points))
+        return mesh, csr_matrix((np.ones(len(rows)), (mesh_nodes, rows)), shape=shape)
+    kind = QUADRATIC[type(mesh)]
+    t = mesh_nodes[corner_places.reshape(mesh.t.shape[::-1])].T
+    curved = kind(mesh.p, np.ascontiguousarray(t), mesh.boundaries, mesh.subdomains)
+    _check_edges_are_alike(curved, np.concatenate([_are_linear(part) for part in parts]))
+    weights = corner_weights(kind)
+    terms = []
+    for part, first in _with_first(parts):
+        of_shape = np.zeros((len(weights), CORNERS[part.kind]))
+        np.add.at(of_shape.T, _at_corners(type(mesh), part.kind), weights.T)
+        terms.append((first, part, _functions(part.kind, of_shape)))
+
+    node, place_in_element, element = _first_places(curved)
+    entries = []
+    for first, part, values in terms:
+        here = np.flatnonzero((element >= first) & (element < first + len(part.numbers)))
+        nodes = part.nodes[element[here] - first]
+        entries.append((values[place_in_element[here]], node[here], nodes))
+    return _placed(curved, entries, deck)
+
+
+def _with_first(parts: Sequence[Elements]) -> Iterator[tuple[Elements, int]]:
+    """Each part with the number of its first element."""
+    first = 0
+    for part in parts:
+        yield part, first
+        first += len(part.numbers)
+
+
+def _are_linear(part: Elements) -> Booleans:
+    return np.full(len(part.numbers), is_linear(part.kind))
+
+
+def _check_edges_are_alike(mesh: Mesh, of_linear: Booleans) -> None:
+    """Check that no edge belongs to elements of which some, (elements,), are linear."""
+    ends = mesh.facets if mesh.dim() == 2 else mesh.edges
+    nodes = mesh.dofs.element_dofs[mesh.t.shape[0] :]
+    # Edges without length are the corner at which they are.
+    no_edges = mesh.nvertices + np.flatnonzero(ends[0] == ends[1])
+    common = np.intersect1d(nodes[:, of_linear], nodes[:, ~of_linear])
+    common = np.setdiff1d(common, no_edges)
+    if len(common):
+        middle = mesh.p[:, ends[:, common[0] - mesh.nvertices]].mean(axis=1)
+        raise ModelError(
+            f"mesh: the edge at {place(middle)} belongs to linear and to quadratic elements; give "
+            "both one order"
+        )
+
+
+def _first_places(mesh: Mesh) -> tuple[Integers, Integers, Integers]:
+    """Each node of a mesh, its place in the first element that has it, and this element."""
+    node, first = np.unique(mesh.dofs.element_dofs, return_index=True)
+    place_in_element, element = np.divmod(first, mesh.t.shape[1])
+    return node, place_in_element, element
+
+
+def _placed(
+    mesh: Mesh, entries: Sequence[tuple[Array, Integers, Integers]], deck: Deck
+) -> tuple[Mesh, csr_matrix]:
+    """The mesh with its nodes where the nodes of the deck put them, and the matrix of the means.
+
+    Each entry has weights (n, k), nodes (n,) of the mesh, and the nodes (n, k) of the deck.
+    """
+    weights = np.concatenate([values.ravel() for values, _, _ in entries])
+    rows = np.concatenate([np.repeat(node, values.shape[1]) for values, node, _ in entries])
+    columns = np.concatenate([nodes.ravel() for _, _, nodes in entries])
+    origin = csr_matrix((weights, (rows, columns)), shape=(mesh.dofs.N, len(deck.points)))
+    origin.data[np.abs(origin.data) < ROUNDING / 10] = 0.0
+    origin.eliminate_zeros()
+    nodes_of_elements = np.concatenate([part.nodes.ravel() for part in deck.by_shape()])
+    unused = np.setdiff1d(nodes_of_elements, origin.indices)
+    if len(unused):
+        raise ModelError(
+            f"mesh: the midside node at {place(deck.points[unused[0]])} is on an edge that has "
+            "another one; merge nodes that coincide"
+        )
+    coordinates = np.ascontiguousarray((origin @ deck.points[:, : mesh.dim()]).T)
+    return replace(mesh, doflocs=coordinates), origin
+
+
+def _functions(shape: str, w: Array) -> Array:
+    """(n, nodes) functions of the nodes of a shape, at points with weights (n, corners).
+
+    The weights are the functions of the corners in the linear shape.
+    """
+    if is_linear(shape):
+        return w
+    if shape == "wedge15":
+        return _wedge_functions(w)
+    if shape in _EDGES:
+        midsides = [4 * w[:, a] * w[:, b] for a, b in _EDGES[shape]]
+        return np.column_stack([w * (2 * w - 1), *midsides])
+    element = _QUADRATIC_ELEMENTS[shape]()
+    count = int(shape.lstrip("quadhexron"))
+    order = np.arange(count)
+    corners = np.arange(w.shape[1])
+    if w.shape[1] == len(HEXAHEDRON):
+        # Imported here, because it imports meshio.
+        from skfem.io.meshio import INV_HEX_MAPPING
+
+        order = np.array(INV_HEX_MAPPING[:count])
+        corners = HEXAHEDRON
+    values = functions_of(element, count, element.refdom.p @ w[:, corners].T)[0]
+    functions = np.zeros((len(w), count))
+    functions[:, order] = values.T
+    return functions
+
+
+def _wedge_functions(w: Array) -> Array:
+    """(n, 15) functions of the quadratic wedge, from those of the linear wedge (n, 6).
+
+    They are the functions of C3D15: quadratic in the triangle times linear along the height, and
+    linear in the triangle times the bubble along the height.
+    """
+    across = w[:, :3] + w[:, 3:]
+    up = w[:, 3:].sum(axis=1)
+    bubble = (4 * up * (1 - up))[:, None] * across
+    along = np.stack([1 - up, up])
+    corners = [share[:, None] * across * (2 * across - 1) - bubble / 2 for share in along]
+    edges = [
+        (share * 4 * across[:, a] * across[:, b])[:, None]
+        for share in along
+        for a, b in _EDGES["triangle6"]
+    ]
+    return np.column_stack([*corners, *edges, bubble])
+
+
+def in_tetrahedra(mesh: Mesh, deck: Deck) -> Mesh:
+    """Quadratic tetrahedra, in the plane triangles, in place of quadratic elements of a deck.
+
+    `mesh` has the corners of the elements and the sets. Each element is cut from its corner with
+    the lowest number, and each of its quadrilaterals likewise (Dompierre et al. 1999), so that both
+    sides of a facet are cut alike. The displacement of a body stays quadratic.
+    """
+    d = mesh.dim()
+    linear, kind = _SIMPLICES[d]
+    cuts = []
+    for part, first in _with_first(deck.by_shape()):
+        parent, corners = _cut(corner_shape(part.kind), part.nodes[:, : CORNERS[part.kind]], d)
+        cuts.append((part, first, parent, corners))
+    t = np.concatenate([part.nodes[parent[:, None], corners] for part, _, parent, corners in cuts])
+    owner = np.concatenate([first + parent for _, first, parent, _ in cuts])
+    subdomains = {
+        name: np.flatnonzero(np.isin(owner, elements))
+        for name, elements in (mesh.subdomains or {}).items()
+    }
+    straight = linear(mesh.p, np.ascontiguousarray(t.T))
+    facets = np.array(straight.facets.T)
+    boundaries = {
+        name: np.setdiff1d(places_among(_simplices(mesh.facets[:, members].T), facets), [-1])
+        for name, members in (mesh.boundaries or {}).items()
+    }
+    used, renumbered = np.unique(t, return_inverse=True)
+    curved = kind(
+        np.ascontiguousarray(mesh.p[:, used]),
+        np.ascontiguousarray(renumbered.reshape(t.shape).T),
+        boundaries,
+        subdomains,
+    )
+    of_linear = [_are_linear(part)[parent] for part, _, parent, _ in cuts]
+    _check_edges_are_alike(curved, np.concatenate(of_linear))
+    weights = corner_weights(kind)
+    node, place_in_element, element = _first_places(curved)
+    entries = []
+    start = 0
+    for part, _, parent, corners in cuts:
+        here = np.flatnonzero((element >= start) & (element < start + len(parent)))
+        piece = element[here] - start
+        start += len(parent)
+        w = np.zeros((len(here), CORNERS[part.kind]))
+        w[np.arange(len(here))[:, None], corners[piece]] = weights[place_in_element[here]]
+        entries.append((_functions(part.kind, w), node[here], part.nodes[parent[piece]]))
+    return _placed(curved, entries, deck)[0]
+
+
+def _simplices(facets: Integers) -> Integers:
+    """The edges of edges, and the triangles between three corners of each facet (m, corners)."""
+    if facets.shape[1] < 4:
+        return facets
+    triples = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
+    return np.concatenate([facets[:, triple] for triple in triples])
+
+
+def _cut(shape: str, corners: Integers, d: int) -> tuple[Integers, Integers]:
+    """Element (n,) of each simplex, and its corners (n, d + 1), as corners of the element."""
+    faces = FACE_CORNERS[shape] if d == 3 else (tuple(range(CORNERS[shape])),)
+    lowest = corners.argmin(axis=1)
+    parents = []
+    pieces = []
+    for top in range(CORNERS[shape]) if d == 3 else [-1]:
+        members = np.flatnonzero(lowest == top) if d == 3 else np.arange(len(corners))
+        for face in faces:
+            if top in face:
+                continue
+            # The corners of the face, from the lowest one on.
+            start = corners[members][:, face].argmin(axis=1)
+            ring = np.array(face)[(start[:, None] + np.arange(len(face))) % len(face)]
+            for k in range(1, len(face) - 1):
+                simplex = ring[:, [0, k, k + 1]]
+                if d == 3:
+                    simplex = np.insert(simplex, 0, top, axis=1)
+                parents.append(members)
+                pieces.append(simplex)
+    return np.concatenate(parents), np.concatenate(pieces)

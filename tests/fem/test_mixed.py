@@ -1,0 +1,151 @@
+"""Wedges, and bodies of several shapes: uniform stress, normals, scikit-fem's own wedges."""
+
+import numpy as np
+import pytest
+from skfem import MeshHex, MeshWedge1
+
+import frictopt as fo
+from helpers.mixed import box, deck
+
+LINES = [[0.0, 1.0, 2.5, 3.0, 4.0], [0.0, 0.5, 1.5], [0.0, 1.0, 1.5]]
+COLUMNS = ["hexahedron", "wedge", "pyramid", "tetra"]
+NAMES = {"low": 0.0, "high": 1.5}
+
+
+def mesh_of(folder, points, elements):
+    (folder / "a.inp").write_text(deck(points, elements))
+    return fo.read_mesh(folder / "a.inp")
+
+
+@pytest.fixture
+def mixed(tmp_path):
+    mesh = mesh_of(tmp_path, *box(COLUMNS, LINES))
+    named = {name: lambda x, z=z: x[2] == z for name, z in NAMES.items()}
+    return mesh.with_boundaries(
+        named | {"left": lambda x: x[0] == 0.0, "right": lambda x: x[0] == 4}
+    )
+
+
+def test_all_shapes_share_one_outline(mixed):
+    assert mixed.nelements == 2 * 2 * (1 + 2 + 6 + 8)
+    corners = mixed.p.T[mixed.facets[:, mixed.boundary_facets()].T]
+    arms = corners - corners[:, :1]
+    areas = np.linalg.norm(np.cross(arms, np.roll(arms, -1, axis=1)).sum(axis=1), axis=1) / 2
+    assert areas.sum() == pytest.approx(2 * (4 * 1.5 + 4 * 1.5 + 1.5 * 1.5))
+    # two triangles on each end of each column of wedges and of tetrahedra
+    triangles = np.count_nonzero(
+        [len(set(row)) == 3 for row in mixed.facets[:, mixed.boundary_facets()].T.tolist()]
+    )
+    assert triangles == 2 * 2 * 2 * 2
+
+
+def test_a_body_of_all_shapes_carries_uniform_stress(mixed):
+    """A bar of nu = 0.3 under tension along x: u = x t / E, v = -nu y t / E, w likewise."""
+    steel = fo.Material(E=2.0, nu=0.3)
+    block = MeshHex.init_tensor(
+        *(np.linspace(low, high, 3) for low, high in ((4, 5), (0, 1.5), (0, 1.5)))
+    )
+    block = block.with_boundaries({"left": lambda x: x[0] == 4, "right": lambda x: x[0] == 5})
+    for names in (("a", "b", "right", "left"), ("b", "a", "left", "right")):
+        model = fo.ContactModel(
+            {"a": fo.Body(mixed, steel), "b": fo.Body(block, steel)},
+            [
+                fo.Support("a", "left", "x"),
+                fo.Support("a", (0.0, 0.0, 0.0), "yz"),
+                fo.Support("a", (0.0, 1.5, 0.0), "z"),
+            ],
+            {"t": [fo.Traction("b", "right", x=0.7)]},
+            [fo.Contact(*names)],
+        )
+        p = np.asarray(model.condense().bonded["t"][1])
+        assert -p.sum() == pytest.approx(0.7 * 1.5 * 1.5, rel=1e-12)
+        fields = model.recover({"t": 1.0}, slip=np.zeros((len(p), 2)))
+        x = mixed.p
+        assert np.allclose(
+            fields.displacement["a"], np.array([x[0], -0.3 * x[1], -0.3 * x[2]]) * 0.35, atol=1e-12
+        )
+        assert np.allclose(fields.stress["a"][0], 0.7, atol=1e-9)
+        assert np.allclose(fields.stress["a"][1:], 0.0, atol=1e-9)
+
+
+def test_faces_of_triangles_and_quadrilaterals_pass_pressure_on(mixed):
+    """A stack of two such boxes turned against each other: each node carries its area."""
+    turned = mixed.p * np.array([[-1.0], [-1.0], [1.0]]) + np.array([[4.0], [1.5], [1.5]])
+    upper = type(mixed)(turned, mixed.t, mixed.boundaries)
+    rubber = fo.Material(E=1.0, nu=0.0)
+    system = fo.ContactModel(
+        {"upper": fo.Body(upper, rubber), "lower": fo.Body(mixed, rubber)},
+        [fo.Support("lower", "low")],
+        {"P": [fo.Pressure("upper", "high", 2.0)]},
+        [fo.Contact("upper", "lower", "low", "high")],
+    ).condense()
+    q, p = system.bonded["P"]
+    assert p.sum() == pytest.approx(2.0 * 4.0 * 1.5, rel=1e-12)
+    assert np.allclose(p / system.width, 2.0, rtol=1e-9)
+    assert np.allclose(q, 0.0, atol=1e-9)
+
+
+def quarter(x):
+    """A box of 3 by 1.5 as a quarter of a hollow cylinder around z."""
+    angle, radius = x[0] * np.pi / 8, 2.0 + x[1]
+    return np.array([radius * np.cos(angle), radius * np.sin(angle), x[2]])
+
+
+def test_normals_of_triangles_beside_quadrilaterals_are_those_of_the_cylinder(tmp_path):
+    points, elements = box(["wedge", "hexahedron", "pyramid", "tetra"], LINES, bent=quarter)
+    mesh = mesh_of(tmp_path, points, elements)
+
+    def on_hole(x):
+        return (abs(np.hypot(x[0], x[1]) - 2.0) < 0.1) & (x[2] > 0.0) & (x[2] < 1.5)
+
+    mesh = mesh.with_boundaries({"hole": on_hole, "ends": lambda x: x[1] < 1e-9})
+    pin = MeshHex.init_tensor(np.linspace(0, 4, 9), np.linspace(-1.0, 0, 3), np.array(LINES[2]))
+    pin = MeshHex(np.array([quarter(x) for x in pin.p.T]).T, pin.t)
+    pin = pin.with_boundaries({"surface": on_hole, "ends": lambda x: x[1] < 1e-9})
+    system = fo.ContactModel(
+        {"ring": fo.Body(mesh), "pin": fo.Body(pin)},
+        [fo.Support("ring", "ends"), fo.Support("pin", "ends")],
+        {"g": [fo.BodyForce("ring", x=1.0)]},
+        [fo.Contact("ring", "pin", "hole", "surface", gap="measured")],
+    ).condense()
+    radial = system.points * [1.0, 1.0, 0.0] / 2.0
+    assert np.allclose(np.abs(np.sum(system.normals * radial, axis=1)), 1.0, atol=1e-7)
+
+
+def test_wedges_of_scikit_fem_are_bodies():
+    """A prism of E = 1, nu = 0 pressed by 1 at one end: its contact carries 1 per area."""
+    wedges = MeshWedge1()
+    above = wedges.with_boundaries({"contact": lambda x: x[2] == 0, "top": lambda x: x[2] == 1})
+    below = MeshHex.init_tensor(np.linspace(0, 1, 3), np.linspace(0, 1, 3), np.array([-1.0, 0.0]))
+    below = below.with_boundaries({"contact": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1})
+    rubber = fo.Material(nu=0.0)
+    model = fo.ContactModel(
+        {"above": fo.Body(above, rubber), "below": fo.Body(below, rubber)},
+        [fo.Support("below", "bottom")],
+        {"P": [fo.Pressure("above", "top", 1.0)]},
+    )
+    system = model.condense()
+    assert np.allclose(system.bonded["P"][1], system.width)
+    assert sorted(system.width.round(9).tolist()) == [
+        round(v, 9) for v in (1 / 6, 1 / 6, 1 / 3, 1 / 3)
+    ]
+    assert np.allclose(
+        model.recover({"P": 1.0}, slip=np.zeros((4, 2))).displacement["above"][2], -above.p[2] - 1.0
+    )
+    parts = fo.split_bodies(
+        wedges.with_subdomains({"a": [0], "b": [1]}), dict.fromkeys("ab", rubber)
+    )
+    assert sorted(parts["a"].mesh.boundaries) == ["b"]
+
+
+def test_bad_wedges_are_refused():
+    flat = MeshWedge1().p.copy()
+    flat[2] = 0.0
+    with pytest.raises(fo.ModelError, match="not convex or have no volume: 2, the first is 0"):
+        fo.Body(MeshWedge1(flat, MeshWedge1().t))
+    crossed = MeshWedge1().t.copy()
+    crossed[[3, 4], 0] = crossed[[4, 3], 0]
+    with pytest.raises(fo.ModelError, match="not convex"):
+        fo.Body(MeshWedge1(MeshWedge1().p, crossed))
+    with pytest.raises(fo.ModelError, match="element: 'quadratic', but the mesh has wedges"):
+        fo.Body(MeshWedge1(), element="quadratic")
