@@ -153,8 +153,8 @@ def report(
     The answers come in pages:
 
     1. The nodes that are open under the mean load; the load at which bodies slide off, turn or pry
-    open, from equilibrium; the steady state at load factor 1, from no slip; verdicts. 2. Work, slip
-    and stiffness as functions of the load (`backbone_curve`), and safety factors. If
+       open, from equilibrium; the steady state at load factor 1, from no slip; verdicts.
+    2. Work, slip and stiffness as functions of the load (`backbone_curve`), and safety factors. If
        contact forces balance themselves, transients find the load at which bodies slide off
        (`gross_slip`).
     3. Shakedown and guaranteed limit, and the friction that would keep the contact stuck

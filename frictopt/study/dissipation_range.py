@@ -148,10 +148,9 @@ def dissipation_range(
        turned, or unload an end of the contact. If slip stops from all of these, the witness of the
        guaranteed limit follows.
     2. Sequential linear programming improves the best of them, with the derivative of a cycle. Its
-    unknowns are the slips of the nodes that stay locked, because the work depends only on these. A
-    transient
-       judges each step. These steps end if they find no better slip; the end need not be a local
-       extreme.
+       unknowns are the slips of the nodes that stay locked, because the work depends only on these.
+       A transient checks each step. These steps end if they find no better slip; the end need not
+       be a local extreme.
     3. So random starts around both ends are followed too, and the search goes on from the best of
        them. There are none around the start of least work if that work is not zero and the contact
        has more than 62 nodes.
