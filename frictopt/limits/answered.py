@@ -75,6 +75,19 @@ class Mechanism:
     friction: Array
     open: Booleans | None = None
 
+    @classmethod
+    def of(cls, question: Question, moves: Array, press: Array) -> Mechanism:
+        """The mechanism of the moves (K, t + 1, N) of closed nodes, which open nodes follow.
+
+        `press` (K, M) are the forces with which open nodes touch.
+        """
+        if question.compliance is None:
+            return cls(moves, question.friction)
+        flat = moves.reshape(len(moves), -1)
+        follow = (flat @ question.system.S + press) @ question.compliance
+        moves = moves - follow.reshape(moves.shape)
+        return cls(moves, question.friction * ~question.open_nodes, open=question.open_nodes)
+
     @property
     def size(self) -> Array:
         """(K, N) sizes of the slips."""

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from ..base import (
     FLOOR,
+    Array,
     Bar,
     Booleans,
     Integers,
@@ -308,7 +309,7 @@ class _BranchAndBound:
         if branch.bound > _just_above(self._best):
             self._count()
             relaxed = self._relaxed.solve(branch, _just_above(self._best))
-        branch = replace(branch, bound=min(branch.bound, relaxed.bound))
+        branch = replace(branch, bound=min(branch.bound, relaxed.bound), basis=relaxed.basis)
         undecided = branch.undecided
         if not undecided.any():
             self._finish(branch)
@@ -317,9 +318,9 @@ class _BranchAndBound:
         index = int(undecided.argmax())
         if relaxed.motion is not None and relaxed.pressure is not None:
             opens = np.where(undecided, relaxed.pressure <= relaxed.motion, branch.opens)
-            between = np.where(undecided, np.minimum(relaxed.motion, relaxed.pressure), -np.inf)
-            index = int(between.argmax())
-            if max(between[index], relaxed.excess) <= BRANCHES.decided:
+            index = _furthest(relaxed.motion, relaxed.pressure, undecided)
+            between = np.minimum(relaxed.motion, relaxed.pressure)[undecided].max()
+            if max(between, relaxed.excess) <= BRANCHES.decided:
                 self._compare(opens)
         if branch.bound > _just_above(self._best):
             return branch.divided(index, open_first=bool(opens[index]))
@@ -378,6 +379,14 @@ class _BranchAndBound:
     def _count(self) -> None:
         self._programs += 1
         self._bar.update()
+
+
+def _furthest(motion: Array, pressure: Array, undecided: Booleans) -> int:
+    """The undecided node that is furthest from open and closed, relative to the largest values."""
+    tiny = np.finfo(float).tiny
+    motion = motion / max(motion[undecided].max(), tiny)
+    pressure = pressure / max(pressure[undecided].max(), tiny)
+    return int(np.where(undecided, np.minimum(motion, pressure), -np.inf).argmax())
 
 
 def _just_above(limit: ShakedownLimit) -> float:

@@ -17,6 +17,7 @@ import numpy as np
 from ..base import Array, Booleans, Integers
 from ..contact import contact_law
 from ..errors import SolverError
+from ..solve.fixable import Fixable
 from .models import constant, loose, loosened, stuck, times, unknowns
 from .programs import listed_corners, listed_rows
 from .question import Question
@@ -55,6 +56,8 @@ class Branch:
     opens: Booleans  # (n,)
     closes: Booleans  # (n,)
     bound: float = np.inf
+    # Where the solution of a linear program starts.
+    basis: Any = None
 
     @property
     def undecided(self) -> Booleans:
@@ -84,6 +87,7 @@ class Relaxed:
     pressure: Array | None = None
     # By how much the solution violates the rows, in mean friction bounds.
     excess: float = np.inf
+    basis: Any = None
 
 
 class LooseNodes:
@@ -139,6 +143,16 @@ class LooseNodes:
         goal = loosened(program.x, self._excess, price, self._most, program.rows)
         self._program = program.compiled(goal, question.load_unit, units)
         self._pressure_unit = question.node_unit[nodes]
+        self._warm = None if tangents > 1 else self._program.chain.fixable(self._entries)
+
+    @property
+    def _entries(self) -> list[tuple[cp.Variable, Integers]]:
+        """The pressures, the gaps and the slips of loose nodes, and the excess."""
+        every = np.arange(len(self._nodes))
+        pressures = [(self._program.x.p[k], self._nodes) for k in self._corners]
+        lifts = [(lift, every) for lift in self._lifts.values()]
+        slips = [(slip, every) for slip in self._slips.values()]
+        return [*pressures, *lifts, *slips, (self._excess, np.zeros(1, dtype=int))]
 
     def _terms(self, question: Question, k: int) -> list[cp.Expression]:
         """Terms of q, p and the gaps of open nodes at a corner, by own motions of loose nodes."""
@@ -172,6 +186,8 @@ class LooseNodes:
 
         A solver may stop once it knows that the bound is not `above` a load factor.
         """
+        if self._warm is not None:
+            return self._solved_warm(self._warm, branch, above)
         self._set(branch)
         try:
             answer, _ = self._program.chain.solve(
@@ -184,17 +200,51 @@ class LooseNodes:
             return Relaxed(np.inf, np.inf)
         return answer
 
+    def _solved_warm(self, warm: Fixable, branch: Branch, above: float) -> Relaxed:
+        """The bound of a branch in the plane, by a program that differs in bounds alone."""
+        opened = np.tile(branch.opens, len(self._corners))
+        closed = np.tile(branch.closes, len(self._lifts) + len(self._slips))
+        fixed = np.r_[opened, closed, False]
+        bound, entries, basis = warm.solve(fixed, branch.basis, above)
+        if bound >= self._most * (1 - BRANCHES.gain):
+            bound = np.inf
+        if entries is None:
+            return Relaxed(bound, np.inf)
+        *parts, excess = np.split(entries, np.arange(len(self._nodes), len(entries), len(self._nodes)))
+        corners = len(self._corners)
+        pressures, lifts, slips = parts[:corners], parts[corners : 2 * corners], parts[2 * corners :]
+        relaxed = self._relaxed(bound, 0.0, pressures, lifts, slips, float(excess[0]))
+        return replace(relaxed, basis=basis)
+
     def _judged(self, above: float) -> Relaxed:
         proof = self._program.chain.proof
-        motion = np.max([lift.value for lift in self._lifts.values()], axis=0) / self._lift_unit
-        for slip in self._slips.values():
-            sizes = np.abs(slip.value / self._slip_unit).reshape(-1, len(self._nodes))
-            motion = np.maximum(motion, sizes.max(axis=0))
-        pressures = [self._program.x.p[k].value[self._nodes] for k in self._corners]
-        pressure = np.max(pressures, axis=0) / self._pressure_unit
         bound = proof.bound + proof.defect
         if bound >= self._most * (1 - BRANCHES.gain):
             bound = np.inf
         # A bound that ends the branch need not be close to the value of the program.
         residual = 0.0 if bound <= above else proof.gap
-        return Relaxed(bound, residual, motion, pressure, float(self._excess.value))
+        return self._relaxed(
+            bound,
+            residual,
+            [self._program.x.p[k].value[self._nodes] for k in self._corners],
+            [lift.value for lift in self._lifts.values()],
+            [slip.value for slip in self._slips.values()],
+            float(self._excess.value),
+        )
+
+    def _relaxed(
+        self,
+        bound: float,
+        residual: float,
+        pressures: list[Array],
+        lifts: list[Array],
+        slips: list[Array],
+        excess: float,
+    ) -> Relaxed:
+        """The bound of a branch, with the solution in units."""
+        motion = np.max(lifts, axis=0) / self._lift_unit
+        for slip in slips:
+            sizes = np.abs(slip / self._slip_unit).reshape(-1, len(self._nodes))
+            motion = np.maximum(motion, sizes.max(axis=0))
+        pressure = np.max(pressures, axis=0) / self._pressure_unit
+        return Relaxed(bound, residual, motion, pressure, excess)

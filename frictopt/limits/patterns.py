@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -66,12 +67,14 @@ def best_pattern(
     closed: L,
     start_by: float,
     enough: float,
+    answer: Callable[[L], L] = lambda limit: limit,
 ) -> L:
     """The best limit over sets of open nodes that the search finds.
 
     `closed` is the limit with all nodes closed. It is the answer if zero slip is safe under the
     mean load and no governing node may open. `limit_of(question, above)` computes the limit of a
-    question with other open nodes; it may raise an error if this limit is at most `above`.
+    question with other open nodes; it may raise an error if this limit is at most `above`. If these
+    limits have no proof, `answer` makes an answer of the one that an interrupt keeps.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
     The first limit that reaches `enough` ends the search. Under a static load only the nodes that
@@ -89,7 +92,7 @@ def best_pattern(
         return closed
 
     with progress_bar(True, "open nodes", "program") as bar:
-        search = _PatternSearch(limit_of, closed, start_by, enough, may_change, bar)
+        search = _PatternSearch(limit_of, answer, closed, start_by, enough, may_change, bar)
         search.climb(closed)
         if tends_to_open or not settles_closed:
             safe = _counts(search.best, start_by)
@@ -108,6 +111,7 @@ class _PatternSearch(Generic[L]):
     def __init__(
         self,
         limit_of: Callable[[Question, float], L],
+        answer: Callable[[L], L],
         closed: L,
         start_by: float,
         enough: float,
@@ -118,11 +122,12 @@ class _PatternSearch(Generic[L]):
         self.tried = {closed.open.tobytes()}
         self._question = closed._question
         self._limit_of = limit_of
+        self._answer = answer
         self._start_by = start_by
         self._enough = enough
         self._moves = moves
         self._bar = bar
-        keep_best(bar, closed)
+        self._keep(closed)
 
     def climb(self, start: L) -> None:
         """Move to a neighbouring set with a higher limit, as long as there is one."""
@@ -156,8 +161,11 @@ class _PatternSearch(Generic[L]):
             return None
         if not self._compared(limit):
             return None
-        keep_best(self._bar, self.best)
+        self._keep(self.best)
         return limit
+
+    def _keep(self, limit: L) -> None:
+        keep_best(self._bar, limit, partial(self._answer, limit))
 
     def _solved(self, open_nodes: Booleans, above: float) -> L | None:
         """The limit of a set; None if its answer fails, or the closed nodes do not hold it."""
@@ -184,12 +192,14 @@ class _PatternSearch(Generic[L]):
         return True
 
 
-def keep_best(bar: Bar, limit: ShakedownAnswer) -> None:
-    """Keep the best limit of a search for an interrupt."""
+def keep_best(
+    bar: Bar, limit: ShakedownAnswer, answer: Callable[[], ShakedownAnswer] | None = None
+) -> None:
+    """Keep the best limit of a search for an interrupt, or the `answer` that it then calls."""
     best = f"at least {limit.load_factor:.4g} so far"
     if np.isnan(limit.load_factor):
         best = "none safe so far"
-    bar.keep("limit", limit, "the best limit by then is in the attribute `limit`", best)
+    bar.keep("limit", answer or limit, "the best limit by then is in the attribute `limit`", best)
 
 
 def _settled(question: Question, tends_to_open: bool, safe: bool) -> Iterator[Booleans]:

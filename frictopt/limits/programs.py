@@ -198,19 +198,11 @@ class Program:
             moves[k, -1] = rows[self.x.p[k].name()].dual_value
         if len(self.corners) and not np.isfinite(moves).all():
             moves = np.full_like(moves, np.nan)
-        if question.compliance is None:
-            return Mechanism(moves, question.friction)
-
-        # Open nodes follow the others, and the forces with which they touch.
-        flat = moves.reshape(len(moves), -1)  # (K, M)
-        press = np.zeros_like(flat)
+        flat = np.zeros((len(moves), moves[0].size))
         places = np.flatnonzero(question.open_nodes) + question.system.tangents * nodes
         for k, gap in self.x.gap.items():
-            press[k, places] = np.maximum(rows[label("apart", gap)].dual_value, 0.0)
-        follow = (flat @ question.system.S + press) @ question.compliance
-        moves = moves - follow.reshape(moves.shape)
-        closed_friction = question.friction * ~question.open_nodes
-        return Mechanism(moves, closed_friction, open=question.open_nodes)
+            flat[k, places] = np.maximum(rows[label("apart", gap)].dual_value, 0.0)
+        return Mechanism.of(question, moves, flat)
 
     @property
     def user_violation(self) -> float:

@@ -30,6 +30,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
 from .answered import answered
+from .best_set import best_set
 from .models import least_load, shakedown
 from .moving_areas import moving_areas
 from .moving_limit import on_all_instants, ordinary_question
@@ -37,7 +38,6 @@ from .no_limit import NoLimit, constraint_names, no_limit
 from .open_nodes import is_safe_at_mean_load
 from .order_limits import best_with_events
 from .order_search import check_events
-from .patterns import best_pattern
 from .programs import Program
 from .question import Question, pose, with_open
 from .reasons import shakedown_reason
@@ -170,24 +170,15 @@ class ShakedownLimits(SafeModel):
         start_by: float = np.inf,
         enough: float = np.inf,
     ) -> ShakedownLimit:
-        """The limit with the open nodes of `best_pattern`, searched without the user rows.
+        """The limit with the open nodes of `best_set`, searched without the user rows.
 
         `start_by` and `enough` are those of `best_pattern`.
         """
         if user_rows or objective is not None:
             open_nodes = self.of_any_set(question)._question.open_nodes
             return self.of_set(with_open(question, open_nodes) or question, user_rows, objective)
-        questions = [question]
-
-        def limit_of(question: Question, above: float) -> ShakedownLimit:
-            questions.append(question)
-            return self.of_set(question, above=above)
-
-        best = best_pattern(limit_of, self.of_set(question), start_by, enough)
-        if questions[-1] is not best._question:
-            # Solve again, so that the problem of the answer holds the values of the answer.
-            return replace(self.of_set(best._question), least=best.least)
-        return best
+        limit: ShakedownLimit = best_set(self, question, start_by, enough)
+        return limit
 
     def of_set(
         self,

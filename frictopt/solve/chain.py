@@ -16,6 +16,7 @@ from scipy.sparse import coo_array, csr_array, hstack, vstack
 from ..base import CONDENSATION, RESIDUAL, ROUNDING, Array, Attempt, Integers, SolveRecord
 from .arrays import Arrays, polish
 from .compiled import Change, Compiled, Proof, proof
+from .fixable import Fixable
 from .flipped import Flipped, Plain, flipped
 from .problem import put_back, set_no_optimum, standing
 from .reduced import Reduced
@@ -134,6 +135,11 @@ class Chain:
                     way.solver, tuple(attempts), claim.residual, self._left_out, seconds
                 )
         raise failed(kind, tolerance, attempts, agreed)
+
+    def fixable(self, entries: Sequence[tuple[cp.Variable, Integers]]) -> Fixable:
+        """The linear program with its present parameters, and entries that may be fixed to zero."""
+        self._compiled.read()
+        return Fixable(self._compiled, self.units, entries)
 
     @property
     def _left_out(self) -> tuple[str, ...]:

@@ -102,13 +102,17 @@ class Reduced:
 
     def back(self, x: Array, y: Array) -> tuple[Array, Array]:
         """The unknowns and the multipliers of the compiled program, from those of this one."""
+        z = self.unknowns(x)
+        return z, self.multipliers(y, np.maximum(np.abs(z), self.z_unit))
+
+    def unknowns(self, x: Array) -> Array:
+        """The unknowns of the compiled program, from those of this one."""
         z = self._remaining(x)
         changed = {square.row for _, square in self._changes}
         for block in self.compiled.blocks:
             if block.row not in changed:
                 z[block.defined] = block.matrix @ z[block.of]
-        z = self._eliminated.values(z)
-        return z, self.multipliers(y, np.maximum(np.abs(z), self.z_unit))
+        return self._eliminated.values(z)
 
     def _remaining(self, x: Array) -> Array:
         """The unknowns that were not eliminated; dense equations are still to be computed."""

@@ -7,14 +7,14 @@ as they stand, by `solve`.
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import clarabel
 import cvxpy as cp
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csr_array
 
-from ..base import Array, Attempt, shown
+from ..base import Array, Attempt, Integers, shown
 from ..errors import ModelError, SolverError
 from .arrays import Arrays
 from .interior_point import interior_point
@@ -73,23 +73,29 @@ _HIGHS = {
     "small_matrix_value": 1e-12,
     "presolve": "off",
 }
+_DUAL = 1
+_PRIMAL = 4
 _METHODS: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
-        "HIGHS": {"solver": "simplex", "simplex_strategy": 4},
+        "HIGHS": {"solver": "simplex", "simplex_strategy": _PRIMAL},
         "HIGHS_IPM": {"solver": "ipm", "ipm_iteration_limit": 200},
     }
 )
+# After a change of bounds the last basis is dual feasible, so that the dual simplex takes few steps.
+_WARM = {**_HIGHS, "solver": "simplex", "simplex_strategy": _DUAL}
 
 OPTIMAL = "optimal"
 INFEASIBLE = "infeasible"
 UNBOUNDED = "unbounded"
 NONE = "infeasible or unbounded"
+CUT_OFF = "not below the cutoff"
 # Whether an optimum is good enough is for our own residual to say, so inaccurate ones count too.
 _SAID = {
     highspy.HighsModelStatus.kOptimal: OPTIMAL,
     highspy.HighsModelStatus.kInfeasible: INFEASIBLE,
     highspy.HighsModelStatus.kUnbounded: UNBOUNDED,
     highspy.HighsModelStatus.kUnboundedOrInfeasible: NONE,
+    highspy.HighsModelStatus.kObjectiveBound: CUT_OFF,
     "Solved": OPTIMAL,
     "AlmostSolved": OPTIMAL,
     "InsufficientProgress": OPTIMAL,
@@ -249,6 +255,78 @@ def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
     status, solution = engine.getModelStatus(), engine.getSolution()
     outcome = _SAID.get(status, engine.modelStatusToString(status))
     return outcome, np.array(solution.col_value), -np.array(solution.row_dual)
+
+
+class WarmProgram:
+    """A linear program that HiGHS keeps: a solution starts from the basis of an earlier one.
+
+    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds and
+    cost may change between two solutions.
+    """
+
+    def __init__(
+        self, matrix: Array, least: Array, most: Array, cost: Array, lower: Array, upper: Array
+    ) -> None:
+        self._engine = highspy.Highs()
+        for name, value in _WARM.items():
+            self._engine.setOptionValue(name, value)
+        rows = csr_array(matrix)
+        m, n = rows.shape
+        self._engine.passModel(
+            n,
+            m,
+            rows.nnz,
+            int(highspy.MatrixFormat.kRowwise),
+            int(highspy.ObjSense.kMinimize),
+            0.0,  # constant of the objective
+            cost,
+            lower,
+            upper,
+            least,
+            most,
+            rows.indptr,
+            rows.indices,
+            rows.data,
+            np.zeros(n, dtype=np.int32),  # no integers
+        )
+
+    def minimize(self, cost: Array) -> None:
+        """Take another cost."""
+        self._engine.changeColsCost(len(cost), np.arange(len(cost), dtype=np.int32), cost)
+
+    def bound_rows(self, rows: Integers, least: Array, most: Array) -> None:
+        """Change the bounds of some rows."""
+        self._engine.changeRowsBounds(len(rows), rows.astype(np.int32), least, most)
+
+    def bound_unknowns(self, unknowns: Integers, lower: Array, upper: Array) -> None:
+        """Change the bounds of some unknowns."""
+        self._engine.changeColsBounds(len(unknowns), unknowns.astype(np.int32), lower, upper)
+
+    @property
+    def basis(self) -> Any:
+        """The basis of the last solution."""
+        return self._engine.getBasis()
+
+    def solve(self, basis: Any = None, cutoff: float = np.inf) -> tuple[str, Array, Array]:
+        """Status, x, and the multipliers of the rows: above 0 at `most`, below 0 at `least`.
+
+        Without a basis the solution starts from the last one. It may stop, `CUT_OFF`, as soon as
+        its multipliers prove that the cost is above the cutoff.
+        """
+        engine = self._engine
+        engine.setOptionValue("objective_bound", cutoff)
+        if basis is not None:
+            engine.setBasis(basis)
+        engine.run()
+        if engine.getModelStatus() not in _SAID:
+            # The primal simplex, from no basis, often ends where the dual one gives up.
+            engine.clearSolver()
+            engine.setOptionValue("simplex_strategy", _PRIMAL)
+            engine.run()
+            engine.setOptionValue("simplex_strategy", _DUAL)
+        status, solution = engine.getModelStatus(), engine.getSolution()
+        outcome = _SAID.get(status, engine.modelStatusToString(status))
+        return outcome, np.array(solution.col_value), -np.array(solution.row_dual)
 
 
 def _by_clarabel(program: Arrays, solver: str) -> tuple[str, Array, Array]:
