@@ -210,9 +210,15 @@ class LooseNodes:
             bound = np.inf
         if entries is None:
             return Relaxed(bound, np.inf)
-        *parts, excess = np.split(entries, np.arange(len(self._nodes), len(entries), len(self._nodes)))
+        *parts, excess = np.split(
+            entries, np.arange(len(self._nodes), len(entries), len(self._nodes))
+        )
         corners = len(self._corners)
-        pressures, lifts, slips = parts[:corners], parts[corners : 2 * corners], parts[2 * corners :]
+        pressures, lifts, slips = (
+            parts[:corners],
+            parts[corners : 2 * corners],
+            parts[2 * corners :],
+        )
         relaxed = self._relaxed(bound, 0.0, pressures, lifts, slips, float(excess[0]))
         return replace(relaxed, basis=basis)
 
