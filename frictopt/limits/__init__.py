@@ -21,7 +21,8 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   states; `no_limit.py`: proofs that there is none.
 - `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
   better, and its program.
-- `patterns.py`, `open_nodes.py`: the search of open nodes; `lift_off.py`, `ordered.py`,
+- `patterns.py`, `open_nodes.py`, `best_set.py`, `quick_limits.py`: the search of open nodes, whose
+  programs in between need no proof in the plane; `lift_off.py`, `ordered.py`,
   `load_path.py`: nodes that open and close in each cycle, the program of their order, and where
   they can; `order_search.py`, `settled_order.py`: the search of their order.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of

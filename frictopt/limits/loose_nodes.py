@@ -143,7 +143,10 @@ class LooseNodes:
         goal = loosened(program.x, self._excess, price, self._most, program.rows)
         self._program = program.compiled(goal, question.load_unit, units)
         self._pressure_unit = question.node_unit[nodes]
-        self._warm = None if tangents > 1 else self._program.chain.fixable(self._entries)
+        # In the plane HiGHS keeps one program, unless the user asks for another solver.
+        self._warm: Fixable | None = None
+        if tangents == 1 and solver in (None, "HIGHS"):
+            self._warm = self._program.chain.fixable(self._entries)
 
     @property
     def _entries(self) -> list[tuple[cp.Variable, Integers]]:
@@ -206,27 +209,21 @@ class LooseNodes:
         closed = np.tile(branch.closes, len(self._lifts) + len(self._slips))
         fixed = np.r_[opened, closed, False]
         bound, entries, basis = warm.solve(fixed, branch.basis, above)
-        if bound >= self._most * (1 - BRANCHES.gain):
-            bound = np.inf
         if entries is None:
-            return Relaxed(bound, np.inf)
-        *parts, excess = np.split(
-            entries, np.arange(len(self._nodes), len(entries), len(self._nodes))
-        )
+            return Relaxed(self._counted(bound), np.inf)
         corners = len(self._corners)
-        pressures, lifts, slips = (
-            parts[:corners],
-            parts[corners : 2 * corners],
-            parts[2 * corners :],
-        )
-        relaxed = self._relaxed(bound, 0.0, pressures, lifts, slips, float(excess[0]))
+        ends = np.arange(len(self._nodes), len(entries), len(self._nodes))
+        *parts, excess = np.split(entries, ends)
+        pressures = parts[:corners]
+        lifts = parts[corners : 2 * corners]
+        slips = parts[2 * corners :]
+        counted = self._counted(bound)
+        relaxed = self._relaxed(counted, 0.0, pressures, lifts, slips, float(excess[0]))
         return replace(relaxed, basis=basis)
 
     def _judged(self, above: float) -> Relaxed:
         proof = self._program.chain.proof
-        bound = proof.bound + proof.defect
-        if bound >= self._most * (1 - BRANCHES.gain):
-            bound = np.inf
+        bound = self._counted(proof.bound + proof.defect)
         # A bound that ends the branch need not be close to the value of the program.
         residual = 0.0 if bound <= above else proof.gap
         return self._relaxed(
@@ -237,6 +234,10 @@ class LooseNodes:
             [slip.value for slip in self._slips.values()],
             float(self._excess.value),
         )
+
+    def _counted(self, bound: float) -> float:
+        """A bound; inf if it is the largest load factor of the program."""
+        return np.inf if bound >= self._most * (1 - BRANCHES.gain) else bound
 
     def _relaxed(
         self,

@@ -186,7 +186,7 @@ class _QuickProgram:
         """The mechanism of the multipliers, see `Program.motion`."""
         question = self._question
         moves = np.zeros(question.r1.shape)  # (K, 2, N)
-        multipliers = np.maximum(y, 0.0) / self._row_units
+        multipliers = self._units[0] * np.maximum(y, 0.0) / self._row_units
         end = 0
         for bound in self._bounds:
             count = len(bound.nodes) * (len(self._corners) if question.fixed else 1)

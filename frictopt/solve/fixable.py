@@ -34,7 +34,7 @@ class FixedSolution(NamedTuple):
 class Fixable:
     """A linear program to be maximised, with the `entries` of variables that may be fixed to zero.
 
-    An entry is a variable, a vector, and an index into it.
+    The objective has no constant term. An entry is a variable, a vector, and an index into it.
     """
 
     def __init__(

@@ -81,7 +81,7 @@ _METHODS: Mapping[str, Mapping[str, object]] = MappingProxyType(
         "HIGHS_IPM": {"solver": "ipm", "ipm_iteration_limit": 200},
     }
 )
-# After a change of bounds the last basis is dual feasible, so that the dual simplex takes few steps.
+# With tighter bounds an earlier basis is dual feasible, so that the dual simplex takes few steps.
 _WARM = {**_HIGHS, "solver": "simplex", "simplex_strategy": _DUAL}
 
 OPTIMAL = "optimal"

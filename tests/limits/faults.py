@@ -770,6 +770,27 @@ FAULTS = (
         tests="best_open_nodes",
     ),
     Fault(
+        "limits/quick_limits.py",
+        "the corner with the smallest rate stands for all",
+        old="rates.argmax(axis=0)",
+        new="rates.argmin(axis=0)",
+        tests="quick_limits",
+    ),
+    Fault(
+        "limits/quick_limits.py",
+        "gaps of open nodes may close",
+        old="if len(question.W):",
+        new="if False:",
+        tests="quick_limits",
+    ),
+    Fault(
+        "limits/best_set.py",
+        "what a quick limit promises is not compared with the proof",
+        old="bool(reaches and answer.least <= best.least + error)",
+        new="True",
+        tests="quick_limits",
+    ),
+    Fault(
         "limits/patterns.py",
         "nodes that touch need as much motion as others",
         old="np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)",

@@ -1,0 +1,139 @@
+"""The quick limits of the search against proven ones, and a search that is misled by them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.limits import best_set, pose, shakedown, with_open
+from frictopt.limits.quick_limits import quick_limit
+from helpers.cases import few
+from helpers.separation import lifted_system, pulled_system
+from helpers.systems import CYCLE
+from validation.fuzz.cases import random_case
+from validation.moving_events import KINDS, contact
+
+UNIT = 1e-6  # largest difference of the two limits, in units of the load
+
+
+def cases(seed):
+    """Contacts with gaps, lifted ones, those of the fuzz, and some with fixed parts of the load."""
+    rng = np.random.default_rng([seed, 47])
+    nodes = int(rng.integers(2, 7))
+    case = random_case(6_400_000 + seed, nodes=nodes)
+    fixed = contact(640_000 + seed, KINDS[seed % len(KINDS)])
+    return [
+        (pulled_system(rng, nodes), CYCLE, 0.4),
+        (lifted_system(rng, nodes), CYCLE, 0.005),
+        (case.system, case.cycle, case.friction),
+        fixed.asked,
+    ]
+
+
+@pytest.mark.parametrize("seed", few(range(24)))
+def test_a_quick_limit_is_the_proven_one(seed):
+    for asked in cases(seed):
+        closed = pose(*asked)
+        opened = np.random.default_rng(seed).random(asked[0].nodes) < 0.3
+        question = with_open(closed, opened & (np.arange(asked[0].nodes) > 0))
+        if question is None:
+            continue
+        proven = fo.shakedown_limit(*asked, open=question.open_nodes)
+        try:
+            quick = quick_limit(question)
+        except fo.SolverError:
+            assert proven.load_factor == np.inf
+            continue
+        error = UNIT * question.load_unit
+        assert quick.load_factor == pytest.approx(proven.load_factor, abs=error, nan_ok=True)
+        assert quick.least == pytest.approx(proven.least, abs=error, nan_ok=True)
+        if error < proven.load_factor:
+            assert question.violation(quick.load_factor, quick.slip) < 1e-7
+            # The multipliers prove the limit: their mechanism dissipates what the loads do.
+            drive = quick._motion.drive(question)
+            assert drive == pytest.approx(1.0, rel=1e-6)
+            # Its net motion of closed nodes causes no stress (`Mechanism`).
+            net = quick._motion.moves.sum(axis=0).ravel()
+            closed_slips = np.flatnonzero(~question.open_nodes)
+            stress = (question.system.S @ net)[closed_slips]
+            scale = np.abs(question.system.S) @ np.abs(quick._motion.moves).sum(axis=0).ravel()
+            assert np.abs(stress).max() < 1e-6 * scale.max()
+
+
+@pytest.mark.parametrize("seed", few(range(12)))
+def test_the_search_by_quick_limits_ends_where_that_by_proven_ones_does(seed, monkeypatch):
+    asked = cases(seed)[seed % 3]
+    quick = fo.shakedown_limit(*asked)
+    assert not quick.residual > 1e-9
+    monkeypatch.setattr(best_set, "quick_limit", refused)
+    slow = fo.shakedown_limit(*asked)
+    assert (slow.open == quick.open).all()
+    assert quick.load_factor == pytest.approx(slow.load_factor, rel=1e-7, nan_ok=True)
+    assert quick.least == pytest.approx(slow.least, rel=1e-7, abs=1e-12, nan_ok=True)
+
+
+def refused(question):
+    raise fo.SolverError("none")
+
+
+@pytest.mark.parametrize("wrong", [{"load_factor": 3.0}, {"least": -1.0}])
+def test_a_search_that_quick_limits_mislead_is_made_again(wrong, monkeypatch):
+    asked = pulled_system(np.random.default_rng([3, 12]), 4), CYCLE, 0.5
+    right = fo.shakedown_limit(*asked)
+    assert right.open.any() and right.load_factor > 0
+
+    def misled(question):
+        quick = quick_limit(question)
+        changes = {name: factor * right.load_factor for name, factor in wrong.items()}
+        return replace(quick, **changes) if question.open_nodes.sum() == 2 else quick
+
+    monkeypatch.setattr(best_set, "quick_limit", misled)
+    limit = fo.shakedown_limit(*asked)
+    assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
+    assert limit.residual < 1e-9 and limit.least == right.least
+
+
+def test_an_interrupted_search_keeps_a_proven_limit(monkeypatch):
+    flat = fo.scenes.PunchOnHalfPlane(elements=24).condense()
+    rounded = flat.with_gap(2.0 * flat.x**4)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    safe = []
+
+    def stopped(question):
+        if safe:
+            raise KeyboardInterrupt
+        limit = quick_limit(question)
+        if limit.load_factor > 0:
+            safe.append(limit)
+        return limit
+
+    monkeypatch.setattr(best_set, "quick_limit", stopped)
+    with pytest.raises(KeyboardInterrupt) as interrupt:
+        fo.shakedown_limit(rounded, cycle, 0.6)
+    limit = interrupt.value.limit
+    assert isinstance(limit, shakedown.ShakedownLimit) and limit.residual < 1e-9
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-8)
+
+
+def test_of_a_search_in_the_plane_only_the_best_set_is_compiled(monkeypatch):
+    flat = fo.scenes.PunchOnHalfPlane(elements=24).condense()
+    rounded = flat.with_gap(4.0 * flat.x**4)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
+    proven = []
+    quick = []
+    of_set = shakedown.ShakedownLimits.of_set
+
+    def counted(self, *args, **options):
+        proven.append(1)
+        return of_set(self, *args, **options)
+
+    def counted_quick(question):
+        quick.append(1)
+        return quick_limit(question)
+
+    monkeypatch.setattr(shakedown.ShakedownLimits, "of_set", counted)
+    monkeypatch.setattr(best_set, "quick_limit", counted_quick)
+    limit = fo.shakedown_limit(rounded, cycle, 0.6)
+    assert limit.open.any() and limit.residual < 1e-9
+    assert len(proven) <= 2 < len(quick)
