@@ -23,8 +23,8 @@ def test_all_amplitudes_of_a_region_are_safe_where_each_load_alone_leaves_other_
                 >= 1 - 1e-7
             )
     # The region is that of one set of open nodes: each vertex is on the border of this set.
-    chosen = opened_in(region, points[0], case)
     for point in points:
+        chosen = opened_in(region, points[0], case)
         assert fo.shakedown_limit(
             case.system, region.cycle(*point), case.friction, open=chosen
         ).load_factor == pytest.approx(1.0, rel=1e-7)
