@@ -55,7 +55,7 @@ class _SetSearch:
             raise
         return answer if _agree(answer, best) else None
 
-    def _limit(self, question: Question, above: float) -> ShakedownAnswer:
+    def _limit(self, question: Question, above: float) -> Any:
         """A limit for the search; it may raise an error if it is at most `above`."""
         if self._quick:
             try:

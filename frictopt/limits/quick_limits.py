@@ -195,8 +195,8 @@ class _QuickProgram:
             corners = self._row_corners[rows]
             nodes = np.tile(bound.nodes, count // len(bound.nodes))
             press = np.tile(bound.press, count // len(bound.nodes))
-            np.add.at(moves, (corners, 0, nodes), -bound.shear * multipliers[rows])
-            np.add.at(moves, (corners, 1, nodes), -press * multipliers[rows])
+            np.add.at(moves[:, 0], (corners, nodes), -bound.shear * multipliers[rows])
+            np.add.at(moves[:, 1], (corners, nodes), -press * multipliers[rows])
         press_of_open = np.zeros((len(moves), moves[0].size))
         if end < len(y):
             opened = np.flatnonzero(question.open_nodes)
