@@ -383,10 +383,14 @@ class _BranchAndBound:
 
 def _furthest(motion: Array, pressure: Array, undecided: Booleans) -> int:
     """The undecided node that is furthest from open and closed, relative to the largest values."""
-    tiny = np.finfo(float).tiny
-    motion = motion / max(motion[undecided].max(), tiny)
-    pressure = pressure / max(pressure[undecided].max(), tiny)
-    return int(np.where(undecided, np.minimum(motion, pressure), -np.inf).argmax())
+    between = np.minimum(_shares(motion[undecided]), _shares(pressure[undecided]))
+    return int(np.flatnonzero(undecided)[between.argmax()])
+
+
+def _shares(values: Array) -> Array:
+    """Values above 0 relative to the largest of them."""
+    values = np.maximum(values, 0.0)
+    return np.asarray(values / (values.max() or 1.0))
 
 
 def _just_above(limit: ShakedownLimit) -> float:
