@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import best_set, pose, shakedown, with_open
-from frictopt.limits.quick_limits import quick_limit
+from frictopt.limits import best_set, pose, quick_limits, shakedown, with_open
 from helpers.cases import few
 from helpers.separation import lifted_system, pulled_system
 from helpers.systems import CYCLE
 from validation.fuzz.cases import random_case
 from validation.moving_events import KINDS, contact
+
+quick_limit = quick_limits.quick_limit
 
 UNIT = 1e-6  # largest difference of the two limits, in units of the load
 

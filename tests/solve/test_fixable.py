@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from frictopt.solve.chain import Chain
+from frictopt.solve import chain
 from helpers.cases import few
 
 
@@ -21,8 +21,8 @@ def test_each_choice_of_fixed_entries_has_its_optimum_and_bound(seed):
     y = cp.Variable(4, name="y")
     rows = [y == cp.Constant(M) @ x, A @ x <= right, x <= 2, x >= -2, y <= 3]
     units = {x: np.full(4, 0.7), y: 1.3}
-    chain = Chain(cp.Problem(cp.Maximize(c @ x), rows), units)
-    program = chain.fixable([(x, np.array([0, 2])), (y, np.array([1, 3]))])
+    solved = chain.Chain(cp.Problem(cp.Maximize(c @ x), rows), units)
+    program = solved.fixable([(x, np.array([0, 2])), (y, np.array([1, 3]))])
     least = np.eye(4)[[0, 2]]
     basis = None
     for fixed in product([False, True], repeat=4):
