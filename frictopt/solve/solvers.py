@@ -252,6 +252,11 @@ def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
         kinds,
     )
     engine.run()
+    return _answer(engine)
+
+
+def _answer(engine: Any) -> tuple[str, Array, Array]:
+    """Status, x and multipliers with which HiGHS ended."""
     status, solution = engine.getModelStatus(), engine.getSolution()
     outcome = _SAID.get(status, engine.modelStatusToString(status))
     return outcome, np.array(solution.col_value), -np.array(solution.row_dual)
@@ -324,9 +329,7 @@ class WarmProgram:
             engine.setOptionValue("simplex_strategy", _PRIMAL)
             engine.run()
             engine.setOptionValue("simplex_strategy", _DUAL)
-        status, solution = engine.getModelStatus(), engine.getSolution()
-        outcome = _SAID.get(status, engine.modelStatusToString(status))
-        return outcome, np.array(solution.col_value), -np.array(solution.row_dual)
+        return _answer(engine)
 
 
 def _by_clarabel(program: Arrays, solver: str) -> tuple[str, Array, Array]:
