@@ -97,6 +97,26 @@ def _write_files(
         write_picture(options.picture, answer.plot)
 
 
+@dataclasses.dataclass(frozen=True)
+class NumberAnswer:
+    """The answer of a function that returns a number; its name is that of the function."""
+
+    _name: str
+    _value: float
+
+    def __str__(self) -> str:
+        return f"{self._name}: {self._value:.6g}"
+
+    def _answer(self) -> dict[str, object]:
+        return {self._name: self._value}
+
+    def to_frame(self) -> Table:
+        """A table without rows; its file has the number all the same."""
+        import pandas as pd
+
+        return pd.DataFrame()
+
+
 def numbers_of(answer: Any) -> dict[str, object]:
     """The numbers and words of an answer: those that it prints, and its other plain fields."""
     numbers = dict[str, object](answer._answer())

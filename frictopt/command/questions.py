@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from .answers import add_outputs, give
+from .answers import NumberAnswer, add_outputs, give
 from .inputs import add_cycle, add_friction, add_mean, add_system, cycle_of, system_of
 from .options import Command, add_options, arguments_of, public
 
@@ -37,6 +37,8 @@ class Question:
         Whether the answer has a picture.
     printed
         Names of the tables that are printed, see `tables_of`.
+    number
+        Name of the number that the function returns; "" if it returns a result.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Question:
     kinds: Mapping[str, tuple[str, ...]]
     picture: bool = True
     printed: tuple[str, ...] = ("rows",)
+    number: str = ""
 
     @property
     def functions(self) -> list[str]:
@@ -112,6 +115,15 @@ QUESTIONS = (
         "the response of a mode to harmonic forces near its resonance, about",
         f"joint.npz {_CYCLE} --friction .3 --natural-frequency 140 --forces .1 .2 --damping .002",
         _single("backbone_curve", "results.BackboneCurve.response"),
+    ),
+    Question(
+        "largest-force",
+        "the largest force on a mode whose resonance keeps within a limit, about",
+        f"joint.npz {_CYCLE} --friction .3 --natural-frequency 140 --slip-range .005",
+        _single("backbone_curve", "results.BackboneCurve.largest_force"),
+        picture=False,
+        printed=(),
+        number="largest_force",
     ),
     Question(
         "wear",
@@ -198,7 +210,7 @@ def _add_options(question: Question, command: argparse.ArgumentParser) -> None:
         kinds = list(question.kinds)
         about = f"which one: {', '.join(kinds)} (default: {kinds[0]})"
         command.add_argument("--kind", choices=kinds, default=kinds[0], help=about)
-    add_outputs(command, question.picture)
+    add_outputs(command, question.picture, save=not question.number)
     if question.name == "report":
         page = "write the report with its pictures: html"
         command.add_argument("--page", metavar="FILE", help=page)
@@ -226,6 +238,8 @@ def _ask(question: Question, options: argparse.Namespace) -> int:
             answer = public(name)(**arguments)
         else:
             answer = public(name)(answer, **arguments)
+    if question.number:
+        answer = NumberAnswer(question.number, answer)
     asked["units"] = system.units
     tables = tables_of(answer)
     printed = [name for name in question.printed if name in tables]

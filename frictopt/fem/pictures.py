@@ -29,6 +29,7 @@ from ..plots.style import (
     spread,
 )
 from .bodies import Body
+from .bolts import BoltPreload
 from .couplings import Coupling, DistributingCoupling, RigidCoupling
 from .cyclic import Cyclic
 from .elasticity import integration_points
@@ -273,6 +274,9 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
     if in_space:
         look = {"linewidth": 1.0, "arrow_length_ratio": 0.35}
     for part in model.loads[case]:
+        if isinstance(part, BoltPreload):
+            begin, step = _pull_of_bolt(part, model.bodies[part.body], length)
+            arrows(axes, begin, step, color=color, **look)
         if not isinstance(part, Traction | Pressure):
             # BoltPreload becomes "bolt preload".
             others[re.sub("(?<!^)(?=[A-Z])", " ", type(part).__name__).lower()] += 1
@@ -292,6 +296,22 @@ def _load(axes: AnyAxes, model: ContactModel, case: str, length: float, color: s
         label += f" ({', '.join(kinds)})"
     nowhere: list[list[float]] = [[]] * (3 if in_space else 2)
     axes.plot(*nowhere, color=color, marker=">", label=label)
+
+
+def _pull_of_bolt(part: BoltPreload, body: Body, length: float) -> tuple[Array, Array]:
+    """(2, d) begins and steps of two arrows that press both ends of a bolt along its axis.
+
+    Inside the bolt they would be hidden.
+    """
+    nodes = np.unique(body.mesh.facets[:, body.mesh.boundaries[part.section]])
+    places = body.mesh.p[:, nodes].T
+    middle = places.mean(axis=0)
+    # The axis is the direction in which the nodes of the section do not extend.
+    axis = np.linalg.svd(places - middle)[2][-1]
+    along = axis @ (body.mesh.p - middle[:, None])
+    ends = middle + np.outer([along.min(), along.max()], axis)
+    step = length * np.array([axis, -axis])
+    return ends - step, step
 
 
 def _mean_tractions(part: Traction | Pressure, body: Body) -> tuple[Array, Array, Array]:

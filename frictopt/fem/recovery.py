@@ -273,6 +273,7 @@ class Viewed(Plotted):
         show: str = "von_mises",
         *,
         scale: float = 0.0,
+        contact: str | None = None,
         plotter: Any = None,
     ) -> Any:
         """A scene of PyVista (extra `view`) of the bodies, the contacts and a field on them.
@@ -292,6 +293,8 @@ class Viewed(Plotted):
             friction per cycle and area. Vectors are shown by their length.
         scale
             Factor on the displacements of the bodies.
+        contact
+            Name of a contact that fills the view; None: the whole model does.
         plotter
             A pyvista.Plotter to draw in; None: a new plotter.
 
@@ -304,8 +307,8 @@ class Viewed(Plotted):
         ImportError
             pyvista is not installed.
         ModelError
-            A result of another kind or of another model, a field that it lacks, or a plotter of
-            another kind.
+            A result of another kind or of another model, a field that it lacks, an unknown contact,
+            or a plotter of another kind.
 
         Examples
         --------
@@ -317,7 +320,7 @@ class Viewed(Plotted):
         ['pressure (force per area)']
         >>> view.close()
         """
-        return self._pictures("views").view(self, result, show, scale, plotter)
+        return self._pictures("views").view(self, result, show, scale, contact, plotter)
 
 
 class Recovery:

@@ -35,7 +35,14 @@ _LOOK = {
 }
 
 
-def view(model: ContactModel, result: object, show: str, scale: float, plotter: Any) -> Any:
+def view(
+    model: ContactModel,
+    result: object,
+    show: str,
+    scale: float,
+    contact: str | None,
+    plotter: Any,
+) -> Any:
     """Draw a model, see `ContactModel.view`."""
     try:
         import pyvista as pv
@@ -46,6 +53,7 @@ def view(model: ContactModel, result: object, show: str, scale: float, plotter: 
     fields, extra = _state(model, result)
     face = contact_face(model, fields, extra)
     factor = finite_number("scale", scale)
+    zoom = None if contact is None else _box_of(model, contact)
     known = _titles(None if fields is None else face.point_data)
     title = in_units(known[choice("show", show, tuple(known))], model.units)
     scene = pv.Plotter() if plotter is None else plotter
@@ -64,7 +72,24 @@ def view(model: ContactModel, result: object, show: str, scale: float, plotter: 
                 scene.add_mesh(grid, color=GREY, opacity=0.25)
         else:
             _draw_field(scene, grids, show, title)
+    if zoom is not None:
+        scene.view_isometric()
+        scene.reset_camera(bounds=zoom)
+        # PyVista looks at the whole scene before it is shown, unless a camera has been set.
+        scene.camera_set = True
     return scene
+
+
+def _box_of(model: ContactModel, name: str) -> list[float]:
+    """The least and the largest x, y, z of the faces of a contact, in turn."""
+    contacts = {str(contact.name): contact for contact in model.contacts}
+    contact = contacts[choice("contact", name, tuple(contacts))]
+    body = model.bodies[contact.body_1]
+    facets = body.boundary(contact.boundary_1, "contacts")
+    places = body.mesh.p[:, body.mesh.facets[:, facets]].reshape(body.mesh.dim(), -1)
+    ends = np.zeros((3, 2))
+    ends[: len(places)] = np.column_stack([places.min(axis=1), places.max(axis=1)])
+    return ends.ravel().tolist()
 
 
 def _titles(at_contacts: Mapping[str, NDArray[Any]] | None) -> dict[str, str]:

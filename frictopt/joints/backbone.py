@@ -170,7 +170,8 @@ class BackboneCurve(Kept, Plotted, Resonant):
     def step_error(self) -> Array:
         """(K,) estimated relative error of the work by the size of increments; 0 on exact paths.
 
-        See `SteadyState`. NaN if there is no steady state.
+        See `SteadyState`. NaN if there is no steady state, and in a report at other load factors
+        than 1, where it is not estimated.
         """
         return frozen(
             [np.nan if steady is None else steady.step_error for steady in self.steady_states]

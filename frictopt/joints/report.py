@@ -179,7 +179,7 @@ def report(
         Coefficient of friction, one or one per node. A tuple of three is (least, nominal, most).
     load_factors
         (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2,
-        reduced in proportion if 2 is above 95 % of the gross-slip load.
+        in space without 1/4, reduced in proportion if 2 is above 95 % of the gross-slip load.
     preload
         Load case of the mean load -> (least, most) amplitude, for the scatter of tightening. At
         most four; bolts that scatter alike belong into one load case. Each corner of the scatter
@@ -198,8 +198,8 @@ def report(
     steps, progress
         Number of increments from corner to corner, and whether to show a bar after two seconds.
         None: the exact path in the plane, 2 increments in space; `step_error` estimates their
-        error. Ctrl-C raises a KeyboardInterrupt whose attribute `report` holds the parts known so
-        far.
+        error at load factor 1 alone. Ctrl-C raises a KeyboardInterrupt whose attribute `report`
+        holds the parts known so far.
 
     Raises
     ------

@@ -100,7 +100,11 @@ def _section(parts: ReportParts, section: Section) -> Iterator[str]:
 
 def _table(table: pd.DataFrame, kind: str = "") -> str:
     html: str = table.to_html(
-        index=False, float_format="{:.4g}".format, border=0, classes=kind or None
+        index=False,
+        float_format="{:.4g}".format,
+        na_rep="-",
+        border=0,
+        classes=kind or None,
     )
     return html
 

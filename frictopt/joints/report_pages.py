@@ -22,7 +22,6 @@ from ..limits import (
     shakedown_limit,
 )
 from ..transients import SteadyState
-from ..transients.march import mean_state
 from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
 from .curve_question import CurveQuestion
@@ -34,8 +33,10 @@ from .scatter import Scatter
 
 Parts = TypeVar("Parts", bound=ReportParts)
 
-LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0)
-"""Default load factors of the curve; they are reduced if the bodies slide off below the last one.
+LOAD_FACTORS = (0.25, 0.5, 1.0, 2.0), (0.5, 1.0, 2.0)
+"""Default load factors of the curve in the plane, and in space, where each takes long.
+
+They are reduced if the bodies slide off below the last one.
 """
 
 _AT_LOAD = "steady state at load factor 1"
@@ -115,7 +116,7 @@ class Pages(Generic[Parts]):
     def ask_at_load(self) -> None:
         """Page 1: the contact, gross slip by statics, and the steady state at load factor 1."""
         system, cycle, friction = self.system, self.cycle, self.friction
-        self.ask("mean load", lambda: mean_state(system, cycle, friction))
+        self.ask("mean load", lambda: self.states.mean_state(self.scatter.nominal()))
         slides = self.ask("gross-slip load", lambda: gross_slip_of_statics(system, cycle, friction))
         if slides is None or rests_at_load(slides):
             self.ask(_AT_LOAD, self._steady_at_load)
@@ -162,9 +163,9 @@ class Pages(Generic[Parts]):
         """The backbone curve, with load factor 1 unless the bodies slide off below."""
         upper = np.inf if slides is None else slides.load_factor
         if factors is None:
-            end = SETTINGS.below_gross_slip * upper
-            scale = min(1.0, end / LOAD_FACTORS[-1]) if upper > 0 else 1.0
-            factors = scale * np.array(LOAD_FACTORS)
+            factors = np.array(LOAD_FACTORS[self.system.tangents - 1])
+            if upper > 0:
+                factors *= min(1.0, SETTINGS.below_gross_slip * upper / factors[-1])
         if slides is None or rests_at_load(slides):
             factors = np.union1d(factors, [1.0])
         joint, load = with_compliance(self.system, self.cycle, self.friction, None)

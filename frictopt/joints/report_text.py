@@ -229,11 +229,18 @@ def _column(table: pd.DataFrame, name: str, title: str, unit: str) -> list[str]:
     """The cells of a column, all of one width: its title, its unit, and its values."""
     values = table[name]
     is_text = values.map(lambda value: isinstance(value, str)).any()
-    cells = [value if isinstance(value, str) else f"{value:.4g}" for value in values]
+    cells = [_cell(value) for value in values]
     texts = [title, unit, *(_short(cell) for cell in cells)]
     width = max(map(len, texts))
     align: Callable[[str, int], str] = str.ljust if is_text else str.rjust
     return [align(text, width) for text in texts]
+
+
+def _cell(value: str | float) -> str:
+    """A value as text; a number that is not known is a dash."""
+    if isinstance(value, str):
+        return value
+    return "-" if np.isnan(value) else f"{value:.4g}"
 
 
 def _short(text: str) -> str:

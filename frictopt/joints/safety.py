@@ -15,10 +15,12 @@ import numpy as np
 import pandas as pd
 
 from ..base import ROUNDING
-from ..contact import ContactSystem
+from ..contact import ContactState, ContactSystem
 from ..errors import NoContinuation, SolverError
 from ..limits import GrossSlip, gross_slip, gross_slip_of_statics
 from ..transients import SteadyState, steady_state
+from ..transients.march import mean_state
+from ..transients.steady import steady_without_step_error
 from .load_search import SETTINGS, load_at_threshold
 from .scatter import NOMINAL, Corner, Scatter
 from .thresholds import GROSS_SLIP, QUANTITIES, SLIP_RANGE, SLIPPING_SHARE, Judged
@@ -41,12 +43,17 @@ SteadyAnswer = SteadyState | NoContinuation | SolverError
 
 @dataclass
 class SteadyStates:
-    """Steady states of a joint by corner of the scatter and load factor, each followed once."""
+    """Steady states of a joint by corner of the scatter and load factor, each followed once.
+
+    In increments those at other load factors than 1 begin at the state under the mean load, which a
+    corner has once, and have no `step_error`.
+    """
 
     system: ContactSystem
     scatter: Scatter
     steps: int | None
     known: dict[tuple[str, float], SteadyAnswer] = field(default_factory=dict)
+    mean_states: dict[str, ContactState] = field(default_factory=dict)
 
     def all_corners(self) -> list[Corner]:
         """The nominal input, and the corners of the ranges if anything scatters."""
@@ -59,13 +66,27 @@ class SteadyStates:
         if key not in self.known:
             answer: SteadyAnswer
             try:
-                answer = steady_state(
-                    self.system, corner.cycle, corner.friction, factor, steps=self.steps
-                )
+                answer = self._followed(corner, factor)
             except (NoContinuation, SolverError) as error:
                 answer = error
             self.known[key] = answer
         return self.known[key]
+
+    def _followed(self, corner: Corner, factor: float) -> SteadyState:
+        """The steady state of a corner at a load factor."""
+        asked = self.system, corner.cycle, corner.friction
+        if factor == 1.0 or self.steps is None:
+            return steady_state(*asked, factor, steps=self.steps)
+        begin = self.mean_state(corner)
+        return steady_without_step_error(*asked, factor, begin, self.steps)
+
+    def mean_state(self, corner: Corner) -> ContactState:
+        """The state of a corner under the mean load, from no slip."""
+        if corner.name not in self.mean_states:
+            self.mean_states[corner.name] = mean_state(
+                self.system, corner.cycle, corner.friction, steps=self.steps
+            )
+        return self.mean_states[corner.name]
 
     def judged(self, name: str, corner: Corner, factor: float) -> Judged:
         """A quantity of this steady state; infinite without one."""

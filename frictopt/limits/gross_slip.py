@@ -25,10 +25,10 @@ from ..base import (
     shown,
     warns_of_odd_values,
 )
-from ..contact import ContactSystem, LoadCycle, most_shear, reactions
+from ..contact import ContactSystem, LoadCycle, reactions
 from ..errors import ModelError
 from ..solve.problem import Explained
-from ..transients.statics import nodal_motions, rigid_motions
+from ..transients.statics import Statics, motions_of_bodies, nodal_motions
 from .body_motions import motion_table, motions_in_words
 from .corner_statics import CornerAnswer, CornerProgram, drives
 from .programs import outer_corners
@@ -250,7 +250,7 @@ class Words:
 def _statics(question: Question, only: str) -> GrossSlip:
     """The answer of statics: the load factors at which forces balance all corners."""
     system = question.system
-    N = nodal_motions(rigid_motions(system.S, system.own_stiffness))
+    N = nodal_motions(motions_of_bodies(system))
     if not N.size:
         return _held_by_supports(question)
     corners = outer_corners(question.cycle)
@@ -302,15 +302,14 @@ def _reason(
 def _least_load_factors(
     question: Question, N: Array, corners: Sequence[int], r0: Array, r1: Array
 ) -> list[CornerAnswer]:
-    """The least load factors of the corners at which the closed contact slips at load factor 0."""
-    system = question.system
+    """The least load factors of the corners at which nothing balances the load factor 0 at once."""
+    statics = Statics(question.system, question.friction)
     lower: list[CornerAnswer] = []
     for k in corners:
         # At load factor 0 all corners are alike if no parts are fixed.
         if lower and lower[0].load_factor == 0 and not question.fixed:
             break
-        *q, p = r0[k].reshape(-1, system.nodes)
-        if (np.linalg.norm(q, axis=0) > most_shear(system, question.friction, p)).any():
+        if not statics.balances(r0[k]):
             lower.append(CornerProgram(question, N, k, r0[k], r1[k], cp.Minimize).solve())
     return lower
 
@@ -375,7 +374,7 @@ def _with_self_stress(statics: GrossSlip, question: Question) -> GrossSlip:
     friction = question.friction
     if statics.problem is None or np.isnan(statics.load_factor) or not friction.any():
         return statics
-    N = rigid_motions(system.S, system.own_stiffness)
+    N = motions_of_bodies(system)
     if not any(drives(N, r) for r in reactions(system, question.cycle.corners)):
         return statics
     forces = self_stress(system, friction, N)

@@ -62,7 +62,7 @@ class SteadyState(Recorded, Plotted):
         sticks but may slip in finer increments. In 128 random contacts of 1 to 5 nodes, with 1 to
         20 increments, the median was 2.4 times the true error, and 1 of 640 was too small (0.8
         times). In bolted joints, where many nodes slip only in the first cycles, it was 3 to 35
-        times the true error. It is no bound.
+        times the true error. It is no bound. NaN: not estimated, see `report`.
     period
         Number of load cycles after which the state, or its drift, repeats: 1 or 2.
     system, cycle, friction, load_factor

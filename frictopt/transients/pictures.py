@@ -197,7 +197,11 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     displacement = loop.displacement
     amplitude = loop.amplitude
     changes = np.flatnonzero(np.diff(loop.slipping, prepend=loop.slipping[:1]))
-    axes.plot(displacement, amplitude, color=series(0)["color"], label=f"area {loop.area:.4g}")
+    work, stiffness = "(force times length)", "(1 / force times length)"
+    if loop.per_depth:
+        work, stiffness = "(force times length per depth)", "(1 / force)"
+    area = f"area {loop.area:.4g} {work}"
+    axes.plot(displacement, amplitude, color=series(0)["color"], label=area)
     marks = {
         "linestyle": "none",
         "marker": "o",
@@ -207,8 +211,10 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     }
     label = "nodes begin or cease to slip"
     axes.plot(displacement[changes], amplitude[changes], label=label, **marks)
-    axes.set_title(f"load case {loop.case!r}: secant stiffness {loop.stiffness:.4g}")
-    axes.set(xlabel="displacement (work over amplitude)", ylabel="amplitude of the load case")
+    axes.set_title(f"load case {loop.case!r}: secant stiffness {loop.stiffness:.4g} {stiffness}")
+    axes.set(
+        xlabel=f"displacement, work over amplitude {work}", ylabel="amplitude of the load case"
+    )
     legend(axes)
     return axes
 

@@ -6,7 +6,9 @@
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import blake2b
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -41,8 +43,8 @@ class StaticsSettings:
 
     # Share of the friction onto which a projection goes, so that its limit lies within friction.
     within: float = 0.99
-    # Largest number of projections.
-    projections: int = 50
+    # Largest number of projections. A program takes as long as some thousands of them.
+    projections: int = 1000
     # Square of the size of a motion with negative work. The program has the size 1, or 0 for none.
     found: float = 0.5
     # A motion is a slide, not a turn, if its mean is at least this share of its mean size.
@@ -68,6 +70,20 @@ def rigid_motions(S: Array, sizes: Array) -> Array:
     motions = np.eye(len(S), len(S) - rank, -rank)
     motions[:rank] = solve_triangular(factor[:rank, :rank], -factor[:rank, rank:])
     return without_rounding(np.linalg.qr(motions[np.argsort(order)] / root[:, None])[0])
+
+
+# The motions of each system, and digests of the frictions and loads that its contact forces
+# balance. A report follows many transients under the same loads, and each proof takes as long as
+# many increments.
+_KNOWN_MOTIONS: WeakKeyDictionary[ContactSystem, Array] = WeakKeyDictionary()
+_BALANCED: WeakKeyDictionary[ContactSystem, set[bytes]] = WeakKeyDictionary()
+
+
+def motions_of_bodies(system: ContactSystem) -> Array:
+    """The `rigid_motions` of a system, computed once."""
+    if system not in _KNOWN_MOTIONS:
+        _KNOWN_MOTIONS[system] = rigid_motions(system.S, system.own_stiffness)
+    return _KNOWN_MOTIONS[system]
 
 
 def nodal_motions(V: Array) -> Array:
@@ -139,6 +155,13 @@ class Statics:
         phi = self._proof(self._slides, True, forces)
         return None if phi is None else self._sentence(name, forces, phi)
 
+    def balances(self, load: Array) -> bool:
+        """Whether forces within friction are found that balance a load (M,); False proves nothing.
+
+        A closed contact at rest has them already.
+        """
+        return self._balances(self._motions, False, load)
+
     def slides_off(self, name: str, forces: Array) -> str | None:
         """A sentence on a load that makes bodies slide without opening; None if they hold.
 
@@ -156,7 +179,7 @@ class Statics:
 
     @cached_property
     def _motions(self) -> Array:
-        return rigid_motions(self._system.S, self._system.own_stiffness)
+        return motions_of_bodies(self._system)
 
     @cached_property
     def _slides(self) -> Array | None:
@@ -190,10 +213,11 @@ class Statics:
 
     def _proof(self, motions: Array, pressed: bool, forces: Array) -> Array | None:
         """A motion of negative work; a body that may slide and turn is said to slide."""
-        if not motions.size:
+        phi = self._with_negative_work(motions, pressed, forces)
+        if phi is None:
             return None
-        phi = self._with_negative_work(self._shifts(motions), pressed, forces)
-        return self._with_negative_work(motions, pressed, forces) if phi is None else phi
+        shift = self._with_negative_work(self._shifts(motions), pressed, forces)
+        return phi if shift is None else shift
 
     def _shifts(self, V: Array) -> Array:
         """(M, k) the motions within V that move all nodes alike which V moves at all."""
@@ -328,7 +352,12 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     NoContinuation names the motion, see `Statics`.
     """
     statics = Statics(system, friction)
+    balanced = _BALANCED.setdefault(system, set())
     for name, load in loads.items():
+        digest = blake2b(friction.tobytes() + load.tobytes(), digest_size=16).digest()
+        if digest in balanced:
+            continue
         sentence = statics.told(name, load)
         if sentence:
             raise NoContinuation(sentence)
+        balanced.add(digest)

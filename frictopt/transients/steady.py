@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -150,6 +150,34 @@ def steady_state(
     flag("progress", progress)
     overload_factor = None if overload is None else finite_number("overload", overload, least=0.0)
     problem = system, cycle, friction, load_factor, initial_slip, initial_state
+    return _followed(problem, overload_factor, most_cycles, steps, progress, True)
+
+
+def steady_without_step_error(
+    system: ContactSystem,
+    cycle: LoadCycle,
+    friction: ArrayLike,
+    load_factor: float,
+    initial_state: ContactState,
+    steps: int | None,
+) -> SteadyState:
+    """The steady state from an earlier state; in increments its `step_error` is NaN.
+
+    The estimate of this error takes more than half of the time of a steady state.
+    """
+    problem = system, cycle, friction, load_factor, None, initial_state
+    return _followed(problem, None, MOST_CYCLES, steps, True, False)
+
+
+def _followed(
+    problem: tuple[Any, ...],
+    overload: float | None,
+    most_cycles: int,
+    steps: int | None,
+    progress: bool,
+    with_step_error: bool,
+) -> SteadyState:
+    """The steady state of a transient, whose parameters are the `problem`."""
     path = path_of(*problem, steps=steps)
     run = Run(path, most_cycles)
     first_states: list[Array] = []
@@ -165,13 +193,15 @@ def steady_state(
                 first_states.append(path.state.u)
 
         run.tell = count
-        path.start(overload_factor)
+        path.start(overload)
         settled = run.settled()
         error = 0.0
         if path.steps:
+            error = np.nan
+        if path.steps and with_step_error:
             try:
                 finer, parts = SteppedPath("newton", path.steps, *problem).finer()
-                error = _step_error(run, settled, first_states, finer.start(overload_factor), parts)
+                error = _step_error(run, settled, first_states, finer.start(overload), parts)
             except (NoContinuation, SolverError):
                 error = np.inf
         return reported(run, settled, error)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..base import Array, Booleans, whole_number
 from ..errors import ModelError, NoContinuation, SolverError
-from .statics import Statics, check_sliding, rigid_motions
+from .statics import Statics, check_sliding, motions_of_bodies
 from .transient import OPEN, STICK, FollowedCycle, Transient
 
 ENGINES = MappingProxyType(
@@ -147,7 +147,7 @@ class SteppedPath(Transient):
         If a body slides off under the load, the message names this as the cause.
         """
         system = self.system
-        is_supported = not rigid_motions(system.S, system.own_stiffness).size
+        is_supported = not motions_of_bodies(system).size
         if isinstance(error, NoContinuation) or is_supported:
             return type(error)(f"{where}: {error}")
         statics = Statics(system, self.friction)

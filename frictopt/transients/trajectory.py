@@ -56,6 +56,9 @@ class LoadLoop(Kept, Plotted):
     stiffness
         Secant stiffness: range of the amplitude divided by the range of the displacement; inf if
         there is no displacement.
+    units, per_depth
+        Names of the units of force and length, or None; whether the contact is in the plane, where
+        works are per depth.
 
     Examples
     --------
@@ -73,6 +76,8 @@ class LoadLoop(Kept, Plotted):
     amplitude: Array
     displacement: Array
     slipping: Integers
+    units: str | None = None
+    per_depth: bool = False
 
     @property
     def area(self) -> float:
@@ -323,7 +328,14 @@ class Trajectory(Kept, Plotted):
         amplitude = self.amplitudes[:, self._column(case)]
         known = np.isfinite(amplitude)
         slipping = np.count_nonzero(np.abs(self.status) == 1, axis=1)
-        return LoadLoop(case, amplitude[known], displacement[known], slipping[known])
+        return LoadLoop(
+            case,
+            amplitude[known],
+            displacement[known],
+            slipping[known],
+            units=self.system.units,
+            per_depth=self.system.tangents == 1,
+        )
 
     def _column(self, case: str) -> int:
         """Column of a load case in `amplitudes`."""

@@ -20,6 +20,13 @@ FAULTS = (
         within="with_numbers",
     ),
     Fault(
+        "command/answers.py",
+        "a function that returns a number has the answer 0",
+        old="{self._name: self._value}",
+        new="{self._name: 0.0}",
+        tests="command_questions",
+    ),
+    Fault(
         "command/options.py",
         "a flag of a true default does nothing",
         old="not default",

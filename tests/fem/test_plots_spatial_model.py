@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 from mpl_toolkits.mplot3d import Axes3D, proj3d
+from skfem import MeshHex
 
 import frictopt as fo
 from frictopt.fem import pictures as bodies
@@ -83,6 +84,32 @@ def test_marks_are_held_nodes_and_arrows_go_with_the_loads(drawn):
         if label == "load sigma":  # tension begins on the sides
             assert all(np.allclose(begin[:, 0], 4 * np.sign(step[0, 0])) for begin, step in found)
     assert not arrows
+
+
+def test_a_preload_presses_both_ends_of_its_bolt(drawn):
+    """Of a bar of 2 by 2 from 0 to 3 along z that is cut at 1.5."""
+    *_, arrows = drawn
+    arrows.clear()
+    across = [0.0, 1.0, 2.0]
+    bolt = MeshHex.init_tensor(across, across, [0.0, 1.5, 3.0]).with_boundaries(
+        {"foot": lambda x: x[2] == 0, "top": lambda x: x[2] == 3}
+    )
+    bolt = bolt.with_boundaries({"section": lambda x: x[2] == 1.5}, boundaries_only=False)
+    base = MeshHex.init_tensor(across, across, [-1.0, 0.0]).with_boundaries(
+        {"face": lambda x: x[2] == 0, "bottom": lambda x: x[2] == -1}
+    )
+    steel = fo.Material(E=210e3, nu=0.3)
+    fo.ContactModel(
+        {"base": fo.Body(base, steel), "bolt": fo.Body(bolt, steel)},
+        [fo.Support("base", "bottom"), fo.Support("bolt", "top")],
+        {"preload": [fo.BoltPreload("bolt", "section", 10.0)]},
+        [fo.Contact("bolt", "base", "foot", "face")],
+    ).plot()
+    (((begin, step),),) = arrows.values()
+    ends = sorted((begin + step).tolist(), key=lambda end: end[2])
+    assert np.array(ends) == pytest.approx(np.array([[1.0, 1, 0], [1, 1, 3]]))
+    assert begin[:, 2].min() < 0 and begin[:, 2].max() > 3
+    assert step[:, :2] == pytest.approx(np.zeros((2, 2)))
 
 
 def test_everything_is_inside_and_has_a_name(drawn):

@@ -319,6 +319,13 @@ FAULTS = (
         tests="sheet::test_each_page_is_shown_before_the_next_is_asked",
     ),
     Fault(
+        "joints/safety.py",
+        "at other loads states begin at the state of another corner",
+        old="corner.name not in self.mean_states",
+        new="not self.mean_states",
+        tests="sheet::test_each_corner_has_a_mean_state_of_its_own",
+    ),
+    Fault(
         "joints/report_pages.py",
         "on the first page a fit is taken for safe",
         old="slides if fit_is_known else None",

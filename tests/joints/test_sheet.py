@@ -10,7 +10,10 @@ import pytest
 
 import frictopt as fo
 from frictopt.joints import report_files, report_pages, safety
+from frictopt.joints.scatter import checked_scatter
 from helpers.cases import few
+from helpers.spatial import cycle as spatial_cycle
+from helpers.spatial import random_contact
 from helpers.systems import BLOCK as BARE_BLOCK
 from helpers.systems import CYCLE, PUSHED_AND_PULLED, random_system
 
@@ -86,6 +89,33 @@ def test_against_slip_the_corners_are_followed():
         assert factor["worst"] <= 0.4 * 0.9 + force  # on the safe side
         assert factor["at"] == "least friction 0.4, N 0.9" and "corners" in factor["by"]
     assert joint.safety["nominal"][0] == np.inf and len(joint.safety) == 3
+
+
+@pytest.mark.parametrize("seed", few(range(4)))
+def test_at_other_loads_a_report_has_the_states_from_no_slip(seed):
+    """They begin at the mean load, which all loads share, and end where a transient of their own
+    ends."""
+    contact = random_contact(np.random.default_rng(seed), 4)
+    asked = contact, spatial_cycle(), 0.4
+    joint = fo.report(*asked, [0.6, 1.0, 1.4], pages=2)
+    for k, factor in enumerate(joint.curve.load_factor):
+        from_no_slip = fo.steady_state(*asked, factor, steps=2)
+        assert joint.curve.work[k] == pytest.approx(from_no_slip.dissipation, rel=1e-7, abs=1e-12)
+        assert joint.curve.steady_states[k].slip == pytest.approx(from_no_slip.slip, abs=1e-7)
+    at_load = joint.steady.step_error
+    assert joint.curve.step_error == pytest.approx([np.nan, at_load, np.nan], nan_ok=True)
+    assert at_load == fo.steady_state(*asked, 1.0, steps=2).step_error
+    assert "nan" not in str(joint)
+
+
+def test_each_corner_has_a_mean_state_of_its_own():
+    """The mean load alone makes this contact slip, by a length that depends on friction."""
+    contact = random_contact(np.random.default_rng(1), 4)
+    cycle = replace(spatial_cycle(), mean={**spatial_cycle().mean, **spatial_cycle().corners[0]})
+    scatter = checked_scatter(contact, cycle, (0.1, 0.3, 0.5), None)
+    states = safety.SteadyStates(contact, scatter, 2)
+    slips = [states.mean_state(corner).slip for corner in states.all_corners()]
+    assert all(np.abs(slips[a] - slips[b]).max() > 1e-6 for a, b in ((0, 1), (0, 2), (1, 2)))
 
 
 def test_below_the_least_load_factor_nothing_is_safe():

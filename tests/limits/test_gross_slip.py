@@ -560,8 +560,8 @@ def test_a_stiffness_that_resists_the_motion_is_no_proof(monkeypatch):
     """A motion that strains the bodies, taken for a rigid one."""
     monkeypatch.setattr(
         import_module("frictopt.limits.gross_slip"),
-        "rigid_motions",
-        lambda S, own: np.eye(len(S))[:, [0, len(S) // 2]],
+        "motions_of_bodies",
+        lambda system: np.eye(len(system.S))[:, [0, len(system.S) // 2]],
     )
     with pytest.raises(fo.SolverError):
         fo.gross_slip(PUNCH, CYCLE, 0.4)

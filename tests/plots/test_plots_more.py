@@ -2,6 +2,7 @@
 designs, required friction, safe regions."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -133,6 +134,10 @@ def test_a_loop_is_drawn_with_its_area_and_where_nodes_begin_to_slip():
         events.get_ydata(), loop.amplitude[1:][loop.slipping[1:] != loop.slipping[:-1]]
     )
     assert len(turned) >= 2 and turned.all() and f"{loop.area:.4g}" in line.get_label()
+    assert "(force times length per depth)" in line.get_label()
+    assert "(1 / force)" in ax.get_title()
+    named = replace(loop, units="N, mm", per_depth=False).plot()
+    assert "(1 / N mm)" in named.get_title() and "(N mm)" in named.get_xlabel()
 
 
 def test_a_backbone_curve_is_drawn_over_the_load_with_its_band_and_the_limits():

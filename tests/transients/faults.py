@@ -4,6 +4,13 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "transients/pictures.py",
+        "the loop of a plane contact has the units of space",
+        old="loop.per_depth",
+        new="False",
+        tests="plots_more",
+    ),
+    Fault(
         "transients/onset.py",
         "slip opposes its force on an ellipse",
         old="(q[node] + load_factor * q_rate[node]) / stretch[node]",
@@ -265,6 +272,13 @@ FAULTS = (
         old="u is self._stands[0]",
         new="len(self._stands[0])",
         tests="spatial_cycles",
+    ),
+    Fault(
+        "transients/statics.py",
+        "a load that friction holds is held with less friction",
+        old="friction.tobytes() + load.tobytes()",
+        new="load.tobytes()",
+        tests="sliding::test_a_load_that_friction_holds_is_asked_anew_with_less_friction",
     ),
     Fault(
         "transients/statics.py",

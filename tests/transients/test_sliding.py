@@ -135,3 +135,22 @@ def test_a_load_is_named_where_no_forces_balance_it_and_only_there(seed):
                 check_sliding(system, friction, {"the load": load})
         elif balance(system, rigid, friction, load) == "optimal":
             check_sliding(system, friction, {"the load": load})
+
+
+def test_a_load_that_friction_holds_is_asked_anew_with_less_friction():
+    """What is balanced is kept for its friction and its load alone."""
+    loads = {"P": ([0, 0, 0], [0, 0, 1.0]), "Q": ([-1.0, 0, 0], [0, 0, 0])}
+    block = fo.ContactSystem(
+        np.zeros((3, 3)),
+        np.zeros((1, 3)),
+        {case: sum(map(np.array, parts)) for case, parts in loads.items()},
+    )
+    held = {"the load": joined(*block.reaction({"P": 1.0, "Q": 0.4}))}
+    check_sliding(block, np.array([0.5]), held)
+    check_sliding(block, np.array([0.5]), held)
+    with pytest.raises(fo.NoContinuation, match="slides"):
+        check_sliding(block, np.array([0.3]), held)
+    with pytest.raises(fo.NoContinuation, match="slides"):
+        check_sliding(
+            block, np.array([0.5]), {"the load": joined(*block.reaction({"P": 1.0, "Q": 0.6}))}
+        )

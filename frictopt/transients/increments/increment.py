@@ -26,7 +26,7 @@ from ...contact import (
 from ...contact.given_parts import checked_pair
 from ...errors import SolverError
 from ...solve.problem import Explained
-from ..statics import check_sliding, rigid_motions
+from ..statics import check_sliding, motions_of_bodies
 from ..transient import HOLD, OPEN
 from .newton import Law, State, newton
 
@@ -258,7 +258,7 @@ class FrictionIncrement(ABC):
     @property
     def _remedy(self) -> str:
         """Why there may be no state, and what to change."""
-        if rigid_motions(self.system.S, self.system.own_stiffness).size:
+        if motions_of_bodies(self.system).size:
             return _MAY_SLIDE.format(remedy=HOLD)
         return _SMALLER_STEPS
 

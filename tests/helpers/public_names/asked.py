@@ -14,9 +14,9 @@ def _deep_profile(contact):
     return model.solve(F, [model.profile >= 0, model.profile <= 1])
 
 
-def _response(contact, lam, steps):
+def _curve(contact, lam, steps):
     """Of a load as if it were that of a mode."""
-    curve = fo.backbone_curve(
+    return fo.backbone_curve(
         contact,
         CYCLE,
         F,
@@ -24,7 +24,6 @@ def _response(contact, lam, steps):
         natural_frequency=0.5 / np.pi / np.sqrt(10.0),
         **steps,
     )
-    return curve.response([0.1], damping=0.01)
 
 
 ASKED = {
@@ -68,7 +67,12 @@ ASKED = {
         s, CYCLE, F, 0.5 * lam, **steps
     ),
     "backbone_curve": lambda s, lam, steps: fo.backbone_curve(s, CYCLE, F, [0.5 * lam], **steps),
-    "BackboneCurve.response": _response,
+    "BackboneCurve.response": lambda s, lam, steps: _curve(s, lam, steps).response(
+        [0.1], damping=0.01
+    ),
+    "BackboneCurve.largest_force": lambda s, lam, steps: _curve(s, lam, steps).largest_force(
+        amplitude=1e-6, damping=0.01
+    ),
     "report": lambda s, lam, steps: fo.report(s, CYCLE, F, [0.5 * lam], **steps),
     "limit_after_protocol": lambda s, lam, steps: fo.limit_after_protocol(
         s, CYCLE, F, scan=1, tolerance=0.5, **steps
