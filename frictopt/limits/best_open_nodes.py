@@ -213,7 +213,7 @@ def best_open_nodes(
     >>> limit = fo.shakedown_limit(system, cycle, friction=0.5)
     >>> best = fo.best_open_nodes(limit, range(3))
     >>> best.reason
-    'no set of open nodes that differs in 3 nodes alone has a limit above 0.5'
+    'no set of open nodes that differs only in 3 nodes has a limit above 0.5'
     """
     _check(limit)
     chosen = _checked_nodes(nodes, limit)

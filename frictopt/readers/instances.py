@@ -91,7 +91,10 @@ class _Instance:
 
 
 def flat(blocks: Iterable[Block]) -> Iterator[Block]:
-    """The blocks of a flat deck: nodes and elements of instances stand where the instances do."""
+    """The blocks of a flat deck: nodes and elements of instances stand where the instances do.
+
+    ModelError: a part or an instance is not known, or has no end.
+    """
     all_blocks = list(blocks)
     if not any(block.keyword == "INSTANCE" for block in all_blocks):
         yield from all_blocks
@@ -117,6 +120,9 @@ def flat(blocks: Iterable[Block]) -> Iterator[Block]:
         else:
             used |= _names_used([block])
             yield _of_assembly(block, instances)
+    if inside is not None:
+        _part_of(head, parts)
+        raise _without_end(head, "*END INSTANCE")
     yield from _short_names(instances, used, largest)
 
 
@@ -124,15 +130,24 @@ def _parts(blocks: list[Block]) -> tuple[dict[str, list[Block]], list[Block]]:
     """Name of a part -> its blocks; and all blocks outside of parts."""
     parts: dict[str, list[Block]] = {}
     outside: list[Block] = []
+    head: Block | None = None
     into = outside
     for block in blocks:
         if block.keyword == "PART":
+            head = block
             into = parts.setdefault(block.parameters.get("NAME", ""), [])
         elif block.keyword == "ENDPART":
+            head = None
             into = outside
+        elif head is not None and block.keyword in ("ASSEMBLY", "INSTANCE"):
+            raise _without_end(head, "*END PART")
         else:
             into.append(block)
     return parts, outside
+
+
+def _without_end(head: Block, end: str) -> ModelError:
+    return ModelError(f"deck: the block {head} has no {end}, so that its blocks are not known")
 
 
 def _part_of(head: Block, parts: dict[str, list[Block]]) -> list[Block]:

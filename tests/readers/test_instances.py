@@ -132,3 +132,14 @@ def test_bad_assemblies_are_refused(tmp_path, message):
     text = PART + ASSEMBLY.replace(old, new).replace("{moved}", "")
     with pytest.raises(fo.ModelError, match=message):
         read(tmp_path, text)
+
+
+def test_a_part_or_an_instance_without_an_end_hides_no_blocks(tmp_path):
+    assembly = ASSEMBLY.format(moved="")
+    endless = {
+        "INSTANCE": PART + "".join(assembly.rsplit("*End Instance\n", 1)),
+        "PART": PART.replace("*End Part\n", "") + assembly,
+    }
+    for keyword, text in endless.items():
+        with pytest.raises(fo.ModelError, match=rf"block \*{keyword} .* has no \*END {keyword}"):
+            read(tmp_path, text)
