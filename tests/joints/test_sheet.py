@@ -375,7 +375,7 @@ def test_a_body_in_the_plane_pries_where_it_tips():
         [0, 1],
         {"P": ([0, 0], [1, 1]), "M": ([0, 0], [1, -1])},
     )
-    for load, words in ((1.6, "nothing rests, bodies pry open"), (0.8, "at which bodies pry open")):
+    for load, words in ((1.6, "no state of rest exists, bodies pry open"), (0.8, "at which bodies pry open")):
         cycle = fo.LoadCycle({"P": 1.0}, [{"M": load}, {"M": -load}])
         joint = fo.report(body, cycle, 0.3, pages=1)
         assert joint.gross_slip.load_factor == pytest.approx(1 / load)
