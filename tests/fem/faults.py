@@ -95,7 +95,7 @@ FAULTS = (
         tests="split",
     ),
     Fault(
-        "fem/pictures.py",
+        "fem/load_pictures.py",
         "the preload of a bolt points across it",
         old="np.linalg.svd(places - middle)[2][-1]",
         new="np.linalg.svd(places - middle)[2][0]",

@@ -10,7 +10,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.joints import report_files, report_pages, safety
-from frictopt.joints.scatter import checked_scatter
+from frictopt.joints import scatter as scattering
 from helpers.cases import few
 from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
@@ -112,7 +112,7 @@ def test_each_corner_has_a_mean_state_of_its_own():
     """The mean load alone makes this contact slip, by a length that depends on friction."""
     contact = random_contact(np.random.default_rng(1), 4)
     cycle = replace(spatial_cycle(), mean={**spatial_cycle().mean, **spatial_cycle().corners[0]})
-    scatter = checked_scatter(contact, cycle, (0.1, 0.3, 0.5), None)
+    scatter = scattering.checked_scatter(contact, cycle, (0.1, 0.3, 0.5), None)
     states = safety.SteadyStates(contact, scatter, 2)
     slips = [states.mean_state(corner).slip for corner in states.all_corners()]
     assert all(np.abs(slips[a] - slips[b]).max() > 1e-6 for a, b in ((0, 1), (0, 2), (1, 2)))
@@ -375,7 +375,10 @@ def test_a_body_in_the_plane_pries_where_it_tips():
         [0, 1],
         {"P": ([0, 0], [1, 1]), "M": ([0, 0], [1, -1])},
     )
-    for load, words in ((1.6, "no state of rest exists, bodies pry open"), (0.8, "at which bodies pry open")):
+    for load, words in (
+        (1.6, "no state of rest exists, bodies pry open"),
+        (0.8, "at which bodies pry open"),
+    ):
         cycle = fo.LoadCycle({"P": 1.0}, [{"M": load}, {"M": -load}])
         joint = fo.report(body, cycle, 0.3, pages=1)
         assert joint.gross_slip.load_factor == pytest.approx(1 / load)
