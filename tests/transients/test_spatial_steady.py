@@ -142,12 +142,12 @@ def test_a_study_runs_from_every_kind_of_start():
         )
 
 
-WALKING = fo.LoadCycle({"P": 1.0}, [{"X": 0.1}, {"X": 0.1}], fixed=[{"Y": 0.1}, {}])
+TURNING = fo.LoadCycle({"mean": 1.0}, [{"a": 0.1}, {"a": 0.1}], fixed=[{"b": 0.1}, {}])
 
 
 @refused(
     (
-        lambda: fo.guaranteed_limit(random_contact(np.random.default_rng(4), 3), WALKING, 0.5),
+        lambda: fo.guaranteed_limit(random_contact(np.random.default_rng(4), 3), TURNING, 0.5),
         "cycle: its fixed parts differ, and the contact is in space",
     ),
     (
