@@ -23,10 +23,9 @@ try:
     import highspy
 except ImportError as error:
     raise ImportError(
-        f"highspy cannot be loaded ({error}); if another package in this process brings "
-        "another HiGHS library, as ortools does, import frictopt before it, or in another "
-        "process; "
-        "else reinstall highspy"
+        f"highspy cannot be loaded ({error}); if another package in this process brings another "
+        "HiGHS library, as ortools does, import frictopt before it, or in another process; else "
+        "reinstall highspy"
     ) from error
 
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15
@@ -82,7 +81,7 @@ _METHODS: Mapping[str, Mapping[str, object]] = MappingProxyType(
     }
 )
 # With tighter bounds an earlier basis is dual feasible, so that the dual simplex takes few steps.
-_WARM = {**_HIGHS, "solver": "simplex", "simplex_strategy": _DUAL}
+_WARM: Mapping[str, object] = MappingProxyType({"solver": "simplex", "simplex_strategy": _DUAL})
 
 OPTIMAL = "optimal"
 INFEASIBLE = "infeasible"
@@ -226,14 +225,29 @@ def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
 
 def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
     """Status, x and multipliers of a linear program by HiGHS."""
-    engine = highspy.Highs()
-    for name, value in {**_HIGHS, **_METHODS[solver]}.items():
-        engine.setOptionValue(name, value)
     rows = program.matrix
     m, n = rows.shape
     free = np.full(n, np.inf)
-    lower = np.r_[program.right[: program.zero], np.full(m - program.zero, -np.inf)]
-    kinds = np.zeros(n, dtype=np.int32)  # no integers
+    least = np.r_[program.right[: program.zero], np.full(m - program.zero, -np.inf)]
+    engine = _engine(_METHODS[solver], rows, least, program.right, program.cost, -free, free)
+    engine.run()
+    return _answer(engine)
+
+
+def _engine(
+    method: Mapping[str, object],
+    rows: csr_array,
+    least: Array,
+    most: Array,
+    cost: Array,
+    lower: Array,
+    upper: Array,
+) -> Any:
+    """HiGHS with min `cost @ x` over `lower <= x <= upper` with `least <= rows @ x <= most`."""
+    engine = highspy.Highs()
+    for name, value in {**_HIGHS, **method}.items():
+        engine.setOptionValue(name, value)
+    m, n = rows.shape
     engine.passModel(
         n,
         m,
@@ -241,18 +255,17 @@ def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
         int(highspy.MatrixFormat.kRowwise),
         int(highspy.ObjSense.kMinimize),
         0.0,  # constant of the objective
-        program.cost,
-        -free,
-        free,
+        cost,
         lower,
-        program.right,
+        upper,
+        least,
+        most,
         rows.indptr,
         rows.indices,
         rows.data,
-        kinds,
+        np.zeros(n, dtype=np.int32),  # no integers
     )
-    engine.run()
-    return _answer(engine)
+    return engine
 
 
 def _answer(engine: Any) -> tuple[str, Array, Array]:
@@ -265,35 +278,14 @@ def _answer(engine: Any) -> tuple[str, Array, Array]:
 class WarmProgram:
     """A linear program that HiGHS keeps: a solution starts from the basis of an earlier one.
 
-    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds and
-    cost may change between two solutions.
+    It is min `cost @ x` over `lower <= x <= upper` with `least <= matrix @ x <= most`. Bounds of
+    rows and the cost may change between two solutions.
     """
 
     def __init__(
         self, matrix: Array, least: Array, most: Array, cost: Array, lower: Array, upper: Array
     ) -> None:
-        self._engine = highspy.Highs()
-        for name, value in _WARM.items():
-            self._engine.setOptionValue(name, value)
-        rows = csr_array(matrix)
-        m, n = rows.shape
-        self._engine.passModel(
-            n,
-            m,
-            rows.nnz,
-            int(highspy.MatrixFormat.kRowwise),
-            int(highspy.ObjSense.kMinimize),
-            0.0,  # constant of the objective
-            cost,
-            lower,
-            upper,
-            least,
-            most,
-            rows.indptr,
-            rows.indices,
-            rows.data,
-            np.zeros(n, dtype=np.int32),  # no integers
-        )
+        self._engine = _engine(_WARM, csr_array(matrix), least, most, cost, lower, upper)
 
     def minimize(self, cost: Array) -> None:
         """Take another cost."""
@@ -302,10 +294,6 @@ class WarmProgram:
     def bound_rows(self, rows: Integers, least: Array, most: Array) -> None:
         """Change the bounds of some rows."""
         self._engine.changeRowsBounds(len(rows), rows.astype(np.int32), least, most)
-
-    def bound_unknowns(self, unknowns: Integers, lower: Array, upper: Array) -> None:
-        """Change the bounds of some unknowns."""
-        self._engine.changeColsBounds(len(unknowns), unknowns.astype(np.int32), lower, upper)
 
     @property
     def basis(self) -> Any:
