@@ -25,8 +25,7 @@ from .node_forces import (
     check_reference,
     distribution,
     motions_of_point,
-    node_weights,
-    point_of,
+    nodes_around,
 )
 from .supports import Place, checked_place, nodes_of
 
@@ -122,12 +121,10 @@ class RigidCoupling(_Coupling):
     """
 
     def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
-        nodes = nodes_of(body, self.body, self.where)
+        around = nodes_around(self, body)
+        nodes = around.nodes
         d = body.mesh.dim()
-        points = body.mesh.p[:, nodes].T
-        motions = motions_of_point(
-            points, point_of(self, points, node_weights(self.where, body, nodes))
-        )
+        motions = motions_of_point(around.points, around.point)
         if kinematics == "axisymmetric":
             motions = motions[:, 1:2]
         motions = motions[:, ~self._held(d, kinematics)]
@@ -190,10 +187,12 @@ class DistributingCoupling(_Coupling):
 
     def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
         d = body.mesh.dim()
-        nodes, forces = distribution(self, body, kinematics)
+        around = nodes_around(self, body)
+        nodes = around.nodes
+        forces = distribution(around, kinematics)
         is_zero = self._held(d, kinematics)
         for load in np.eye(len(is_zero))[is_zero]:
-            check_carried(self, body, nodes, forces, load)
+            check_carried(self, around, forces, load)
         free = np.flatnonzero(~held[nodes].ravel())
         constraints = forces[free][:, is_zero].T
         sizes = np.linalg.norm(constraints, axis=1, keepdims=True)

@@ -131,7 +131,8 @@ class RemoteForce(ForceLoad):
 
     def _forces(self, body: Body, kinematics: Kinematics) -> Array:
         d = body.mesh.dim()
-        nodes, forces = distribution(self, body, kinematics)
+        around = nodes_around(self, body)
+        forces = distribution(around, kinematics)
         load = np.concatenate([components(self, np.zeros(d)), self._moments(d)])
         if kinematics == "axisymmetric":
             if load[0] != 0 or load[2] != 0:
@@ -140,9 +141,9 @@ class RemoteForce(ForceLoad):
                     "these: give y alone"
                 )
             load = load[1:2]
-        check_carried(self, body, nodes, forces, load)
+        check_carried(self, around, forces, load)
         spread = np.zeros(body.mesh.p.shape)
-        spread[:, nodes] = (forces @ load).reshape(-1, d).T
+        spread[:, around.nodes] = (forces @ load).reshape(-1, d).T
         return spread
 
     def _moments(self, d: int) -> Array:
@@ -163,7 +164,28 @@ class RemoteForce(ForceLoad):
         return float(np.linalg.norm(components(self, np.zeros(body.mesh.dim()))))
 
 
-def node_weights(where: Place, body: Body, nodes: Integers) -> Array:
+@dataclass(frozen=True, eq=False)
+class NodesAround:
+    """The nodes of a load or coupling, and its point."""
+
+    # (n,) nodes of the body, and their coordinates (n, d)
+    nodes: Integers
+    points: Array
+    # (n,) weights of the nodes
+    weights: Array
+    # (d,) coordinates of the point
+    point: Array
+
+
+def nodes_around(part: Any, body: Body) -> NodesAround:
+    """The nodes of a load or coupling of a body, and its point."""
+    nodes = nodes_of(body, part.body, part.where)
+    points = body.mesh.p[:, nodes].T
+    weights = _weights(part.where, body, nodes)
+    return NodesAround(nodes, points, weights, _point(part, points, weights))
+
+
+def _weights(where: Place, body: Body, nodes: Integers) -> Array:
     """(n,) weights of nodes: their parts of the area of a boundary, or 1."""
     if not isinstance(where, str):
         return np.ones(len(nodes))
@@ -175,7 +197,7 @@ def node_weights(where: Place, body: Body, nodes: Integers) -> Array:
     return np.asarray(boundary_forces(body.mesh, facets, unit, "space")[0, nodes])
 
 
-def point_of(part: Any, points: Array, weights: Array) -> Array:
+def _point(part: Any, points: Array, weights: Array) -> Array:
     """(d,) the point of a load or coupling of nodes at points (n, d)."""
     if part.point is None:
         return np.asarray(weights @ points / weights.sum())
@@ -204,21 +226,20 @@ def motions_of_point(points: Array, about: Array) -> Array:
     return np.stack([column.ravel() for column in columns], axis=1)
 
 
-def distribution(part: Any, body: Body, kinematics: Kinematics) -> tuple[Integers, Array]:
-    """Nodes (n,) of a load or coupling, and nodal forces (n d, m) of unit loads on its point.
+def distribution(around: NodesAround, kinematics: Kinematics) -> Array:
+    """(n d, m) nodal forces of unit loads on the point.
 
     The nodal force is `w_i (F / sum w + turn x r_i)`, with the weight w_i and the arm r_i from the
     weighted mean of the nodes. The turn gives the moment about that mean.
     """
-    nodes = nodes_of(body, part.body, part.where)
-    points = body.mesh.p[:, nodes].T
-    weights = node_weights(part.where, body, nodes)
+    points = around.points
+    weights = around.weights
     middle = weights @ points / weights.sum()
     motions = motions_of_point(points, middle)
     repeated = np.repeat(weights, points.shape[1])[:, None]
     if kinematics == "axisymmetric":
         along_axis = motions[:, 1:2]
-        return nodes, repeated * along_axis / weights.sum()
+        return np.asarray(repeated * along_axis / weights.sum())
     # Weighted motions, whose resultants about the middle are unit loads.
     sizes = np.maximum(np.abs(motions).max(axis=0), TINY)
     scaled = motions / sizes
@@ -226,24 +247,23 @@ def distribution(part: Any, body: Body, kinematics: Kinematics) -> tuple[Integer
     inverse = np.linalg.pinv(squares, rcond=SAME_POINT, hermitian=True)
     forces = repeated * scaled @ inverse / sizes
     # A unit load on the point has a moment about the middle.
-    shift = motions_of_point(point_of(part, points, weights)[None], middle)
+    shift = motions_of_point(around.point[None], middle)
     to_middle = np.eye(motions.shape[1])
     to_middle[:, : points.shape[1]] = shift.T
-    return nodes, forces @ to_middle
+    return np.asarray(forces @ to_middle)
 
 
-def check_carried(part: Any, body: Body, nodes: Integers, forces: Array, load: Array) -> None:
+def check_carried(part: Any, around: NodesAround, forces: Array, load: Array) -> None:
     """Check that nodal forces (n d, m) of unit loads have the resultants of a load (m,)."""
-    d = body.mesh.dim()
+    points = around.points
+    d = points.shape[1]
     if len(load) <= d:
         return
-    points = body.mesh.p[:, nodes].T
-    about = point_of(part, points, node_weights(part.where, body, nodes))
-    reach = float(np.linalg.norm(points - about, axis=1).max())
-    missing = np.abs(motions_of_point(points, about).T @ (forces @ load) - load)
+    reach = float(np.linalg.norm(points - around.point, axis=1).max())
+    missing = np.abs(motions_of_point(points, around.point).T @ (forces @ load) - load)
     size = np.linalg.norm(load[:d]) * reach + np.linalg.norm(load[d:])
     if missing[:d].max() * reach > SAME_POINT * size or missing[d:].max() > SAME_POINT * size:
         raise ModelError(
-            f"{part}: its nodes ({len(nodes)}) cannot carry the moment, because they lie on a line "
-            "or are one node; name more nodes, or put the point on their line"
+            f"{part}: its nodes ({len(points)}) cannot carry the moment, because they lie on a "
+            "line or are one node; name more nodes, or put the point on their line"
         )
