@@ -2,8 +2,9 @@
 
 A column is *stored* in the file of the study, *shown* in its table, or both. Its value is computed
 by a function: from the run, from the steady state, or from the other columns of the row. Columns
-without a function are filled by `runs.py`. The docstring of `dissipation_study` explains each
-column. If you change the stored columns, change the version in `store.py`, too.
+without a function are filled by `runs.py`, and the shakedown limit by the study. The docstring of
+`dissipation_study` explains each column. If you change the stored columns, change the version in
+`store.py`, too.
 """
 
 from collections.abc import Callable

@@ -107,19 +107,30 @@ def dissipation_study(
     Returns
     -------
     DataFrame
-        One row for each run, ordered by friction, load cycle, load factor and start as given.
-        Columns: friction, the number or the mean over the nodes; friction_std, its standard
-        deviation over the nodes; friction_number, its place in the list; cycle, its label, "" for a
-        single load cycle; load_factor; with `limits` load_ratio, the load factor divided by the
-        shakedown limit (NaN if the limit is not finite), and shakedown_limit, of this friction and
-        cycle (NaN if no solver proves one); start, family, seed, see `Start`; amplitude, root mean
-        square of the initial slip; outcome, the name of an `Outcome`, or "FAILED"; dissipation,
-        work of friction per cycle in the steady state; dissipation_scaled, `W E* / P^2` with P the
-        total normal force of the mean load (NaN if `E_star` is not known, and in space);
-        first_cycle, work in the first cycle; largest_share, the share of the node with the largest
-        dissipation; cycles, the number followed; slipping and open, numbers of nodes; residual;
-        engine; seconds; error, the text for a run that failed, else empty. `attrs` holds "missing",
-        the number of runs without a row in the table of an error.
+        One row for each run, ordered by friction, load cycle, load factor and start as given. Its
+        columns:
+
+        - friction, friction_std: the number, or mean and standard deviation over the nodes
+        - friction_number: place of the friction in its list
+        - cycle: label of the load cycle, "" for a single load cycle
+        - load_factor
+        - load_ratio, shakedown_limit: only with `limits`, the shakedown limit of this friction and
+          cycle (NaN if no solver proves one), and the load factor divided by it (NaN if it is not
+          finite)
+        - start, family, seed: see `Start`
+        - amplitude: root mean square of the initial slip
+        - outcome: the name of an `Outcome`, or "FAILED"
+        - dissipation: work of friction per cycle in the steady state
+        - dissipation_scaled: `W E* / P^2` with P the total normal force of the mean load; NaN if
+          `E_star` is not known, and in space
+        - first_cycle: work in the first cycle
+        - largest_share: share of the node with the largest dissipation
+        - cycles: number of cycles followed
+        - slipping, open: numbers of nodes
+        - residual, engine, seconds: how exactly, by which method and for how long it was followed
+        - error: the text for a run that failed, else empty
+
+        `attrs` holds "missing", the number of runs without a row in the table of an error.
 
     Raises
     ------
