@@ -1,6 +1,7 @@
 """Each question of the command line gives the answer of its function, as text, JSON and table; its
 options are those of the function."""
 
+import argparse
 import inspect
 import json
 import re
@@ -431,3 +432,12 @@ def test_an_interrupted_study_says_how_many_runs_its_store_keeps(
 def test_a_study_of_which_every_run_fails_is_no_answer(capsys):
     Path("study.toml").write_text(STUDY.replace("AMPLITUDE", "1e30").replace("no_slip = {}\n", ""))
     assert main(["study", "study.toml"]) == 3 and "FAILED" in capsys.readouterr().out
+
+
+def test_a_flag_of_a_true_default_switches_it_off():
+    parser = argparse.ArgumentParser()
+    options.add_options(parser, "limit", ["shakedown_limit"])
+    switched_off = options.arguments_of("shakedown_limit", parser.parse_args(["--no-simplify"]))
+    switched_on = options.arguments_of("shakedown_limit", parser.parse_args(["--events"]))
+    assert switched_off == {"simplify": False}
+    assert switched_on == {"events": True}

@@ -43,7 +43,7 @@ FAULTS = (
         "no optimum where one solver alone says so",
         old="agreed = agreed and said_none",
         new="pass",
-        tests="limit_checks limit_kinds",
+        tests="solvers",
     ),
     Fault(
         "solve/chain.py",
@@ -568,7 +568,7 @@ FAULTS = (
         "infeasible where one solver alone says so",
         old="agreed = agreed and outcome in _NO_OPTIMUM",
         new="pass",
-        tests="limit_checks limit_kinds",
+        tests="solvers",
     ),
     Fault(
         "solve/condensed.py",
@@ -617,6 +617,6 @@ FAULTS = (
         "rows count as implied whatever their right side",
         old="limits >= least[group[count:]]",
         new="np.isfinite(least[group[count:]])",
-        tests="models_by_hand",
+        tests="compiled",
     ),
 )

@@ -330,6 +330,17 @@ def test_the_row_that_says_the_sign_is_never_left_out_by_it():
     assert load.value == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize(("least", "left_out"), [(-0.5, 1), (0.0, 1), (0.5, 0)])
+def test_a_bound_on_an_abs_implies_only_a_pressure_that_is_not_above_zero(least, left_out):
+    """`abs(q) <= p / 2` implies `p >= least` if `least <= 0`; for a larger one the row stays."""
+    q, p = cp.Variable(2), cp.Variable(2)
+    rows = [cp.abs(q) <= 0.5 * p, p[0] >= least, p[1] >= 0.75, q >= -1]
+    chain = Chain(cp.Problem(cp.Minimize(p[0] + p[1]), rows), {})
+    chain.solve(lambda: SolveRecord(residual=chain.proof.gap))
+    assert chain.reduced.left_out == left_out
+    assert p.value == pytest.approx([max(least, 0.0), 0.75], abs=1e-12)
+
+
 def test_one_of_equal_rows_is_left():
     y, load = cp.Variable(), cp.Variable()
     program, reduced = of(

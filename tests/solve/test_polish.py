@@ -219,3 +219,12 @@ def test_a_program_without_unknowns_is_as_it_stands():
     )
     x, y = polish(program, np.zeros(0), np.zeros(2))
     assert not len(x) and program.off(x, y) == 0.5  # by which the second row is missed
+
+
+@pytest.mark.parametrize("multiplier", [0.0, 0.25, 1.0])
+def test_multipliers_that_do_not_balance_are_off_by_what_is_missing(multiplier):
+    """At the optimum x = 1 of min x, x >= 1 the slack is zero, so only the balance can be wrong."""
+    z = cp.Variable()
+    program = arrays(Compiled(cp.Problem(cp.Minimize(z), [z >= 1])))
+    off = program.off(np.array([1.0]), np.array([multiplier]))
+    assert off == pytest.approx(1.0 - multiplier, abs=1e-15)

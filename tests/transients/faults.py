@@ -574,7 +574,7 @@ FAULTS = (
         "work by the pressure after",
         old="before.r",
         new="r",
-        tests="spatial_cycles",
+        tests="work_of_friction",
     ),
     Fault(
         "transients/stepped.py",

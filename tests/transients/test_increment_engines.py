@@ -86,6 +86,7 @@ def random_problem(seed, nodes, in_space, friction, unlike=0.0):
     seed=228, nodes=3, in_space=False, friction=0.5, unlike=1.0
 )  # friction that does not oppose the slip is most of what is wrong
 @example(seed=1175, nodes=3, in_space=True, friction=2.0, unlike=1.0)  # the same in space
+@example(seed=11, nodes=1, in_space=False, friction=0.2, unlike=1.0)  # a shear above its bound
 @example(
     seed=792, nodes=3, in_space=True, friction=2.0, unlike=1.0
 )  # a node slips that is pulled, on twice what it lacks in pressure

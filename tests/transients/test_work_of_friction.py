@@ -82,3 +82,18 @@ def test_a_steady_state_is_the_one_that_the_cycles_come_to():
     assert path.cycle_work[-1] == pytest.approx(path.cycle_work[-20], rel=1e-9)
     assert steady.dissipation_per_node == pytest.approx(path.cycle_work[-1], rel=1e-8, abs=1e-12)
     assert steady.slip == pytest.approx(path.slip[-1], abs=1e-8)
+
+
+@pytest.mark.parametrize("steps", [None, 1, 3])
+def test_work_under_a_pressure_that_grows_while_the_node_slips(steps):
+    """A = 1 and f = 1/2. On the second leg q^w grows from 1 to 3 and p from 1 to 2.
+
+    The bound grows from 1/2 to 1, so that the node slips by 2 - 1/2 under a mean bound of 3/4.
+    """
+    loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    contact = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": 3.0, "P": 1.0}])
+    engine = "path" if steps is None else "newton"
+    path = fo.march(contact, cycle, 0.5, 1.0, cycles=1, engine=engine, steps=steps)
+    first, second = (np.flatnonzero(path.time == corner)[-1] for corner in (1, 2))
+    assert path.work[second, 0] - path.work[first, 0] == pytest.approx(0.75 * 1.5, rel=1e-12)
