@@ -112,6 +112,45 @@ def test_normals_of_triangles_beside_quadrilaterals_are_those_of_the_cylinder(tm
     assert np.allclose(np.abs(np.sum(system.normals * radial, axis=1)), 1.0, atol=1e-7)
 
 
+def on_spheres(x):
+    """A box of 4 by 1.5 by 1.5 whose face z = 0 becomes a part of a sphere of radius 5."""
+    arm = np.array([x[0] - 2.0, x[1] - 0.75, -5.0])
+    return (5.0 + x[2]) * arm / np.linalg.norm(arm)
+
+
+def test_normals_of_triangles_beside_quadrilaterals_are_radial_within_a_part_of_a_sphere(tmp_path):
+    """Weighted normals are exact on spheres (Max 1999) at nodes that facets surround."""
+    points, elements = box(["wedge", "hexahedron", "pyramid", "tetra"], LINES, bent=on_spheres)
+    cup = mesh_of(tmp_path, points, elements)
+    ball = MeshHex.init_tensor(np.array(LINES[0]), np.array(LINES[1]), np.linspace(-1.0, 0.0, 3))
+    ball = MeshHex(np.array([on_spheres(x) for x in ball.p.T]).T, ball.t)
+
+    def radius(x):
+        return np.sqrt(x[0] ** 2 + x[1] ** 2 + x[2] ** 2)
+
+    # The middles of facets lie within the sphere.
+    cup = cup.with_boundaries(
+        {"face": lambda x: radius(x) < 5.01, "back": lambda x: radius(x) > 6.3}
+    )
+    ball = ball.with_boundaries(
+        {"face": lambda x: radius(x) > 4.85, "back": lambda x: radius(x) < 4.01}
+    )
+    system = fo.ContactModel(
+        {"cup": fo.Body(cup), "ball": fo.Body(ball)},
+        [fo.Support("cup", "back"), fo.Support("ball", "back")],
+        {"g": [fo.BodyForce("cup", z=1.0)]},
+        [fo.Contact("cup", "ball", "face", "face", gap="measured")],
+    ).condense()
+    assert system.nodes == len(LINES[0]) * len(LINES[1])
+    on_rim = [
+        on_spheres((x, y, 0.0)) for x in LINES[0] for y in LINES[1] if x in (0, 4) or y in (0, 1.5)
+    ]
+    inside = np.array([np.abs(on_rim - point).max(axis=1).min() > 1e-6 for point in system.points])
+    assert inside.sum() == 3
+    cosines = np.abs(np.sum(system.normals * system.points, axis=1)) / 5.0
+    assert cosines[inside] == pytest.approx(1.0, abs=1e-12)
+
+
 def test_wedges_of_scikit_fem_are_bodies():
     """A prism of E = 1, nu = 0 pressed by 1 at one end: its contact carries 1 per area."""
     wedges = MeshWedge1()

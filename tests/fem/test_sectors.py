@@ -649,6 +649,9 @@ REFUSED = {
         supports=[fo.RigidCoupling("hub", "outside")]
     ),
     "loads['pull']: PointForce(": lambda: refused(pull=[fo.PointForce("hub", "outside", x=1.0)]),
+    "on the cut `high` of a sector, which is that on `low`: leave nodes on `high` out": (
+        lambda: refused(pull=[fo.PointForce("hub", "high", x=1.0)])
+    ),
     "loads['fall']: BodyForce(": lambda: refused(fall=[fo.BodyForce("hub", y=-1.0)]),
     "the gap of 'shim' at (-0.5, 0.866025) is 0.01, and 0.025": lambda: refused(
         contacts=[
