@@ -125,7 +125,8 @@ def test_wedges_and_pyramids_have_faces_and_nodes_amid_their_edges_make_no_pairs
             + card(name, 2, 1, *range(n + 1, 2 * n + 1))
         )
         wedges = job(tmp_path, bulk, 2 * n)
-        face = np.flatnonzero(wedges.points[:n, 2] == 0)
+        level = wedges.points[:n, 2]
+        face = np.flatnonzero(level == 0)
         if not middles:
             assert sorted(wedges.pairs(face, face + n).tolist()) == [[i, i + n] for i in face]
         elif name == "CPENTA":
@@ -147,6 +148,10 @@ def test_wedges_and_pyramids_have_faces_and_nodes_amid_their_edges_make_no_pairs
             assert np.allclose(force, 0.5 / 3)
         else:
             assert np.allclose(force, 0.25)
+        if middles:
+            upper = np.flatnonzero(level == level.max())
+            force = wedges.force(upper, pressure=1.0)[wedges.unknowns[upper, 2]]
+            assert np.allclose(force, np.where(upper < len(corners), 0.0, -0.5 / 3))
 
 
 def test_a_punch_file_without_matrices_says_how_they_are_written(tmp_path):
