@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
+from frictopt.transients import extrapolation
 from frictopt.transients import steady as asked
-from frictopt.transients.extrapolation import CurvedLimit, FixedPoint
 from helpers.cases import few
 from helpers.spatial import cycle, random_contact, single
 from helpers.systems import at_corners
@@ -439,6 +439,8 @@ def test_work_that_dies_out_slowly_is_rest_however_close_the_limit(seed, ratio):
 )
 def test_the_error_of_a_fixed_point_falls_with_the_changes_that_are_left(later_changes, error):
     """The work moved by 20 % to this fixed point, and nodes that have yet to stop change 3 %."""
-    search = CurvedLimit(fixed=FixedPoint(cycle=None, shift=0.2, events_error=0.03))
+    search = extrapolation.CurvedLimit(
+        fixed=extrapolation.FixedPoint(cycle=None, shift=0.2, events_error=0.03)
+    )
     assert search.work_error(later_changes) == pytest.approx(error)
-    assert CurvedLimit().work_error(later_changes) == 0.0
+    assert extrapolation.CurvedLimit().work_error(later_changes) == 0.0
