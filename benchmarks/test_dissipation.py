@@ -1,4 +1,4 @@
-"""The dissipation study at full size: what a second process gains, and what the store costs."""
+"""The dissipation study: what a second process gains, what the store costs, and what limits cost."""
 
 import statistics
 import time
@@ -6,7 +6,9 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 
+import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.study.store import Store
@@ -72,3 +74,39 @@ def test_store(study, record_property, tmp_path, monkeypatch):
     record_property("cost", cost)
     print(f"\n    2,160 transients in {seconds:.1f} s, of which the store takes {100 * cost:.1f} %")
     assert cost <= 0.03
+
+
+def test_a_study_without_limits_and_one_from_a_full_store(record_property, tmp_path):
+    """Over the study with limits of a contact that lifts off: three preloads, four frictions."""
+    contact = fo.scenes.PunchOnHalfPlane(elements=60).condense()
+    contact = contact.with_gap(2.0 * contact.x**4)
+    corners = [{"sigma": -1.0}, {"sigma": 1.0}]
+    cycles = {f"P = {P}": fo.LoadCycle({"P": P}, corners) for P in (0.5, 1.0, 2.0)}
+    frictions = [0.3, 0.5, 0.7, 0.9]
+
+    def spent(name, **options):
+        start = time.process_time()
+        table = fo.dissipation_study(
+            contact, cycles, frictions, [1.0], store=tmp_path / name, progress=False, **options
+        )
+        assert len(table) == 12 and (table.error == "").all()
+        return time.process_time() - start
+
+    with threadpool_limits(1):
+        spent("warm", limits=True)
+        rounds = [
+            (
+                spent(f"without {number}"),
+                spent(f"with {number}", limits=True),
+                spent(f"with {number}", limits=True),
+            )
+            for number in range(3)
+        ]
+    without, limits, full = np.min(rounds, axis=0)
+    record_property("ratio", without / limits)
+    record_property("full store", full / limits)
+    print(
+        f"\n    12 runs: without limits {without:.3f} s, with limits {limits:.3f} s, "
+        f"from a full store {full:.3f} s"
+    )
+    assert without / limits < 1 / 12 and full / limits < 1 / 12

@@ -58,6 +58,21 @@ def test_sweep_of_50_against_single_solves(compare, system, cycle):
     )
 
 
+def test_sweep_with_its_search_against_the_closed_contact(compare, system, cycle):
+    """Eight frictions, for six of which some node tends to open, over as many closed limits."""
+    frictions = np.linspace(0.3, 1.2, 8)
+    model = fo.ShakedownModel(system, cycle)
+    none_open = np.zeros(system.nodes, dtype=bool)
+    assert (
+        compare(
+            lambda: model.sweep(frictions),
+            lambda: [model.solve(friction, open=none_open) for friction in frictions],
+            rounds=3,
+        )
+        < 2.8
+    )
+
+
 def test_sweep_against_solving_from_scratch(compare, system, cycle):
     frictions = np.linspace(0.2, 1.5, 10)
     assert (

@@ -132,6 +132,7 @@ class _QuickProgram:
             self.cost,
             np.r_[0.0, -most[1:]],
             most,
+            primal=True,
         )
 
     def _friction_rows(self, bound: _Bound) -> tuple[Integers, Array, Array, Array]:
