@@ -164,7 +164,7 @@ def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
 
     First all nodes without pressure open there, and all without gap close: on symmetric contacts
     the multipliers stand at one of two twin nodes, and opening that one alone gains nothing. Then
-    the nodes that govern open or close, together and alone.
+    the nodes that govern open together, and close one by one.
     """
     bare, shut = _touching(limit)
     yield from _all_at_once(bare, shut, order)
@@ -175,12 +175,12 @@ def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
     governs_first, governs_last = _governing(limit)
     opens_first = (bare[0] & governs_first) - open_first
     opens_last = (bare[1] & governs_last) - open_last
-    for last in _together_and_alone(opens_last):
+    if opens_last:
         for first in dict.fromkeys([opens_first, Nodes()]):
             before = (first,) if first else ()
-            yield Order(start | first, (*before, *events, last))
-    for first in _together_and_alone(opens_first):
-        yield Order(start | first, (first, *events))
+            yield Order(start | first, (*before, *events, opens_last))
+    if opens_first:
+        yield Order(start | opens_first, (opens_first, *events))
     for node in sorted(shut[1] & governs_last & open_last):
         yield Order(start, (*events, Nodes({node})))
     for node in sorted(shut[0] & governs_first & open_first):
@@ -223,10 +223,3 @@ def _governing(limit: ShakedownAnswer) -> list[Nodes]:
     motion: Array = limit._motion.parts(system).sum(axis=0)[[0, -1]]  # (2, N)
     governs = motion > SEARCH.governs_touching * motion.max()
     return [_nodes(governs[k]) for k in (0, -1)]
-
-
-def _together_and_alone(nodes: Nodes) -> list[Nodes]:
-    """All of the nodes at once, then each alone; an empty list if there are no nodes."""
-    if len(nodes) < 2:
-        return [nodes] if nodes else []
-    return [nodes, *(Nodes({node}) for node in sorted(nodes))]

@@ -897,13 +897,6 @@ FAULTS = (
     ),
     Fault(
         "limits/order_search.py",
-        "all nodes open at once or none",
-        old="_together_and_alone(opens_last)",
-        new="[opens_last]",
-        tests="lift_off",
-    ),
-    Fault(
-        "limits/order_search.py",
         "twins open one by one",
         old="bare[1] - open_last",
         new="bare[1] & Nodes()",

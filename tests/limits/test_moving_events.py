@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import frictopt as fo
-from frictopt.limits import settled_order
+from frictopt.limits import order_search, settled_order
 from helpers.cases import ALL_CASES, few
 from helpers.orders import largest_round_a_cycle
 from helpers.separation import pulled_system, rests
@@ -76,8 +76,14 @@ def test_a_cylinder_sticks_up_to_gross_slip_in_phase(cells, half_length, shear, 
     assert limit.least == 0 and len(limit.events) > 4
 
 
-def test_twins_have_the_limit_of_one_of_them():
-    """Two contacts alike, with nothing between them: the multipliers stand at one of the two."""
+@pytest.mark.parametrize("with_transients", [True, False])
+def test_twins_have_the_limit_of_one_of_them(monkeypatch, with_transients):
+    """Two contacts alike, with nothing between them: the multipliers stand at one of the two.
+
+    The pivots alone find the order of both, also if no transient shows it.
+    """
+    if not with_transients:
+        monkeypatch.setattr(order_search, "settled_orders", lambda _: iter(()))
     gains = 0
     for seed in range(few(24)):
         rng = np.random.default_rng([75, 1, seed])
