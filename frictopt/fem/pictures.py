@@ -87,28 +87,37 @@ def draw_mesh(
     draw_edges(axes, mesh, mesh.boundary_facets(), scale, lw=1.0, label=label, **look)
 
 
-def _faces(
-    axes: AnyAxes,
-    mesh: Mesh,
-    facets: Integers,
-    color: str,
-    face: float,
-    edge: float,
-    label: str | None,
+def _corners(mesh: Mesh, facets: Integers) -> Array:
+    """(n, corners, 3) places of the corners of facets of a mesh in space."""
+    return np.asarray(mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0))
+
+
+def _draw_bodies(
+    axes: AnyAxes, meshes: Mapping[str, Mesh], *, in_space: bool, face: float, edge: float
 ) -> None:
-    """Draw facets of a mesh in space, with the opacities of faces and edges."""
-    corners = mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0)
-    look: Look = {"facecolor": (color, face), "edgecolor": (color, edge), "linewidth": 0.3}
-    axes.add_collection3d(Poly3DCollection(corners, label=label, **look))
+    """Bodies in the colours of their numbers: their meshes, in space their surfaces.
 
-
-def _body(axes: AnyAxes, mesh: Mesh, number: int, name: str, face: float, edge: float) -> None:
-    """A body in the colour of its number: its mesh, in space its surface."""
-    color = series(number)["color"]
-    if mesh.dim() == 3:
-        _faces(axes, mesh, mesh.boundary_facets(), color, face, edge, name)
-    else:
-        draw_mesh(axes, mesh, color, thin=0.2, label=name)
+    `face` and `edge` are the opacities of the faces and of their sides in space.
+    """
+    if not in_space:
+        for number, (name, mesh) in enumerate(meshes.items()):
+            draw_mesh(axes, mesh, series(number)["color"], thin=0.2, label=name)
+        return
+    # All faces are one collection: matplotlib hides faces behind others only within one.
+    polygons = list[Array]()
+    faces = list[tuple[str, float]]()
+    edges = list[tuple[str, float]]()
+    for number, (name, mesh) in enumerate(meshes.items()):
+        color = series(number)["color"]
+        corners = _corners(mesh, mesh.boundary_facets())
+        polygons += [*corners]
+        faces += [(color, face)] * len(corners)
+        edges += [(color, edge)] * len(corners)
+        # A patch of the legend as pale as the faces would not show which body is meant.
+        axes.plot([], [], [], marker="s", linestyle="none", color=color, label=name)
+    axes.add_collection3d(
+        Poly3DCollection(polygons, facecolors=faces, edgecolors=edges, linewidth=0.3)
+    )
 
 
 def _axes_of(bodies: Mapping[str, Body], ax: AnyAxes) -> tuple[AnyAxes, Array]:
@@ -126,9 +135,10 @@ def _with_legend(axes: AnyAxes, ax: AnyAxes, in_space: bool) -> AnyAxes:
         return axes
     if not in_space:
         axes.figure.set_layout_engine("compressed")
-    # The layout leaves no room for the names of axes in space.
-    padding: Look = {"borderpad": 2.5} if in_space else {}
-    axes.figure.legend(loc="outside right upper", handlelength=2.2, **padding)
+        axes.figure.legend(loc="outside right upper", handlelength=2.2)
+    else:
+        # Long joints need the whole width, so their legend is below them.
+        axes.figure.legend(loc="outside lower center", handlelength=2.2, ncols=4)
     return axes
 
 
@@ -141,8 +151,8 @@ def model_picture(model: ContactModel, ax: AnyAxes | None = None) -> AnyAxes:
     axes, ends = _axes_of(model.bodies, ax)
     in_space = ends.shape[1] == 3
     length = (0.12 if in_space else 0.08) * float((ends[1] - ends[0]).max())
-    for number, (name, body) in enumerate(model.bodies.items()):
-        _body(axes, body.mesh, number, name, 0.04, 0.5)
+    meshes = {name: body.mesh for name, body in model.bodies.items()}
+    _draw_bodies(axes, meshes, in_space=in_space, face=0.04, edge=0.5)
     _contacts(axes, model, in_space)
     _supports(axes, model, in_space)
     for number, case in enumerate(model.loads, start=len(model.bodies)):
@@ -194,7 +204,9 @@ def _contacts(axes: AnyAxes, model: ContactModel, in_space: bool) -> None:
         facets = mesh.boundaries[contact.boundary_1]
         middle = mesh.p[:, mesh.facets[:, facets]].mean(axis=(1, 2))
         if in_space:
-            _faces(axes, mesh, facets, BLACK, 0.6, 1.0, label)
+            corners = _corners(mesh, facets)
+            look: Look = {"facecolor": (BLACK, 0.6), "edgecolor": BLACK, "linewidth": 0.3}
+            axes.add_collection3d(Poly3DCollection(corners, label=label, **look))
         else:
             draw_edges(axes, mesh, facets, color=BLACK, lw=2.5, label=label)
         if len(model.contacts) == 1:
@@ -286,9 +298,9 @@ def _stress_on_surfaces(
     faces = list[Array]()
     means = list[Array]()
     for name, body in bodies.items():
-        corners = body.mesh.facets[:, body.mesh.boundary_facets()]
-        faces += [*body.mesh.p[:, corners].transpose(2, 1, 0)]
-        means.append(stress[name][corners].mean(axis=0))
+        facets = body.mesh.boundary_facets()
+        faces += [*_corners(body.mesh, facets)]
+        means.append(stress[name][body.mesh.facets[:, facets]].mean(axis=0))
     collection = Poly3DCollection(
         faces, array=np.concatenate(means), clim=(0.0, highest), cmap="viridis", rasterized=True
     )
@@ -362,6 +374,7 @@ def _moved(
     if scale is None:
         scale = share * size / largest if largest > 0 else 1.0
     outline: Look = {"color": GREY, "linewidth": 0.8, "zorder": 0.4}
+    moved = dict[str, Mesh]()
     for number, (name, body) in enumerate(bodies.items()):
         mesh = body.mesh
         label = "as it was" if number == 0 else None
@@ -369,8 +382,9 @@ def _moved(
             _outline(axes, mesh, label, **outline)
         else:
             draw_edges(axes, mesh, mesh.boundary_facets(), label=label, **outline)
-        moved = replace(mesh, doflocs=mesh.doflocs + scale * displacement[name])
-        _body(axes, moved, number, name, 0.25, 0.6)
+        moved[name] = replace(mesh, doflocs=mesh.doflocs + scale * displacement[name])
+    # Faces behind others must not shine through, so that bodies and bolts are told apart.
+    _draw_bodies(axes, moved, in_space=in_space, face=0.9, edge=0.4)
     axes.set_title(title.format(scale=scale, largest=largest))
     finish_axes(axes, ends, share * size)
     return _with_legend(axes, ax, in_space)

@@ -281,16 +281,15 @@ def finish_axes(axes: AnyAxes, ends: Array, room: float) -> None:
         axes.set_aspect("equal")
         return
     low, high = ends[0] - room, ends[1] + room
-    # matplotlib leaves more room around bodies in space than the names of the axes need.
-    axes.set_box_aspect(high - low, zoom=1.1)
-    axes.set(
-        xlim=(low[0], high[0]),
-        ylim=(low[1], high[1]),
-        zlim=(low[2], high[2]),
-        zlabel="$z$ (length)",
-    )
-    axes.grid(False)
     shares = (high - low) / (high - low).max()
+    # matplotlib leaves more room around bodies in space than the names of the axes need, and most
+    # room around a rod.
+    axes.set_box_aspect(high - low, zoom=1.3 - 0.2 * np.sort(shares)[1])
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    # matplotlib would turn the name of a short axis upside down.
+    axes.zaxis.set_rotate_label(False)
+    axes.set_zlabel("$z$ (length)", rotation=90)
+    axes.grid(False)
     for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), shares, strict=True):
         # As many numbers as the axis has room for.
         axis.set_major_locator(MaxNLocator(max(1, round(5 * share))))

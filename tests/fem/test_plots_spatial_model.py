@@ -7,6 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from matplotlib import colormaps
+from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from skfem import MeshHex
 
@@ -19,13 +20,17 @@ SCENE = fo.scenes.SquarePunch(elements=4, growth=2.0)
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """The axes, the polygons by label, and the arrows by colour: where they begin, and their
-    step."""
+    """The axes, the polygons by label, those of a body by its colour, and the arrows by colour:
+    where they begin, and their step."""
     polygons, arrows, (collection, quiver) = {}, {}, (bodies.Poly3DCollection, Axes3D.quiver)
 
-    def kept_polygons(corners, label, **look):
-        polygons[label] = corners
-        return collection(corners, label=label, **look)
+    def kept_polygons(corners, label=None, facecolors=(), **look):
+        if label is not None:
+            polygons[label] = corners
+            return collection(corners, label=label, **look)
+        for polygon, (color, _) in zip(corners, facecolors, strict=True):
+            polygons.setdefault(color, []).append(polygon)
+        return collection(corners, facecolors=facecolors, **look)
 
     def kept_arrows(axes, x, y, z, *step, color, **look):
         arrows.setdefault(color, []).append((np.column_stack([x, y, z]), np.column_stack(step)))
@@ -53,12 +58,14 @@ def area(corners):
 
 
 def test_the_faces_cover_the_bodies_and_the_contact(drawn):
-    _, polygons, _ = drawn
+    axes, polygons, _ = drawn
     assert sum(map(area, polygons["contact"])) == pytest.approx(4.0) and np.all(
         polygons["contact"][:, :, 2] == 0
     )
-    assert sum(map(area, polygons["punch"])) == pytest.approx(2 * 4.0 + 4 * 2 * 1.5)
-    assert sum(map(area, polygons["block"])) == pytest.approx(2 * 64.0 + 4 * 8 * 3.0)
+    areas = {"punch": 2 * 4.0 + 4 * 2 * 1.5, "block": 2 * 64.0 + 4 * 8 * 3.0}
+    for name, expected in areas.items():
+        (color,) = [line.get_color() for line in axes.lines if line.get_label() == name]
+        assert sum(map(area, polygons[color])) == pytest.approx(expected)
 
 
 def test_marks_are_held_nodes_and_arrows_go_with_the_loads(drawn):
@@ -167,6 +174,19 @@ def test_the_body_in_front_hides_the_other_one():
     x, y = axes.transData.transform(place).astype(int)
     seen = np.asarray(axes.figure.canvas.buffer_rgba())[::-1][y, x] / 255
     assert np.allclose(seen, colormaps["viridis"](1.0), atol=0.02)
+
+
+def test_the_moved_body_in_front_hides_the_other_one():
+    """The top of the punch has the colour of the punch, not a mixture with that of the block."""
+    fields = SCENE.model().recover({"P": 1.0}, np.zeros((25, 2)))
+    axes = fields.plot_deformed(scale=1e-9)
+    axes.figure.canvas.draw()
+    place = proj3d.proj_transform(0.2, 0.2, 1.5, axes.get_proj())[:2]
+    x, y = axes.transData.transform(place).astype(int)
+    seen = np.asarray(axes.figure.canvas.buffer_rgba())[::-1][y, x][:3] / 255
+    (punch,) = [line.get_color() for line in axes.lines if line.get_label() == "punch"]
+    assert np.allclose(seen, to_rgb(punch), atol=0.12)
+    plt.close("all")
 
 
 def test_body_forces_are_named_and_given_axes_must_be_in_space():

@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 import frictopt as fo
-from helpers.vibrations import Structure, Vibration, rocking, slider, wedges
+from validation.vibrations import Structure, Vibration, rocking, slider, wedges
 
 matplotlib.use("Agg")
 pytestmark = pytest.mark.usefixtures("few_starts", "no_figures_stay_open")

@@ -1,7 +1,9 @@
 """Small structures on Coulomb contacts behind springs, for forced responses: their contact systems,
 and a time integration that shares no code with the package."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
@@ -25,22 +27,22 @@ class Structure:
     static: np.ndarray
 
     @property
-    def glued(self):
+    def glued(self) -> np.ndarray:
         springs = self.tangential * self.along.T @ self.along
         return self.bodies + springs + self.normal * self.against.T @ self.against
 
-    def modes(self):
+    def modes(self) -> tuple[np.ndarray, np.ndarray]:
         """Angular frequencies (n,) and modes of unit modal mass, in columns."""
         squares, shapes = eigh(self.glued, np.diag(self.mass))
         return np.sqrt(squares), shapes
 
-    def damping(self, ratio):
+    def damping(self, ratio: float) -> np.ndarray:
         """Damping matrix of the same ratio in each glued mode."""
         omega, shapes = self.modes()
         inertia = self.mass[:, None] * shapes
         return inertia @ np.diag(2 * ratio * omega) @ inertia.T
 
-    def contact(self):
+    def contact(self) -> fo.ContactSystem:
         """The contact system with the load cases "static", "mode 0", "mode 1", .."""
         kt, kn = self.tangential, self.normal
         flexible = np.linalg.inv(self.glued)
@@ -57,7 +59,7 @@ class Structure:
             compliance=F.T @ flexible @ F,
         )
 
-    def curve(self, k, load_factors, **options):
+    def curve(self, k: int, load_factors: Iterable[float], **options: Any) -> fo.results.BackboneCurve:
         """The backbone curve of mode k."""
         cycle = fo.LoadCycle({"static": 1.0}, [{f"mode {k}": 1.0}, {f"mode {k}": -1.0}])
         frequency = self.modes()[0][k] / (2 * np.pi)
@@ -72,14 +74,14 @@ class Structure:
         )
 
 
-def slider(k=1e4, kt=6e3, limit=20.0):
+def slider(k: float = 1e4, kt: float = 6e3, limit: float = 20.0) -> Structure:
     """A mass on a spring, and on a spring that slides at a force `limit`."""
     one, two = np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])
     static = np.array([0.0, 2 * limit / 0.5])
     return Structure(np.array([1.0, 0.2]), np.diag([k, 1e5]), one, two, kt, 1e5, 0.5, static)
 
 
-def wedges():
+def wedges() -> Structure:
     """Two masses and a wedge between them on two faces of 40 degrees (Balaji and Ferhatoglu)."""
     J = np.array([[1.0, -1.0], [-1.0, 1.0]])
     bodies = np.diag([1e5] * 4 + [0.0] * 2)
@@ -92,7 +94,7 @@ def wedges():
     return Structure(mass, bodies, along, against, 3e5, 3e5, 0.9, 240.0 * np.eye(6)[5])
 
 
-def rocking(mass=0.4, top=6.0):
+def rocking(mass: float = 0.4, top: float = 6.0) -> Structure:
     """A block on four springs with friction, pressed beside its middle, with a mass on top of it:
     edges lift off as it rocks. A light block has its other modes far away."""
     x = np.array([-0.1, -0.1 / 3, 0.1 / 3, 0.1])
@@ -107,40 +109,85 @@ def rocking(mass=0.4, top=6.0):
 
 
 @numba.njit(cache=True)
-def _steps(u, v, s, dt, inverse_mass, matrices, contacts, static, force, phase, out, weights):
-    """Central differences: velocities stand half a step after the displacements."""
-    K, C = matrices
+def _steps(u, v, s, dt, mass, K, C, contacts, static, force, out, weights):  # type: ignore[no-untyped-def]
+    """One period by central differences: velocities stand half a step after the displacements.
+
+    Changes u, v and the slips s; `out` becomes the weighted sum of the displacements at each step.
+    """
     along, against, kt, kn, friction = contacts
+    n, m = len(u), len(s)
+    total = np.empty(n)
     for step in range(len(out)):
-        total = static + force * np.cos(phase + 2 * np.pi * step / len(out)) - K @ u - C @ v
-        for k in range(len(s)):
-            pressed = max(kn * (against[k] @ u), 0.0)
-            shear = kt * (along[k] @ u - s[k])
+        cosine = np.cos(2 * np.pi * step / len(out))
+        for i in range(n):
+            total[i] = static[i] + cosine * force[i]
+            for j in range(n):
+                total[i] -= K[i, j] * u[j] + C[i, j] * v[j]
+        for k in range(m):
+            moved, closed = 0.0, 0.0
+            for i in range(n):
+                moved += along[k, i] * u[i]
+                closed += against[k, i] * u[i]
+            pressed = max(kn * closed, 0.0)
+            shear = kt * (moved - s[k])
             if abs(shear) > friction * pressed:
                 shear = friction * pressed * np.sign(shear)
-                s[k] = along[k] @ u - shear / kt
-            total -= along[k] * shear + against[k] * pressed
-        out[step] = weights @ u
-        v += dt * total * inverse_mass
-        u += dt * v
+                s[k] = moved - shear / kt
+            for i in range(n):
+                total[i] -= along[k, i] * shear + against[k, i] * pressed
+        out[step] = 0.0
+        for i in range(n):
+            out[step] += weights[i] * u[i]
+            v[i] += dt * total[i] / mass[i]
+            u[i] += dt * v[i]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The modal coordinate in the last period: its first harmonic, and half of its range."""
+
+    harmonic: float
+    half_range: float
 
 
 class Vibration:
-    """A structure from rest under its static forces, shaken in mode k at one frequency after the
-    other."""
+    """A structure from rest under its static forces, shaken at one frequency after the other.
 
-    def __init__(self, structure, k, ratio, steps):
+    The force acts on mode k alone. If `point` is the number of a mass coordinate, the force acts
+    there, with the same modal force. Residual slips (m,) are added to those of the state of rest,
+    and friction removes the part that it does not hold.
+    """
+
+    def __init__(
+        self,
+        structure: Structure,
+        k: int,
+        ratio: float,
+        steps: int,
+        *,
+        point: int | None = None,
+        residual_slip: np.ndarray | None = None,
+    ) -> None:
         self.structure, self.steps = structure, steps
         omega, shapes = structure.modes()
         self.inertia = structure.mass * shapes[:, k]
+        self.force = self.inertia
+        if point is not None:
+            self.force = np.eye(len(omega))[point] / shapes[point, k]
         self.C = structure.damping(ratio)
         self.u, self.v = np.zeros(len(omega)), np.zeros(len(omega))
         self.s = np.zeros(len(structure.along))
         strong = structure.damping(0.7)
         for level in np.linspace(0.02, 1.0, 50):
             self._follow(0.0, omega[0], 10, level * structure.static, strong)
+        if residual_slip is not None:
+            self.s += residual_slip
+            self._follow(0.0, omega[0], 100, structure.static, strong)
 
-    def _follow(self, force, omega, periods, static, C):
+    def _follow(
+        self, force: float, omega: float, periods: int, static: np.ndarray, C: np.ndarray
+    ) -> np.ndarray:
+        """The modal coordinate in the last of some periods."""
         b = self.structure
         contacts = b.along, b.against, b.tangential, b.normal, b.friction
         out = np.empty(self.steps)
@@ -151,28 +198,31 @@ class Vibration:
                 self.v,
                 self.s,
                 dt,
-                1 / b.mass,
-                (b.bodies, C),
+                b.mass,
+                b.bodies,
+                C,
                 contacts,
                 static,
-                force * self.inertia,
-                0.0,
+                force * self.force,
                 out,
                 self.inertia,
             )
         return out
 
-    def amplitude(self, force, frequency, periods):
-        """First harmonic of the modal coordinate in the last of some periods."""
+    def shaken(self, force: float, frequency: float, periods: int) -> Answer:
+        """The answer after some periods at one frequency, from the state that is reached."""
         omega = 2 * np.pi * frequency
         out = self._follow(force, omega, periods, self.structure.static, self.C)
         turn = np.exp(-2j * np.pi * np.arange(self.steps) / self.steps)
-        return 2 * abs(out @ turn) / self.steps
+        return Answer(2 * abs(out @ turn) / self.steps, float(np.ptp(out)) / 2)
 
-    def sweep(self, force, frequencies, first=300, periods=80):
-        """Largest amplitude of a stepped sweep, and its frequency."""
+    def sweep(
+        self, force: float, frequencies: np.ndarray, first: int = 300, periods: int = 80
+    ) -> tuple[float, float]:
+        """Largest first harmonic of a stepped sweep, and its frequency."""
         seen = []
         for number, frequency in enumerate(frequencies):
-            seen.append(self.amplitude(force, frequency, periods if number else first))
+            answer = self.shaken(force, frequency, periods if number else first)
+            seen.append(answer.harmonic)
         best = int(np.argmax(seen))
-        return seen[best], frequencies[best]
+        return seen[best], float(frequencies[best])
