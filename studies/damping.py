@@ -230,7 +230,7 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
         [
             "joint",
             "guaranteed over shakedown limit",
-            "largest damping without residual slip",
+            "largest damping from a start without slip",
             "widest range, and where",
         ],
         rows,

@@ -208,7 +208,10 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
 def _on_required_friction(required: float) -> Iterator[str]:
     """Advice on the friction that would keep the contact stuck, as far as it is practical."""
     if float(f"{required:.3g}") <= _ADVICE.practical_friction:
-        yield f"Friction of {required:.3g} and the right residual slip would keep it stuck."
+        yield (
+            f"With friction of {required:.3g} or more, some residual slip keeps it stuck. From "
+            "other residual slips it may still slip in every cycle."
+        )
     else:
         yield (
             f"No practical friction keeps it stuck: it needs {required:.3g}. Press the contact "

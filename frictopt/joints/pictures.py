@@ -119,7 +119,7 @@ class _CurveAxis:
         drawn = [low, high]
         axes.set_xscale("log")
         curve = self.curve
-        slides = "bodies slide off, from no slip" if curve.self_stress else "bodies slide off"
+        slides = "bodies slide off, from no slip" if curve.self_stress else "bodies slide off or pry"
         limits = {
             r"guaranteed limit $\lambda_1$": (curve.guaranteed_limit, GREY),
             r"shakedown limit $\lambda_2$": (curve.shakedown_limit, BLACK),
@@ -150,6 +150,21 @@ def _draw_work(axes: Axes, drawn: _CurveAxis) -> None:
     curve = drawn.curve
     work = np.where(curve.work > 0, curve.work, np.nan)
     axes.plot(drawn.x, work, **_MARKED)
+    at_rest = curve.work == 0
+    if at_rest.any():
+        # A logarithmic axis has no zero, so its lower end stands for it.
+        axes.plot(
+            drawn.x[at_rest],
+            np.zeros(at_rest.sum()),
+            transform=axes.get_xaxis_transform(),
+            linestyle="none",
+            mfc="white",
+            clip_on=False,
+            zorder=3,
+            label="no work",
+            **_MARKED,
+        )
+        legend(axes)
     error = np.where(np.isfinite(curve.step_error), curve.step_error, 0.0) * work
     if (error > 0).any():
         lower = np.minimum(error, 0.9 * work)  # a bar of a logarithm ends above 0

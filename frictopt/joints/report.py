@@ -94,9 +94,9 @@ class Report(Kept, ReportParts):
 
     @property
     def numbers(self) -> pd.DataFrame:
-        """A row for each number: columns number, value, unit, settles, meaning.
+        """A row for each number: columns number, value, unit, converges, meaning.
 
-        The column settles states whether the number converges as the mesh is refined.
+        The column converges states whether the number converges as the mesh is refined.
         """
         return numbers_of(self)
 

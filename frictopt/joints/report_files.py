@@ -27,6 +27,7 @@ from .report_text import (
 
 _HEAD = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>Joint</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
 body {max-width: 60em; margin: 2em auto; padding: 0 1em; font-family: sans-serif; line-height: 1.4}
 table {border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto}
@@ -51,7 +52,7 @@ _SIGNED = (
     '<div class="signed"><span>Prepared, date</span><span>Checked, date</span>'
     "<span>Released, date</span></div>"
 )
-_BRIEF = ["number", "value", "unit", "settles"]  # columns of the numbers on the sheet
+_BRIEF = ["number", "value", "unit", "converges"]  # columns of the numbers on the sheet
 
 
 def write_html(parts: ReportParts, file: Path) -> None:

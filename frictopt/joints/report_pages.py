@@ -60,13 +60,13 @@ _ON_PAGE = {
     "required friction": 3,
 }
 _OF_THE_MESH = (
-    "not asked, because the mean load leaves nodes open and the answer changes with the mesh: "
+    "not computed, because the mean load leaves nodes open and the answer changes with the mesh: "
     "give mesh_limits=True"
 )
 _LONG_SEARCH = (
-    "not asked, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
+    "not computed, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
 )
-_OTHER_PAGE = "on page {page}, which was not asked"
+_OTHER_PAGE = "on page {page}, which was not requested"
 
 
 class Pages(Generic[Parts]):
@@ -220,7 +220,7 @@ class Pages(Generic[Parts]):
             raise NoContinuation(str(error)) from error
 
     def leave_out_after(self, pages: int) -> None:
-        """Say of the parts of later pages that they were not asked."""
+        """State for the parts of later pages that they were not requested."""
         for part in self._left():
             if _ON_PAGE[part] > pages:
                 self.missing[part] = _OTHER_PAGE.format(page=_ON_PAGE[part])

@@ -20,12 +20,15 @@ from .report_parts import (
 from .thresholds import QUANTITIES, SLIP_RANGE
 
 _Row = tuple[str, float, str, str, str]
-_COLUMNS = ["number", "value", "unit", "settles", "meaning"]
+_COLUMNS = ["number", "value", "unit", "converges", "meaning"]
 SLIP_RANGE_ROW = "largest slip range"
 
 
 def numbers_of(parts: ReportParts) -> pd.DataFrame:
-    """A row for each number: columns number, value, unit, settles (with the mesh), meaning."""
+    """A row for each number: columns number, value, unit, converges, meaning.
+
+    The unit of a share is "".
+    """
     return pd.concat([numbers_at_load(parts), numbers_of_limits(parts)], ignore_index=True)
 
 
@@ -45,25 +48,28 @@ def numbers_of_limits(parts: ReportParts) -> pd.DataFrame:
 
 
 def _gross_slip_row(gross_slip: GrossSlip) -> _Row:
-    settles = "yes" if gross_slip.self_stress is None else "as the pressure of the fit does"
+    converges = "yes" if gross_slip.self_stress is None else "as the pressure of the fit does"
     value = gross_slip.load_factor
-    return "gross-slip load", value, "load factor", settles, gross_slip.reason
+    return "gross-slip load", value, "load factor", converges, gross_slip.reason
 
 
 def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
     """Numbers of the steady state at load factor 1."""
     units = units_of(parts)
-    settles = _settles(parts, steady)
+    converges = _converges(parts, steady)
     of_cycle = "in each cycle of this steady state"
 
     meaning = f"of friction, from assembly without slip, at load factor 1: {steady.outcome.value}"
     if steady.steps:
-        meaning += f"; finer increments may change it by {steady.step_error:.1g} of it"
+        if np.isinf(steady.step_error):
+            meaning += "; finer increments may have another answer"
+        else:
+            meaning += f"; finer increments may change it by {100 * steady.step_error:.2g} %"
     elif steady.unproven:
         meaning += (
             f"; at {steady.unproven} events it is not proven that no other continuation exists"
         )
-    yield "work per cycle", steady.dissipation, units["work"], settles, meaning
+    yield "work per cycle", steady.dissipation, units["work"], converges, meaning
 
     has_width = parts.system.width is not None
     whole = "the area of all contacts" if has_width else "the nodes of all contacts"
@@ -71,18 +77,18 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
     yield (
         "share that slips",
         share,
-        "of 1",
-        settles,
+        "",
+        converges,
         f"of {whole}, in each cycle of this steady state",
     )
 
     slip_range = QUANTITIES[SLIP_RANGE].judged(steady)
     where = f"{of_cycle}, at {slip_range.where}" if slip_range.value else of_cycle
-    yield SLIP_RANGE_ROW, slip_range.value, units["slip_range"], settles, where
+    yield SLIP_RANGE_ROW, slip_range.value, units["slip_range"], converges, where
 
     if steady.outcome is Outcome.RATCHETING:
         meaning = "largest slip that a node gains in each cycle"
-        yield "drift per cycle", steady.drift, units["drift"], settles, meaning
+        yield "drift per cycle", steady.drift, units["drift"], converges, meaning
 
     motion = motion_of_load(parts)
     if np.isfinite(motion):
@@ -93,8 +99,8 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
         yield "motion of the load", motion, units["motion"], _if_fine(steady, "yes"), meaning
 
 
-def _settles(parts: ReportParts, steady: SteadyState) -> str:
-    """Whether work and slip settle with the mesh, and on which condition."""
+def _converges(parts: ReportParts, steady: SteadyState) -> str:
+    """Whether work and slip converge with the mesh, and on which condition."""
     slipping = int(steady.slipping.sum())
     if many_nodes_slip(parts):
         return _if_fine(steady, "yes")
@@ -103,27 +109,27 @@ def _settles(parts: ReportParts, steady: SteadyState) -> str:
     return "unless nodes slip on finer meshes"
 
 
-def _if_fine(steady: SteadyState, settles: str) -> str:
-    """Whether a number settles; not yet if the increments are too coarse."""
-    return "once its increments are finer" if increments_are_coarse(steady) else settles
+def _if_fine(steady: SteadyState, converges: str) -> str:
+    """Whether a number converges; not yet if the increments are too coarse."""
+    return "once its increments are finer" if increments_are_coarse(steady) else converges
 
 
 def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
     """Both limits, and the required friction. They depend on the mesh beside open nodes."""
     limit, guaranteed, required = parts.limit, parts.guaranteed, parts.required
-    settles = "no" if mean_load_opens(parts) else "unless edges are sharp"
+    converges = "no" if mean_load_opens(parts) else "unless edges are sharp"
     if limit is not None:
         name = "shakedown limit"
         if mean_load_opens(parts) and parts.system.tangents == 2:
             name += " with these nodes open"
         meaning = f"{limit.reason}. It covers {limit.covers}"
-        yield name, limit.load_factor, "load factor", settles, meaning
+        yield name, limit.load_factor, "load factor", converges, meaning
     if guaranteed is not None:
         value = guaranteed.load_factor
-        yield "guaranteed limit", value, "load factor", settles, guaranteed.reason
+        yield "guaranteed limit", value, "load factor", converges, guaranteed.reason
     if required is not None:
         meaning = f"at load factor 1: {required.reason}"
-        yield "required friction", required.required, "coefficient", settles, meaning
+        yield "required friction", required.required, "coefficient", converges, meaning
 
 
 def units_of(parts: ReportParts) -> dict[str, str]:

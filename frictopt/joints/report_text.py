@@ -188,17 +188,15 @@ def _lines_of_numbers(numbers: pd.DataFrame) -> Iterator[str]:
     """Two texts for each number: its value, and its meaning."""
     for row in numbers.itertuples():
         yield f"{row.number}: {row.value:.5g} {row.unit}".rstrip()
-        yield _indented(f"{row.meaning}. Settles with the mesh: {row.settles}.")
+        yield _indented(f"{row.meaning}. Converges with the mesh: {row.converges}.")
 
 
 def _lines_of_verdicts(verdicts: pd.DataFrame) -> Iterator[str]:
     """Two texts for each verdict: the numbers, and the place."""
     for row in verdicts.to_dict("records"):
         passed = "passed" if row["passed"] == "yes" else "NOT PASSED"
-        yield (
-            f"{row['quantity']}: {row['value']:.4g} against {row['limit']:.4g} {row['unit']}, "
-            f"margin {row['margin']:.3g}: {passed}"
-        )
+        compared = f"{row['value']:.4g} against {row['limit']:.4g} {row['unit']}".rstrip()
+        yield f"{row['quantity']}: {compared}, margin {row['margin']:.3g}: {passed}"
         places = [row["where"], row.get("at", "")]
         if any(places):
             yield _indented("; ".join(filter(None, places)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base import ROUNDING, Array, finite_number, place, shown
+from ..base import Array, finite_number, place, shown
 from ..base.checks import checked_cases
 from ..contact import ContactSystem
 from ..errors import ModelError
@@ -92,9 +92,7 @@ def _with_step_error(steady: SteadyState, value: Judged) -> Judged:
 
 
 def _slip_range(steady: SteadyState) -> Judged:
-    ranges = _column(steady, "slip_range")
-    is_rounding = ranges <= ROUNDING * np.abs(steady.slip).max()
-    return _at_node(steady, np.where(is_rounding, 0.0, ranges))
+    return _at_node(steady, _column(steady, "slip_range"))
 
 
 def _ruiz(steady: SteadyState) -> Judged:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from ..base import (
     CONDENSATION,
     COUNTS,
+    ROUNDING,
     SIMULTANEOUS,
     Array,
     Booleans,
@@ -46,7 +47,7 @@ def fretting_table(
     unit = "_force" if system.width is None else ""
     width = np.ones(system.nodes) if system.width is None else system.width
     slip = slip_ways(states)
-    slip_range = np.linalg.norm(slip, axis=-1)
+    slip_range = _slip_ranges(states)
     columns: dict[str, ArrayLike] = {
         "node": np.arange(system.nodes),
         **named_places(system),
@@ -194,7 +195,7 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     for name, which in shares.items():
         columns[name] = member @ (width * which) / area
     columns["work"] = member @ work
-    columns["slip_range"] = (member * np.linalg.norm(slip_ways(states), axis=-1)).max(axis=1)
+    columns["slip_range"] = (member * _slip_ranges(states)).max(axis=1)
 
     corners = states.cycle.corner_names
     # If the period is two cycles, the forces are from the second one.
@@ -210,6 +211,13 @@ def contact_table(states: Trajectory, slipping: Booleans, opened: Booleans, work
     if system.width is None:
         table.attrs["note"] = "shares are of the nodes: the system has no width"
     return table
+
+
+def _slip_ranges(states: Trajectory) -> Array:
+    """(N,) largest distance of two slips of each node; 0 if it is rounding of the slip."""
+    ranges = np.linalg.norm(slip_ways(states), axis=-1)
+    rounding = ROUNDING * np.abs(states.slip).max()
+    return np.where(ranges <= rounding, 0.0, ranges)
 
 
 def _shear_through(member: Array, frames: Array, q: Array) -> Array:

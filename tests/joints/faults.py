@@ -355,10 +355,10 @@ FAULTS = (
     ),
     Fault(
         "joints/report_tables.py",
-        "coarse increments settle",
+        "coarse increments converge",
         old="increments_are_coarse(steady)",
         new="False",
-        tests="sheet::test_nothing_settles_before_its_increments_are_fine",
+        tests="sheet::test_nothing_converges_before_its_increments_are_fine",
     ),
     Fault(
         "transients/steady.py",

@@ -303,10 +303,10 @@ def test_the_first_page_alone_says_what_is_on_the_others():
     joint = fo.report(BLOCK, PUSHED_AND_PULLED, 0.5, pages=1)
     assert joint.curve is None and joint.limit is None and joint.steady is not None
     assert joint.missing == {
-        "curve": "on page 2, which was not asked",
+        "curve": "on page 2, which was not requested",
         **dict.fromkeys(
             ("shakedown limit", "guaranteed limit", "required friction"),
-            "on page 3, which was not asked",
+            "on page 3, which was not requested",
         ),
     }
 
@@ -412,19 +412,19 @@ def test_a_ratcheting_contact_tells_its_drift():
 
 def test_friction_that_no_surface_has_is_no_advice():
     """A force of 1.48 on a pressure of 1 needs friction of 1.48."""
-    for force, told in ((0.9, "Friction of 0.9 "), (1.48, "No practical friction keeps it stuck")):
+    for force, told in ((0.9, "With friction of 0.9 or more"), (1.48, "No practical friction keeps it stuck")):
         cycle = fo.LoadCycle({"N": 1.0}, [{"F": force}, {"F": -force}])
         joint = fo.report(BLOCK, cycle, 0.5, [1.0])
         assert any(told in sentence for sentence in joint.advice)
 
 
-def test_nothing_settles_before_its_increments_are_fine():
+def test_nothing_converges_before_its_increments_are_fine():
     system = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": -0.3}])
     joint = fo.report(system, cycle, 0.5, steps=2, pages=1)
-    for error, settles in ((0.01, "yes"), (0.1, "once its increments are finer")):
+    for error, converges in ((0.01, "yes"), (0.1, "once its increments are finer")):
         coarse = replace(joint, steady=replace(joint.steady, step_error=error))
-        assert row(coarse.numbers, "number", "motion of the load")["settles"] == settles
+        assert row(coarse.numbers, "number", "motion of the load")["converges"] == converges
         assert any("repeat with steps=4" in s for s in coarse.advice) == (error > 0.05)
 
 
