@@ -1,5 +1,8 @@
-"""Small structures on Coulomb contacts behind springs, for forced responses: their contact systems,
-and a time integration that shares no code with the package."""
+"""Small structures on Coulomb contacts behind springs, and their time integration.
+
+The structures have contact systems, for their forced responses. The integration shares no code with
+the package.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,8 +17,19 @@ import frictopt as fo
 
 @dataclass(frozen=True)
 class Structure:
-    """n masses with a stiffness (n, n) of the bodies; m contacts with rows (m, n) of the motions
-    along and against them, and their springs. `static` are the forces (n,) at rest."""
+    """n masses on springs, with m contacts behind springs.
+
+    Attributes
+    ----------
+    mass, bodies
+        (n,) masses, and the stiffness (n, n) of the bodies without the contacts.
+    along, against
+        (m, n) motion of each contact along it, and against it, per motion of the masses.
+    tangential, normal, friction
+        Stiffness of the springs of each contact, and its coefficient of friction.
+    static
+        (n,) forces at rest.
+    """
 
     mass: np.ndarray
     bodies: np.ndarray
@@ -28,6 +42,7 @@ class Structure:
 
     @property
     def glued(self) -> np.ndarray:
+        """Stiffness (n, n) if no contact slips or opens."""
         springs = self.tangential * self.along.T @ self.along
         return self.bodies + springs + self.normal * self.against.T @ self.against
 
@@ -59,7 +74,9 @@ class Structure:
             compliance=F.T @ flexible @ F,
         )
 
-    def curve(self, k: int, load_factors: Iterable[float], **options: Any) -> fo.results.BackboneCurve:
+    def curve(
+        self, k: int, load_factors: Iterable[float], **options: Any
+    ) -> fo.results.BackboneCurve:
         """The backbone curve of mode k."""
         cycle = fo.LoadCycle({"static": 1.0}, [{f"mode {k}": 1.0}, {f"mode {k}": -1.0}])
         frequency = self.modes()[0][k] / (2 * np.pi)
@@ -95,8 +112,11 @@ def wedges() -> Structure:
 
 
 def rocking(mass: float = 0.4, top: float = 6.0) -> Structure:
-    """A block on four springs with friction, pressed beside its middle, with a mass on top of it:
-    edges lift off as it rocks. A light block has its other modes far away."""
+    """A block on four springs with friction, with a mass on top of it.
+
+    It is pressed beside its middle, so that edges lift off as it rocks. A light block has its other
+    modes far away.
+    """
     x = np.array([-0.1, -0.1 / 3, 0.1 / 3, 0.1])
     along = np.array([[1.0, 0.0, 0.125, 0.0]] * 4)
     against = np.array([[0.0, -1.0, -place, 0.0] for place in x])

@@ -79,8 +79,10 @@ def gross_slip_in_words(parts: ReportParts) -> Iterator[str]:
     motion = motion_in_words(parts.system, gross)
     if np.isnan(gross.load_factor):
         yield f"No load factor has a state of rest: {motion}."
-    elif gross.load_factor == np.inf:
+    elif gross.load_factor == np.inf and gross.self_stress is None:
         yield "Bodies do not slide off at any load factor."
+    elif gross.load_factor == np.inf:
+        yield "Equilibrium alone has no load at which bodies slide off."
     elif motion:
         yield f"At load factor {gross.load_factor:.4g} {motion}."
     else:

@@ -43,7 +43,7 @@ class ForcedResponse(Kept, Plotted):
     """The response of a mode with friction to harmonic forces near its resonance.
 
     It is an approximation and no bound: one mode at its first harmonic, with the quasi-static work
-    of friction. Validity, "The forced response", has its errors in trials.
+    of friction. Validity, "The forced response", has its errors.
 
     Attributes
     ----------

@@ -119,7 +119,9 @@ class _CurveAxis:
         drawn = [low, high]
         axes.set_xscale("log")
         curve = self.curve
-        slides = "bodies slide off, from no slip" if curve.self_stress else "bodies slide off or pry"
+        slides = (
+            "bodies slide off, from no slip" if curve.self_stress else "bodies slide off or pry"
+        )
         limits = {
             r"guaranteed limit $\lambda_1$": (curve.guaranteed_limit, GREY),
             r"shakedown limit $\lambda_2$": (curve.shakedown_limit, BLACK),
@@ -324,7 +326,10 @@ def _wear(history: WearHistory, ax: AxesArray | None = None) -> AxesArray:
         legend(depth, "cycles")
         label_panels([depth, pressure], system)
     work.plot(table["cycles"], table["work"], color=BLACK, **POINTS)
-    work.set(xlabel="load cycles", ylabel=work_label(system), ylim=(0.0, None))
+    # An axis that begins at the least work would make a constant work look like a change.
+    highest = float(table["work"].max())
+    room = {"ylim": (0.0, _CURVE.room * highest)} if highest > 0 else {}
+    work.set(xlabel="load cycles", ylabel=work_label(system), **room)
     return np.array(panels)
 
 

@@ -25,10 +25,7 @@ SLIP_RANGE_ROW = "largest slip range"
 
 
 def numbers_of(parts: ReportParts) -> pd.DataFrame:
-    """A row for each number: columns number, value, unit, converges, meaning.
-
-    The unit of a share is "".
-    """
+    """A row for each number: columns number, value, unit, converges, meaning."""
     return pd.concat([numbers_at_load(parts), numbers_of_limits(parts)], ignore_index=True)
 
 
@@ -77,7 +74,7 @@ def _steady_rows(parts: ReportParts, steady: SteadyState) -> Iterator[_Row]:
     yield (
         "share that slips",
         share,
-        "",
+        units["share"],
         converges,
         f"of {whole}, in each cycle of this steady state",
     )
@@ -133,7 +130,7 @@ def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
 
 
 def units_of(parts: ReportParts) -> dict[str, str]:
-    """Column of a table -> its unit. A column without a unit is a share, a ratio or a name."""
+    """Column of a table -> its unit. A column without a unit is a ratio or a name."""
     force, length = (parts.system.units or "force, length").split(", ")
     in_plane = parts.system.tangents == 1
     per_depth = " per depth" if in_plane else ""
@@ -150,6 +147,7 @@ def units_of(parts: ReportParts) -> dict[str, str]:
         "P": f"{force}{per_depth}",
         "Q": f"{force}{per_depth}",
         "fP": f"{force}{per_depth}",
+        "share": "of the nodes" if parts.system.width is None else "of the area",
     }
 
 

@@ -195,7 +195,7 @@ def _lines_of_verdicts(verdicts: pd.DataFrame) -> Iterator[str]:
     """Two texts for each verdict: the numbers, and the place."""
     for row in verdicts.to_dict("records"):
         passed = "passed" if row["passed"] == "yes" else "NOT PASSED"
-        compared = f"{row['value']:.4g} against {row['limit']:.4g} {row['unit']}".rstrip()
+        compared = f"{row['value']:.4g} against {row['limit']:.4g} {row['unit']}"
         yield f"{row['quantity']}: {compared}, margin {row['margin']:.3g}: {passed}"
         places = [row["where"], row.get("at", "")]
         if any(places):

@@ -313,9 +313,9 @@ class _Answer:
         holds = self.oscillator.largest_force(self.oscillator.largest)
         peak = rows["peak"] / self.scale
         is_below = (peak < self.oscillator.amplitude[0]) & (self.oscillator.loss[0] > 0)
-        # Interaction times sensitivity from which other modes may change a peak much. In 21 trials
-        # beside time integration the error of the peak was at most 9 % up to this product, 4 to 113
-        # % above it.
+        # Interaction times sensitivity from which other modes may change a peak much. In the table
+        # of the study "forced_response" the error of a peak is at most 9 % up to this product, and
+        # 4 to 113 % above it.
         largest = 0.06
         doubtful = rows["interaction"] * rows["sensitivity"] > largest
         said = {

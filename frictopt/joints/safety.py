@@ -215,7 +215,7 @@ def verdict_table(
             (states.judged(name, corner, 1.0), corner.name) for corner in states.all_corners()
         ]
         worst, at = max(judged, key=lambda pair: pair[0].judged)
-        unit = units.get(QUANTITIES[name].unit, "")
+        unit = units[QUANTITIES[name].unit]
         passed = bool(worst.judged <= threshold)
         margin = _margin(threshold, worst.judged)
         rows.append((name, worst.value, threshold, unit, passed, margin, worst.where, at))

@@ -34,7 +34,7 @@ class Judged:
 class Quantity:
     """A quantity of a steady state that has a threshold.
 
-    `unit` names its unit in forces and lengths, see `units_of`; "" for a share.
+    `unit` names its unit in forces and lengths, see `units_of`.
     """
 
     unit: str
@@ -135,7 +135,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "work": Quantity("work", _work),
     "work density": Quantity("work_density", _work_density, needs_width=True),
     "Ruiz": Quantity("Ruiz", _ruiz, needs_width=True),
-    SLIPPING_SHARE: Quantity("", _slipping_share),
+    SLIPPING_SHARE: Quantity("share", _slipping_share),
     "drift": Quantity("drift", _drift),
 }
 """Name of a threshold -> its quantity. `gross slip` is the least safety factor against it."""

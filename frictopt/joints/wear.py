@@ -223,7 +223,11 @@ def wear(
         path = path_of(worn, cycle, friction, load_factor, None, state, steps=steps).start()
         run = Run(path, MOST_CYCLES)
         step_error = np.inf if path.steps else 0.0  # not known yet
-        return reported(run, run.settled(), step_error)
+        with progress_bar(True, "steady state", "cycle") as cycles_so_far:
+            # Hidden if the bar of the wear is hidden.
+            cycles_so_far.best = run.progress
+            run.tell = cycles_so_far.update
+            return reported(run, run.settled(), step_error)
 
     errors = (KeyboardInterrupt, NoContinuation, SolverError)
     with progress_bar(progress, "wear", "jump", on=errors) as bar:

@@ -216,8 +216,11 @@ class _StudyPicture:
         if x is None:
             ratios = runs.get("load_ratio", pd.Series([np.nan]))
             x = "load_ratio" if np.isfinite(ratios).all() else "load_factor"
+            if table["load_factor"].nunique() == 1 and table["friction"].nunique() > 1:
+                x = "friction"
         self.x = x
-        axes_of_study = [name for name in ("friction_number", "cycle") if table[name].nunique() > 1]
+        named = ["cycle"] if x == "friction" else ["friction_number", "cycle"]
+        axes_of_study = [name for name in named if table[name].nunique() > 1]
         if colour is None and axes_of_study:
             colour = axes_of_study[0]
         self.colour = colour

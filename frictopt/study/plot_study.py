@@ -47,10 +47,10 @@ def plot_study(
         matplotlib axes to draw in, one for each panel; None: a new figure.
     x
         Column along the horizontal axis; None: the load factor, over the shakedown limit if the
-        table has a finite one of all runs.
+        table has a finite one of all runs. If all runs have one load factor, None is the friction.
     colour
         Column that has a colour for each value; None: the first of friction and load cycle that has
-        several values, otherwise the family of the starts.
+        several values and is not along the horizontal axis, otherwise the family of the starts.
     rows
         Column that has a panel for each value; None: one panel.
 

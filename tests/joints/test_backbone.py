@@ -301,6 +301,20 @@ def test_a_load_that_is_no_mode_has_no_frequency():
     )
 
 
+@pytest.mark.usefixtures("no_figures_stay_open")
+def test_load_factors_without_work_are_marked_at_the_lower_end():
+    rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=4, EA=1.0, h=1.0))
+    cycle = fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}])
+    curve = fo.backbone_curve(rod, cycle, 0.5, [0.1, 0.2, 1.0])
+    assert (curve.work == 0).tolist() == [True, True, False]
+    work = curve.plot()[0]
+    (marks,) = [line for line in work.get_lines() if line.get_label() == "no work"]
+    assert marks.get_xdata().tolist() == [0.1, 0.2]
+    places = marks.get_transform().transform(marks.get_xydata())
+    assert places[:, 1] == pytest.approx(work.bbox.y0)
+    assert "no work" in [text.get_text() for text in work.get_legend().get_texts()]
+
+
 # Two nodes in space, pressed by 1 and 3, of areas 1 and 3, each on springs of 1: a node slips by
 # the load less f p, twice in a cycle, and back.
 NAMES, FORCES = ["a", "b"], np.array([1.0, 3.0])

@@ -328,6 +328,8 @@ def test_on_the_first_page_statics_does_not_know_a_press_fit():
     assert joint.gross_slip.self_stress is not None and joint.gross_slip.load_factor == np.inf
     assert not joint.verdicts["passed"].any() and joint.safety.empty
     assert "balance themselves" in " ".join(str(joint).split())
+    assert "Equilibrium alone has no load" in str(joint)
+    assert "do not slide off" not in str(joint)
 
 
 # Motions
@@ -412,10 +414,26 @@ def test_a_ratcheting_contact_tells_its_drift():
 
 def test_friction_that_no_surface_has_is_no_advice():
     """A force of 1.48 on a pressure of 1 needs friction of 1.48."""
-    for force, told in ((0.9, "With friction of 0.9 or more"), (1.48, "No practical friction keeps it stuck")):
+    for force, told in (
+        (0.9, "With friction of 0.9 or more"),
+        (1.48, "No practical friction keeps it stuck"),
+    ):
         cycle = fo.LoadCycle({"N": 1.0}, [{"F": force}, {"F": -force}])
         joint = fo.report(BLOCK, cycle, 0.5, [1.0])
         assert any(told in sentence for sentence in joint.advice)
+
+
+def test_a_share_has_a_unit_and_an_unknown_error_is_no_percentage():
+    cycle = fo.LoadCycle({"N": 1.0}, [{"F": 0.9}, {"F": -0.9}])
+    joint = fo.report(BLOCK, cycle, 0.5, [1.0], limits={"slipping share": 0.5}, pages=1)
+    share = row(joint.numbers, "number", "share that slips")
+    assert share["unit"] == joint.verdicts["unit"].item() == "of the nodes"
+    wide = replace(joint, system=replace(BLOCK, width=[2.0]))
+    assert row(wide.numbers, "number", "share that slips")["unit"] == "of the area"
+    for error, told in ((0.26, "may change it by 26 %"), (np.inf, "may have another answer")):
+        steady = replace(joint.steady, steps=2, step_error=error)
+        meaning = row(replace(joint, steady=steady).numbers, "number", "work per cycle")["meaning"]
+        assert told in meaning and "inf" not in meaning
 
 
 def test_nothing_converges_before_its_increments_are_fine():

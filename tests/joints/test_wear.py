@@ -118,6 +118,9 @@ def test_the_table_says_what_the_arrays_say(coarse):
             for row in rows
         )
     assert np.array_equal(work.get_lines()[0].get_xydata(), table[["cycles", "work"]])
+    # Also a constant work is inside the axes.
+    assert work.get_ylim()[0] == 0.0
+    assert work.get_ylim()[1] > 1.05 * table["work"].max()
     assert (
         coarse.worn_in
         and table["work"].iloc[-1] <= 1e-3 * table["work"].max()

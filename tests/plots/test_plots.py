@@ -381,6 +381,14 @@ def test_a_study_without_a_limit_has_the_load_factor_below_and_failed_runs_are_c
     assert sum(len(line.get_xdata()) for line in labelled(ax).values()) == 8
 
 
+def test_a_study_of_one_load_factor_has_the_friction_below():
+    table = fo.dissipation_study(PAIR, CYCLE, [0.3, F, 0.7], [1.5], progress=False)
+    ax = fo.plot_study(table)
+    assert ax.get_xlabel() == "friction"
+    assert labelled(ax)["no slip"].get_xdata().tolist() == [0.3, F, 0.7]
+    assert fo.plot_study(table, x="load_factor").get_xlabel() == r"load factor $\lambda$"
+
+
 def split_study():
     cycles = {
         "quick": CYCLE,

@@ -64,6 +64,16 @@ def test_the_table_against_a_long_transient_by_quadrature(punch, opening):
     assert "property of the mesh" in table.attrs["note"]
 
 
+def test_the_slip_range_of_a_state_of_rest_is_zero_and_no_rounding(punch):
+    contact = punch(16)
+    limit = fo.shakedown_limit(contact, PULL, 0.7).load_factor
+    for share in (0.6, 0.7, 0.8):
+        rest = fo.steady_state(contact, PULL, 0.7, share * limit)
+        assert rest.outcome is fo.Outcome.SHAKEDOWN and rest.slip.any()
+        assert not rest.fretting_table()["slip_range"].any()
+        assert not rest.by_contact()["slip_range"].any()
+
+
 def test_a_contact_that_creeps_has_its_drift_in_the_slip_range():
     steady, path = fo.steady_state(*WALKING), fo.march(*WALKING, cycles=9)
     assert steady.outcome is fo.Outcome.RATCHETING
