@@ -4,12 +4,12 @@ The structures have contact systems, for their forced responses. The integration
 the package.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
 import frictopt as fo
@@ -44,7 +44,8 @@ class Structure:
     def glued(self) -> np.ndarray:
         """Stiffness (n, n) if no contact slips or opens."""
         springs = self.tangential * self.along.T @ self.along
-        return self.bodies + springs + self.normal * self.against.T @ self.against
+        glued = self.bodies + springs + self.normal * self.against.T @ self.against
+        return np.asarray(glued)
 
     def modes(self) -> tuple[np.ndarray, np.ndarray]:
         """Angular frequencies (n,) and modes of unit modal mass, in columns."""
@@ -55,7 +56,7 @@ class Structure:
         """Damping matrix of the same ratio in each glued mode."""
         omega, shapes = self.modes()
         inertia = self.mass[:, None] * shapes
-        return inertia @ np.diag(2 * ratio * omega) @ inertia.T
+        return np.asarray(inertia @ np.diag(2 * ratio * omega) @ inertia.T)
 
     def contact(self) -> fo.ContactSystem:
         """The contact system with the load cases "static", "mode 0", "mode 1", .."""
@@ -69,14 +70,12 @@ class Structure:
         F = np.column_stack(list(forces.values()))
         return fo.ContactSystem(
             springs - rows @ flexible @ rows.T,
-            [[float(k), 0.0] for k in range(len(self.along))],
+            np.array([[float(k), 0.0] for k in range(len(self.along))]),
             dict(zip(forces, (-rows @ flexible @ F).T, strict=True)),
             compliance=F.T @ flexible @ F,
         )
 
-    def curve(
-        self, k: int, load_factors: Iterable[float], **options: Any
-    ) -> fo.results.BackboneCurve:
+    def curve(self, k: int, load_factors: ArrayLike, **options: Any) -> fo.results.BackboneCurve:
         """The backbone curve of mode k."""
         cycle = fo.LoadCycle({"static": 1.0}, [{f"mode {k}": 1.0}, {f"mode {k}": -1.0}])
         frequency = self.modes()[0][k] / (2 * np.pi)

@@ -304,6 +304,8 @@ def _stress_on_surfaces(
     collection = Poly3DCollection(
         faces, array=np.concatenate(means), clim=(0.0, highest), cmap="viridis", rasterized=True
     )
+    # Sides of faces show the shapes of bodies that have the same dark colour.
+    collection.set(edgecolor=("white", 0.3), linewidth=0.3)
     return axes.add_collection3d(collection)
 
 

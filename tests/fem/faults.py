@@ -901,4 +901,11 @@ FAULTS = (
         new="np.abs((normals[:, first] * normals[:, second]).sum(axis=0)) <= 2",
         tests="modes",
     ),
+    Fault(
+        "fem/pictures.py",
+        "moved bodies shine through each other",
+        old="face=0.9",
+        new="face=0.25",
+        tests="plots_spatial_model::test_the_moved_body_in_front_hides_the_other_one",
+    ),
 )

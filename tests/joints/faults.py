@@ -367,4 +367,32 @@ FAULTS = (
         new="cycle.after * path.unit",
         tests="sheet::test_a_ratcheting_contact_tells_its_drift",
     ),
+    Fault(
+        "joints/pictures.py",
+        "load factors without work are hidden",
+        old="curve.work == 0",
+        new="curve.work < 0",
+        tests="backbone::test_load_factors_without_work_are_marked_at_the_lower_end",
+    ),
+    Fault(
+        "joints/pictures.py",
+        "a constant work is cut off at the top",
+        old="_CURVE.room * highest",
+        new="highest",
+        tests="wear",
+    ),
+    Fault(
+        "joints/advice.py",
+        "a press fit never slides off",
+        old="gross.load_factor == np.inf and gross.self_stress is None",
+        new="gross.load_factor == np.inf",
+        tests="sheet::test_on_the_first_page_statics_does_not_know_a_press_fit",
+    ),
+    Fault(
+        "joints/report_tables.py",
+        "an unknown error as a percentage",
+        old="np.isinf(steady.step_error)",
+        new="False",
+        tests="sheet::test_a_share_has_a_unit_and_an_unknown_error_is_no_percentage",
+    ),
 )

@@ -427,9 +427,9 @@ def test_a_share_has_a_unit_and_an_unknown_error_is_no_percentage():
     cycle = fo.LoadCycle({"N": 1.0}, [{"F": 0.9}, {"F": -0.9}])
     joint = fo.report(BLOCK, cycle, 0.5, [1.0], limits={"slipping share": 0.5}, pages=1)
     share = row(joint.numbers, "number", "share that slips")
-    assert share["unit"] == joint.verdicts["unit"].item() == "of the nodes"
-    wide = replace(joint, system=replace(BLOCK, width=[2.0]))
-    assert row(wide.numbers, "number", "share that slips")["unit"] == "of the area"
+    assert share["unit"] == joint.verdicts["unit"].item() == "of the area"
+    bare = replace(joint, system=replace(BLOCK, width=None))
+    assert row(bare.numbers, "number", "share that slips")["unit"] == "of the nodes"
     for error, told in ((0.26, "may change it by 26 %"), (np.inf, "may have another answer")):
         steady = replace(joint.steady, steps=2, step_error=error)
         meaning = row(replace(joint, steady=steady).numbers, "number", "work per cycle")["meaning"]

@@ -15,11 +15,11 @@ def test_a_mass_without_slip_swings_by_force_over_damping():
     structure, ratio = slider(), 0.02
     omega, _ = structure.modes()
     vibration = Vibration(structure, 0, ratio, 600)
-    answer = vibration.shaken(10.0, omega[0] / (2 * np.pi), 300)
-    assert answer.harmonic == pytest.approx(10.0 / (2 * ratio * omega[0] ** 2), rel=2e-3)
+    answer = vibration.shaken(1.0, omega[0] / (2 * np.pi), 300)
+    assert answer.harmonic == pytest.approx(1.0 / (2 * ratio * omega[0] ** 2), rel=2e-3)
     assert answer.half_range == pytest.approx(answer.harmonic, rel=2e-3)
     pushed = Vibration(structure, 0, ratio, 600, point=0)
-    again = pushed.shaken(10.0, omega[0] / (2 * np.pi), 300)
+    again = pushed.shaken(1.0, omega[0] / (2 * np.pi), 300)
     assert again.harmonic == pytest.approx(answer.harmonic, rel=2e-2)
 
 

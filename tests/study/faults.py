@@ -131,4 +131,11 @@ FAULTS = (
         new="0.5 + 0 * rank",
         tests="plots",
     ),
+    Fault(
+        "study/pictures.py",
+        "a study of one load has all marks at one place",
+        old="table['friction'].nunique() > 1",
+        new="False",
+        tests="plots::test_a_study_of_one_load_factor_has_the_friction_below",
+    ),
 )

@@ -657,4 +657,11 @@ FAULTS = (
         new="LESS_SHEAR",
         tests="onset",
     ),
+    Fault(
+        "transients/fretting.py",
+        "rounding of the slip is a slip range",
+        old="ranges <= rounding",
+        new="ranges < 0",
+        tests="fretting::test_the_slip_range_of_a_state_of_rest_is_zero_and_no_rounding",
+    ),
 )
