@@ -112,13 +112,13 @@ QUESTIONS = (
     ),
     Question(
         "response",
-        "the response of a mode to harmonic forces near its resonance, about",
+        "the approximate response of a mode to harmonic forces near its resonance",
         f"joint.npz {_CYCLE} --friction .3 --natural-frequency 140 --forces .1 .2 --damping .002",
         _single("backbone_curve", "results.BackboneCurve.response"),
     ),
     Question(
         "largest-force",
-        "the largest force on a mode whose resonance keeps within a limit, about",
+        "the approximate largest force on a mode whose resonance keeps within a limit",
         f"joint.npz {_CYCLE} --friction .3 --natural-frequency 140 --slip-range .005",
         _single("backbone_curve", "results.BackboneCurve.largest_force"),
         picture=False,

@@ -182,7 +182,7 @@ def report(
         in space without 1/4, reduced in proportion if 2 is above 95 % of the gross-slip load.
     preload
         Load case of the mean load -> (least, most) amplitude, for the scatter of tightening. At
-        most four; bolts that scatter alike belong into one load case. Each corner of the scatter
+        most four; put bolts that scatter alike into one load case. Each corner of the scatter
         needs its own steady states.
     limits
         Thresholds for the verdicts, name -> largest value: "slip range" and "drift" (length),
