@@ -1,15 +1,13 @@
 """CalculiX beside frictopt: what its stored matrices hold, and what its contact does.
 
 Run with `python -m studies calculix [--quick]`; it needs `ccx` and prints two tables in Markdown.
-The first table checks statements about matrices, each by small decks. The second table follows
-three histories of a block on a block, by displacements of its top, with the contact formulations
-of CalculiX and with frictopt on the same mesh.
+The first table checks statements about matrices and contact, each by small decks, see
+`calculix_statements.py`. The second table follows three histories of a block on a block, by
+displacements of its top, with the contact formulations of CalculiX and with frictopt on the same
+mesh.
 """
 
-import os
-import re
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -23,12 +21,8 @@ from skfem import MeshQuad
 import frictopt as fo
 from studies.progress import each
 from studies.tables import Study, Table, markdown
+from validation.calculix_statements import MATERIAL, Array, Job, statements, version
 
-Array = np.ndarray[Any, Any]
-
-MATERIAL = "*MATERIAL, NAME=M\n*ELASTIC\n1000., .3\n*DENSITY\n1.\n"
-STORE = "*FREQUENCY, SOLVER=MATRIXSTORAGE\n1\n*END STEP\n"
-STEP = f"*STEP\n{STORE}"
 # Formulation in CalculiX -> its type in `*CONTACT PAIR`.
 FORMULATIONS = {
     "node to surface": "NODE TO SURFACE",
@@ -70,148 +64,6 @@ HISTORIES = {
     "loop": History(((0.0, PRESS), (0.002, PRESS), (-0.002, PRESS), (0.002, PRESS)), 0.0, 0.3),
     "lands elsewhere": History(((0.002, 0.0), (0.002, -0.003)), 0.001, 0.5),
 }
-
-
-class Job:
-    """Decks that CalculiX runs in one folder."""
-
-    def __init__(self, folder: Path, seconds: float) -> None:
-        self.folder = folder
-        self.seconds = seconds
-
-    def run(self, deck: str) -> str:
-        """Run a deck; what CalculiX says. The text is empty if it is stopped."""
-        for path in self.folder.iterdir():
-            path.unlink()
-        (self.folder / "job.inp").write_text(deck, encoding="utf-8")
-        environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-        try:
-            done = subprocess.run(
-                ["ccx", "-i", "job"],
-                cwd=self.folder,
-                env=environment,
-                capture_output=True,
-                text=True,
-                timeout=self.seconds,
-            )
-        except subprocess.TimeoutExpired:
-            return ""
-        return done.stdout
-
-    def matrix(self, deck: str) -> tuple[list[tuple[int, int]], Array]:
-        """Labels (node, direction) of a stored stiffness, and the stiffness."""
-        self.run(deck)
-        lines = (self.folder / "job.dof").read_text(encoding="utf-8").splitlines()
-        labels = [tuple(map(int, line.strip().split("."))) for line in lines]
-        K = np.zeros((len(labels),) * 2)
-        row, column, value = np.loadtxt(self.folder / "job.sti", unpack=True)
-        i = row.astype(int) - 1
-        j = column.astype(int) - 1
-        K[i, j] = value
-        K[j, i] = value
-        return [(node, direction) for node, direction in labels], K
-
-
-def version() -> str:
-    """The version of `ccx`."""
-    said = subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout
-    found = re.search(r"Version (\S+)", said)
-    return found[1] if found else "unknown"
-
-
-def _cube(first: int, bottom: float, name: str) -> str:
-    """A cube of one brick, its nodes and its element numbered from `first`."""
-    corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
-    places = [(x, y, bottom + z) for z in (0.0, 1.0) for x, y in corners]
-    nodes = "".join(f"{first + i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(places))
-    numbers = ", ".join(str(first + i) for i in range(8))
-    return (
-        f"*NODE, NSET=N{name}\n{nodes}*ELEMENT, TYPE=C3D8, ELSET={name}\n{first}, {numbers}\n"
-        f"*SOLID SECTION, ELSET={name}, MATERIAL=M\n"
-    )
-
-
-HELD = "*BOUNDARY\n1, 1, 3\n2, 1, 3\n3, 1, 3\n4, 1, 3\n"
-TWO_CUBES = MATERIAL + _cube(1, 0.0, "LO") + _cube(11, 1.0, "UP")
-PAIR = (
-    "*SURFACE, NAME=A\n11, S1\n*SURFACE, NAME=B\n1, S2\n*SURFACE INTERACTION, NAME=I\n"
-    "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n1e5, 1.\n"
-    "*CONTACT PAIR, INTERACTION=I, TYPE=NODE TO SURFACE\nA, B\n"
-)
-
-
-def _change(one: Array, other: Array) -> float:
-    """The largest change of an entry, relative to the largest entry."""
-    return float(np.abs(other - one).max() / np.abs(one).max())
-
-
-def statements(job: Job) -> Iterator[Mapping[str, Any]]:
-    """A row for each statement about stored matrices: what was seen, and whether it holds."""
-    labels, K = job.matrix(TWO_CUBES + HELD + STEP)
-    held = [label for label in labels if label[0] <= 4]
-    yield _row("Rows of held displacements", "number", len(held), not held)
-
-    _, other = job.matrix(TWO_CUBES + PAIR + HELD + STEP)
-    change = _change(K, other)
-    yield _row("`*CONTACT PAIR`, plain step", "change of the matrix", change, change == 0)
-    _, other = job.matrix(TWO_CUBES + PAIR + HELD + f"*STEP, PERTURBATION\n{STORE}")
-    change = _change(K, other)
-    yield _row("`*CONTACT PAIR`, `PERTURBATION`", "change of the matrix", change, change > 0.1)
-
-    turned = "*TRANSFORM, NSET=NUP, TYPE=R\n0., 1., 0., -1., 0., 0.\n"
-    _, other = job.matrix(TWO_CUBES + HELD + turned + STEP)
-    change = _change(K, other)
-    yield _row("`*TRANSFORM` of nodes", "change of the matrix", change, change == 0)
-
-    follows = "*EQUATION\n2\n11, 1, 1., 5, 1, -1.\n"
-    labels, _ = job.matrix(TWO_CUBES + HELD + follows + STEP)
-    count = labels.count((11, 1))
-    yield _row("Rows of the first term of `*EQUATION`", "number", count, count == 0)
-
-    ring = (
-        "*NODE\n1, 1., 0., 0.\n2, 2., 0., 0.\n3, 2., 1., 0.\n4, 1., 1., 0.\n"
-        "*ELEMENT, TYPE=CAX4, ELSET=E\n1, 1, 2, 3, 4\n*SOLID SECTION, ELSET=E, MATERIAL=M\n"
-        "*BOUNDARY\n1, 2, 2\n2, 2, 2\n"
-    )
-    labels, K = job.matrix(MATERIAL + ring + STEP)
-    lifted = np.array([float(direction == 2) for _, direction in labels])
-    # A strain of 1 along the axis, in a ring of radii 1 and 2 and height 1.
-    whole = 2 * np.pi * 1.5 * 1000 * 0.7 / (1.3 * 0.4)
-    ratio = whole / float(lifted @ K @ lifted)
-    expected = 2 * np.pi / np.sin(np.radians(2.0))
-    yield _row("Whole ring / matrix of `CAX4`", "ratio", ratio, abs(ratio / expected - 1) < 1e-6)
-
-    shell = (
-        "*NODE\n1, 0., 0., 0.\n2, 1., 0., 0.\n3, 1., 1., 0.\n4, 0., 1., 0.\n"
-        "*ELEMENT, TYPE=S4, ELSET=E\n1, 1, 2, 3, 4\n*SHELL SECTION, ELSET=E, MATERIAL=M\n.1\n"
-        "*BOUNDARY\n1, 1, 3\n2, 1, 3\n"
-    )
-    labels, _ = job.matrix(MATERIAL + shell + STEP)
-    made = len({node for node, _ in labels if node > 4})
-    yield _row("Nodes of an `S4` that are not in the deck", "number", made, made > 0)
-
-    def square(number: str) -> str:
-        return (
-            f"{MATERIAL}*NODE\n1, 0., 0., 0.\n2, {number}, 0., 0.\n3, 1., 1., 0.\n4, 0., 1., 0.\n"
-            "*ELEMENT, TYPE=CPE4, ELSET=E\n1, 1, 2, 3, 4\n*SOLID SECTION, ELSET=E, MATERIAL=M\n1.\n"
-            f"*BOUNDARY\n1, 1, 2\n{STEP}"
-        )
-
-    _, short = job.matrix(square("1."))
-    _, long = job.matrix(square("1.000000000000000000e+01"))
-    change = _change(short, long)
-    yield _row("1.000000000000000000e+01 read as 1", "change of the matrix", change, change == 0)
-
-
-def _row(statement: str, what: str, number: float, holds: bool) -> dict[str, Any]:
-    return {
-        "statement": statement,
-        "what": what,
-        "number": float(number),
-        "holds": bool(holds),
-        "version": version(),
-        "residual": 0.0,
-    }
 
 
 def matrices(parameters: Parameters) -> Iterator[Mapping[str, Any]]:
@@ -293,9 +145,6 @@ def _steps(history: History, parameters: Parameters) -> str:
     return text
 
 
-_TOTAL = re.compile(r"total force.*?time\s+(\S+)\s*\n\s*\n\s+(\S+)\s+(\S+)\s+(\S+)")
-
-
 def forces_of_calculix(
     job: Job, history: History, formulation: str, parameters: Parameters
 ) -> Array:
@@ -305,9 +154,7 @@ def forces_of_calculix(
     """
     if not job.run(deck_of(history, formulation, parameters)):
         return np.zeros((0, 3))
-    printed = (job.folder / "job.dat").read_text(encoding="utf-8")
-    totals = [[float(word) for word in found.groups()] for found in _TOTAL.finditer(printed)]
-    forces = np.array(totals).reshape(-1, 4)
+    forces = job.totals()
     complete = len(forces) and abs(forces[-1, 0] - len(history.corners)) < 1e-6
     # The reactions of the top are the forces of the contact on the upper block, with a minus; the
     # slice is 0.5 deep.
@@ -426,7 +273,7 @@ def _number(value: float) -> str:
 
 MATRICES = Table(
     "calculix_matrices",
-    "one statement about stored matrices",
+    "one statement about stored matrices or contact",
     {
         "statement": "what CalculiX does",
         "what": "what the number is",

@@ -41,9 +41,11 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     The digits are those of the corners; None: of all nodes. Midside nodes may have been computed.
     """
     written = (points if corners is None else points[corners]).ravel()
+    rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())
     unit = np.zeros(points.shape)
     for sign in (-1, 1):
-        sizes = sign * written[sign * written > 0]
+        # A coordinate of 1e-17 is zero with the rounding of the code that computed it.
+        sizes = sign * written[sign * written > rounding]
         has_sign = sign * points >= 0
         # All sizes with the decimals of the largest one: the unit is the same for all.
         largest = np.full(sizes.shape, _exponent(sizes.max(initial=0.0)))
@@ -55,7 +57,6 @@ def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
         unit[has_sign] = np.maximum(unit[has_sign], np.maximum(by_decimals, by_digits))
     # Two roundings of one number may differ by a whole unit: a little more than half of it is
     # allowed to each.
-    rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())
     return np.asarray(np.maximum((1 + COUNTS) / 2 * unit, rounding))
 
 

@@ -99,10 +99,15 @@ def _matrix(what: str, path: Path, dof: Path, size: int) -> csr_matrix:
     first = min(row.min(), column.min())
     last = max(row.max(), column.max())
     if first < 1 or last != size:
+        remedy = "give both files of the same job"
+        if last == 2 * size:
+            remedy += (
+                ", and if its step has *SELECT CYCLIC SYMMETRY MODES, leave that out: it makes the "
+                "matrix complex, and the labels are of its real part alone"
+            )
         raise ModelError(
             f"{what}: {path.name} has rows {first:g} to {last:g}, {dof.name} has "
-            f"{number_of(size, 'label')}; "
-            "give both files of the same job"
+            f"{number_of(size, 'label')}; {remedy}"
         )
     return symmetric(what, row - 1, column - 1, value.astype(np.float64), size)
 
