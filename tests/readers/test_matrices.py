@@ -334,7 +334,12 @@ DAMAGED = [
     ("job.sti", None, None, "job.sti"),
     ("job.dof", None, None, "labels: .*job.dof"),
     ("job.dof", None, "10.1\n10.2\n", "job.sti has rows 1 to 12, job.dof has 2 labels"),
-    ("job.sti", "", "24 24 2.0\n", r"has 12 labels; .* leave that out: it makes the matrix complex"),
+    (
+        "job.sti",
+        "",
+        "24 24 2.0\n",
+        r"has 12 labels; .* leave that out: it makes the matrix complex",
+    ),
     ("job.dof", None, "10.1\n" * 12, "labels are given twice"),
     ("job.sti", None, "1 1 1.0\n1 2 one\n", "entries that are no numbers"),
     ("job.sti", "", "12 12 2.0\n", "entries are given twice"),
