@@ -232,10 +232,10 @@ def test_no_coordinate_is_off_by_more_than_its_error(seed, count, form, power):
 
 
 def test_a_computed_zero_hides_no_digits():
-    """Meshers write numbers of seven digits, and 1.7e-17 where they computed a zero."""
+    """Meshers write numbers of seven digits, and many digits of 1e-17 where they computed a zero."""
     x = digits(np.random.default_rng(0).uniform(-1.0, 1.0, size=(50, 3)), 7)
     x[:3] = 0.0
-    computed = np.where(x == 0, np.array([1.7e-17, -3.9e-18, 1.2e-16]), x)
+    computed = np.where(x == 0, np.array([1.7320508075689e-17, -3.1622776601684e-18, 1e-16 / 7]), x)
     errors = coordinate_errors(computed)
     assert errors[3:] == pytest.approx(coordinate_errors(x)[3:], rel=1e-12)
     assert errors.max() < 1e-7
