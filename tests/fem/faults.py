@@ -785,8 +785,8 @@ FAULTS = (
     Fault(
         "fem/coincidence.py",
         "a computed zero has digits",
-        old="sign * written > rounding]",
-        new="sign * written > 0]",
+        old="sign * written > rounding",
+        new="sign * written > 0",
         tests="digits",
     ),
     Fault(

@@ -100,3 +100,4 @@ def test_a_pre_tension_presses_what_it_clamps_with_its_force(tmp_path):
     )
     assert system.nodes == 4
     assert system.bonded["P"][1].sum() == pytest.approx(4000.0, rel=1e-9)
+    assert system.width.sum() == pytest.approx(np.pi * (2.2**2 - 1.2**2), rel=1e-9)
