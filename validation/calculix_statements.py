@@ -210,12 +210,12 @@ def _of_substructures(job: Job) -> Iterator[Mapping[str, Any]]:
     stored = np.array([float(word) for word in words])
     rows = [labels.index(label) for label in retained]
     whole = K[np.ix_(rows, rows)][np.tril_indices(len(rows))]
-    change = _change(whole, stored)
+    difference = _change(whole, stored)
     yield _row(
         "`*SUBSTRUCTURE GENERATE`: rows and columns of the whole matrix",
         "change of the matrix",
-        change,
-        change < 1e-9,
+        difference,
+        difference < 1e-9,
     )
 
 

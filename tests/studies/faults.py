@@ -20,8 +20,8 @@ FAULTS = (
     Fault(
         "validation/calculix_statements.py",
         "substructures are reduced",
-        old="change < 1e-9",
-        new="change > 1e-9",
+        old="difference < 1e-9",
+        new="difference > 1e-9",
         tests="studies_calculix",
     ),
     Fault(
