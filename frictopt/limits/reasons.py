@@ -185,6 +185,9 @@ def _ask_for_events(limit: ShakedownAnswer) -> str:
     """The advice to ask for nodes that open and close, if some can in a state of rest."""
     question = limit._question
     unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
+    # Such a node would have to keep its slip in a state of rest with events, too.
+    if limit.kind is LimitKind.FINITE and _slides_freely(limit):
+        return ""
     if unknown or not may_open_and_close(question, path_of(question.cycle)):
         return ""
     return ASK_FOR_EVENTS()
@@ -195,14 +198,25 @@ def _weak_node(limit: ShakedownAnswer) -> str:
     question = limit._question
     node = limit._ruling
     contact = in_contact(question.system, node)
-    motion = limit._motion
-    sheared = motion.size[:, node].max() > ROUNDING * np.abs(motion.moves).max()
-    if question.friction[node] == 0 and sheared:
+    if _slides_freely(limit):
         return NO_FRICTION(node=node, contact=contact)
+    sheared = _shears(limit)
     alone = set(limit.mechanism["node"]) == {node}
     if alone and np.abs(question.r0[:, -1, node]).max() <= ROUNDING * question.force:
         return NO_PRESSURE(node=node, contact=contact, moves="shears" if sheared else "lifts")
     return ""
+
+
+def _shears(limit: ShakedownAnswer) -> bool:
+    """Whether the node that governs a limit slips in its mechanism."""
+    motion = limit._motion
+    size = motion.size[:, limit._ruling].max()
+    return bool(size > ROUNDING * np.abs(motion.moves).max())
+
+
+def _slides_freely(limit: ShakedownAnswer) -> bool:
+    """Whether the node that governs a limit has no friction, and slips."""
+    return bool(limit._question.friction[limit._ruling] == 0 and _shears(limit))
 
 
 def _start(limit: ShakedownAnswer) -> tuple[str, str]:
