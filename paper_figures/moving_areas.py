@@ -1,24 +1,25 @@
-"""A cylinder under a normal load that varies with its shear: limit against the phase between them, and work of a steady cycle."""
+"""A cylinder under a normal load that varies with its shear: limit and work of a steady cycle, against the phase between them and against Dundurs' constant."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from studies.moving_areas import PHASES
+from studies.moving_areas import BETAS, PHASES
 from studies.tables import Table
 
 from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
-TABLES: Mapping[str, Table[Any]] = {"phases": PHASES}
+TABLES: Mapping[str, Table[Any]] = {"phases": PHASES, "betas": BETAS}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: the limit, and the work at two loads, against the phase; right: the work against the load."""
+    """Above: limit and work against the phase, and work against the load; below: against beta."""
     table = tables["phases"]
-    figure = new_figure(WIDE, 66)
-    left, right = figure.subplots(1, 2)
+    figure = new_figure(WIDE, 122)
+    (left, right), of_betas = figure.subplots(2, 2)
     limits = table.groupby("phase")["shakedown"].first()
     left.plot(limits.index, limits, color=BLACK, marker="o", linestyle="none", label="limit")
     left.set_xlabel("normal load leads shear by, degrees")
@@ -44,6 +45,29 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     handles, labels = left.get_legend_handles_labels()
     more, names = works.get_legend_handles_labels()
     left.legend(handles + more, labels + names, loc="center right")
-    for axes, letter in zip((left, right), "ab", strict=True):
+    _against_beta(tables["betas"], of_betas)
+    for axes, letter in zip((left, right, *of_betas), "abcd", strict=True):
         panel_label(axes, letter)
     return figure
+
+
+_NAMES = {"in_phase": "in phase", "rolls": "rolls"}
+
+
+def _against_beta(table: pd.DataFrame, panels: Sequence[Axes]) -> None:
+    """Left: limits against beta; right: the work of a steady cycle above them."""
+    limits, works = panels
+    for (cycle, rows), look in zip(table.groupby("cycle"), SERIES, strict=False):
+        ordered = rows.sort_values("beta")
+        name = _NAMES[str(cycle)]
+        load_factor = ordered["load_factor"].iloc[0]
+        limits.plot(ordered["beta"], ordered["shakedown"], label=name, **look)
+        label = f"{name}, load factor {load_factor:g}"
+        works.plot(ordered["beta"], ordered["dissipation"], label=label, **look)
+    limits.set_ylabel("limit, load factor")
+    limits.set_ylim(bottom=0)
+    works.set_ylabel(r"work of a cycle $W E^* / P^2$")
+    works.set_ylim(bottom=0)
+    for axes in panels:
+        axes.set_xlabel(r"Dundurs' constant $\beta$")
+        axes.legend()

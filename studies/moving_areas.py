@@ -1,10 +1,14 @@
-"""A cylinder whose normal load varies with its shear: its limit, and the work of a cycle, against the phase between the two.
+"""A cylinder whose normal load varies with its shear: its limit, and the work of a cycle, against the phase between the two and against Dundurs' constant.
 
 Run with `python -m studies moving_areas [--quick]`. The mean normal load is P, its amplitude P / 5,
 and that of the shear the load factor times P. Pressure and shear of similar half-planes do not feel
 each other, so normal loads alone open and close the nodes at the rim. In phase the contact comes to
 rest up to friction times P / 5; with a phase no shear is small enough, and the work of a cycle
 grows from zero. The work is over P^2 / E*, per depth.
+
+Dundurs' constant beta couples shear and pressure of two materials. `BETAS` has limits with events, of
+pressure and shear in phase and of a cylinder that rolls to and fro under a static shear, and the work
+of a cycle above them (`validation.moving_events`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,7 +18,14 @@ import numpy as np
 import pandas as pd
 
 import frictopt as fo
-from validation.moving_events import PRESS, cylinder
+from validation.moving_events import (
+    FRICTION,
+    IN_PHASE,
+    PRESS,
+    ROLLS,
+    cylinder,
+    limits_of_two_materials,
+)
 
 from .progress import each
 from .tables import Row, Study, Table, markdown
@@ -34,10 +45,23 @@ class Parameters:
     load_factors: tuple[float, ...] = tuple(
         round(float(value), 6) for value in np.linspace(0.01, 0.14, 14)
     )
+    cells_of_betas: int = 20
+    betas: tuple[float, ...] = (0.0, 0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.18, 0.2)
 
 
 FULL = Parameters()
-QUICK = Parameters(cells=16, corners=8, phases=(0.0, 45.0), load_factors=(0.05, 0.1))
+QUICK = Parameters(
+    cells=16,
+    corners=8,
+    phases=(0.0, 45.0),
+    load_factors=(0.05, 0.1),
+    cells_of_betas=10,
+    betas=(0.0, 0.1),
+)
+
+# Cycles of two materials: half-length of the contact in half-widths, and the shear over P of a steady
+# state above the limit at beta = 0.
+_CYCLES = {"in_phase": (IN_PHASE, 1.6, 0.2), "rolls": (ROLLS, 1.8, 0.22)}
 
 
 def out_of_phase(phase: float, corners: int) -> fo.LoadCycle:
@@ -87,8 +111,44 @@ PHASES = Table(
 )
 
 
+def betas(parameters: Parameters) -> Iterator[Row]:
+    """One row for each beta and cycle."""
+    cells = parameters.cells_of_betas
+    for beta in each(parameters.betas, "betas"):
+        limits = limits_of_two_materials([beta], cells).iloc[0]
+        for name, (cycle, half_length, load_factor) in _CYCLES.items():
+            system = cylinder(cells, half_length, beta)
+            steady = fo.steady_state(system, cycle, FRICTION, load_factor)
+            yield {
+                "beta": beta,
+                "cycle": name,
+                "shakedown": limits[name],
+                "load_factor": load_factor,
+                "dissipation": steady.dissipation / PRESS**2,
+                "outcome": steady.outcome.name,
+                "residual": steady.residual,
+            }
+
+
+BETAS = Table(
+    "moving_areas_betas",
+    "one beta and cycle",
+    {
+        "beta": "Dundurs' constant",
+        "cycle": "pressure and shear in phase, or a cylinder that rolls under a static shear",
+        "shakedown": "limit with events, load factor; Q / P is 0.4 of it in phase",
+        "load_factor": "of the steady state",
+        "dissipation": "work of friction of a steady cycle over P^2 / E*",
+        "outcome": "of the transient from no slip",
+    },
+    full=FULL,
+    quick=QUICK,
+    compute=betas,
+)
+
+
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Limit of each phase, and the work at the least and the largest load factor."""
+    """Limits of each phase, with the work at two load factors, and of each beta."""
     rows = []
     for phase, group in tables[PHASES.name].groupby("phase"):
         ordered = group.sort_values("load_factor")
@@ -101,7 +161,13 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
                 f"{last['load_factor']:g}: {last['dissipation']:.2e}",
             ]
         )
-    return markdown(["phase, degrees", "limit Q / P", "work at", "work at most at"], rows)
+    phases_table = markdown(["phase, degrees", "limit Q / P", "work at", "work at most at"], rows)
+    by_beta = tables[BETAS.name].pivot(index="beta", columns="cycle", values="shakedown")
+    rows = [
+        [f"{beta:g}", f"{limits['in_phase']:.5f}", f"{limits['rolls']:.5f}"]
+        for beta, limits in by_beta.iterrows()
+    ]
+    return phases_table + "\n" + markdown(["beta", "limit in phase", "limit rolling"], rows)
 
 
-STUDY = Study(__name__, __doc__, "a coarse mesh and two phases", (PHASES,), summary)
+STUDY = Study(__name__, __doc__, "a coarse mesh, two phases, two betas", (PHASES, BETAS), summary)
