@@ -30,7 +30,7 @@ class TransientSettings:
     above_zero: float = 1e-3
     # Load factors at which transients begin if none is known to be safe, in units of the load; 0
     # is the first one if the cycle has fixed parts.
-    first: tuple[float, ...] = (0.05, 0.3, 1.0)
+    first: tuple[float, ...] = (0.005, 0.05, 0.3, 1.0)
     # An overload before the cycles, relative to the load factor: it leaves another slip.
     overload: float = 5.0
     # Cycles after which a transient is given up.
