@@ -13,8 +13,8 @@ from .motion_names import LIFTS_OFF, PRIES, SLIDES, TURNS, motion_in_words, moti
 from .report_parts import (
     ReportParts,
     increments_are_coarse,
+    limits_change_with_mesh,
     many_nodes_slip,
-    mean_load_opens,
     rests_at_load,
 )
 
@@ -51,6 +51,12 @@ def kind_of_contact(parts: ReportParts) -> str:
         )
     if mean.open.all():
         return "The mean load opens all nodes."
+    if mean.open.any() and not limits_change_with_mesh(parts):
+        return (
+            f"The mean load leaves {counted(system, mean.open)} open. Slip changes no pressure, "
+            "and normal loads alone open and close nodes in each cycle: limits hold for all "
+            "openings and closings."
+        )
     if mean.open.any():
         return (
             f"The mean load leaves {counted(system, mean.open)} open. Pressure falls to zero "
@@ -112,7 +118,7 @@ def advice_on(parts: ReportParts) -> Iterator[str]:
         yield from _on_increments(parts.steady)
     elif parts.gross_slip is None or rests_at_load(parts.gross_slip):
         yield "At your load no steady state is found, see the missing results."
-    if mean_load_opens(parts):
+    if limits_change_with_mesh(parts):
         settled = "the gross-slip load"
         if many_nodes_slip(parts):
             settled += ", the work and the share that slips"

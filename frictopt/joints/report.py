@@ -162,9 +162,9 @@ def report(
 
     For a part without an answer there is a reason. The last two questions do not support a shear
     strength. If the mean load leaves nodes open, the third page depends on the mesh and is omitted
-    unless `mesh_limits`. In space the shakedown limit is then computed with these open nodes only,
-    and the other two are omitted, because their search takes minutes: call the functions themselves
-    for full searches.
+    unless `mesh_limits`, or normal loads alone open and close nodes in each cycle. In space the
+    shakedown limit is then computed with these open nodes only, and the other two are omitted,
+    because their search takes minutes: call the functions themselves for full searches.
 
     Safety factors against gross slip follow theorems. The load from equilibrium never falls as
     friction grows, and it is a concave function of the preloads, so its minimum is at a corner of

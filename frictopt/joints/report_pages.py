@@ -26,7 +26,7 @@ from .backbone import BackboneCurve, curve_at
 from .curve_load import with_compliance
 from .curve_question import CurveQuestion
 from .load_search import SETTINGS
-from .report_parts import ReportParts, mean_load_opens, rests_at_load
+from .report_parts import ReportParts, areas_move, mean_load_opens, rests_at_load
 from .report_tables import units_of
 from .safety import SteadyStates, safety_table, verdict_table
 from .scatter import Scatter
@@ -191,6 +191,9 @@ class Pages(Generic[Parts]):
         """
         system, cycle, f = self.system, self.cycle, self.friction
         opens = mean_load_opens(self.report())
+        if areas_move(system, cycle, f):
+            # The limits hold for all openings and closings, without a search.
+            opens = False
         if opens and not mesh_limits:
             for part in ("shakedown limit", "guaranteed limit", "required friction"):
                 self.missing[part] = _OF_THE_MESH

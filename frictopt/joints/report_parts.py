@@ -10,7 +10,14 @@ import pandas as pd
 
 from ..base import ROUNDING, Array
 from ..contact import ContactState, ContactSystem, LoadCycle
-from ..limits import GrossSlip, GuaranteedLimit, RequiredFriction, ShakedownLimit
+from ..limits import (
+    GrossSlip,
+    GuaranteedLimit,
+    RequiredFriction,
+    ShakedownLimit,
+    moving_areas,
+    pose,
+)
 from ..transients import SteadyState
 from .backbone import BackboneCurve
 from .curve_load import load_size, with_compliance
@@ -51,6 +58,20 @@ def rests_at_load(gross_slip: GrossSlip) -> bool:
 def mean_load_opens(parts: ReportParts) -> bool:
     """Whether the mean load leaves nodes open."""
     return parts.mean_state is not None and bool(parts.mean_state.open.any())
+
+
+def areas_move(system: ContactSystem, cycle: LoadCycle, friction: Array) -> bool:
+    """Whether normal loads alone open and close nodes in each cycle, as under a roller.
+
+    Then slip changes no pressure, and limits hold for all openings and closings.
+    """
+    question = pose(system, cycle, friction, question_name="shakedown_limit")
+    return moving_areas(question) is not None
+
+
+def limits_change_with_mesh(parts: ReportParts) -> bool:
+    """Whether the last closed node beside those that the mean load opens decides the limits."""
+    return mean_load_opens(parts) and not areas_move(parts.system, parts.cycle, parts.friction)
 
 
 def many_nodes_slip(parts: ReportParts) -> bool:

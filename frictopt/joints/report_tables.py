@@ -13,6 +13,7 @@ from .curve_load import load_size
 from .report_parts import (
     ReportParts,
     increments_are_coarse,
+    limits_change_with_mesh,
     many_nodes_slip,
     mean_load_opens,
     motion_of_load,
@@ -114,10 +115,13 @@ def _if_fine(steady: SteadyState, converges: str) -> str:
 def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
     """Both limits, and the required friction. They depend on the mesh beside open nodes."""
     limit, guaranteed, required = parts.limit, parts.guaranteed, parts.required
-    converges = "no" if mean_load_opens(parts) else "unless edges are sharp"
+    depends = limits_change_with_mesh(parts)
+    converges = "no" if depends else "unless edges are sharp"
+    if mean_load_opens(parts) and not depends:
+        converges = "compare with a finer mesh"
     if limit is not None:
         name = "shakedown limit"
-        if mean_load_opens(parts) and parts.system.tangents == 2:
+        if depends and parts.system.tangents == 2:
             name += " with these nodes open"
         meaning = f"{limit.reason}. It covers {limit.covers}"
         yield name, limit.load_factor, "load factor", converges, meaning

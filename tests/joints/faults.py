@@ -333,6 +333,13 @@ FAULTS = (
         tests="sheet::test_on_the_first_page_statics_does_not_know_a_press_fit",
     ),
     Fault(
+        "joints/report_parts.py",
+        "a rolling contact has no limits",
+        old="moving_areas(question) is not None",
+        new="False",
+        tests="sheet::test_a_rolling_contact_has_limits_for_all_openings_and_closings",
+    ),
+    Fault(
         "joints/report_pages.py",
         "limits of the mesh are given unasked",
         old="opens and (not mesh_limits)",

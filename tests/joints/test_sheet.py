@@ -16,6 +16,7 @@ from helpers.spatial import cycle as spatial_cycle
 from helpers.spatial import random_contact
 from helpers.systems import BLOCK as BARE_BLOCK
 from helpers.systems import CYCLE, PUSHED_AND_PULLED, random_system
+from validation.moving_events import FRICTION, ROLLS, cylinder
 
 STIFFNESS = 3.0
 BLOCK = replace(BARE_BLOCK, width=[2.0])
@@ -319,6 +320,18 @@ def test_limits_that_belong_to_the_mesh_are_given_if_they_are_asked():
     assert str(joint).count("mesh_limits=True") == 1  # once for all three
     asked = fo.report(system, CYCLE, 0.4, [0.5], mesh_limits=True)
     assert asked.limit.load_factor == fo.shakedown_limit(system, CYCLE, 0.4).load_factor
+
+
+def test_a_rolling_contact_has_limits_for_all_openings_and_closings():
+    """They do not depend on the nodes that the mean load leaves open."""
+    system = cylinder(8, 1.8)
+    joint = fo.report(system, ROLLS, FRICTION, [0.1])
+    assert joint.mean_state.open.any()
+    assert joint.limit.covers == "all states of rest, for all openings and closings"
+    assert joint.guaranteed.load_factor == joint.limit.load_factor > 0
+    words = " ".join(str(joint).split())
+    assert "normal loads alone open and close nodes in each cycle" in words
+    assert "change with the mesh" not in words and "mesh_limits" not in words
 
 
 def test_on_the_first_page_statics_does_not_know_a_press_fit():
