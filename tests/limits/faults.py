@@ -940,6 +940,13 @@ FAULTS = (
     ),
     Fault(
         "limits/settled_order.py",
+        "no transient at a small load factor",
+        old="(0.005, 0.05, 0.3, 1.0)",
+        new="(0.05, 0.3, 1.0)",
+        tests="moving_events::test_a_small_limit_is_found",
+    ),
+    Fault(
+        "limits/settled_order.py",
         "a settled cycle has no events",
         old="gap[j] + gap[j + 1] > TRANSIENT.counts * size",
         new="gap[j] > 2 * size",

@@ -271,6 +271,15 @@ def test_a_cylinder_of_two_materials(beta, in_phase, rolling):
         assert rests(two_bodies, ROLLS, F, share * limit.load_factor) == exists
 
 
+def test_a_small_limit_is_found():
+    """The transient under the fixed loads alone opens twin nodes at once, and shows no order."""
+    two_bodies = cylinder(20, 1.6, 0.18)
+    limit = fo.shakedown_limit(two_bodies, IN_PHASE, F, events=True)
+    assert limit.load_factor == pytest.approx(0.02001, abs=5e-6)
+    for share, exists in ((0.999, True), (1.001, False)):
+        assert rests(two_bodies, IN_PHASE, F, share * limit.load_factor) == exists
+
+
 def test_the_table_of_two_materials():
     table = limits_of_two_materials([0.0, 0.25])
     assert table["in_phase"].to_numpy() == pytest.approx([F / 2, np.nan], rel=1e-9, nan_ok=True)
