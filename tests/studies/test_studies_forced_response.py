@@ -1,6 +1,8 @@
 """The study of forced responses: its sentences count what its tables show. The time integration
 itself is compared with closed forms, and with the package, in tests/joints/test_forced_response.py."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,7 +14,7 @@ from validation.vibrations import Vibration, slider
 def test_a_mass_without_slip_swings_by_force_over_damping():
     """Below its friction the slider is a spring: the peak is f / (2 zeta w0^2), and half of the
     range is the first harmonic."""
-    structure, ratio = slider(), 0.02
+    structure, ratio = replace(slider(), mass=np.array([4.0, 0.2])), 0.02
     omega, _ = structure.modes()
     vibration = Vibration(structure, 0, ratio, 600)
     answer = vibration.shaken(1.0, omega[0] / (2 * np.pi), 300)
@@ -21,6 +23,18 @@ def test_a_mass_without_slip_swings_by_force_over_damping():
     pushed = Vibration(structure, 0, ratio, 600, point=0)
     again = pushed.shaken(1.0, omega[0] / (2 * np.pi), 300)
     assert again.harmonic == pytest.approx(answer.harmonic, rel=2e-2)
+
+
+def test_a_slider_swings_as_far_as_its_friction_lets_it():
+    """`pi f a = 4 F (a - a_s) + 2 pi zeta w0 w a^2` at the frequency of the stiffness at a."""
+    structure, ratio, limit, spring = slider(), 1e-4, 20.0, 6e3
+    start, force = limit / spring, 0.5 * 4 * limit / np.pi
+    a = 2 * start
+    angle = np.arccos(1 - 2 * start / a)
+    stiffness = 1e4 + spring / np.pi * (angle - np.sin(2 * angle) / 2)
+    vibration = Vibration(structure, 0, ratio, 600)
+    answer = vibration.shaken(force, np.sqrt(stiffness) / (2 * np.pi), 300)
+    assert answer.harmonic == pytest.approx(a, rel=0.02)
 
 
 def test_friction_removes_the_part_of_a_residual_slip_that_it_does_not_hold():
