@@ -54,12 +54,14 @@ def add_cycle(command: argparse.ArgumentParser) -> None:
     )
 
 
-def add_friction(command: argparse.ArgumentParser) -> None:
-    """The option of the coefficient of friction."""
+def add_friction(command: argparse.ArgumentParser, *, scatters: bool) -> None:
+    """The option of the coefficient of friction. If it `scatters`, it may be a range."""
     friction = "coefficient of friction, one or one per node"
-    command.add_argument(
-        "--friction", type=numbers_of, required=True, metavar="X[,X]", help=friction
-    )
+    read, form = numbers_of, "X[,X]"
+    if scatters:
+        friction += "; LEAST:NOMINAL:MOST for safety factors with scatter"
+        read, form = scatter_of, "X[,X]|X:X:X"
+    command.add_argument("--friction", type=read, required=True, metavar=form, help=friction)
 
 
 def system_of(file: str, units: str | None) -> ContactSystem:
@@ -130,6 +132,20 @@ def ranges_of(text: str) -> dict[str, tuple[float, float]]:
                 f"{text!r}; give CASE=LEAST:MOST, several with commas between"
             )
     return ranges
+
+
+def scatter_of(text: str) -> Any:
+    """A number, a list of several, or the tuple of three with colons between: ".1:.15:.2"."""
+    parts = text.split(":")
+    if len(parts) == 1:
+        return numbers_of(text)
+    try:
+        least, nominal, most = map(float, parts)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(
+            f"{text!r}; give LEAST:NOMINAL:MOST, or numbers with commas between"
+        ) from error
+    return least, nominal, most
 
 
 def numbers_of(text: str) -> Any:

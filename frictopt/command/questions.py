@@ -204,7 +204,7 @@ def _add_options(question: Question, command: argparse.ArgumentParser) -> None:
     else:
         add_mean(command)
     if "friction" in parameters:
-        add_friction(command)
+        add_friction(command, scatters=question.name == "report")
     several = len(question.kinds) > 1
     if several:
         kinds = list(question.kinds)

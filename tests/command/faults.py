@@ -89,4 +89,11 @@ FAULTS = (
         new="False",
         tests="command_questions",
     ),
+    Fault(
+        "command/questions.py",
+        "a report has no range of frictions",
+        old="add_friction(command, scatters=question.name == 'report')",
+        new="add_friction(command, scatters=False)",
+        tests="command_questions::test_a_report_has_a_range_of_frictions",
+    ),
 )

@@ -222,6 +222,22 @@ def test_every_argument_of_a_function_is_an_option_or_needs_python():
     assert {"steps", "load_factor", "load_factors", "events", "overload", "scan"} <= written
 
 
+def test_a_report_has_a_range_of_frictions(tmp_path, capsys):
+    file = tmp_path / "punch.npz"
+    PUNCH.save(file)
+    options = ["--pages", "2", "--load-factors", ".5"]
+    assert main(["report", str(file), *PULL, "--friction", ".4:.5:.6", *options]) == 0
+    joint = fo.report(PUNCH, SIGMA, (0.4, 0.5, 0.6), [0.5], pages=2)
+    assert capsys.readouterr().out.strip() == str(joint).strip()
+    for odd in (".4:.5", ".4:a:.6", ".4:.5:.6:.7"):
+        with pytest.raises(SystemExit):
+            main(["report", str(file), *PULL, "--friction", odd])
+        assert "LEAST:NOMINAL:MOST" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["limit", str(file), *PULL, "--friction", ".4:.5:.6"])
+    assert "several with commas between" in capsys.readouterr().err
+
+
 def test_a_report_has_thresholds_and_ranges_of_preloads(tmp_path, capsys):
     file = tmp_path / "punch.npz"
     PUNCH.save(file)
