@@ -130,7 +130,7 @@ class Body:
         """Facets of a boundary, which lie on the outline; error messages call it `argument`."""
         boundaries = self.mesh.boundaries or {}
         if not isinstance(name, str) or name not in boundaries:
-            hint = ""
+            hint = "; name it in the mesh, or with mesh.with_boundaries"
             if shown(name) == "'contact'":
                 hint = (
                     "; a Contact takes the boundary 'contact' of both bodies unless others are "

@@ -85,6 +85,9 @@ BAD_MODELS = {
     "contact 'contact', body 'punch': boundary 'joint' is unknown; this mesh names": {
         "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
     },
+    "; name it in the mesh, or with mesh.with_boundaries": {
+        "contacts": [fo.Contact("punch", "block", "joint", name="contact")]
+    },
     "contacts: body: 'bolt'; give 'punch' or 'block'": {"contacts": [fo.Contact("bolt", "block")]},
     "contact 'contact', at (-1, 0): gap -1; give gaps >= 0": {
         "contacts": [fo.Contact("punch", "block", gap=lambda x, y: x)]
