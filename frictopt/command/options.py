@@ -61,10 +61,10 @@ class Command:
 
 def public(name: str) -> Any:
     """A public name of frictopt, such as "gross_slip" or "results.SteadyState.loop"."""
-    found: Any = frictopt
+    attribute: Any = frictopt
     for part in name.split("."):
-        found = getattr(found, part)
-    return found
+        attribute = getattr(attribute, part)
+    return attribute
 
 
 def add_options(

@@ -75,8 +75,8 @@ def _study(options: argparse.Namespace) -> int:
             write_picture(picture, partial(plot_study, table))
     if options.json:
         answer = {"runs": len(table), "failed": int((table["outcome"] == FAILED).sum())}
-        asked = {"command": "study", "file": options.file, "store": str(store)}
-        print_json(options, {"asked": asked, "answer": answer, "tables": {"runs": table}})
+        request = {"command": "study", "file": options.file, "store": str(store)}
+        print_json(options, {"question": request, "answer": answer, "tables": {"runs": table}})
     else:
         columns = ["friction", "cycle", "load_factor", "outcome"]
         if table["cycle"].nunique() <= 1:
@@ -103,7 +103,7 @@ def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -
         table = getattr(interrupt, "table", None)
         if table is not None:
             total = len(table) + table.attrs["missing"]
-            interrupt.told = (  # type: ignore[attr-defined]
+            interrupt.printed_text = (  # type: ignore[attr-defined]
                 f"{len(table)} of {total} runs kept in {store}; the same command goes on"
             )
         raise

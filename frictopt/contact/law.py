@@ -8,7 +8,7 @@ normal force that is concave and piecewise linear, and friction opposes the slip
 Coulomb's law is the one term `f p`. A shear strength of the surface adds the term `c`, which no
 pressure raises. Friction that differs along the two tangents is Coulomb's law in stretched
 coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term: programs,
-increments, gross slip and the referee take the terms as they stand here. `OTHER_LAWS` lists the
+increments, gross slip and the check of the law use these terms. `OTHER_LAWS` lists the
 laws other than Coulomb's, each with its term and the questions that know it; all other questions
 refuse it.
 """

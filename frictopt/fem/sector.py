@@ -78,9 +78,9 @@ class Sector:
         self._check_held(self.nodes[is_copy], directions, held, points)
         free_rows[self.nodes] = np.where(held[self.nodes], -1, -2)
 
-        own = directions[self.nodes]
+        held_directions = directions[self.nodes]
         stays = held[self.nodes] & ~is_copy[:, None]
-        free = np.eye(d) - np.einsum("nka,nk,nkb->nab", own, stays, own)
+        free = np.eye(d) - np.einsum("nka,nk,nkb->nab", held_directions, stays, held_directions)
         # Rows of the nodes one after the other, (size, size).
         by_nodes = csr_matrix((np.ones(size), (rows.ravel(), np.arange(size))), shape=(size, size))
         follow = blocks_of(free @ self.turn) @ kron(self.places, identity(d)) @ by_nodes.T

@@ -38,7 +38,7 @@ from .sentences import Sentence
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 BETTER_SET = Sentence(
-    "with {changes} the limit is {load_factor:.6g}, not {asked:.6g}; ",
+    "with {changes} the limit is {load_factor:.6g}, not {given_limit:.6g}; ",
     assumes="the limit of this set passes the checks of every limit",
 )
 NO_SET_ABOVE = Sentence(
@@ -64,10 +64,10 @@ class BestOpenNodes(Kept):
     ----------
     limit
         The best limit. It is the given limit if no set has a higher limit.
-    asked
+    given_limit
         The given limit.
     nodes
-        (n,) the nodes that may open or close; the other nodes stay as they are in `asked`.
+        (n,) the nodes that may open or close; the other nodes stay as they are in `given_limit`.
     bound
         Load factor above which no set has its limit, except the sets in `separate`. It follows from
         multipliers that are checked in this run.
@@ -91,7 +91,7 @@ class BestOpenNodes(Kept):
 
     _shown_names = ("load_factor", "bound", "proven", "improved", "programs", "reason")
     limit: ShakedownLimit
-    asked: ShakedownLimit
+    given_limit: ShakedownLimit
     nodes: Integers
     bound: float
     programs: int
@@ -105,7 +105,7 @@ class BestOpenNodes(Kept):
     @property
     def improved(self) -> bool:
         """Whether a set has a higher limit than the given limit."""
-        return bool((self.limit.open != self.asked.open).any())
+        return bool((self.limit.open != self.given_limit.open).any())
 
     @property
     def proven(self) -> bool:
@@ -125,7 +125,7 @@ class BestOpenNodes(Kept):
             better = BETTER_SET(
                 changes=self._changes,
                 load_factor=self.load_factor,
-                asked=self.asked.load_factor,
+                given_limit=self.given_limit.load_factor,
             )
         separate = ""
         if self.separate:
@@ -145,15 +145,15 @@ class BestOpenNodes(Kept):
         for name, values in places(self.limit.system).items():
             columns[name] = values[self.nodes]
         columns["open"] = self.limit.open[self.nodes]
-        columns["was_open"] = self.asked.open[self.nodes]
+        columns["was_open"] = self.given_limit.open[self.nodes]
         return frame(columns, units=self.limit.system.units)
 
     @property
     def _changes(self) -> str:
         """The nodes that are open or closed in the better set, in words."""
         states = {
-            "open": self.limit.open & ~self.asked.open,
-            "closed": self.asked.open & ~self.limit.open,
+            "open": self.limit.open & ~self.given_limit.open,
+            "closed": self.given_limit.open & ~self.limit.open,
         }
         texts = list[str]()
         for state, chosen in states.items():
@@ -262,14 +262,14 @@ class _BranchAndBound:
         self, limit: ShakedownLimit, nodes: Integers, solver: str | None, bar: Bar
     ) -> None:
         question = limit._question
-        self._asked = limit
+        self._given_limit = limit
         self._question = question
         self._nodes = nodes
         self._bar = bar
         self._limits = ShakedownLimits._on(question, solver)
-        others_open = question.open_nodes.copy()
-        others_open[nodes] = False
-        with_loose_closed = with_open(question, others_open)
+        open_outside = question.open_nodes.copy()
+        open_outside[nodes] = False
+        with_loose_closed = with_open(question, open_outside)
         assert with_loose_closed is not None  # fewer nodes are open than in the limit
         self._relaxed = LooseNodes(with_loose_closed, nodes, limit.load_factor, solver)
 
@@ -296,7 +296,7 @@ class _BranchAndBound:
     def _answer(self) -> BestOpenNodes:
         return BestOpenNodes(
             limit=self._best,
-            asked=self._asked,
+            given_limit=self._given_limit,
             nodes=self._nodes,
             bound=max(self._bound, *(branch.bound for branch in self._branches), self._best.bound),
             programs=self._programs,

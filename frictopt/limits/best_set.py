@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import SolverError
-from .patterns import best_pattern
 from .question import Question
 from .quick_limits import QUICK, QuickLimit, quick_limit
+from .set_search import best_open_set
 from .shakedown_answer import ShakedownAnswer
 
 
 def best_set(limits: Any, question: Question, start_by: float, enough: float) -> Any:
-    """The limit of the best set of open nodes, with its proof; see `best_pattern`.
+    """The limit of the best set of open nodes, with its proof; see `best_open_set`.
 
     `limits` computes proven limits by `of_set`.
     """
@@ -47,7 +47,7 @@ class _SetSearch:
                 closed = self._limit(question, -np.inf)
             else:
                 closed = self._proven(question)
-            best = best_pattern(self._limit, closed, start_by, enough, self._answer)
+            best = best_open_set(self._limit, closed, start_by, enough, self._answer)
             answer = self._answer(best)
         except SolverError:
             if self._quick:

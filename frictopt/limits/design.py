@@ -129,11 +129,11 @@ class Design(Answered, Explained):
     @property
     def reason(self) -> str:
         """Explanation in words that no design is better, with the open nodes for which it holds."""
-        pattern = self._question.pattern
+        node_states = self._question.node_states
         if self._stops:
-            return LARGER_DESIGNS_OPEN(opened=self._opened, pattern=pattern)
+            return LARGER_DESIGNS_OPEN(opened=self._opened, node_states=node_states)
         others = OTHER_DESIGNS_OPEN() if any(nodes.any() for nodes in self.opens) else ""
-        return BEST_DESIGN(opened=self._opened, pattern=pattern) + others
+        return BEST_DESIGN(opened=self._opened, node_states=node_states) + others
 
     def _before(self, larger: Design) -> Design:
         return replace(self, bound=larger.bound, _stops=True)
@@ -353,7 +353,7 @@ class DesignModel(SafeModel):
         units.pop(self.load_factor, None)
         first.compiled(problem, unit, units, programs[1:])
         claim, record = first.chain.solve(
-            partial(self._judged, scenarios, programs, objective is not None),
+            partial(self._checked, scenarios, programs, objective is not None),
             self._solver,
             no_optimum=partial(raise_refusal, first, self._choice, goal),
         )
@@ -383,11 +383,11 @@ class DesignModel(SafeModel):
             if number == 0:
                 program.user_rows = labelled_rows(user_rows, self._unknowns)
                 if user_rows and opened.any():
-                    program.rows += self._rested(question, added.open_slip)
+                    program.rows += self._rest_rows(question, added.open_slip)
             programs.append(program)
         return programs
 
-    def _judged(
+    def _checked(
         self, scenarios: Sequence[Scenario], programs: Sequence[Program], has_objective: bool
     ) -> Design:
         """The design from a solved program, with its residual.

@@ -312,7 +312,7 @@ class GuaranteedLimits(SafeModel):
             self._programs.clear()
             self._programs[key] = CriticalSearch(self._x, question, rows, self._solver)
         search: CriticalSearch = self._programs[key]
-        search.ask(question)
+        search.set_question(question)
         return search
 
 

@@ -232,8 +232,8 @@ class LiftOff(Question):
         return np.asarray(np.diff(self.way, append=float(legs)) @ opened / legs)
 
     @property
-    def pattern(self) -> str:
-        """See `Question.pattern`."""
+    def node_states(self) -> str:
+        """See `Question.node_states`."""
         count = len(frozenset().union(*self.order.events))
         opened = ", these nodes open" if self.open_nodes.any() else ""
         moving = number_of(count, "node that opens and closes", "nodes that open and close")

@@ -168,17 +168,17 @@ class LooseNodes:
             parts.append((self._slips[k], places_of_slips, "t"))
         rows_of_gaps = np.flatnonzero(question.open_nodes) + tangents * count
         terms = list[list[cp.Expression]]()
-        for own, columns, name in parts:
+        for unknown, columns, name in parts:
             S = question.S[:, columns]
             effects = [(S[:-count], f"A_{name}"), (S[-count:], f"B_{name}")]
             if question.compliance is not None:
                 W = -(question.compliance[rows_of_gaps] @ system.S[:, columns])
                 effects.append((W, f"W_{name}"))
-            terms.append([constant(matrix, symbol) @ own for matrix, symbol in effects])
-        q, *others = (sum(term[1:], term[0]) for term in zip(*terms, strict=True))
+            terms.append([constant(matrix, symbol) @ unknown for matrix, symbol in effects])
+        q, *gaps = (sum(term[1:], term[0]) for term in zip(*terms, strict=True))
         if tangents > 1:
             q = cp.reshape(q, system.slip_shape, order="F")
-        return [q, *others]
+        return [q, *gaps]
 
     def _set(self, branch: Branch) -> None:
         self._opens.value = branch.opens.astype(float)
@@ -194,7 +194,7 @@ class LooseNodes:
         self._set(branch)
         try:
             answer, _ = self._program.chain.solve(
-                partial(self._judged, above),
+                partial(self._checked, above),
                 self._solver,
                 above=above,
                 tolerance=BRANCHES.tolerance,
@@ -221,7 +221,7 @@ class LooseNodes:
         relaxed = self._relaxed(counted, 0.0, pressures, lifts, slips, float(excess[0]))
         return replace(relaxed, basis=basis)
 
-    def _judged(self, above: float) -> Relaxed:
+    def _checked(self, above: float) -> Relaxed:
         proof = self._program.chain.proof
         bound = self._counted(proof.bound + proof.defect)
         # A bound that ends the branch need not be close to the value of the program.

@@ -71,7 +71,7 @@ def _nothing_is_safe(program: Program, bare: Problem, chosen: bool) -> NoLimit |
     ruling = program.ruling(contradiction.ruling)
     if ruling:
         names = constraint_names(program, chosen)
-        why = CONTRADICTED(pattern=question.pattern, rows=", ".join(ruling))
+        why = CONTRADICTED(node_states=question.node_states, rows=", ".join(ruling))
     kind = LimitKind.NO_SAFE_SLIP
     return NoLimit(kind, question, program.motion, contradiction.residual, names, why)
 

@@ -25,8 +25,8 @@ from ..errors import FrictoptError, ModelError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .load_path import path_of
 from .open_nodes import TOUCHES
-from .patterns import SEARCH, keep_best
 from .question import Question, with_open
+from .set_search import SEARCH, keep_best
 from .settled_order import Settled, settled_orders
 from .shakedown_answer import ShakedownAnswer
 
@@ -114,7 +114,7 @@ class _OrderSearch(Generic[L]):
         """The limit of a new order, if it is higher than the best one."""
         order = settled.order
         if not order.events and len(order.start) == self._question.system.nodes:
-            return None  # nothing touches: see `best_pattern`
+            return None  # nothing touches: see `best_open_set`
         if order in self._tried or len(self._tried) >= self._programs:
             return None
         self._tried.add(order)

@@ -132,7 +132,7 @@ class Program:
         units |= dict.fromkeys(x.gap.values(), question.clearance)
         return units
 
-    def ask(self, question: Question, unit: float) -> None:
+    def set_question(self, question: Question, unit: float) -> None:
         """Set friction, the units that follow from it, and the `unit` of the objective."""
         if (question.shear_unit != self.question.shear_unit).any():
             self.chain.changes = [tractions(question, self.dense)]

@@ -240,7 +240,7 @@ class SafeSlips:
             opened = with_open(question, open_nodes)
             assert opened is not None  # it has a limit
             return self._model.of_set(opened, self.load_factor)
-        return self._model.of_pattern(
+        return self._model.of_question(
             question, self.load_factor, events=self._events, enough=self.load_factor
         )
 
@@ -282,8 +282,8 @@ def _has_static_shear(question: Question, load_factor: float) -> bool:
 def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
     """Root of the margin as a function of friction, and the open nodes there.
 
-    The margin grows with friction while the pattern of open nodes is the same. Less friction may be
-    enough with another pattern: if a search just below the root finds one, its root is computed.
+    The margin grows with friction while the set of open nodes stays the same. Less friction may be
+    enough with another set: if a search just below the root finds one, its root is computed.
     """
     while True:
         open_nodes = safe_slips.at(enough).open
@@ -291,12 +291,12 @@ def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Boolea
         just_below = root * (1 - SEARCH.proof)
         if root < SEARCH.smallest or not safe_slips.exists(just_below):
             return root, open_nodes
-        if _pattern(safe_slips.at(just_below)) == _pattern(safe_slips.at(enough)):
+        if _open_nodes_of(safe_slips.at(just_below)) == _open_nodes_of(safe_slips.at(enough)):
             return root, open_nodes
         enough = just_below
 
 
-def _pattern(safe: SafeSlip) -> tuple[bytes, Order | None]:
+def _open_nodes_of(safe: SafeSlip) -> tuple[bytes, Order | None]:
     """The open nodes, and the order of those that open and close in each cycle."""
     question = safe._question
     order = question.order if isinstance(question, LiftOff) else None
@@ -368,10 +368,10 @@ def _answer(
     safe_slips: SafeSlips, above: float, below: float, enough: SafeSlip, too_little: SafeSlip
 ) -> RequiredFriction:
     opened = int(too_little.open.sum())
-    pattern = "all nodes closed"
+    node_states = "all nodes closed"
     if opened:
-        pattern = f"{number_of(opened, 'node')} open and the others closed"
-    reason = LESS_IS_NOT_SAFE(within=safe_slips.within, pattern=pattern)
+        node_states = f"{number_of(opened, 'node')} open and the others closed"
+    reason = LESS_IS_NOT_SAFE(within=safe_slips.within, node_states=node_states)
     if not enough.events.empty:
         reason += ENOUGH_WITH_EVENTS()
     record = replace(

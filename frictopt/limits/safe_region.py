@@ -254,7 +254,7 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
     unit = np.array([first.limit.load_factor or 1.0, second.limit.load_factor or 1.0])
     points = [first, *_points_between(rays, first, second, unit, tolerance), second]
     limit = first.limit
-    reason = SIDES(opened=limit._opened, pattern=limit._question.pattern)
+    reason = SIDES(opened=limit._opened, node_states=limit._question.node_states)
     return Border(points, unit, (), reason)
 
 

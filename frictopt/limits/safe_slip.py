@@ -102,9 +102,9 @@ class SafeSlip(Proven):
         opened = int(self.open.sum())
 
         if not self.exists:
-            pattern = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.pattern
+            node_states = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.node_states
             mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
-            return NO_SLIP_IS_SAFE(within=within, pattern=pattern, mean=mean)
+            return NO_SLIP_IS_SAFE(within=within, node_states=node_states, mean=mean)
         moving = self.events["node"].nunique()
         if moving:
             return SLIP_WITH_EVENTS(within=within, count=moving)
@@ -209,11 +209,11 @@ class SafeSlipModel(SafeModel):
         """
         user_rows = listed("constraints", constraints)
         with progress_bar(progress, "safe slip"):
-            safe = self.of_pattern(self._posed(friction), load_factor, user_rows, events)
+            safe = self.of_question(self._posed(friction), load_factor, user_rows, events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
-    def of_pattern(
+    def of_question(
         self,
         question: Question,
         load_factor: float,
@@ -304,7 +304,7 @@ class SafeSlipModel(SafeModel):
         )
         try:
             claim, record = program.chain.solve(
-                lambda: judged(program, self.margin, load_factor), self._solver
+                lambda: checked_slip(program, self.margin, load_factor), self._solver
             )
         except NoOptimum:
             self._raise_contradiction(program, load_factor)
@@ -356,7 +356,7 @@ class SafeSlipModel(SafeModel):
             factor,
         )
         claim, record = program.chain.solve(
-            lambda: judged(program, margin, load_factor), self._solver
+            lambda: checked_slip(program, margin, load_factor), self._solver
         )
         return answered(claim, record, program)
 
@@ -403,10 +403,10 @@ def safe_slip(
         model = SafeSlipModel(
             system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
         )
-        return model.of_pattern(model._posed(friction), load_factor, events=events)
+        return model.of_question(model._posed(friction), load_factor, events=events)
 
 
-def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
+def checked_slip(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
     """The slip from a solved program of the margin, checked by its reserve and the multipliers."""
     question = program.question
     slip = program.slip

@@ -87,7 +87,7 @@ def furthest(
     program = listed_rows(question, x, cp.Parameter(system.nodes, nonneg=True, name="f"))
     program.compiled(models.furthest(x, direction, program.rows), question.force)
 
-    def judged() -> SolveRecord:
+    def checked() -> SolveRecord:
         return SolveRecord(residual=question.violation(load_factor, program.slip))
 
     unit = np.tile(question.node_unit, system.tangents)
@@ -96,7 +96,7 @@ def furthest(
         largest = np.abs(along).max(initial=0.0) or 1.0
         direction.value = along / unit * (question.force / largest)
         try:
-            program.chain.solve(judged)
+            program.chain.solve(checked)
             slips.append(program.slip)
         except NoOptimum:
             slips.append(None)

@@ -22,7 +22,7 @@ class Sentence:
 # Shakedown limits
 
 NOTHING_SAFE = Sentence(
-    "no {slip} is safe at any load factor{above}{pattern}: {cause}",
+    "no {slip} is safe at any load factor{above}{node_states}: {cause}",
     assumes="the limit is 0, or the rows of the program contradict each other",
 )
 NO_FRICTION = Sentence(
@@ -41,19 +41,22 @@ NO_EVENTS = Sentence(
     "; no transient at a small load factor shows a rest with nodes that open and close",
     assumes="the search of events begins with such transients, and nothing is safe without events",
 )
-ASK_FOR_EVENTS = Sentence(
+CALL_WITH_EVENTS = Sentence(
     "; a rest with nodes that open and close may exist: pass events=True",
     assumes="the load comes back the way it went, so that nodes can open and close in a rest",
 )
 NO_BOUND = Sentence(
-    "the search finds no safe {slip} above it{pattern}; fixed and scaled loads both vary where "
+    "the search finds no safe {slip} above it{node_states}; fixed and scaled loads both vary where "
     "nodes open or close, so that no bound is proven, and lower load factors may have no safe slip",
     assumes="a product of load factor and place is in the program, which is not convex",
 )
 HIGHEST = Sentence(
-    "no {slip} is safe above it{pattern}{others}{below}", assumes="the limit is finite, above 0"
+    "no {slip} is safe above it{node_states}{others}{below}",
+    assumes="the limit is finite, above 0",
 )
-OTHERS_OPEN = Sentence("; with other nodes open it may be higher", assumes="some nodes stay open")
+HIGHER_WITH_OTHERS_OPEN = Sentence(
+    "; with other nodes open it may be higher", assumes="some nodes stay open"
+)
 BOUND_COVERS = Sentence(
     "; the dual bound covers them", assumes="the user has constraints, and they are named before"
 )
@@ -64,7 +67,8 @@ STATIC = Sentence(
     assumes="all corners are one load, without constraints of the user",
 )
 UNSAFE_BELOW = Sentence(
-    "; {pattern}no slip is safe below {least:.6g}", assumes="the least safe load factor is above 0"
+    "; {node_states}no slip is safe below {least:.6g}",
+    assumes="the least safe load factor is above 0",
 )
 START_UNKNOWN = Sentence(
     "; rounding hides the load factor at which safe slips begin: take friction further from its "
@@ -77,7 +81,8 @@ CHOSEN = Sentence(
     assumes="the user has an objective",
 )
 CONTRADICTED = Sentence(
-    "no residual slip that is safe at any load factor{pattern} obeys {rows}: drop or relax them",
+    "no residual slip that is safe at any load factor{node_states} obeys {rows}: drop or relax "
+    "them",
     assumes="constraints of the user are among the rows that contradict each other",
 )
 ONLY_SLIP_PRESSES = Sentence(
@@ -110,7 +115,7 @@ SLIPS_BUT_AT_ONE = Sentence(
     "cycle",
     assumes="the same, and the equations have a solution at one load factor above 0",
 )
-NOTHING_RESTS = Sentence(
+NO_STATE_OF_REST = Sentence(
     "no state of rest exists at any load factor{above}, for all openings and closings: {cause}",
     assumes="B = 0, the load factor scales shear alone, and no slip is safe in the program",
 )
@@ -185,8 +190,8 @@ SLIP_WITH_EVENTS = Sentence(
     assumes=_ALWAYS,
 )
 NO_SLIP_IS_SAFE = Sentence(
-    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit gives the load "
-    "factors with a safe slip; without residual slip {mean}",
+    "no residual slip{within} is safe at this load factor{node_states}; shakedown_limit gives the "
+    "load factors with a safe slip; without residual slip {mean}",
     assumes=_NODES_AS_THEY_ARE,
 )
 NOR_WITH_SOME_OPEN = Sentence(
@@ -203,7 +208,7 @@ NONE_NEEDED = Sentence(
     assumes=_ALWAYS,
 )
 LESS_IS_NOT_SAFE = Sentence(
-    "no residual slip{within} is safe with less, {pattern}: see the mechanism",
+    "no residual slip{within} is safe with less, {node_states}: see the mechanism",
     assumes="all nodes closed, or the nodes open that it counts; where nodes open and close in "
     "each "
     "cycle, that less is not enough is what the search finds",
@@ -228,7 +233,7 @@ LOADS_OPEN = Sentence(
 
 _SAME_NODES = "the same nodes closed: the closed nodes of the limit under both loads"
 SIDES = Sentence(
-    "{opened}beyond each side its mechanism slips for ever{pattern}",
+    "{opened}beyond each side its mechanism slips for ever{node_states}",
     assumes=_SAME_NODES,
 )
 GAP_OF_SIDES = Sentence(
@@ -252,7 +257,7 @@ ONE_UNLIMITED = Sentence(
 
 _NODES_OF_DESIGN = "the nodes of `opens` stay open in each scenario, all others closed"
 BEST_DESIGN = Sentence(
-    "{opened}no design within the constraints is better{pattern}",
+    "{opened}no design within the constraints is better{node_states}",
     assumes=_NODES_OF_DESIGN,
 )
 OTHER_DESIGNS_OPEN = Sentence(
@@ -260,7 +265,7 @@ OTHER_DESIGNS_OPEN = Sentence(
     assumes=_NODES_OF_DESIGN,
 )
 LARGER_DESIGNS_OPEN = Sentence(
-    "{opened}larger designs are better{pattern}, but under their mean load other nodes open: "
+    "{opened}larger designs are better{node_states}, but under their mean load other nodes open: "
     "the search stops before them",
     assumes="the nodes of `opens` stay open in each scenario, all others closed; `bound` is the "
     "bound of the larger designs",
@@ -271,7 +276,7 @@ LARGER_DESIGNS_OPEN = Sentence(
 _RIGID_MOTIONS = (
     "the system has these supports and loads: of its stiffness only the rigid motions count"
 )
-_FOUND = "found, not proven: another start may slide off elsewhere"
+_FOUND_NOT_PROVEN = "found, not proven: another start may slide off elsewhere"
 HELD = Sentence(
     "supports hold the bodies: the contact alone holds no motion of them",
     assumes="the stiffness has no rigid motion that the contact alone holds",
@@ -305,17 +310,17 @@ SELF_STRESSED = Sentence(
     "contact forces balance themselves here, so equilibrium does not determine the pressure of "
     "the fit: "
     "{statics}",
-    assumes=_FOUND,
+    assumes=_FOUND_NOT_PROVEN,
 )
 GOES_ON = Sentence(
     "{unknown}; transients from no slip reach this load",
-    assumes=_FOUND,
+    assumes=_FOUND_NOT_PROVEN,
 )
 SLIDES_OFF_AT_ANY = Sentence(
     "from no slip the transient finds no continuation at any load factor ({why}); {unknown}",
-    assumes=_FOUND,
+    assumes=_FOUND_NOT_PROVEN,
 )
 SLIDES_OFF_ABOVE = Sentence(
     "from no slip the transient finds no continuation above {load_factor:.4g} ({why}); {unknown}",
-    assumes=_FOUND,
+    assumes=_FOUND_NOT_PROVEN,
 )

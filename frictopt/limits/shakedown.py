@@ -112,7 +112,7 @@ def shakedown_limit(
             slip_bound=slip_bound,
             question_name="shakedown_limit",
         )
-        return ShakedownLimits._on(question, solver).of_pattern(question, open, events)
+        return ShakedownLimits._on(question, solver).of_question(question, open, events)
 
 
 class ShakedownLimits(SafeModel):
@@ -120,7 +120,7 @@ class ShakedownLimits(SafeModel):
 
     _public_question = "shakedown_limit"
 
-    def of_pattern(
+    def of_question(
         self,
         question: Question,
         open: Any,
@@ -128,7 +128,7 @@ class ShakedownLimits(SafeModel):
         user_rows: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
     ) -> ShakedownLimit:
-        """The limit with given nodes open, or of the best pattern that a search finds.
+        """The limit with given nodes open, or with the best set of open nodes that a search finds.
 
         With `events` some nodes may open and close in each cycle.
         """
@@ -172,7 +172,7 @@ class ShakedownLimits(SafeModel):
     ) -> ShakedownLimit:
         """The limit with the open nodes of `best_set`, searched without the user rows.
 
-        `start_by` and `enough` are those of `best_pattern`.
+        `start_by` and `enough` are those of `best_open_set`.
         """
         if user_rows or objective is not None:
             open_nodes = self.of_any_set(question)._question.open_nodes
@@ -212,7 +212,7 @@ class ShakedownLimits(SafeModel):
     ) -> ShakedownLimit:
         """The first solver's answer that passes the checks, with its problem and record."""
         claim, record = program.chain.solve(
-            partial(judged, program, chosen, above),
+            partial(checked_limit, program, chosen, above),
             self._solver,
             no_optimum=lambda: without_limit(proof_of_none()),
             above=above,
@@ -230,7 +230,9 @@ class ShakedownLimits(SafeModel):
             with program.chain.kept():
                 downward = replace(program)
                 downward.compiled(least_load(program.x, program.rows), program.question.load_unit)
-                lower, lower_record = downward.chain.solve(partial(judged, downward), self._solver)
+                lower, lower_record = downward.chain.solve(
+                    partial(checked_limit, downward), self._solver
+                )
         except SolverError:
             # Rounding hides whether some slip is safe under the mean load. The limit stands, and
             # the least safe load factor is not known.
@@ -248,7 +250,7 @@ def _goal(program: Program) -> cp.Problem:
     return shakedown(program.x, program.rows)
 
 
-def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
+def checked_limit(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
     """The limit in a solved program, with its violations and its bound.
 
     `chosen`: whether an objective of the user determined the load factor. SolverError if the

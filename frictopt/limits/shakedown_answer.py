@@ -63,12 +63,12 @@ class ShakedownAnswer(Rated):
             return "all states of rest, for all openings and closings"
         if self._question.both_vary:
             return (
-                f"no states, because it is infinite: even{self._question.pattern} the "
+                f"no states, because it is infinite: even{self._question.node_states} the "
                 "contact may shake down above the limit"
             )
         if self._question.events:
             return (
-                f"states of rest{self._question.pattern}; with other nodes, or in another "
+                f"states of rest{self._question.node_states}; with other nodes, or in another "
                 "order, the contact may shake down above it"
             )
         states = "all nodes closed"

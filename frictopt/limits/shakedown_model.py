@@ -93,7 +93,7 @@ class ShakedownModel(ShakedownLimits):
         user_rows = listed("constraints", constraints)
         with progress_bar(progress, "shakedown limit"):
             question = self._posed(friction)
-            return self._shown(self.of_pattern(question, open, events, user_rows, objective))
+            return self._shown(self.of_question(question, open, events, user_rows, objective))
 
     @warns_of_odd_values
     def sweep(

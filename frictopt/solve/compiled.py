@@ -169,7 +169,7 @@ class Compiled:
         """Largest violation of a row for this right side, as in `violation` and `leaving`."""
         s = right - self.matrix @ z
         for block in self.blocks:
-            # Dense equations hold by substitution; the referee checks their errors.
+            # Dense equations hold by substitution; the check of the contact law finds their errors.
             s[block.rows] = 0.0
             s[block.sources] = 0.0
         zero = self.zero

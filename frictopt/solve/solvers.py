@@ -87,7 +87,7 @@ UNBOUNDED = "unbounded"
 NONE = "infeasible or unbounded"
 CUT_OFF = "not below the cutoff"
 # Whether an optimum is good enough is for our own residual to say, so inaccurate ones count too.
-_SAID = {
+_OUTCOMES = {
     highspy.HighsModelStatus.kOptimal: OPTIMAL,
     highspy.HighsModelStatus.kInfeasible: INFEASIBLE,
     highspy.HighsModelStatus.kUnbounded: UNBOUNDED,
@@ -218,7 +218,7 @@ def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
         status, x, y = interior_point(program, above)
     else:
         status, x, y = _by_clarabel(program, solver)
-    return _SAID.get(status, status), x, y
+    return _OUTCOMES.get(status, status), x, y
 
 
 def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
@@ -269,7 +269,7 @@ def _engine(
 def _answer(engine: Any) -> tuple[str, Array, Array]:
     """Status, x and multipliers with which HiGHS ended."""
     status, solution = engine.getModelStatus(), engine.getSolution()
-    outcome = _SAID.get(status, engine.modelStatusToString(status))
+    outcome = _OUTCOMES.get(status, engine.modelStatusToString(status))
     return outcome, np.array(solution.col_value), -np.array(solution.row_dual)
 
 
@@ -322,7 +322,7 @@ class WarmProgram:
         if basis is not None:
             engine.setBasis(basis)
         engine.run()
-        if engine.getModelStatus() not in _SAID:
+        if engine.getModelStatus() not in _OUTCOMES:
             # From no basis, the other simplex often ends where the first one gives up.
             first, second = self._strategies
             engine.clearSolver()

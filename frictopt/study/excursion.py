@@ -144,12 +144,12 @@ def least_excursion(
         samples = _SAMPLES if transients.worst else 0
         hardest = search.run(transients, _random_slips(system, spread), samples)
 
-    found = bool(np.isfinite(search.share))
+    share_is_known = bool(np.isfinite(search.share))
     return LeastExcursion(
         search.share,
-        search.turning_point(search.share).loads if found else None,
+        search.turning_point(search.share).loads if share_is_known else None,
         frozen(hardest),
-        samples if found else 0,
+        samples if share_is_known else 0,
         search.table(),
         transients.count,
         transients.residual,
@@ -186,13 +186,13 @@ class _ExcursionSearch:
                 transients.starts.append(slipping)
             hardest = slipping
 
-            def rests(share: float, start: Array = hardest) -> bool:
+            def shakes_down(share: float, start: Array = hardest) -> bool:
                 outcome = self._outcome(transients, share, start)
                 self.tried.append((share, outcome))
                 self._keep()
                 return outcome == REST
 
-            _, self.share = first_change(rests, np.arange(1, 21) / 20, self.share, 1e-3)
+            _, self.share = first_change(shakes_down, np.arange(1, 21) / 20, self.share, 1e-3)
             self._keep()
         return hardest
 

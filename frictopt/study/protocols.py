@@ -70,7 +70,7 @@ class TransientsAfter:
             extremes = RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load
             self.starts += extremes.values()
 
-    def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
+    def outcome_of_starts(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
         """Whether the contact comes to rest from all starts: an outcome.
 
         A start from which it keeps slipping goes to the front, to be the first at the next load
@@ -255,7 +255,7 @@ def limit_after_protocol(
         return pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
 
     def slips(load_factor: float) -> bool:
-        tried[load_factor] = transients.rests(load_factor, loads)
+        tried[load_factor] = transients.outcome_of_starts(load_factor, loads)
         best = _rest_so_far(tried)
         note = f"{best}; the attribute `table` has {number_of(len(tried), 'load factor')}"
         bar.keep("table", table, note, best)

@@ -71,13 +71,13 @@ class Store:
 
     def _create_table(self) -> None:
         """Create the tables of runs and limits in a new file."""
-        ask = self._connection.execute
-        ask("BEGIN IMMEDIATE")
-        if not ask("SELECT * FROM sqlite_master").fetchall():
-            ask(_RUNS)
-            ask(_LIMITS)
-            ask(f"PRAGMA user_version = {_VERSION}")
-        ask("COMMIT")
+        execute = self._connection.execute
+        execute("BEGIN IMMEDIATE")
+        if not execute("SELECT * FROM sqlite_master").fetchall():
+            execute(_RUNS)
+            execute(_LIMITS)
+            execute(f"PRAGMA user_version = {_VERSION}")
+        execute("COMMIT")
 
     def _check_version(self) -> None:
         schema = self._connection.execute("SELECT sql FROM sqlite_master").fetchall()

@@ -43,7 +43,7 @@ class Settled(NamedTuple):
     path: Transient
     cycle: FollowedCycle
     work_error: float
-    judged: tuple[FollowedCycle, ...]
+    checked_cycles: tuple[FollowedCycle, ...]
 
 
 def classify(

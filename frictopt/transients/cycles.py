@@ -102,7 +102,7 @@ class Run:
 
     path: Transient
     most_cycles: int
-    tell: Callable[[], object] = lambda: None
+    report: Callable[[], object] = lambda: None
     period: int = 1
     cycles: int = 0
     works: list[float] = field(default_factory=list)
@@ -172,7 +172,7 @@ class Run:
         self.lost = max(self.lost, latest.lost)
         self.last = [] if is_first else [*self.last[-SETTINGS.kept_returns :], latest]
 
-        settled = self._judged(latest)
+        settled = self._classified(latest)
         if settled is None and self.last:
             settled = self._judged_at_limit()
         if settled is not None:
@@ -195,10 +195,10 @@ class Run:
             raise NoContinuation("steady state: there is no state to follow")
         cycle = path.cycle_on(self.period)
         self.cycles += self.period
-        self.tell()
+        self.report()
         return cycle
 
-    def _judged(self, latest: FollowedCycle) -> Settled | None:
+    def _classified(self, latest: FollowedCycle) -> Settled | None:
         """The steady state, if the last returns prove one."""
         settled = classify(self.path, latest, self.last, self.extrapolated)
         if settled is None or settled.outcome is not Outcome.CYCLIC_SLIP:
@@ -244,7 +244,7 @@ class Run:
         self.path, cycle = limit
         self.last = [cycle]
         self.search.restart()
-        return self._judged(cycle)
+        return self._classified(cycle)
 
     def _alternates(self) -> bool:
         """Whether each of the last returns undoes more than half of the return before it."""

@@ -64,7 +64,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
             pulls = "pulls the bodies apart"
         return PULLS.format(pulls=pulls, total=glued_p.sum())
     # Whichever nodes open, a body may slide or turn as a whole.
-    moved = Statics(system, f).told("the mean load", joined(glued_q, glued_p))
+    moved = Statics(system, f).sentence("the mean load", joined(glued_q, glued_p))
     if moved:
         return moved
     q, p = cycle.mean_reaction(system)

@@ -192,7 +192,7 @@ def _followed(
             if len(first_states) < SETTINGS.first_cycles:
                 first_states.append(path.state.u)
 
-        run.tell = count
+        run.report = count
         path.start(overload)
         settled = run.settled()
         error = 0.0
@@ -221,12 +221,12 @@ def _step_error(
     """
     path = cast(SteppedPath, settled.path)
     for _ in first_states:
-        Run(finer, run.most_cycles, run.tell).follow(finer)
+        Run(finer, run.most_cycles, run.report).follow(finer)
     slips = (path.state.u + finer.state.u - first_states[-1])[: -path.nodes]
     refined = path.finer()[0].at(slips / path.unit)
     if refined is None:
         return np.inf
-    finer_run = Run(refined, run.most_cycles, run.tell, run.period)
+    finer_run = Run(refined, run.most_cycles, run.report, run.period)
     lacking, missed = _work_in_doubt(path, settled.cycle)
     total = float(settled.cycle.work.sum())
     if not total:
@@ -333,9 +333,9 @@ def _residual(run: Run, settled: Settled) -> float:
     path = settled.path
     cycle = settled.cycle
     errors = []
-    for judged in settled.judged:
-        states = judged.bonded, judged.u, judged.r
-        errors.append(off_law(path.system, path.law, *states, path.largest, judged.previous).max())
+    for checked in settled.checked_cycles:
+        states = checked.bonded, checked.u, checked.r
+        errors.append(off_law(path.system, path.law, *states, path.largest, checked.previous).max())
     residual = float(np.max([cycle.change, cycle.lost, run.lost, *errors]))
     if not residual <= RESIDUAL:
         raise SolverError(

@@ -26,7 +26,7 @@ from ..base import (
     whole_number,
 )
 from ..base.results import named_places
-from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, joined, referee
+from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, check_contact_law, joined
 from ..errors import ModelError
 
 if TYPE_CHECKING:
@@ -193,7 +193,7 @@ class Trajectory(Kept, Plotted):
 
         The unit of force is the largest nodal force of the loads.
         """
-        return referee(
+        return check_contact_law(
             self.system,
             (self.bonded_q, self.bonded_p),
             self.friction,

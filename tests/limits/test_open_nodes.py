@@ -16,7 +16,7 @@ from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
 from helpers.systems import CYCLE, system
 from validation.fuzz.embedded import embedded
-from validation.open_patterns import largest_with_open
+from validation.open_sets import largest_with_open
 
 
 @settings(max_examples=few(6))

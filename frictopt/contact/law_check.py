@@ -1,4 +1,4 @@
-"""The referee: how much a state violates each equation of the contact law.
+"""The check of the contact law: how much a state violates each equation of the contact law.
 
 Flicek et al. 2015, section 2.
 """
@@ -60,7 +60,7 @@ class Verdict(Kept):
 
 
 @warns_of_odd_values
-def referee(
+def check_contact_law(
     system: ContactSystem,
     bonded: tuple[ArrayLike, ArrayLike],
     friction: ArrayLike,
@@ -106,9 +106,9 @@ def referee(
 
     A state that sticks beyond its friction bound, and the one that slips:
 
-    >>> fo.reference.referee(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])
+    >>> fo.reference.check_contact_law(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])
     Verdict(residual=0.3, equilibrium=0, contact=0, bound=0.3, direction=0)
-    >>> fo.reference.referee(
+    >>> fo.reference.check_contact_law(
     ...     node, bonded, 0.5, v=[-0.3], w=[0.0], q=[0.5], p=[1.0]
     ... ).residual < 1e-12
     True
