@@ -17,7 +17,6 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
   draw.
 """
 
-from .law_check import Verdict, check_contact_law, off_law
 from .components import joined, parted, runs
 from .cycle import LoadCycle, checked_cycle
 from .frames import frames_of
@@ -33,6 +32,7 @@ from .law import (
     most_shear,
     other_laws,
 )
+from .law_check import Verdict, check_contact_law, off_law
 from .state import ContactState
 from .system import (
     ContactSystem,

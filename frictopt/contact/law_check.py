@@ -32,7 +32,7 @@ class Verdict(Kept):
     direction
         Friction that does not oppose the slip since the previous state: the smallest change of the
         slip increment, of q, or of both, after which q lies on the bound and opposes the slip. A
-        slip of at most 1e-10 of the largest motion of the state is rounding and counts as none.
+        slip of at most 1e-10 of the largest motion of the state is rounding and counts as zero.
 
     Examples
     --------
@@ -82,7 +82,7 @@ def check_contact_law(
         The contact and its coefficient of friction, one or one per node.
     bonded
         `(q^w, p^w)`, bonded reactions of the load of that state, force: q (N,) in the plane and (N,
-        2) in space, p (N,). For T states a first axis of length T is added.
+        2) in space, p (N,). For T states, each array has an additional first axis of length T.
     v, w, q, p
         Slip, gap and reactions of the state, in the shapes of `bonded`; `w` includes the initial
         gap.

@@ -26,8 +26,9 @@ from .system import ContactSystem
 class ContactState(Kept):
     """Slip and gap of all nodes under a load.
 
-    The future of a quasi-static contact depends on nothing else. Nodes may be open. The reactions
-    follow from the system, so the state fits the system and the friction that it was computed with.
+    The further motion of a quasi-static contact depends only on this state. Nodes may be open. The
+    reactions follow from the system, so the state fits the system and the friction that it was
+    computed with.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ class ContactState(Kept):
 
     @property
     def open(self) -> Booleans:
-        """(N,) which nodes have a gap."""
+        """(N,) whether each node has a gap."""
         return self.gap > 0
 
     def to_frame(self) -> Table:

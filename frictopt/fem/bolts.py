@@ -26,17 +26,17 @@ class BoltPreload(Part):
     opposite tractions pull the faces together. The axis is the normal of the section. Along the
     axis, all nodes of one face move by the same distance relative to the other face, and this
     distance is free. Across the axis they do not move relative to each other. So the tension is
-    this force times the amplitude of its load case, under every load: other loads bend and shear
-    the bolt, but do not stretch it. Other codes call this a pretension section whose length is not
+    always the force times the amplitude of its load case. Other loads bend and shear the bolt, but
+    do not change its tension. Other codes call this a pretension section whose length is not
     locked.
 
-    A locked bolt keeps the distance by which the faces have come together, and its tension changes
-    with the loads. The bolt then takes a part of a pull along it, and the contact loses less
-    pressure. The amplitude of its load case multiplies this distance; amplitude 1 gives the force
-    in the glued bodies under no other load. `frictopt.tightened` finds the amplitude that gives the
-    force under the mean load, with the contact as it is. `SteadyState.bolt_table` has the tension
-    over a cycle. For statics any tension is possible, so `gross_slip` follows transients. Theory,
-    eq. (25).
+    The faces of a locked bolt keep their distance after tightening, and its tension changes with
+    the loads. The bolt then carries a part of a pull along its axis, and the contact loses less
+    pressure. The amplitude of its load case multiplies the distance by which the faces have come
+    together. Amplitude 1 gives the force in the glued bodies if no other load acts.
+    `frictopt.tightened` finds the amplitude that gives the force under the mean load, with the
+    contact as it is. `SteadyState.bolt_table` has the tension over a cycle. Equilibrium alone does
+    not determine the tension, so `gross_slip` follows transients. Theory, eq. (25).
 
     Parameters
     ----------

@@ -107,8 +107,9 @@ class RigidCoupling(_Coupling):
     Raises
     ------
     ModelError
-        Directions or rotations are unknown. In a model: nodes that a contact, an oblique support,
-        another coupling, a bolt or a sector has, or that supports hold against the rigid motion.
+        Directions or rotations are unknown. In a model: the nodes also belong to a contact, an
+        oblique support, another coupling, a bolt or a sector, or supports prevent their rigid
+        motion.
 
     Examples
     --------
@@ -167,9 +168,9 @@ class DistributingCoupling(_Coupling):
     Raises
     ------
     ModelError
-        Directions or rotations are unknown, or none is given. In a model: nodes that a contact, an
-        oblique support, another coupling, a bolt or a sector has; nodes on a line about which they
-        are to be held.
+        Directions or rotations are unknown, or none is given. In a model: the nodes also belong to
+        a contact, an oblique support, another coupling, a bolt or a sector; or the nodes lie on a
+        line and a rotation about this line is to be zero.
 
     Examples
     --------

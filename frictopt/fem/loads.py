@@ -190,9 +190,9 @@ class BodyForce(ForceLoad):
 class Centrifugal(Part):
     """Centrifugal force of a spinning body: density times angular speed squared times distance.
 
-    The distance is that from the axis of the spin. In the plane the axis is normal to the plane,
-    through the centre. In an axisymmetric model it is the axis x = 0. The amplitude of the load
-    case multiplies the force, which is proportional to the square of the speed.
+    The distance is measured from the axis of the spin. In the plane the axis is normal to the
+    plane, through the centre. In an axisymmetric model it is the axis x = 0. The amplitude of the
+    load case multiplies the force, which is proportional to the square of the speed.
 
     Parameters
     ----------
@@ -315,7 +315,7 @@ class Displacement(Part):
     """Prescribed displacement (x, y), in space (x, y, z), of the nodes of a support.
 
     A support must hold the nodes in the directions of the displacement. Displacements of one load
-    case do not add up: all that share a node must move it alike.
+    case do not add up. If several contain the same node, they must move it equally.
 
     Parameters
     ----------

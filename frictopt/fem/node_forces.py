@@ -32,7 +32,7 @@ class PointForce(ForceLoad):
     where
         The nodes, as in a `Support`.
     x, y, z
-        Components, each a number or a function of the coordinates (arrays), and zero by default.
+        Components, each a number or a function of the coordinates (arrays); zero by default.
 
     Raises
     ------
@@ -94,8 +94,8 @@ class RemoteForce(ForceLoad):
     ------
     ModelError
         The body is no text, neither a force nor a moment is given, or one is not finite. In a
-        model: nodes that cannot carry the moment, because they lie on a line; a moment or a radial
-        force in an axisymmetric model.
+        model: the nodes lie on a line and cannot carry the moment, or an axisymmetric model has a
+        moment or a radial force.
 
     Examples
     --------

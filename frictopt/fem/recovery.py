@@ -77,8 +77,8 @@ class BodyFields(Shown, Plotted):
     bodies
         Body name -> body.
     q, p
-        Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1, which are
-        those of the state; (N,), in space the shear is (N, 2).
+        Reactions of body 2 on body 1 in this field: `K u - F` at the nodes of body 1. They equal
+        the reactions of the state. (N,), in space the shear is (N, 2).
     slip, gap
         Slip, in the shape of q, and gap (N,) of the state.
     units
@@ -147,8 +147,8 @@ class BodyFields(Shown, Plotted):
     def at_contact(self, side: int) -> tuple[Array, Array]:
         """Stress and strain along the contact at its nodes.
 
-        They are those in body 1 (`side=1`), or at the places of the nodes in body 2 (`side=2`).
-        (N,) along the tangent; in space the (N, 2, 2) components along the two tangents.
+        `side=1` returns the values in body 1, `side=2` the values in body 2 at the same places.
+        Shape (N,), along the tangent; in space (N, 2, 2), the components along the two tangents.
 
         Raises
         ------
@@ -167,7 +167,7 @@ class BodyFields(Shown, Plotted):
     def tensors_at_contact(self, side: int) -> tuple[Array, Array]:
         """(N, 3, 3) stress and strain in x, y, z at the nodes of the contact.
 
-        They are those in body 1 (`side=1`), or at the places of the nodes in body 2 (`side=2`).
+        `side=1` returns the values in body 1, `side=2` the values in body 2 at the same places.
 
         Raises
         ------
@@ -178,7 +178,7 @@ class BodyFields(Shown, Plotted):
         return _tensors_at(projection, self.stress), _tensors_at(projection, self.strain)
 
     def plot_deformed(self, ax: Any = None, *, scale: float | None = None) -> Any:
-        """Draw the bodies as they were, and under their displacements, `scale` times enlarged.
+        """Draw the undeformed bodies, and the bodies with displacements enlarged `scale` times.
 
         None: the largest displacement is a tenth of the model. See `plot` for the argument and the
         errors.

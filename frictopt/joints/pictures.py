@@ -56,9 +56,9 @@ def backbone(
 ) -> AxesArray:
     """Work, slipping share of each contact, stiffness and damping over the load factor (log).
 
-    The last two are drawn if they are known; of a mode the frequencies stand for the stiffness.
-    With a `scale` the horizontal axis is the amplitude at a point. Bars are errors of increments,
-    bands are ranges over the residual slips, vertical lines are limits.
+    Stiffness and damping are drawn if they are known. For a mode, frequencies replace the
+    stiffness. With a `scale` the horizontal axis is the amplitude at a point. Bars are errors of
+    increments, bands are ranges over the residual slips, vertical lines are limits.
     """
     has_stiffness = bool(np.isfinite(curve.stiffness).any())
     drawn = _CurveAxis(curve, scale)

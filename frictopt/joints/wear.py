@@ -66,7 +66,7 @@ class WearHistory(Worn):
     ----------
     steady
         The last steady state. Its contact is the worn one, and can be used in all other functions.
-        In space its `step_error` is inf if an error ended the history.
+        In space, if an error ended the history, its `step_error` is inf.
     depth, pressure
         (J + 1, N) depth worn off at each node since the beginning, both bodies together, length;
         and pressure (normal force divided by width) at the last corner of the steady cycle.

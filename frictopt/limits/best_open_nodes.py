@@ -69,13 +69,13 @@ class BestOpenNodes(Kept):
     nodes
         (n,) the nodes that may open or close; the other nodes stay as they are in `given_limit`.
     bound
-        Load factor above which no set has its limit, except the sets in `separate`. It follows from
-        multipliers that are checked in this run.
+        Load factor that no set exceeds with its limit, except the sets in `separate`. It follows
+        from multipliers that are checked in this run.
     programs
         Number of programs that were solved.
     separate
-        Higher limits that do not count: their safe load factors begin above `limit.load_factor`,
-        and load factors between are not safe.
+        Higher limits that do not count, because their least safe load factor is above
+        `limit.load_factor`: load factors between the two are not safe.
 
     Examples
     --------
@@ -111,9 +111,9 @@ class BestOpenNodes(Kept):
     def proven(self) -> bool:
         """Whether no set has a limit above `limit`, except the sets in `separate`.
 
-        It is proven up to a relative difference of 1e-7, for all sets whose open nodes the closed
-        ones hold. False if the number of programs was not enough, or if no solver's answer to one
-        of them passes the checks.
+        It is proven up to a relative difference of 1e-7, for all sets whose closed nodes hold the
+        open nodes. False if the largest number of programs was reached, or if no solver gave an
+        answer to one of them that passes the checks.
         """
         return self.bound <= _just_above(self.limit)
 
@@ -176,22 +176,22 @@ def best_open_nodes(
     """Best limit over all sets of open nodes that differ from `limit.open` only in given nodes.
 
     `shakedown_limit` searches the open nodes, and its bound holds only for the set of the result.
-    This question proves that no other set is better, by branch and bound, or finds the better one.
-    It is exact for the given nodes. Theory, "Proof for given nodes".
+    `best_open_nodes` proves by branch and bound that no other set is better, or finds a better set.
+    The result is exact for the given nodes. Theory, "Proof for given nodes".
 
     Parameters
     ----------
     limit
         A finite limit, from `shakedown_limit` or `ShakedownModel` without constraints.
     nodes
-        (n,) numbers of the nodes that may open or close. Their 2^n sets are compared without being
-        listed. Good choices are nodes that touch, nodes at the border of the open ones, and nodes
-        of `limit.mechanism`.
+        (n,) numbers of the nodes that may open or close. Their 2^n sets are compared without
+        enumeration. Good choices are nodes that touch, nodes at the border of the open ones, and
+        nodes of `limit.mechanism`.
     programs
-        Largest number of programs. In the plane 4 to 40 are usual for nodes that govern, and some
-        hundred for 20 nodes; in space three times as many. If it is reached, `bound` is the bound
-        that is proven so far. Ctrl-C raises KeyboardInterrupt with an attribute `best`, this
-        answer.
+        Largest number of programs. In the plane, 4 to 40 programs are usual for nodes that govern,
+        and some hundreds for 20 nodes. In space, three times as many are usual. If it is reached,
+        `bound` is the bound that is proven so far. Ctrl-C raises KeyboardInterrupt with an
+        attribute `best`, this answer.
     solver, progress
         See `shakedown_limit`.
 

@@ -52,8 +52,8 @@ class Design(Answered, Explained):
         which is no limit, and the largest value of the objective.
     bound
         Upper bound of the load factor (or objective), from the multipliers, for all designs with
-        the same open nodes that satisfy the constraints. It equals the value up to `residual`,
-        unless larger designs open other nodes and do not count (see `reason`).
+        the same open nodes that satisfy the constraints. It equals the value up to `residual`. The
+        exception is a search that ends because larger designs open other nodes (see `reason`).
     preload
         Series: amplitude that the design adds to the mean load, for each load case of `preloads`.
     profile
@@ -65,8 +65,8 @@ class Design(Answered, Explained):
     prices
         Name of each user constraint -> the rate, >= 0, at which the load factor (or the objective)
         grows if the constraint is relaxed, in your units and in the shape of the constraint. For an
-        equation it is the rate with the right side. If the best design is not unique, the rates may
-        not be, either.
+        equation it is the rate with respect to the right side. If the best design is not unique,
+        the rates need not be unique.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law by the slips at all corners with the design built in, the
@@ -128,7 +128,7 @@ class Design(Answered, Explained):
 
     @property
     def reason(self) -> str:
-        """Explanation in words that no design is better, with the open nodes for which it holds."""
+        """Explanation that no design is better, and the open nodes for which this holds."""
         node_states = self._question.node_states
         if self._stops:
             return LARGER_DESIGNS_OPEN(opened=self._opened, node_states=node_states)
@@ -261,8 +261,8 @@ class DesignModel(SafeModel):
         Parameters
         ----------
         friction, constraints
-            As in `ShakedownModel.solve`; constraints may also contain `preload` and `profile`. With
-            the same open nodes, more friction never lowers the load factor.
+            Parameters are as in `ShakedownModel.solve`; constraints may also contain `preload` and
+            `profile`. With the same open nodes, more friction never lowers the load factor.
         objective
             Scalar to maximize instead of the load factor: a concave cvxpy expression.
         progress
@@ -276,8 +276,8 @@ class DesignModel(SafeModel):
             without end (the error names its direction); constraints or an objective that are not
             convex, need other cones, or belong to another model.
         SolverError
-            No solver gave an answer that passes the checks, or every design that was found opens
-            other nodes under its mean load and carries less.
+            No solver gave an answer that passes the checks, or every design of the search opens
+            other nodes under its mean load, with a smaller limit.
 
         Examples
         --------

@@ -174,7 +174,7 @@ def stuck(
 
 
 def friction_bound(f: cp.Parameter, p: cp.Variable, law: Any = None) -> cp.Expression:
-    """The first term of a contact law, whose slope is the coefficient of friction: f p."""
+    """The first term f p of a contact law. Its slope f is the coefficient of friction."""
     bound = cp.multiply(f, p)
     if law is None or not law.terms[0].constant.any():
         return bound
@@ -288,7 +288,8 @@ def within(x: Unknowns, slip_bound: cp.Constant) -> list[Row]:
 def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
     """The largest load factor of a state of rest.
 
-    For a design: with the rows of all scenarios, its loads being `more` in `rest`.
+    For a design, `rows` are the rows of all scenarios, and the loads of the design are `more` in
+    `rest`.
     """
     return cp.Problem(cp.Maximize(x.load_factor), [*rows, not_negative(x.load_factor)])
 
@@ -304,7 +305,10 @@ def not_negative(load_factor: cp.Variable) -> Row:
 
 
 def safe_slip(margin: cp.Variable, rows: Sequence[Row]) -> cp.Problem:
-    """The slip with the largest margin at a load factor, see `inside`; below 0 none is safe."""
+    """The slip with the largest margin at a load factor, see `inside`.
+
+    If the margin is below 0, no slip is safe.
+    """
     return cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
 
 

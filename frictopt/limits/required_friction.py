@@ -80,8 +80,8 @@ class RequiredFriction(Answered):
     Attributes
     ----------
     required
-        Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is
-        enough.
+        Coefficient of friction with which `slip` is safe; 0 if no friction is needed, inf if no
+        friction is enough.
     bound
         Coefficient of friction with which no slip is safe, with all nodes closed or with the open
         nodes of `required`. Its relative distance from `required` is below 1e-5. NaN if no friction
@@ -91,13 +91,15 @@ class RequiredFriction(Answered):
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN if no friction is
         enough. See `largest_slip`.
     mechanism
-        The proof that `bound` is not enough (Farkas's lemma), or that no friction is: motions on
-        which the loads do more work than friction can dissipate, while no residual slip resists
-        them. Columns are as in `ShakedownLimit.mechanism`; a node with direction 0 opens.
+        The proof (Farkas's lemma) that `bound` is not enough, or that no friction is enough. It
+        consists of motions on which the loads do more work than friction can dissipate, and on
+        which no residual slip does work. Columns are as in `ShakedownLimit.mechanism`; a node with
+        direction 0 opens.
     load_factor, reason
         The given load factor, and an explanation of the answer in words.
     record
-        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger one of both proofs.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger residual of the two
+        proofs.
 
     Examples
     --------
@@ -128,14 +130,15 @@ def required_friction(
 ) -> RequiredFriction:
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe.
 
-    A slip that is safe with friction f, also with f = 0, presses every node at every corner. It
-    stays safe with more friction, because the bounds f p only grow. So there is one coefficient
-    above which some slip is safe and below which no slip is safe: the root of the margin of
-    `safe_slip`. It is finite if some slip presses every node at every corner. Otherwise no friction
-    is enough.
+    A slip that is safe with friction f (f = 0 included) presses every node at every corner. It
+    stays safe with more friction, because the bounds f p grow. So there is one coefficient above
+    which some slip is safe and below which no slip is safe: the friction at which the margin of
+    `safe_slip` is zero. It is finite if some slip presses every node at every corner. Otherwise no
+    friction is enough.
 
-    More load may need less friction, if the mean load is not safe and the corners press. The load
-    factors that are safe with one friction are an interval, see `ShakedownLimit.least`.
+    A larger load may need less friction, if the mean load is not safe and the cyclic loads press
+    the contact. The load factors that are safe with one friction are an interval, see
+    `ShakedownLimit.least`.
 
     If nodes stay open, the search of `shakedown_limit` finds a set of open nodes, and the result is
     the least friction for this set. If the search finds another set with slightly less friction,
@@ -148,7 +151,8 @@ def required_friction(
     Parameters
     ----------
     system, cycle, slip_bound
-        See `ShakedownModel`. Faces that wedge may need far more slip than assembly can leave.
+        See `ShakedownModel`. Without a `slip_bound`, wedged faces may need far more slip than
+        assembly can leave.
     load_factor
         Load factor, >= 0.
     events
@@ -159,7 +163,7 @@ def required_friction(
     Raises
     ------
     ModelError, SolverError
-        Bad input; the two sides of the proof do not come within 1e-5 of each other; rounding hides
+        Bad input; the two bounds of the friction do not agree to a relative 1e-5; rounding hides
         whether any friction is enough.
 
     Examples

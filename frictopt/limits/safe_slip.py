@@ -50,9 +50,10 @@ class SafeSlip(Proven):
     margin
         Smallest reserve `f p - |q|` over nodes and corners, divided by the mean friction bound at
         load factor 0 (gaps shut), at most 1. If it is negative, no slip is safe. At nodes with
-        friction below 0.01, a tension also counts, as if friction were 0.01. At open nodes the gap
-        counts; its unit is the mean friction bound divided by the mean normal stiffness. Nodes that
-        open or close at an event (`events`) have no reserve there and are left out.
+        friction below 0.01, a tension also counts as a violation, as if friction were 0.01. At open
+        nodes the reserve is the gap, in units of the mean friction bound divided by the mean normal
+        stiffness. Nodes that open or close at an event (`events`) have no reserve there and are
+        left out.
     bound
         Upper bound of the margin, from the multipliers only; it equals `margin` up to `residual`.
     record
@@ -79,7 +80,7 @@ class SafeSlip(Proven):
 
     @cached_property
     def friction_rate(self) -> float:
-        """Rate of the margin with friction, increased equally at all nodes, in a fixed unit."""
+        """Rate at which the margin grows if friction increases equally at all nodes."""
         return float(self._by_friction.sum())
 
     @property
@@ -118,8 +119,8 @@ class SafeSlip(Proven):
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
         It has slips on which the loads do more work than friction can dissipate. No residual slip
-        does work on them; with a slip bound, it does too little. None if a slip is safe, and with
-        user constraints: such slips then prove nothing, but `bound` does.
+        does work on them. With a slip bound, its work is too small. None if a slip is safe, and
+        with user constraints: then only `bound` is a proof.
         """
         if self.exists or self.constraints:
             return None
@@ -223,8 +224,8 @@ class SafeSlipModel(SafeModel):
     ) -> SafeSlip:
         """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
-        The limit is the best one, or the first one that reaches `enough`. With `events`, nodes may
-        then also open and close in each cycle.
+        The limit is the best limit of the search, or the first limit that reaches `enough`. With
+        `events`, nodes may then also open and close in each cycle.
         """
         check_events(events, question, bool(user_rows))
         load_factor = self._checked_load_factor(question, load_factor)

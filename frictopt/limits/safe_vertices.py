@@ -35,15 +35,15 @@ def safe_vertices(
     load_factor
         Load factor, >= 0.
     directions
-        (D, N), in space (D, N, 2), directions in the space of the nodal tractions over the mean
-        pressures. If the body may slide as a whole in m directions, m components carry no
-        independent traction, and do not count.
+        (D, N), in space (D, N, 2), directions in the space of the nodal tractions, each divided by
+        the mean pressure of its node. If the body can slide as a whole in m directions, m
+        components are not independent, and are ignored.
 
     Returns
     -------
     Array
         (d, N) or (d, N, 2) slips, length; d = 0 if no slip is safe. Directions in which the safe
-        slips have no end give none.
+        slips are unbounded have no vertex.
 
     Raises
     ------

@@ -62,13 +62,13 @@ def shakedown_limit(
     """Largest load factor at which some residual slip is safe.
 
     Safe means: every node sticks at every corner of the cycle, or is open during the whole cycle
-    (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of it. The open
-    nodes are searched near the settled mean load. With other nodes open, a contact may shake down
-    above the limit. If the contact is uncoupled (B = 0) and the load factor scales only shear, only
-    normal loads open and close nodes. Then the limit holds for all states of rest, for all openings
-    and closings (theory, "Contact areas that move"). Ctrl-C in a search raises KeyboardInterrupt
-    with an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section
-    4; Bjorkman & Klarbring 1987.
+    (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of the cycle. The
+    open nodes are searched near the settled mean load. With other nodes open, a contact may shake
+    down above the limit. If the contact is uncoupled (B = 0) and the load factor scales only shear,
+    only normal loads open and close nodes. Then the limit holds for all states of rest, for all
+    openings and closings (theory, "Contact areas that move"). Ctrl-C in a search raises
+    KeyboardInterrupt with an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et
+    al. 2015, section 4; Bjorkman & Klarbring 1987.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def shakedown_limit(
     events
         Whether nodes may also open and close in each cycle (`ShakedownLimit.events`). Their order
         is searched by pivots and transients, which takes some seconds. If the load does not return
-        along the same path, events gain nothing, and no order is searched. Not allowed with a slip
-        bound, or constraints.
+        along the same path, no order is searched, because events cannot raise the limit. Not
+        allowed with a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
@@ -328,10 +328,10 @@ class ShakedownLimit(ShakedownAnswer):
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.
     bound
-        Upper bound of the limit for this set of open nodes only. It follows from the mechanism;
-        with user constraints, also from their multipliers. It equals `load_factor` up to
-        `residual`. Inf if nodes open or close while fixed and scaled loads both vary: the program
-        is then not convex, and proves no bound.
+        Upper bound of the limit for this set of open nodes only. It follows from the mechanism, and
+        with user constraints also from their multipliers. It equals `load_factor` up to `residual`.
+        Inf if nodes open or close while fixed and scaled loads both vary: the program is then not
+        convex, and proves no bound.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of the violation of
         the contact law by `slip` at the corners and the relative distance of `bound`. The same two

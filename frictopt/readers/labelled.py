@@ -64,9 +64,9 @@ def modal_load(
         (n,) shape of a mode of the glued structure, of any size, because it is normalised to unit
         modal mass.
     natural_frequency
-        Frequency of the mode in cycles per unit of time, if `M` is the stiffness. `K mode` is the
-        sum of `omega^2 M mode` and of the forces by which the glued bodies hold each other. None:
-        `M` is the mass matrix.
+        Frequency of the mode in cycles per unit of time, if `M` is the stiffness. `K mode` is then
+        the sum of `omega^2 M mode` and of the forces between the glued bodies. None: `M` is the
+        mass matrix.
     glued
         With a natural frequency: (m, 2) rows that are glued to each other, such as
         `job.unknowns[pairs].transpose(0, 2, 1).reshape(-1, 2)`; -1 for a held row. The glue forces
@@ -80,8 +80,9 @@ def modal_load(
     Raises
     ------
     ModelError
-        A matrix that is not square or of another size than the mode, or in which the mode has no
-        mass; a stiffness without `glued`, or rows that it does not have.
+        The matrix is not square or does not have the size of the mode; the modal mass is not above
+        0; a stiffness is given without `glued`; or `glued` names rows that the stiffness does not
+        have.
 
     Examples
     --------

@@ -269,8 +269,8 @@ class Proof:
 def proof(compiled: Compiled, z: Array, y: Array, units: Array, unit: float) -> Proof:
     """The bound that multipliers in their cones prove by weak duality on the compiled program.
 
-    It is an upper bound if the problem maximises and a lower one if it minimises. The value of the
-    problem's objective is the one at z.
+    It is an upper bound if the problem maximises and a lower one if it minimises. The problem's
+    objective has its value at z.
     """
     sense = -1.0 if isinstance(compiled.problem.objective, cp.Maximize) else 1.0
     cost = float(compiled.cost @ z)

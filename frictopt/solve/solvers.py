@@ -148,10 +148,11 @@ C = TypeVar("C", bound=Claim)
 
 
 def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tuple[Attempt, ...]:
-    """Solve a program of a kind by cvxpy as it stands, with the first solver that finds an optimum.
+    """Solve an unreduced program by cvxpy, with the first solver that finds an optimum.
 
-    Returns all attempts. `residual` is that of what then stands in the problem's variables; any
-    number passes. If all solvers agree that there is no optimum, the error is a `NoOptimum`.
+    Returns all attempts. `residual` returns the residual of the values of the problem's variables.
+    It is recorded and not compared with a tolerance. If all solvers agree that there is no optimum,
+    the error is a `NoOptimum`.
     """
     attempts, agreed = list[Attempt](), True
     for name in _SOLVERS[kind]:

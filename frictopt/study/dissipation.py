@@ -72,10 +72,10 @@ def dissipation_study(
         preload or phase. The load cycles are then an axis of the study.
     friction
         Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
-        nodes, or a frozen distribution of `scipy.stats`. From a distribution each node draws its
-        coefficient: `[stats.norm(0.5, 0.05)] * 20` is twenty contacts of scattered friction. A flat
-        list of as many numbers as the contact has nodes is refused, because it may mean a field or
-        several frictions. Give `[field]`, or a column of numbers (F, 1).
+        nodes, or a frozen distribution of `scipy.stats`. The coefficient of each node is drawn from
+        a distribution: `[stats.norm(0.5, 0.05)] * 20` gives twenty contacts with scattered
+        friction. A flat list with one number per node is refused, because it may mean a field or
+        several frictions. Pass `[field]`, or a column of numbers (F, 1).
     starts
         A list of starts from `fo.starts` (such lists can be added), or an array of residual slips
         (S, N), in space (S, N, 2), length; None: no slip. A run fails if its slips stress the
@@ -88,14 +88,14 @@ def dissipation_study(
         Seed or generator for the distributions among the frictions, in their order. The same seed
         gives the same table.
     shard
-        (k, n): follow only part k of n, k from 1 to n, which consists of every n-th run. Parts with
+        (k, n): follow only every n-th run, beginning with run k, where k is from 1 to n. Parts with
         separate stores need no shared file; the command `frictopt merge` puts the stores together.
         None: all runs.
     executor
         Any executor with the interface of `concurrent.futures`, such as a `ProcessPoolExecutor` or
         a dask client's `get_executor()`; None: this process. It gets at most 256 tasks at a time. A
-        task ends with the run during which its first second is over. The row of a run that the
-        executor loses has this as its error.
+        task takes runs until one second has passed, and finishes the last run. If the executor
+        loses a run, its row contains this error.
     store
         File that keeps each run when its task ends; a run is identified by its content. A study
         that is started again, also after it was killed, follows only runs that are missing or
@@ -127,10 +127,10 @@ def dissipation_study(
         - largest_share: share of the node with the largest dissipation
         - cycles: number of cycles followed
         - slipping, open: numbers of nodes
-        - residual, engine, seconds: how exactly, by which method and for how long it was followed
-        - error: the text for a run that failed, else empty
+        - residual, engine, seconds: residual, method and computing time of the run
+        - error: text of the error if the run failed, otherwise empty
 
-        `attrs` holds "missing", the number of runs without a row in the table of an error.
+        `attrs["missing"]` is the number of runs without a row, in the table of an error.
 
     Raises
     ------

@@ -233,15 +233,15 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
 
     Returns the number of runs of the store.
 
-    The file may exist; its runs are kept. A run that is in several stores is written once, as a
-    result if any store has its result.
+    The file may exist; its runs are kept. A run that is in several stores is written once. If some
+    store has its result, the result is written, not the failure.
 
     Raises
     ------
     ModelError
-        `parts` is no list.
+        `parts` is not a list.
     StoreError
-        A file is not a store or is damaged, two of them have different load cycles under one label,
+        A file is not a store or is damaged, two stores have different load cycles under one label,
         or the rows cannot be written.
 
     Examples

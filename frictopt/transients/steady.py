@@ -83,11 +83,11 @@ def steady_state(
 
     Plane contacts are followed exactly, contacts in space in increments by Newton's method.
 
-    The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay
-    the same, in any order within a segment, this map is affine. Its fixed point is extrapolated
-    from the last cycles (reduced-rank extrapolation, Sidi 2017). The fixed point is accepted if a
-    cycle from it returns to it, and if cycles from states between it and the last state show that
-    the map is affine for all states to come. The transient then goes on from the fixed point.
+    The load cycle maps the slip at its beginning to the slip at its end. The map is affine as long
+    as the events in each segment stay the same, in any order. Its fixed point is extrapolated from
+    the last cycles (reduced-rank extrapolation, Sidi 2017). The fixed point is accepted if a cycle
+    from it returns to it, and if cycles from states between it and the last state show that the map
+    is affine for all states to come. The transient then goes on from the fixed point.
 
     In increments the directions of slip change, the map is not affine, and extrapolations are
     repeated. The fixed point is accepted if (1) a cycle from it returns to it, (2) cycles from the
@@ -95,11 +95,11 @@ def steady_state(
     same work to a relative 3e-8. `work_error` estimates the remaining error of the work; it is no
     bound.
 
-    The state may come back after two cycles (`period`), or its slip may drift by the same amount in
-    each return. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
-    friction, a periodic state with negligible work of friction also counts as shakedown. Negligible
-    is, at each node, the work of a slip of 1e-9 slip scales under the node's largest pressure.
-    Theory, eq. (14).
+    The state may repeat after two cycles (`period`), or its slip may drift by the same amount in
+    each period. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
+    friction, a periodic state with negligible work of friction also counts as shakedown. The work
+    of a node is negligible if it is at most the work of a slip of 1e-9 slip scales under the node's
+    largest pressure. Theory, eq. (14).
 
     Parameters
     ----------
@@ -117,9 +117,9 @@ def steady_state(
     most_cycles
         Number of cycles after which to give up.
     steps
-        Number of increments from corner to corner; finer increments give `step_error`. Begin with 2
-        in a large contact in space, and double them until `step_error` is small enough. None: the
-        exact path in the plane, 20 in space.
+        Number of increments from corner to corner; finer increments give `step_error`. For a large
+        contact in space, begin with 2, and double the number until `step_error` is small enough.
+        None: the exact path in the plane, 20 in space.
     progress
         Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Its
         attribute `work`, (cycles,), has the work of each cycle so far, as for NoContinuation.

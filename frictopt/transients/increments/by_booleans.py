@@ -40,9 +40,10 @@ class ExactIncrement(ByProgram):
     """A friction increment by the contact law itself as a mixed-integer program, compiled once.
 
     The program decides the status of every node. A few steps of Newton's method make the state
-    exact. It is checked against the contact law. The objective counts the nodes whose status
-    differs from that by Newton's method. It only guides the search: without it contacts of 40 nodes
-    take minutes. The effort can grow exponentially with the number of nodes whose guess is wrong.
+    exact. The state is checked against the contact law. The objective counts the nodes whose status
+    differs from the status by Newton's method. It only guides the search: without it contacts of 40
+    nodes take minutes. The effort can grow exponentially with the number of nodes whose guess is
+    wrong.
 
     If several states obey the law (above the critical friction), one of them is returned. The
     program takes no user constraints. Theory, eq. (4).
@@ -54,10 +55,10 @@ class ExactIncrement(ByProgram):
     friction
         Coefficient of friction, one or one per node.
     reach
-        Largest motion and pressure that the program considers, above 1, relative to the trial state
-        or to the state by Newton's method if that is larger and obeys the law. Far larger values
-        blur the booleans, which solvers keep to a tolerance. If the program then finds no state,
-        Newton's method follows.
+        Largest motion and pressure that the program considers, above 1. It is relative to the trial
+        state, or to the state by Newton's method if this state is larger and obeys the law. With
+        much larger values, booleans become inaccurate, because solvers satisfy them only to a
+        tolerance. If the program finds no state, Newton's method follows.
 
     Raises
     ------
