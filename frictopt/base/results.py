@@ -154,11 +154,11 @@ class LimitKind(Enum):
     )
     UNBOUNDED = (
         "there is no largest safe load factor: check that the corners of the cycle load the "
-        "contact as they should"
+        "contact as intended"
     )
     NO_SAFE_SLIP = (
-        "no load factor has a safe residual slip: change the mean load, the friction or the slip "
-        "bound, see the reason"
+        "no load factor has a safe residual slip: see the reason, and change the mean load, the "
+        "friction or the slip bound"
     )
 
     def __repr__(self) -> str:

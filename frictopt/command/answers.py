@@ -199,4 +199,4 @@ def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:
         print(strict_json({"interrupted": True, known: content}))
     else:
         print(value)
-    return [f"{known}: printed as far as it is known"]
+    return [f"{known}: printed so far as it was computed"]

@@ -90,7 +90,8 @@ def _look_at_job(options: argparse.Namespace) -> None:
         if value:
             given = "" if value is True else f" {str(value)!r}"
             raise ModelError(
-                f"--{name}:{given} of a job; condense it, and look at the system that it becomes"
+                f"--{name}:{given} cannot be used for a job; condense the job, and use the option "
+                "for the system"
             )
     job = _job(options.file)
     print(job)

@@ -118,7 +118,7 @@ QUESTIONS = (
     ),
     Question(
         "largest-force",
-        "the approximate largest force on a mode whose resonance keeps within a limit",
+        "the approximate largest force on a mode whose resonance stays within a limit",
         f"joint.npz {_CYCLE} --friction .3 --natural-frequency 140 --slip-range .005",
         _single("backbone_curve", "results.BackboneCurve.largest_force"),
         picture=False,
@@ -145,7 +145,7 @@ QUESTIONS = (
     ),
     Question(
         "least-slip",
-        "the slip per cycle that cannot be avoided above the shakedown limit",
+        "the least slip per cycle above the shakedown limit",
         f"joint.npz {_CYCLE} --friction .4 --load-factor 3",
         _single("shakedown_limit", "results.ShakedownLimit.least_slip"),
         picture=False,
@@ -208,7 +208,7 @@ def _add_options(question: Question, command: argparse.ArgumentParser) -> None:
     several = len(question.kinds) > 1
     if several:
         kinds = list(question.kinds)
-        about = f"which one: {', '.join(kinds)} (default: {kinds[0]})"
+        about = f"kind of the result: {', '.join(kinds)} (default: {kinds[0]})"
         command.add_argument("--kind", choices=kinds, default=kinds[0], help=about)
     add_outputs(command, question.picture, save=not question.number)
     if question.name == "report":

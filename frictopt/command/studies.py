@@ -21,7 +21,7 @@ def _add_study(study: argparse.ArgumentParser) -> None:
         "--shard",
         type=_shard,
         metavar="K/N",
-        help="follow the K-th of N parts, with a separate store, without table and picture",
+        help="follow part K of N, with a separate store, without table and picture",
     )
     store = "file that keeps each run (default: the store of STUDY.toml, else STUDY.sqlite)"
     study.add_argument("--store", help=store)
@@ -32,7 +32,7 @@ def _add_study(study: argparse.ArgumentParser) -> None:
 
 
 def _add_merge(merge: argparse.ArgumentParser) -> None:
-    merge.add_argument("into", help="the store to be written, or added to")
+    merge.add_argument("into", help="the store to write or to extend")
     merge.add_argument("parts", nargs="+", help="stores to read")
     merge.set_defaults(run=_merge)
 
@@ -104,7 +104,7 @@ def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -
         if table is not None:
             total = len(table) + table.attrs["missing"]
             interrupt.printed_text = (  # type: ignore[attr-defined]
-                f"{len(table)} of {total} runs kept in {store}; the same command goes on"
+                f"{len(table)} of {total} runs kept in {store}; the same command continues"
             )
         raise
 

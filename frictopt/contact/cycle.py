@@ -96,8 +96,8 @@ class LoadCycle(Plotted):
             if len(fixed) != len(corners):
                 raise ModelError(
                     f"fixed: {number_of(len(fixed), 'load')} for "
-                    f"{number_of(len(corners), 'corner')}; give one for each, {{}} where there is "
-                    "none"
+                    f"{number_of(len(corners), 'corner')}; give one for each corner, {{}} for a "
+                    "corner without one"
                 )
             if not any(fixed):
                 fixed = None
@@ -360,8 +360,8 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
         checked.append(time)
     if len(checked) - corners not in (0, 1):
         raise ModelError(
-            f"times: {len(checked)} for {number_of(corners, 'corner')}; give one for each, and one "
-            "more for the return to the first"
+            f"times: {len(checked)} for {number_of(corners, 'corner')}; give one for each corner, "
+            "and one more for the return to the first corner"
         )
     for time in checked:
         if isinstance(time, Real):
@@ -371,8 +371,8 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
         is_date = hasattr(time, "isoformat") and time == time
         if not is_date:
             raise ModelError(
-                f"times: {shown(time)} is neither a number nor a date; give one of these, texts "
-                "by pandas.to_datetime"
+                f"times: {shown(time)} is neither a number nor a date; give numbers or dates "
+                "(pandas.to_datetime converts texts)"
             )
     return tuple(checked)
 

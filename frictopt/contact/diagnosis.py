@@ -97,7 +97,7 @@ def growth_diagnosis(
         )
     return (
         f"a slip that grows with the load keeps every node within its friction bound{locking}; "
-        "assembly may not leave a slip of that size: slip_bound limits it"
+        "if assembly cannot leave a slip of this size, pass slip_bound"
     )
 
 

@@ -311,8 +311,8 @@ def _check_independent(parts: list[list[Mapping[str, float]]]) -> None:
     twice = [name for name, count in counts.items() if count > 1]
     if twice:
         raise ModelError(
-            f"loads: load case {min(twice)!r} is in two of them; loads that vary independently "
-            "share no load case"
+            f"loads: load case {min(twice)!r} is in two loads; loads that vary independently have "
+            "no load case in common"
         )
 
 

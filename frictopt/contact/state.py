@@ -82,7 +82,8 @@ class ContactState(Kept):
         corner = whole_number("next_corner", self.next_corner, least=0)
         if self.next_loads is not None and not isinstance(self.next_loads, str):
             raise ModelError(
-                f"next_loads: {shown(self.next_loads)} is no text; give the loads of the corner as "
+                f"next_loads: {shown(self.next_loads)} is not a text; give the loads of the "
+                "corner as "
                 "LoadCycle.corner_names writes them"
             )
         vars(self).update(

@@ -745,7 +745,7 @@ def checked_round(system: object, remedy: str) -> ContactSystem:
     checked = checked_system(system)
     if checked.orthotropic:
         raise ModelError(
-            f"system: its friction is orthotropic, and its second tangent is stretched; {remedy}"
+            f"system: its friction is orthotropic, so its second tangent is stretched; {remedy}"
         )
     return checked
 

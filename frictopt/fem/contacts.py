@@ -148,7 +148,7 @@ def contact_names(contacts: Sequence[Contact]) -> list[str]:
     names = [str(contact.name) for contact in contacts]
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise ModelError(f"contacts: two are called {name!r}; give each a name")
+            raise ModelError(f"contacts: two contacts are called {name!r}; give each a name")
     return names
 
 

@@ -72,8 +72,8 @@ class _Coupling:
         if kinematics == "axisymmetric":
             if set(self.directions) - {"y"} or self.rotations:
                 raise ModelError(
-                    f"supports: {self}; a ring moves as a whole along y alone: give directions='y' "
-                    "and no rotations"
+                    f"supports: {self}; a ring moves as a rigid body only along y: give "
+                    "directions='y' and no rotations"
                 )
             return np.array([bool(self.directions)])
         axes = "z" if d == 2 else "xyz"
@@ -183,7 +183,7 @@ class DistributingCoupling(_Coupling):
         super().__post_init__()
         if not self.directions and not self.rotations:
             raise ModelError(
-                "directions: none, and no rotations; name those of the point that are zero"
+                "directions: none, and no rotations; name the motions of the point that are zero"
             )
 
     def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
@@ -254,8 +254,9 @@ def coupled(
         both = np.intersect1d(nodes, np.concatenate([taken, *used]))
         if len(both):
             raise ModelError(
-                f"supports: {coupling} has the node at {place(points[both[0]])}, which a contact, "
-                "a support along oblique normals or another coupling has; leave it out"
+                f"supports: {coupling} has the node at {place(points[both[0]])}, which also "
+                "belongs to a contact, a support along oblique normals or another coupling; leave "
+                "it out"
             )
         used.append(nodes)
         held = ~free[first : first + body.mesh.p.shape[1]]

@@ -189,8 +189,8 @@ def _check_same_turn(sectors: Mapping[str, Sector], bodies: Mapping[str, Body]) 
         shift = np.abs(sector.shift - first.shift).max() / size
         if max(turn, shift) > SAME_POINT:
             raise ModelError(
-                f"supports: the sectors of bodies {first_name!r} and {name!r} turn about other "
-                "axes or by other angles; give all the same"
+                f"supports: the sectors of bodies {first_name!r} and {name!r} have different axes "
+                "or angles; give all bodies the same"
             )
 
 
@@ -218,8 +218,8 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     if count > 2 and (onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0:
         raise ModelError(
             f"supports: body {cut.body!r} goes the long way round from {cut.low!r} to "
-            f"{cut.high!r}, {360 - 360 / count:g} of 360 degrees; a sector is 360 degrees over a "
-            "whole number"
+            f"{cut.high!r}, {360 - 360 / count:g} of 360 degrees; a sector is 360 degrees divided "
+            "by a whole number"
         )
 
     pairing = _pairing(body, low, high, turn, centre)
@@ -315,8 +315,9 @@ def _no_copies(cut: Cyclic, pairing: _Pairing, angle: float, count: int) -> str:
     if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT:
         middles = f"; their middles are {np.degrees(angle):.6g} degrees apart"
     return (
-        f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are no turned "
+        f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are not turned "
         f"copies of each other: turned by 360/{count} degrees about the axis, they are up to "
         f"{pairing.off.max():.4g} apart, more than {pairing.allowed.max():.1g}{middles}; give two "
-        "that are, 360 degrees over a whole number apart, and check axis and centre"
+        "faces that are turned copies, 360 degrees divided by a whole number apart, and check "
+        "axis and centre"
     )

@@ -93,9 +93,9 @@ class Interface:
             pair = int(pairs[k])
             raise ModelError(
                 f"pairs: the relative motion of pair {pair}, of node {self.nodes[pair]} of body 1, "
-                "follows from those of other pairs or from supports; leave it out if its nodes are "
-                "in other pairs, else hold the bodies elsewhere; on a plane of symmetry hold both "
-                "across it"
+                "follows from other pairs or from supports; leave the pair out if its nodes are "
+                "in other pairs, otherwise hold the bodies elsewhere; on a plane of symmetry hold "
+                "both bodies across it"
             )
         pivots = qr(M, mode="r", pivoting=True)[1]
         return np.asarray(nodes[pivots[: len(pairs)]])

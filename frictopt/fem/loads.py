@@ -35,7 +35,9 @@ class Part:
 
     def __post_init__(self) -> None:
         if all(getattr(self, axis, 0.0) is None for axis in "xyz"):
-            raise ModelError(f"{type(self).__name__}: neither x nor y nor z; give one of them")
+            raise ModelError(
+                f"{type(self).__name__}: x, y and z are all missing; give at least one"
+            )
         for name, kind in get_type_hints(type(self)).items():
             value = getattr(self, name)
             if kind is str:
@@ -305,7 +307,7 @@ class NodalForces(Part):
             raise ModelError(
                 f"forces: shape {np.shape(self.forces)}, and body {self.body!r} has (d, nodes) = "
                 f"{body.mesh.p.shape}; give the load of a mode to the model whose modes were "
-                "found, with the same bolts"
+                "computed, with the same bolts"
             )
         return finite_array("forces", self.forces)
 

@@ -155,7 +155,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             size = "area" if self.kinematics == "space" else "length"
             _warn(
                 f"contacts: {contact.name!r}: of the face of body {names[0]!r}, the {size} "
-                f"{joint.beyond:.3g} ({joint.share_beyond:.1%}) lies opposite nothing of body "
+                f"{joint.beyond:.3g} ({joint.share_beyond:.1%}) has no opposite part of body "
                 f"{names[1]!r} and is free; if it should touch, name more of body {names[1]!r}"
             )
         for text in units_apart(names, [self.bodies[name] for name in names]):

@@ -201,7 +201,7 @@ class Modes(Shown, Plotted):
         mode = self._number(k)
         forces: tuple[Any, ...] = listed_parts("loads", loads, *_OF_FORCES)
         if not forces and acceleration is None:
-            raise ModelError("loads, acceleration: neither is given; give one of them, or both")
+            raise ModelError("loads, acceleration: neither is given; give at least one")
         total = 0.0
         if acceleration is not None:
             axes = self.participation.shape[1]
@@ -348,7 +348,8 @@ def body_mass(name: str, body: Body, kinematics: Kinematics) -> csr_matrix:
     """
     if body.material.density is None:
         raise ModelError(
-            f"material: body {name!r} has no density, and modes need that of every body; give "
+            f"material: body {name!r} has no density, and modes need the density of every body; "
+            "give "
             "Material(..., density=), mass per volume, such as 7.85e-9 tonne/mm^3 beside N, mm and "
             "s"
         )
@@ -407,7 +408,7 @@ def _lowest(
     except ArpackNoConvergence as error:
         raise SolverError(
             f"modes: the search for {number_of(n, 'mode')} found {len(error.eigenvalues)}; "
-            "ask for fewer modes"
+            "request fewer modes"
         ) from error
     order = np.argsort(squares)
     squares = squares[order]

@@ -167,9 +167,10 @@ def _check_faced(share: Array, face_1: Face, names: FaceNames) -> None:
     corners = face_1.corners
     if share.max() < FACED:
         raise ModelError(
-            f"{_around(corners[share.argmax()], names)} faces nothing of {names.body_2}, or less "
-            "than half of each facet does; name the part that touches, exchange the bodies, or "
-            "mesh body 1 finer; the elements of body 1 and of body 2 belong on opposite sides"
+            f"{_around(corners[share.argmax()], names)} has no opposite part of {names.body_2}, "
+            "or less than half of each facet has one; name the part that touches, exchange the "
+            "bodies, or "
+            "mesh body 1 finer; the elements of the two bodies must lie on opposite sides"
         )
     if share.max() > 1 + COUNTS:
         raise ModelError(

@@ -137,8 +137,8 @@ class RemoteForce(ForceLoad):
         if kinematics == "axisymmetric":
             if load[0] != 0 or load[2] != 0:
                 raise ModelError(
-                    f"loads: {self} has a radial force or a moment; forces around the axis balance "
-                    "these: give y alone"
+                    f"loads: {self} has a radial force or a moment; forces around the axis "
+                    "balance such loads: give only y"
                 )
             load = load[1:2]
         check_carried(self, around, forces, load)

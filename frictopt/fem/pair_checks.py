@@ -101,9 +101,10 @@ def check_sides(
     is_wrong = contradict.all(axis=0) | (contradict.any(axis=0) & ~agree.any(axis=0))
     if (i := first_of(is_wrong)) is not None:
         raise ModelError(
-            f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point from "
-            "body 2 into body 1, as their nodes lie there; turn it, or exchange the nodes of the "
-            "pair (if all are so, in the plane also reverse the order of the pairs)"
+            f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point "
+            "from body 2 into body 1, judging by their nodes; reverse it, or exchange the nodes "
+            "of the pair (if all normals are reversed, in the plane also reverse the order of the "
+            "pairs)"
         )
 
 

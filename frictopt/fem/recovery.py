@@ -414,10 +414,9 @@ def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
     if i is not None:
         warnings.warn(
             f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: "
-            "these are no slip and gap of a state under these loads; give all loads of the "
-            "state, and what `with_gap` or `with_contact_stiffness` gave to the system "
-            "belongs "
-            "into the model",
+            "slip and gap do not belong to a state under these loads; give all loads of the "
+            "state; a gap or a contact stiffness must be part of the model, not added to the "
+            "system",
             ModelWarning,
             stacklevel=3,
         )

@@ -108,7 +108,7 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
     except RuntimeError as error:
         raise ModelError(
             f"generalised: the stiffness of these rows ({len(generalised)}) is singular while all "
-            f"nodes are still ({error}); hold what moves freely, or leave it out"
+            f"nodes are still ({error}); hold the unknowns that move freely, or leave them out"
         ) from error
 
 
@@ -139,8 +139,8 @@ def check_supports(
     free = _in_words(left, unknowns[group], points[group], directions)
     raise ModelError(
         f"supports: the body at {place(points[node])}, with all that contacts glue to it, can "
-        f"still {free}; add a Support (or rows in `held`) against it, and leave out what touches "
-        "nothing"
+        f"still {free}; add a Support (or rows in `held`) against this motion, and leave out "
+        "parts without contact"
     )
 
 
@@ -168,7 +168,7 @@ def balanced(
     if not error <= EQUILIBRIUM:
         raise ModelError(
             f"stiffness: elimination leaves equilibrium of the bodies with errors of {error:.1e}; "
-            "bring stiffness, lengths, elements closer together"
+            "stiffnesses, lengths or sizes of elements differ too much"
         )
     S = S - rigid @ (rigid.T @ S)
     return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)

@@ -101,9 +101,9 @@ class Sector:
         i = first_of((held[copies] & (share < 1 - ASKEW)).any(axis=1))
         if i is not None:
             raise ModelError(
-                f"supports: the node at {place(points[copies[i]])} is held, and not so the one at "
-                f"{place(points[originals[i]])}, which it copies on the other cut face of the "
-                "sector; hold both, because supports repeat from sector to sector"
+                f"supports: the node at {place(points[copies[i]])} is held, but not the node at "
+                f"{place(points[originals[i]])}, of which it is the copy on the other cut face; "
+                "hold both, because supports repeat from sector to sector"
             )
 
     def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:
@@ -116,8 +116,8 @@ class Sector:
         if i is not None:
             raise ModelError(
                 f"{argument}: the displacement of the node at {place(points[self.nodes[i]])}, on a "
-                "cut face of a sector, is not that of the other face, turned; give displacements "
-                "that repeat from sector to sector"
+                "cut face of a sector, differs from the turned displacement of the other face; "
+                "give displacements that repeat from sector to sector"
             )
 
     def check_loads(self, argument: str, loads: Sequence[Any]) -> None:
@@ -139,7 +139,7 @@ class Sector:
             off = np.abs([self.turn @ vector - vector, self.turn @ centre + shift - centre]).max()
             if off > SAME_POINT * np.abs([vector, centre, self.shift]).max():
                 raise ModelError(
-                    f"{argument}: {load} is another one in the next sector, turned by "
+                    f"{argument}: {load} differs in the next sector, turned by "
                     f"360/{self.count} degrees; give functions of the coordinates that turn so, a "
                     "spin about the axis, or the whole ring"
                 )
@@ -172,7 +172,7 @@ class Sector:
             raise ModelError(
                 f"contacts: the gap of {names[contact[high[k]]]!r} at "
                 f"{place(points[nodes[high[k]]])} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the "
-                "node that it copies, on the other cut face; give gaps that repeat from sector to "
+                "original node on the other cut face; give gaps that repeat from sector to "
                 "sector"
             )
         widths[low] += widths[high]

@@ -61,8 +61,8 @@ def independent_pairs(
         same_contact = np.flatnonzero(kept & (contact == contact[k]))
         if not len(same_contact):
             raise ModelError(
-                f"contacts: all nodes of {contacts[contact[k]].name!r} are corners that contacts "
-                "before it have; mesh it with two elements, or list it first"
+                f"contacts: all nodes of {contacts[contact[k]].name!r} are corners of contacts "
+                "that are listed before it; mesh it with two elements, or list it first"
             )
         same_faces = kept & (nodes == nodes[k]) & (body_2 == body_2[k])
         smooth = same_faces & (unit @ unit[k] > SMOOTH)

@@ -222,8 +222,8 @@ def normals_along(
         if (i := first_of(smallest < SMOOTH, -smallest)) is not None:
             raise ModelError(
                 f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, "
-                "where its nodes have two normals; name the face on either side of the edge, and "
-                "give each a support, or mesh a curved face finer"
+                "where its nodes have two normals; name the face on each side of the edge, and "
+                "give each face a support, or mesh a curved face finer"
             )
         elements, _ = places_of(mesh, facets)
         of_nodes = np.einsum(

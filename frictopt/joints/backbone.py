@@ -234,7 +234,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
             raise ModelError(
                 f"{name}: {wanted:g}, and the curve has {np.nanmin(values):.6g} to "
                 f"{np.nanmax(values):.6g} at the load factors {factors}; give a value in between, "
-                "or ask for a curve of other load_factors"
+                "or compute a curve with other load_factors"
             )
         first = rises[0]
         pair = slice(first, first + 2)
@@ -367,7 +367,7 @@ def backbone_curve(
     system, load = with_compliance(system, cycle, coefficients, natural_frequency)
     if with_range and load.missing:
         raise ModelError(
-            f"range: True, and there is no damping to have one: {load.missing}; leave the range out"
+            f"range: True, but the damping is unknown: {load.missing}; leave the range out"
         )
     try:
         gross: GrossSlip | SolverError = gross_slip(system, cycle, coefficients)
@@ -386,9 +386,7 @@ def rising_factors(load_factors: ArrayLike) -> Array:
     """Check load factors that rise from above 0."""
     factors = np.array(finite_numbers("load_factors", load_factors, least=0.0))
     if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
-        raise ModelError(
-            f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0"
-        )
+        raise ModelError(f"load_factors: {factors.tolist()}; give rising load factors above 0")
     return factors
 
 

@@ -71,8 +71,8 @@ def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str])
             )
         if (across > InteractionNumbers().orthogonal * np.sqrt(square * sizes)).any():
             raise ModelError(
-                f"other_modes: the load case {name!r} moves another mode; give loads of different "
-                "modes, see `Modes.load`, and not that of the cycle"
+                f"other_modes: the load case {name!r} also moves another of the modes; give loads "
+                "of different modes, see `Modes.load`, without the mode of the cycle"
             )
     return OtherModes(np.array(columns, dtype=np.intp), 1 / np.diag(of_others))
 

@@ -60,11 +60,11 @@ _ON_PAGE = {
     "required friction": 3,
 }
 _OF_THE_MESH = (
-    "not computed, because the mean load leaves nodes open and the answer changes with the mesh: "
-    "give mesh_limits=True"
+    "omitted, because the mean load leaves nodes open and the answer changes with the mesh: pass "
+    "mesh_limits=True"
 )
 _LONG_SEARCH = (
-    "not computed, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
+    "omitted, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
 )
 _OTHER_PAGE = "on page {page}, which was not requested"
 
@@ -203,7 +203,7 @@ class Pages(Generic[Parts]):
         else:
             self.ask("shakedown limit", lambda: shakedown_limit(system, cycle, f))
             for law in other_laws(system):
-                reason = f"not known of a surface with {law}"
+                reason = f"not supported for a surface with {law}"
         if reason:
             for part in ("guaranteed limit", "required friction"):
                 self.missing[part] = reason.format(part.replace(" ", "_"))

@@ -31,7 +31,7 @@ _BY_THEOREM = (
     "concave function of the preloads"
 )
 _BY_CORNERS = (
-    "by the nominal input and the corners of the ranges; no theorem covers the inputs between them"
+    "at the nominal input and the corners of the ranges; no theorem covers the inputs between them"
 )
 _NO_STEADY_STATE = "no steady state: {reason}"
 

@@ -83,7 +83,7 @@ def tightened(
     if not error <= RESIDUAL or answer.x.min() <= 0:
         _refuse_open_sections(bolts, forces, answer.x)
         raise SolverError(
-            f"tightened: the tensions found differ from the forces by a relative {error:.1e} "
+            f"tightened: the computed tensions differ from the forces by a relative {error:.1e} "
             f"(tolerance {RESIDUAL:g}); {answer.message}"
         )
     return bolts.loaded(answer.x)
@@ -95,7 +95,7 @@ def _checked_shares(system: ContactSystem, mean: Mapping[str, float]) -> dict[st
     if not shares:
         raise ModelError(
             f"cycle: its mean load has none of the locked bolts {sorted(system.bolts)}; give each "
-            "the share of its force, such as 1.0"
+            "bolt the share of its force, such as 1.0"
         )
     for name, share in shares.items():
         if not share > 0:
@@ -154,5 +154,6 @@ def _refuse_open_sections(bolts: _Bolts, forces: Array, amplitudes: Array) -> No
             raise ModelError(
                 f"cycle: the mean load does not close the section of bolt {name!r}: its other "
                 f"loads pull it to {tension:.4g} before it is tightened to {forces[k]:.4g}; "
-                "tighten it to more, or leave these loads out and add them to the cycle returned"
+                "tighten it to a larger force, or leave these loads out and add them to the "
+                "returned cycle"
             )

@@ -158,7 +158,7 @@ class Course:
         if work == 0 and largest == 0:
             return "the contact does not slip, and does not wear"
         if work == 0:
-            return "worn in: the contact slips no more"
+            return "worn in: the contact no longer slips"
         if not rate.any():
             return "no node that slips has a coefficient of wear above 0"
         if self.cycles >= most_cycles:
@@ -169,8 +169,8 @@ class Course:
             return f"worn in: the work of friction per cycle is {work / largest:.1e} of its largest"
         if self._never_changes(rate):
             return (
-                "the contact wears on at rates that never change: they take off no pressure; give "
-                "`cycles`"
+                "the contact continues to wear at constant rates, which do not change any "
+                "pressure; give `cycles`"
             )
         return ""
 

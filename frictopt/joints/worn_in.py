@@ -179,7 +179,7 @@ def worn_in(
 def _require(holds: bool | np.bool_, reason: str) -> None:
     """Raise an error if a condition of the theorem does not hold."""
     if not holds:
-        raise ModelError(f"{reason}; no theorem gives the end of wear then: follow it by wear")
+        raise ModelError(f"{reason}; no theorem predicts the end of wear then: use `wear`")
 
 
 def _checked_friction(system: ContactSystem, friction: ArrayLike) -> float:
@@ -201,13 +201,13 @@ def _check_similar(system: ContactSystem) -> None:
     )
     _require(
         np.abs(B).max() <= CONDENSATION * np.abs(A).max(),
-        "system: it is coupled, slip changes its pressures",
+        "system: it is coupled: slip changes its pressures",
     )
     ratio = np.trace(A) / (system.tangents * np.trace(C) or 1.0)
     similar = np.kron(np.eye(system.tangents), C) * ratio
     _require(
         _near(A, similar),
-        "system: its tangential stiffness is no multiple of its normal stiffness, as for "
+        "system: its tangential stiffness is not a multiple of its normal stiffness, as for "
         "similar half-planes",
     )
     diagonal = np.diag(C)
@@ -218,8 +218,8 @@ def _check_similar(system: ContactSystem) -> None:
     relieved, worn = np.unravel_index(relief.argmax(), C.shape)
     _require(
         relief.max() <= 0,
-        f"system: wear at node {worn} takes pressure off node {relieved}, and so the order "
-        "in which they wear counts",
+        f"system: wear at node {worn} takes pressure off node {relieved}, so that the order in "
+        "which they wear matters",
     )
 
 
@@ -300,7 +300,7 @@ def _check_lead(shear_change: Array, bound_change: Array) -> None:
     _require(
         lead.min() >= -CONDENSATION * np.abs(lead).max(),
         f"cycle: with no slip, the shear at node {int(lead.argmin())} changes by less than "
-        "friction times the change of its pressure, or another way than at most nodes",
+        "friction times the change of its pressure, or in another direction than at most nodes",
     )
 
 

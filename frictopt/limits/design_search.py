@@ -25,8 +25,8 @@ from .shakedown import ShakedownLimit, ShakedownLimits
 OpenNodes: TypeAlias = Sequence[Booleans]
 
 _CARRIES_LESS = (
-    "design: {opened}the best one would carry {load_factor:.6g}, but under its mean load other "
-    "nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
+    "design: {opened}the best design has the load factor {load_factor:.6g}, but other nodes open "
+    "under its mean load, and its shakedown limit is lower; bound the design more tightly"
 )
 
 

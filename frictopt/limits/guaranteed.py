@@ -51,7 +51,7 @@ from .shakedown import ShakedownLimit, ShakedownLimits
 _LEFT_OUT = {
     NOT_NEEDED: (
         "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
-        "load factors lie between"
+        "load factors lie between the two"
     ),
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
     ONE_CORNER: "can only lift off when critical, or have no friction",
@@ -226,8 +226,8 @@ class GuaranteedLimits(SafeModel):
         if question.system.tangents > 1 and question.fixed and not uncoupled(question):
             raise ModelError(
                 "cycle: its fixed parts differ, and the contact is in space, so the pressure "
-                "that a node needs is not linear in the load factor, and the slips that make "
-                "it critical are no convex set; use `shakedown_limit`, or follow starts by "
+                "that a node needs is not linear in the load factor, and the slips that make it "
+                "critical are not a convex set; use `shakedown_limit`, or follow starts by "
                 "`steady_state`"
             )
         super()._begin(question, solver)
@@ -300,7 +300,7 @@ class GuaranteedLimits(SafeModel):
                 bar.keep(
                     "table",
                     partial(nodes.table, order[:count]),
-                    f"it is at most {nodes.least:.6g}; what is known of "
+                    f"it is at most {nodes.least:.6g}; what is known about "
                     f"{number_of(count, 'node')} is in the attribute `table`",
                     best=f"at most {nodes.least:.4g} so far",
                 )

@@ -144,7 +144,7 @@ def least_slip(
     if not residual <= RESIDUAL:
         raise SolverError(
             f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance "
-            f"{RESIDUAL:g}); check for reactions and stiffnesses of very different sizes"
+            f"{RESIDUAL:g}); reactions or stiffnesses may differ too much in size"
         )
 
     # Weights that are only rounding are set to zero.

@@ -147,8 +147,8 @@ def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
         if not residual <= RESIDUAL:
             raise SolverError(
                 f"shakedown limit: the states at the instants of the cycle are off by "
-                f"{residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
-                "very different sizes"
+                f"{residual:.1e} (tolerance {RESIDUAL:g}); reactions or stiffnesses may differ "
+                "too much in size"
             )
         slip = areas.completed(limit.load_factor, slip)
         record = replace(record, residual=max(residual, record.residual))

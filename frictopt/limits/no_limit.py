@@ -42,7 +42,8 @@ def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
         return None
     if chosen:
         raise ModelError(
-            "objective: it grows without end over the safe slips; subtract a penalty, or bound it "
+            "objective: it grows without bound over the safe slips; subtract a penalty, or bound "
+            "it "
             "by a constraint"
         )
     question = program.question

@@ -361,13 +361,12 @@ def _check_variable(name: str, variable: cp.Variable, known_ids: set[int]) -> No
     part = variable.name().split("[")[0]
     if variable.id not in known_ids and part in _NAMES:
         raise ModelError(
-            f"{name}: it is on the {part} of another model; use the variables of the model "
-            "that solves"
+            f"{name}: it contains the {part} of another model; use the variables of this model"
         )
     if variable.attributes["boolean"] or variable.attributes["integer"]:
         raise ModelError(
-            f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: "
-            "solve `problem` with it by cvxpy"
+            f"{name}: variable {variable.name()} is an integer; multipliers cannot prove such an "
+            "answer: solve `problem` with it by cvxpy"
         )
     attributes = {kind for kind, value in variable.attributes.items() if value}
     if not attributes <= _LINEAR_ATTRIBUTES:
@@ -385,15 +384,15 @@ def _check_cones(name: str, row: Row) -> None:
         if not isinstance(cone, _CONES):
             raise ModelError(
                 f"{name}: it needs a {type(cone).__name__} cone; the multipliers of linear rows "
-                "and second-order cones prove the answer: give linear constraints, or such of abs, "
-                "max, min and norms of vectors, in space for each node: "
+                "and second-order cones prove the answer: give linear constraints, or constraints "
+                "on abs, max, min and norms of vectors, in space for each node: "
                 "cp.norm(model.slip, 2, axis=1)"
             )
         # cvxpy fails at axis 2, and mixes up the entries at axis 1.
         if isinstance(cone, cp.SOC) and cone.axis and cone.args[1].ndim > 2:
             raise ModelError(
                 f"{name}: it has norms along axis {cone.axis} of {cone.args[1].ndim} axes, which "
-                "cvxpy does not compile rightly; give them for each corner k: "
+                "cvxpy does not compile correctly; give one constraint for each corner k: "
                 "cp.norm(model.q[k], 2, axis=1) <= c"
             )
 

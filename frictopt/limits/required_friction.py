@@ -38,18 +38,18 @@ from .sentences import (
 )
 
 _NONE_FOUND = (
-    "required friction: none up to {largest:g} is enough, although no node need open: the best "
-    "residual slip leaves a pressure of {least:.1e} force scales at one node; press nodes of "
+    "required friction: none up to {largest:g} is enough, although no node has to open: with the "
+    "best residual slip, the pressure at one node is only {least:.1e} force scales; press nodes of "
     "little pressure, or leave them out"
 )
 _NEXT_TO_ZERO = (
-    "required friction: {smallest:.0e} is enough and 0 is not; no shear load of that size matters, "
-    "take it as 0"
+    "required friction: {smallest:.0e} is enough and 0 is not; a shear load of this size does not "
+    "matter, so use 0"
 )
 _UNDECIDED = (
     "required friction: no slip is safe with {less:g}, a slip of up to {slip:.3g} is safe with "
     "{more:g}, and rounding hides the least friction between the two; give a {smaller}slip_bound "
-    "if this slip is more than assembly can leave, or check for reactions of very different sizes"
+    "if assembly cannot leave such a slip; otherwise reactions may differ too much in size"
 )
 
 

@@ -260,8 +260,9 @@ class SafeSlipModel(SafeModel):
         if largest > largest_ratio:
             raise ModelError(
                 f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean "
-                f"normal force {question.force:.3g} of the mean load, which is lost in their "
-                "rounding; give less, or check the units of the load cases"
+                f"normal force {question.force:.3g} of the mean load, so that rounding of the "
+                "cyclic loads hides the mean load; give a smaller load factor, or check the units "
+                "of the load cases"
             )
         return load_factor
 

@@ -31,19 +31,19 @@ NO_FRICTION = Sentence(
 )
 NO_PRESSURE = Sentence(
     "node {node}{contact} carries no pressure under the mean load, and the cyclic load {moves} it",
-    assumes="the limit is 0, and the mechanism is of this node alone",
+    assumes="the limit is 0, and the mechanism contains only this node",
 )
 INFINITE = Sentence(
     "the shakedown limit is infinite: every load factor{start} has a safe {slip}{cause}{below}",
-    assumes="the load factor grows without end along safe slips",
+    assumes="the load factor grows without bound along safe slips",
 )
 NO_EVENTS = Sentence(
-    "; no transient at a small load factor shows a rest with nodes that open and close",
+    "; no transient at a small load factor comes to rest with nodes that open and close",
     assumes="the search of events begins with such transients, and nothing is safe without events",
 )
 CALL_WITH_EVENTS = Sentence(
-    "; a rest with nodes that open and close may exist: pass events=True",
-    assumes="the load comes back the way it went, so that nodes can open and close in a rest",
+    "; a state of rest with nodes that open and close may exist: pass events=True",
+    assumes="the load returns along its path, so that nodes can open and close in a state of rest",
 )
 NO_BOUND = Sentence(
     "the search finds no safe {slip} above it{node_states}; fixed and scaled loads both vary where "
@@ -58,13 +58,13 @@ HIGHER_WITH_OTHERS_OPEN = Sentence(
     "; with other nodes open it may be higher", assumes="some nodes stay open"
 )
 BOUND_COVERS = Sentence(
-    "; the dual bound covers them", assumes="the user has constraints, and they are named before"
+    "; the dual bound covers them", assumes="there are user constraints, which are named before"
 )
 STATIC = Sentence(
     "; under this static load the contact may open nodes and come to rest above the limit, "
     "until a body "
     "slides off (bound_for_all)",
-    assumes="all corners are one load, without constraints of the user",
+    assumes="all corners have the same load, and there are no user constraints",
 )
 UNSAFE_BELOW = Sentence(
     "; {node_states}no slip is safe below {least:.6g}",
@@ -113,7 +113,8 @@ SLIPS_BUT_AT_ONE = Sentence(
     "slip goes on in every cycle at any other load factor{starts}: node {node}{contact} closes "
     "and opens under different shear loads; steady_state gives the work of a "
     "cycle",
-    assumes="the same, and the equations have a solution at one load factor above 0",
+    assumes="B = 0, the load factor scales shear alone, and the equations of the rim have a "
+    "solution at one load factor above 0",
 )
 NO_STATE_OF_REST = Sentence(
     "no state of rest exists at any load factor{above}, for all openings and closings: {cause}",
@@ -131,7 +132,7 @@ FROM_EVERY_START = Sentence(", from every start", assumes="supports hold the bod
 OBSERVED = Sentence(
     "; the bodies slide freely, so it is observed in transients, not proven, that every start "
     "comes to rest below it",
-    assumes="nodes open and close in each cycle, and some slide meets no stiffness",
+    assumes="nodes open and close in each cycle, and no stiffness resists some slide",
 )
 
 # Guaranteed limits
@@ -140,7 +141,7 @@ CRITICAL = Sentence(
     "node {node}{contact} is {bounds}", assumes="a node is critical below the shakedown limit"
 )
 BOTH_BOUNDS = Sentence(
-    "on its bound of forward slip at the corner {first} and of backward slip at {last}",
+    "at its friction bound of forward slip at the corner {first} and of backward slip at {last}",
     assumes="the contact is in the plane",
 )
 BOUNDS_IN_SPACE = Sentence(
@@ -160,11 +161,11 @@ UNLOADED = Sentence(
 WEDGED = Sentence(
     "; friction is above the critical value A/|B| of the node: it may wedge itself, so that "
     "all slip also stops above the limit",
-    assumes="one slip may relieve all bounds of the node",
+    assumes="one slip may move the node away from all its friction bounds",
 )
 ONLY_AT_LEAST = Sentence(
     "; {nodes} critical only at the least safe load factor {least:.6g}, which does not cause slip",
-    assumes="the load factors at which these nodes are critical are one number",
+    assumes="these nodes are critical at only one load factor",
 )
 SAME_LIMIT = Sentence(
     "lambda_1 is lambda_2, because {cause}: {reason}", assumes="no node is critical below lambda_2"
@@ -177,9 +178,9 @@ LIFTING = Sentence(
 # Safe slips
 
 _NODES_AS_THEY_ARE = (
-    "the same nodes closed; with nodes that open and close the contact may also shake down"
+    "the same nodes are closed; with nodes that open and close, the contact may also shake down"
 )
-_ALWAYS = "always: the slip obeys the law at every corner"
+_ALWAYS = "none: the slip obeys the contact law at every corner"
 SLIP_IS_SAFE = Sentence(
     "this slip{within} keeps {closed} closed and stuck at every corner{opened}",
     assumes=_ALWAYS,
@@ -202,22 +203,21 @@ NOR_WITH_SOME_OPEN = Sentence(
 
 # Required friction
 
-_NODES_CLOSED = "all nodes closed; with open ones no friction may be needed"
+_NODES_CLOSED = "all nodes are closed; with open nodes, friction may not be needed"
 NONE_NEEDED = Sentence(
     "none is needed: a residual slip{within} takes all shear off every node at every corner",
     assumes=_ALWAYS,
 )
 LESS_IS_NOT_SAFE = Sentence(
     "no residual slip{within} is safe with less, {node_states}: see the mechanism",
-    assumes="all nodes closed, or the nodes open that it counts; where nodes open and close in "
-    "each "
-    "cycle, that less is not enough is what the search finds",
+    assumes="all nodes are closed, or the counted nodes are open; if nodes open and close in each "
+    "cycle, the search has found no state of rest with less friction, which is not proven",
 )
 ENOUGH_WITH_EVENTS = Sentence(
     "; with this friction nodes open and close in each cycle; with less friction the search finds "
     "no such state of rest",
-    assumes="with `events=True`: `slip` is checked; of less friction only nodes that stay as they "
-    "are have a proof",
+    assumes="with `events=True`: `slip` is checked; for less friction, the proof covers only "
+    "nodes that stay open or closed",
 )
 NONE_IS_ENOUGH = Sentence(
     "no friction is enough to keep all nodes closed: {why}",
@@ -231,7 +231,7 @@ LOADS_OPEN = Sentence(
 
 # Safe regions
 
-_SAME_NODES = "the same nodes closed: the closed nodes of the limit under both loads"
+_SAME_NODES = "the same nodes are closed: the closed nodes of the limit under both loads"
 SIDES = Sentence(
     "{opened}beyond each side its mechanism slips for ever{node_states}",
     assumes=_SAME_NODES,
@@ -274,12 +274,13 @@ LARGER_DESIGNS_OPEN = Sentence(
 # Gross slip
 
 _RIGID_MOTIONS = (
-    "the system has these supports and loads: of its stiffness only the rigid motions count"
+    "the system has these supports and loads; its stiffness matters only by its rigid motions"
 )
-_FOUND_NOT_PROVEN = "found, not proven: another start may slide off elsewhere"
+_FOUND_NOT_PROVEN = "computed, not proven: from another start, the bodies may slide off at "
+"another load factor"
 HELD = Sentence(
-    "supports hold the bodies: the contact alone holds no motion of them",
-    assumes="the stiffness has no rigid motion that the contact alone holds",
+    "supports hold the bodies, so the contact need not prevent any rigid motion",
+    assumes="the stiffness has no rigid motion that only the contact prevents",
 )
 UNBALANCED = Sentence(
     "{only}forces within {bounds} cannot balance {load}: {motion}",
@@ -304,7 +305,7 @@ APART = Sentence(
 )
 ALL_BALANCED = Sentence(
     "{only}forces within {bounds} balance the loads at all load factors{start}",
-    assumes="forces within friction balance the loads; whether the contact finds them is not said",
+    assumes="forces within friction balance the loads; the contact may or may not reach them",
 )
 SELF_STRESSED = Sentence(
     "contact forces balance themselves here, so equilibrium does not determine the pressure of "

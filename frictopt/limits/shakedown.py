@@ -143,8 +143,8 @@ class ShakedownLimits(SafeModel):
             opened = with_open(question, flags("open", open, question.system.nodes))
             if opened is None or opened.open_nodes.all():
                 raise ModelError(
-                    "open: too few closed nodes, or none, would hold the open ones; "
-                    "leave more nodes closed"
+                    "open: the closed nodes are too few to hold the open nodes; leave more nodes "
+                    "closed"
                 )
             return self.of_set(opened, user_rows, objective)
         limit = self.of_any_set(question, user_rows, objective)

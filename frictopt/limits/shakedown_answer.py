@@ -172,8 +172,8 @@ class ShakedownAnswer(Rated):
         question = self._question
         if question.events:
             raise ModelError(
-                "least_slip: nodes open and close at the limit, whose multipliers bound no slip; "
-                "use shakedown_limit without events"
+                "least_slip: nodes open and close at the limit, so its multipliers do not bound "
+                "the slip; use shakedown_limit without events"
             )
         finite = np.isfinite(self.load_factor)
         if not finite or self.constraints or question.slip_bound is not None:

@@ -147,7 +147,7 @@ def _parts(blocks: list[Block]) -> tuple[dict[str, list[Block]], list[Block]]:
 
 
 def _without_end(head: Block, end: str) -> ModelError:
-    return ModelError(f"deck: the block {head} has no {end}, so that its blocks are not known")
+    return ModelError(f"deck: the block {head} has no {end}, so that its content is unknown")
 
 
 def _part_of(head: Block, parts: dict[str, list[Block]]) -> list[Block]:

@@ -102,8 +102,8 @@ def modal_load(
     matrix = checked_stiffness(M, "M")
     if matrix.shape != (len(shape), len(shape)):
         raise ModelError(
-            f"M: shape {matrix.shape}, and a mode of {number_of(len(shape), 'unknown')}; "
-            "give both in the same unknowns"
+            f"M: shape {matrix.shape}, but the mode has {number_of(len(shape), 'unknown')}; give "
+            "both for the same unknowns"
         )
     load = np.asarray(matrix @ shape)
     if natural_frequency is not None:
@@ -123,7 +123,7 @@ def _take_off_glue_forces(load: Array, glued: ArrayLike | None) -> None:
     if glued is None:
         raise ModelError(
             "glued: None; a stiffness needs the rows that are glued to each other, "
-            "whose forces are not forces of the mode"
+            "because the forces of the glue are not forces of the mode"
         )
     rows = whole_array("glued", glued, (None, 2), least=-1, most=len(load) - 1)
     is_free = rows >= 0
@@ -294,8 +294,8 @@ class LabelledMatrix(Shown):
         node = first_of(np.bincount(nodes) > 1)
         if node is not None:
             raise ModelError(
-                f"matching_faces: the node at {place(self.points[node])} lies on several of one "
-                "other body; merge these nodes"
+                f"matching_faces: the node at {place(self.points[node])} coincides with several "
+                "nodes of one other body; merge these nodes"
             )
 
     def nodes(self, where: str | ArrayLike) -> Integers:
@@ -324,7 +324,7 @@ class LabelledMatrix(Shown):
         between_nodes = self._between(np.unique(self.mesh.facets[:, facets]))
         if len(between_nodes) != len(facets):
             raise ModelError(
-                f"surface {name!r}: other facets lie between its nodes too; name flat parts of it"
+                f"surface {name!r}: its nodes also span other facets; name flat parts of it"
             )
         whole_mesh, origin = self._whole
         return np.unique(origin[facet_nodes(whole_mesh, facets)].indices)

@@ -215,8 +215,8 @@ def half_space_contact(
     size = 2 * half_length / cells
     if not 0 < size**2 < np.inf:
         raise ModelError(
-            f"half_length: {half_length:g}; its square is no number, "
-            "give the length in another unit"
+            f"half_length: {half_length:g}; its square is too large or too small; give the length "
+            "in another unit"
         )
     line = (np.arange(cells) + 0.5) * size - half_length
     x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))

@@ -80,7 +80,7 @@ def uncoupled_limit(
         node = int(np.argmax(f * np.abs(d)))
         raise ModelError(
             f"f: {f[node]:g} at node {node} is not below the critical friction "
-            f"1/|d| = {1 / abs(d[node]):g}; give less of either"
+            f"1/|d| = {1 / abs(d[node]):g}; reduce one of them"
         )
     strength = f * (p0 - d * q0)
     # A strength of zero has the rounding of the terms that cancel.
@@ -203,12 +203,12 @@ def single_node_dissipation(
     e = A * p1 - B * q1
     terms = A * abs(p0) + abs(B * q0)
     if D < -ROUNDING * terms:
-        raise ModelError(f"p0: {p0:g}; the mean load lifts the node off, give more pressure")
+        raise ModelError(f"p0: {p0:g}; the mean load lifts the node off; give more pressure")
     travel = 2 * (lam * abs(A * q1 - f**2 * B * p1) - f * D) / (A**2 - (f * B) ** 2)
     if lam * abs(e) - D > ROUNDING * (terms + lam * (abs(A * p1) + abs(B * q1))):
         raise ModelError(
-            f"load_factor: {lam:g}; the node lifts off at one corner, "
-            f"give at most {max(D, 0.0) / abs(e):g}"
+            f"load_factor: {lam:g}; the node lifts off at one corner; give at most "
+            f"{max(D, 0.0) / abs(e):g}"
         )
     if abs(q1) <= f * abs(p1) or travel <= 0:
         return 0.0

@@ -95,8 +95,8 @@ class Dovetail(Scene):
             )
         if not self.corner_size > SAME_POINT * max(self.disc_half_width, self.disc_depth):
             raise ModelError(
-                f"grading: {self.grading:g}; elements at the ends are smaller than rounding, "
-                "give a lower grading or fewer elements"
+                f"grading: {self.grading:g}; the elements at the ends are too small for the "
+                "rounding of coordinates; give a lower grading or fewer elements"
             )
 
     @property

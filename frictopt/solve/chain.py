@@ -144,7 +144,7 @@ class Chain:
     @property
     def _left_out(self) -> tuple[str, ...]:
         count = self.reduced.left_out
-        return (f"rows: {count} that others stand for",) if count else ()
+        return (f"rows: {count} redundant",) if count else ()
 
     def _best_claim(
         self,

@@ -262,7 +262,7 @@ class _Study:
         note = f"{number_of(left, 'run is', 'runs are')} left; "
         note += f"the attribute `table` has {self._finished}"
         if self.file is not None:
-            note += f", and so has {str(self.file.path)!r}, from where the same call goes on"
+            note += f", and so has {str(self.file.path)!r}, from which the same call continues"
         return note
 
     def find_limits_of_starts(self, progress: bool) -> None:
@@ -358,8 +358,8 @@ def checked_starts(
 def _check_start(start: object, slip_shape: tuple[int, ...]) -> None:
     if not isinstance(start, Start):
         raise ModelError(
-            f"starts: a {type(start).__name__} among starts; make starts of slips by given_slips, "
-            "and add lists up"
+            f"starts: a {type(start).__name__} among starts; make starts from slips by "
+            "given_slips, and join lists by +"
         )
     slip = start.slip if start.state is None else start.state.slip
     if slip is not None and slip.shape != slip_shape:
@@ -377,7 +377,8 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
         raise ModelError("friction: empty; give at least one coefficient")
     if is_list and len(items) == nodes > 1 and all(_is_number(item) for item in items):
         raise ModelError(
-            f"friction: {nodes} numbers for {nodes} nodes, one friction or {nodes} of them; give "
+            f"friction: {nodes} numbers for {nodes} nodes, which may be one friction per node or "
+            f"{nodes} frictions; give "
             "[friction] or np.c_[friction]"
         )
     generator = rng

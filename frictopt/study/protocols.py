@@ -34,7 +34,7 @@ from .range_starts import RangeStarts
 from .starts import LoadStep, assemble
 
 REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
-"""Outcomes after a protocol: the contact rests, slip goes on, or a transient has no result."""
+"""Outcomes after a protocol: rest, continuing slip, or a transient without result."""
 
 
 class TransientsAfter:

@@ -103,8 +103,8 @@ class Start(Portable):
         slips = [self.slip, self.safe_multiple, self.state]
         if sum(slip is not None for slip in slips) > 1:
             raise ModelError(
-                f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; "
-                "give one of them"
+                f"start {self.name!r}: two of slip, multiple of the safe slip, and state are "
+                "given; give one of them"
             )
         for name, check in _CHECKS.items():
             value = getattr(self, name)
@@ -199,7 +199,9 @@ def random_slips(
     ['smooth 0.1 #0', 'smooth 0.1 #1', 'rough 0.1 #2', 'rough 0.1 #3']
     """
     if checked_system(system).nodes < 2:
-        raise ModelError("system: one node; its slip has no shape, give it by given_slips")
+        raise ModelError(
+            "system: one node, so smooth and rough slips do not exist; give its slip by given_slips"
+        )
     # More slips would fill the memory.
     count = whole_number("count", count, least=1, most=100_000)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)

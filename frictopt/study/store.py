@@ -85,7 +85,7 @@ class Store:
         if schema != [(_RUNS,), (_LIMITS,)] or version != (_VERSION,):
             raise sqlite3.DatabaseError(
                 "it is the file of another program or of another version of frictopt, and its "
-                "columns mean something else"
+                "columns have another meaning"
             )
 
     def read(self) -> pd.DataFrame:
@@ -106,7 +106,7 @@ class Store:
         damaged = len(stored) - len(sound)
         if damaged:
             rows = number_of(
-                damaged, "row is damaged and does not count", "rows are damaged and do not count"
+                damaged, "row is damaged and is ignored", "rows are damaged and are ignored"
             )
             warnings.warn(f"store: {str(self.path)!r}: {rows}", DamagedRows, stacklevel=4)
         return sound
@@ -169,8 +169,8 @@ def _store_errors(path: object) -> Iterator[None]:
         yield
     except (sqlite3.Error, OSError, TypeError, ValueError, RuntimeError) as error:
         raise StoreError(
-            f"store: {str(path)!r} cannot be used ({error}); give another name, or make room and "
-            "see that it and its folder stay and can be written"
+            f"store: {str(path)!r} cannot be used ({error}); give another name, or free disk "
+            "space and check that the file and its folder exist and can be written"
         ) from error
 
 

@@ -57,11 +57,12 @@ GIVEN_UP = (
 )
 LITTLE_WORK = (
     "its work of friction, {work:.1e} per cycle, is too small for forces of "
-    "{force:.1e} to distinguish slip from shakedown: take a load factor further from "
-    "the limit, or loads of more similar size"
+    "{force:.1e} to distinguish slip from shakedown: choose a load factor further from the limit, "
+    "or loads of more similar size"
 )
 SLOW_DRIFT = (
-    "from cycle to cycle this change differs by only a share of {decay:.1e}: slow ratcheting, or a "
+    "from cycle to cycle, the relative difference of this change is only {decay:.1e}: slow "
+    "ratcheting, or a "
     "body that rolls or has no guide; guide it by a Support, or follow its drift with march{drift}"
 )
 SAME_DRIFT = (

@@ -273,16 +273,17 @@ def path_of(
     if chosen in ("path", "milp"):
         if not in_plane:
             raise ModelError(
-                f"engine: {chosen!r}; it needs a law of straight lines, and the friction circle is "
-                "curved: choose 'newton' or 'qp', and see `step_error` for the error of the "
+                f"engine: {chosen!r}; it needs a piecewise linear law, but the friction bound in "
+                "space is a circle: choose 'newton' or 'qp', and see `step_error` for the error "
+                "of the "
                 "increments"
             )
         checked_law(system, f"engine {chosen!r}")
     if chosen == "path":
         if steps is not None:
             raise ModelError(
-                f"steps: {steps}; the exact path has none, leave it out or choose an engine of "
-                f"increments: {', '.join(ENGINES)}"
+                f"steps: {steps}; the exact path has no increments; leave steps out, or choose an "
+                f"engine with increments: {', '.join(ENGINES)}"
             )
         return ExactPath(system, *parameters)
     return SteppedPath(chosen, steps, system, *parameters).checked()

@@ -26,12 +26,12 @@ _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 
 _WITHIN = "slip increments and gaps up to {motion:.3g} and pressures up to {force:.3g}"
 _TOUCHED = (
-    "mixed-integer increment: the state that was found touches {within}; give a larger reach than "
+    "mixed-integer increment: the computed state reaches {within}; give a larger reach than "
     "{reach:g}"
 )
 _NO_STATE = (
-    "mixed-integer increment: {why}, and Newton's method finds no state either, which is no proof "
-    "that there is none (reach {reach:g}); {remedy}, or give another reach"
+    "mixed-integer increment: {why}, and Newton's method finds no state either; a state may still "
+    "exist (reach {reach:g}); {remedy}, or give another reach"
 )
 
 
@@ -108,7 +108,7 @@ class ExactIncrement(ByProgram):
             failure = f"the solvers find no state with {within}"
         else:
             if not found.residual <= RESIDUAL:
-                failure = f"the statuses that were found leave a residual of {found.residual:.1e}"
+                failure = f"the computed statuses have a residual of {found.residual:.1e}"
         # A state touches the end of the reach above this share of the largest motion or pressure.
         touches = 0.999
         if failure:

@@ -46,8 +46,8 @@ SETTINGS = ProgramSettings()
 
 _NO_STATE = (
     "friction increment: no state is found with the friction bound frozen at {bound:.3g} "
-    "mean normal forces in sum (where slip would raise the pressure enough to hold it, another "
-    "increment may find the state); {remedy}"
+    "mean normal forces in sum (if slip raises the pressure enough, another increment may find "
+    "the state); {remedy}"
 )
 _NOT_CONVERGED = (
     "friction increment: did not converge in {sweeps} sweeps with frozen bound; the bound still "
