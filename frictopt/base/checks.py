@@ -21,7 +21,7 @@ from ..errors import ModelError, ModelWarning
 
 # The square of a larger number overflows.
 _LARGEST = 1e150
-# Calls from inside the package get no warning of odd values; those of the command line do.
+# Calls from inside the package give no warnings of odd values; calls from the command line do.
 _OURS = "frictopt."
 _COMMAND = "frictopt.command."
 # Units of force in N, and of length in m.

@@ -65,7 +65,7 @@ class Bar:
 
     def update(self, count: int = 1) -> None:
         """Count further units."""
-        self.count += int(count)  # a number of numpy, too, with which no text can be repeated
+        self.count += int(count)  # `count` may be a numpy integer, which cannot repeat a text.
 
     def keep(
         self,
@@ -153,8 +153,8 @@ def progress_bar(
     """The bar of a computation, which counts `unit`s and shows the best so far in words.
 
     A bar inside a hidden bar is hidden. An interrupt (Ctrl-C), or any other error of `on`, gets the
-    value that `Bar.keep` has set last. If several nested bars keep a value, that of the outermost
-    bar counts.
+    value that `Bar.keep` has set last. If several nested bars keep a value, the interrupt gets the
+    value of the outermost bar.
     """
     outer = _here.bars[:]
     shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
@@ -177,7 +177,7 @@ def progress_bar(
 
 
 def _attach(bar: Bar, outer: Sequence[Bar], error: BaseException) -> None:
-    """Give an interrupt what a bar keeps, unless an outer bar keeps anything."""
+    """Attach the value that a bar keeps to an interrupt, unless an outer bar keeps a value."""
     if bar.partial is None or any(other.partial is not None for other in outer):
         return
     attribute, value, note = bar.partial

@@ -109,8 +109,8 @@ class Kept(Shown):
         """Write the result to a file, such as `limit.npz`; `frictopt.results.load` reads it.
 
         The file is an npz archive of plain arrays and one text, no pickle, so reading it runs no
-        code of the file. All numbers, words and tables are kept, also those of the contact and of
-        other results in this one. The cvxpy `problem` of the loaded result is None.
+        code of the file. All numbers, words and tables are kept, also in the contact and in other
+        results that this result contains. The cvxpy `problem` of the loaded result is None.
 
         Raises
         ------

@@ -26,7 +26,7 @@ from ..errors import ModelError
 
 # A distance from a straight segment up to this share of the largest amplitude is rounding.
 _ROUNDING = 4 * np.finfo(float).eps
-# A cycle of more corners takes hours; a larger number is a mistake.
+# A cycle with more corners takes hours, so a larger number is probably a mistake.
 _LARGEST_NUMBER_OF_CORNERS = 100_000
 
 

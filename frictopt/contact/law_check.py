@@ -191,7 +191,8 @@ def off_law(
 
     The error of the direction of friction is the smallest of three changes: set the slip increment
     to zero; move q to the bound, opposite to the slip; or remove the part of the slip normal to q
-    and move q to the bound. The third one is needed in space, where rounding turns small slips.
+    and move q to the bound. The third change is needed in space, where rounding changes the
+    direction of small slips.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         length = force / system.stiffness_scale
@@ -211,7 +212,7 @@ def off_law(
         bound = law.bound(p, force)
         over = size - bound
 
-        # Slips that are rounding of the motions of their state count as none.
+        # If a slip is only rounding of the motions of its state, it counts as zero.
         rounding = CONDENSATION * np.abs(u).max(axis=(1, 2), initial=0.0)[:, None]
         slid = np.linalg.norm(increment, axis=1)
         turned = np.linalg.norm(q + bound[:, None] * _unit(increment, slid), axis=1)

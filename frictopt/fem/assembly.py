@@ -265,7 +265,8 @@ class Assembly:
 
         Nodes of couplings follow each other.
 
-        Displacements that a support holds stay held; the following ones are marked in `free_rows`.
+        Displacements that a support holds stay held; dependent displacements are marked in
+        `free_rows`.
         """
         ties = block_diag(self._midside_ties(contacts)).tocoo()
         d = self.points.shape[1]
@@ -427,7 +428,7 @@ class Assembly:
         )
 
     def _closed_cuts(self, cuts: Sequence[Cut]) -> list[Cut]:
-        """The cuts in node numbers of the model; their far faces follow the near ones."""
+        """The cuts in node numbers of the model; the far faces follow the near faces."""
         closed = []
         taken = np.r_[self.pairs.opening.indices, self.sector.on_cuts, self.coupled.nodes]
         for cut in cuts:

@@ -128,8 +128,8 @@ def by_their_forces(
 ) -> tuple[dict[str, Array], Array, dict[str, tuple[float, float]]]:
     """Bonded reactions and compliance with units of locked bolts that give their forces.
 
-    Given are those of a shortening of 1. A unit is the shortening that gives the force in the glued
-    bodies. The third result has the force and the shortening of each locked bolt.
+    The matrices are for a shortening of 1. A unit is the shortening that gives the force in the
+    glued bodies. The third result has the force and the shortening of each locked bolt.
     """
     units = np.ones(len(L))
     bolts = {}
@@ -161,7 +161,7 @@ def cut_bodies(
             raise ModelError(
                 f"{where} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
             )
-        # A copy is not checked again: the parts are still one body, though they share no facets.
+        # A copy is not checked again, because its parts are one body although they share no facets.
         cut[name] = copy(cut[name])
         object.__setattr__(cut[name], "mesh", mesh)
         cuts.append(Cut(bolt, near, far, axis))
@@ -240,7 +240,7 @@ def _new_numbers(mesh: Mesh, cut: Mesh, elements: Booleans) -> Integers:
 
 
 def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:
-    """The matrix (size, size) that lets the far faces of cuts follow the near ones."""
+    """The matrix (size, size) that lets the far faces of cuts follow the near faces."""
     size = rows.size
     follows = np.arange(size)
     for cut in cuts:
@@ -251,10 +251,10 @@ def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:
 def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:
     """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F.
 
-    The faces of cuts are tied across their axes, and those of locked bolts along them, too. With
-    the matrix C that lets far faces follow near ones, and the motions c of far faces against the
-    axes of free bolts, by the amounts x, `u = C y + c x`. No force but that of F acts along x:
-    `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads
+    The two faces of a cut are tied across the axis; the faces of a locked bolt are also tied along
+    the axis. The matrix C lets far faces follow near faces, and c are the motions of far faces
+    against the axes of free bolts, with the amounts x: `u = C y + c x`. Only the force F acts along
+    x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads
     `R^T F`.
     """
     size = K.shape[0]

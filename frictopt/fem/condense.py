@@ -318,7 +318,7 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     is_relative = front < 0
     if motions.shape[1] < k:
         _check_rounding(float(stiffness.diagonal()[is_relative].max()), S)
-    # Across a plane of symmetry there is neither motion nor force, so any stiffness is right.
+    # Motion and force across a plane of symmetry are zero, so any stiffness may be used.
     motionless = np.asarray(abs(T).sum(axis=0)).ravel()[is_relative] == 0
     still = np.flatnonzero(motionless)
     S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
@@ -376,8 +376,8 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
     # Generalised coordinates with many connections come last.
     connections = abs(csr_matrix((K[generalised] @ T)[:, front >= 0]))
     count = np.diff(connections.indptr)
-    # Largest number of displacements that a rotation is connected to: those of the elements at its
-    # node. The amplitude of a mode is connected to more displacements.
+    # Largest number of displacements in the elements at a node, to which a rotation is connected.
+    # The amplitude of a mode is connected to more displacements.
     most_of_a_rotation = 300
     is_rotation = (count > 0) & (count <= most_of_a_rotation)
     strongest = np.asarray(connections.argmax(axis=1)).ravel()

@@ -237,8 +237,8 @@ def coupled(
 ) -> Coupled:
     """Bind the displacements of the couplings of a model.
 
-    `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` must be in no
-    coupling; neither may a node be in two.
+    `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` must not be in
+    a coupling, and no node may be in two couplings.
     """
     d = points.shape[1]
     rows = [np.zeros(0, dtype=np.intp)]

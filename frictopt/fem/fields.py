@@ -56,7 +56,7 @@ class Recoverable:
         Warns
         -----
         ModelWarning
-            Open nodes carry force. Then slip and gap are not those of a state under these loads. Or
+            Open nodes carry force. Then slip and gap do not belong to a state under these loads. Or
             the system has another initial gap or contact stiffness than the model (see
             `ContactSystem.with_gap`, `with_contact_stiffness`, and `Contact`).
 

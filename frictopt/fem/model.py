@@ -160,7 +160,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             )
         for text in units_apart(names, [self.bodies[name] for name in names]):
             _warn(text)
-        # Edges of body 1 that are this much longer cannot resolve the contact between their nodes.
+        # If the edges of body 1 are this much longer than the edges of body 2, the nodes of the
+        # contact are too far apart.
         if joint.coarser > 4.0:
             _warn(
                 f"contacts: {contact.name!r}: the edges of body {names[0]!r} are "

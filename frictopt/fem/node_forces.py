@@ -240,7 +240,7 @@ def distribution(around: NodesAround, kinematics: Kinematics) -> Array:
     if kinematics == "axisymmetric":
         along_axis = motions[:, 1:2]
         return np.asarray(repeated * along_axis / weights.sum())
-    # Weighted motions, whose resultants about the middle are unit loads.
+    # Weighted motions. As forces, their resultants about the middle are unit loads.
     sizes = np.maximum(np.abs(motions).max(axis=0), TINY)
     scaled = motions / sizes
     squares = scaled.T @ (repeated * scaled)

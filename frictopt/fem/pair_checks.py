@@ -18,7 +18,8 @@ class SideSettings:
 
     # A neighbour lies in the plane of the contact if its height, relative to its distance, is less.
     in_plane: float = 1e3 * CONDENSATION
-    # A shift pulls a node if the force exceeds this share of its stiffness; less is rounding.
+    # A shift pulls a node if the force exceeds this share of its stiffness. Smaller forces are
+    # rounding.
     pulled: float = 1e3 * CONDENSATION
     # A body of one element has at most this many nodes, all connected to each other.
     element_nodes: int = 8

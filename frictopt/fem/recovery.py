@@ -223,7 +223,7 @@ class BodyFields(Shown, Plotted):
 
 
 def _tensors_at(projection: csr_matrix, fields: Mapping[str, Array]) -> Array:
-    """(N, 3, 3) tensors at places that a matrix (N, all nodes) gives, from those of all bodies."""
+    """(N, 3, 3) tensors at places, interpolated by a matrix (N, all nodes)."""
     rows = np.concatenate(list(fields.values()), axis=1)
     rows = np.pad(rows, ((0, 6 - len(rows)), (0, 0)))
     order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"] for a in "xyz"]

@@ -62,7 +62,8 @@ def free_motions(
     u[unknowns[listed]] = rigid[listed]
     if len(generalised):
         u[generalised] = _followed(K, generalised, u)
-    # Forces, relative to the stiffness of each displacement; of held ones the displacement itself.
+    # Forces divided by the stiffness of each displacement; for a held displacement, the
+    # displacement itself.
     own_stiffness = np.abs(K.diagonal())
     forces = K @ u / np.where(own_stiffness > 0, own_stiffness, 1.0)[:, None]
     resistance = rigid * (unknowns > -2)[..., None]
@@ -182,7 +183,7 @@ def _in_words(
     rows = motions[unknowns.ravel()].toarray() * (unknowns >= 0).ravel()[:, None]
     rows = rows[:, np.abs(rows).max(axis=0) > 0]
     basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp), directions)
-    # Unknowns of -2 follow others, and are not known here.
+    # Unknowns marked -2 follow other unknowns, and their values are not available here.
     known = (unknowns > -2).ravel()
     parts = np.linalg.lstsq(basis.reshape(-1, basis.shape[2])[known], rows[known])[0]
     parts = parts / np.linalg.norm(parts, axis=0)

@@ -1,4 +1,4 @@
-"""A sector of a ring: which nodes follow others around the axis, and checks that all repeats."""
+"""A sector of a ring: its dependent nodes, and checks that supports and loads repeat."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .supports import Seam, axis_of
 
 @dataclass(frozen=True, eq=False)
 class Sector:
-    """Nodes of the high cut faces that follow nodes of the low ones, `u_i = Q sum_j P_ij u_j`.
+    """Nodes of the high cut faces, which follow the low ones: `u_i = Q sum_j P_ij u_j`.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Sector:
     unlike: Mapping[str, Integers]
 
     def held(self) -> list[tuple[Integers, Array]]:
-        """The nodes on the axis, with each direction (n, d) across it, in which they are held."""
+        """The nodes on the axis. Supports hold them in each direction (n, d) across the axis."""
         across = frames_of(self.along[None])[0, :2] if self.along.any() else np.eye(2)
         return [(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]
 
@@ -121,7 +121,7 @@ class Sector:
             )
 
     def check_loads(self, argument: str, loads: Sequence[Any]) -> None:
-        """Check that spins, and loads of constants, are those of the next sector too.
+        """Check that spins and constant loads are the same in the next sector.
 
         Loads that are functions are not checked.
         """
@@ -147,7 +147,7 @@ class Sector:
     def once(
         self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array
     ) -> tuple[Any, ...]:
-        """The pairs without those of copied nodes, which are the same pairs of the ring.
+        """The pairs without the pairs of copied nodes, which are the same pairs of the ring.
 
         A pair of a copied node adds its normal and width to the pair of the node that it copies. Of
         each pair are given the number of its contact, its node of body 1, its place on body 2 (a
@@ -192,7 +192,7 @@ class Sector:
     def _unmatched(
         self, nodes: Integers, projection: csr_matrix, high: Integers, low: Integers
     ) -> Booleans:
-        """Pairs at the cuts without a partner, or whose places on body 2 are no turned copies."""
+        """Pairs at the cuts without a partner, or without a turned copy on body 2."""
         copies = self.copies
         links = projection.tocoo()
         columns = np.where(copies[links.col] >= 0, copies[links.col], links.col)
@@ -232,7 +232,7 @@ def on_seam(
     whole[:, b, a] = np.transpose(moments)
     Q = np.eye(3)
     Q[: len(turn), : len(turn)] = turn
-    # The matrix that gives the values of all nodes by those of nodes that copy none.
+    # The matrix that gives the values of all nodes from the values of the original nodes.
     turns = np.tile(np.eye(9), (n, 1, 1))
     turns[high] = np.kron(Q, Q)
     original = np.arange(n)

@@ -1,7 +1,7 @@
-"""How much the other modes of a structure take part in a swing, from the loads of these modes.
+"""Participation of the other modes of a structure in a swing, from their loads.
 
 A quasi-static loop moves the other modes as their stiffness says. At multiples of the frequency
-they answer dynamically instead, most where a multiple is near a natural frequency.
+they respond dynamically, most of all if a multiple is near a natural frequency.
 """
 
 from __future__ import annotations

@@ -111,7 +111,7 @@ class _CurveAxis:
     def finish(self, axes: Axes) -> None:
         """Scale the axis to the curve, and draw the limits.
 
-        A limit far from the curve would squeeze it: the legend names it alone.
+        A limit far from the curve would compress the curve, so only the legend names it.
         """
         known = self.x[np.isfinite(self.x)]
         low = known.min()

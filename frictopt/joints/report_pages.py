@@ -1,4 +1,4 @@
-"""The questions of a report, page by page, and the reasons of those without an answer."""
+"""The questions of a report, page by page, and the reasons why questions have no answer."""
 
 from __future__ import annotations
 
@@ -186,8 +186,8 @@ class Pages(Generic[Parts]):
     def ask_limits(self, mesh_limits: bool) -> None:
         """Page 3: both limits and the required friction.
 
-        They are left out if they belong to the mesh, unless `mesh_limits`, and so are long searches
-        for open nodes in space.
+        Limits are omitted if they depend on the mesh, unless `mesh_limits` is set. Long searches
+        for open nodes in space are omitted, too.
         """
         system, cycle, f = self.system, self.cycle, self.friction
         opens = mean_load_opens(self.report())

@@ -289,7 +289,7 @@ class _Answer:
         }
 
     def _band(self, peaks: Array) -> tuple[Array, Array]:
-        """Least and most peak over the residual slips of the range; NaN without one."""
+        """Least and most peak over the residual slips of the range; NaN without a range."""
         found = [peaks]
         for extreme in ("most", "least"):
             oscillator = _extreme(self.curve, self.points, extreme, self.oscillator.damping)
@@ -302,7 +302,7 @@ class _Answer:
         return np.min(found, axis=0), np.max(found, axis=0)
 
     def _notes(self, rows: pd.DataFrame, detached: pd.DataFrame) -> list[str]:
-        """Sentences about what the numbers do not know."""
+        """Sentences about effects that the numbers do not include."""
         notes = ["an approximation by one mode, not a bound"]
         last = self.curve.load_factor[-1]
         used = self.points["load_factor"].iloc[-1]

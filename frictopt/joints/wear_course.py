@@ -21,8 +21,8 @@ class WearSettings:
     worn_in: float = 1e-3
     # Parameter of the Rosenbrock method, with which fast changes decay without oscillation.
     gamma: float = 1 - 1 / np.sqrt(2)
-    # Cycles after which a rate that is left never changes, in units of the time in which the
-    # stiffest node wears its pressure off.
+    # Number of cycles after which remaining rates count as constant, in units of the time in which
+    # the stiffest node loses its pressure.
     far: float = 1e6
     # Largest and smallest growth of the length of a jump, and share of the growth that the error
     # estimate allows.

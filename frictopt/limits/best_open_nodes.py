@@ -223,7 +223,7 @@ def best_open_nodes(
 
 
 def _check(limit: object) -> None:
-    """ModelError if this is no limit whose open nodes can be compared."""
+    """ModelError if the open nodes of this limit cannot be compared."""
     if not isinstance(limit, ShakedownLimit):
         raise ModelError(
             f"limit: {shown(limit)}; give the answer of shakedown_limit or of ShakedownModel.solve"
@@ -256,7 +256,7 @@ def _checked_nodes(nodes: object, limit: ShakedownLimit) -> Integers:
 
 
 class _BranchAndBound:
-    """The branches that are left, and the best limit so far, which an interrupt keeps."""
+    """The remaining branches, and the best limit so far, which an interrupt keeps."""
 
     def __init__(
         self, limit: ShakedownLimit, nodes: Integers, solver: str | None, bar: Bar

@@ -2,7 +2,7 @@
 
 In the plane the search compares quick limits (`quick_limits.py`). The best set is then solved and
 proven as every limit is. If its proven limit is not what the search promises, the search is made
-again with proven limits. In space all limits are proven ones.
+again with proven limits. In space all limits are proven.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class _SetSearch:
         self._last: Question | None = None
 
     def run(self, question: Question, start_by: float, enough: float) -> Any:
-        """The proven limit of the best set; None if it is not what quick limits promise."""
+        """The proven limit of the best set; None if it is below the quick limit."""
         try:
             if self._quick and _may_open(question):
                 closed = self._limit(question, -np.inf)
@@ -84,7 +84,7 @@ def _may_open(question: Question) -> bool:
 
 
 def _agree(answer: ShakedownAnswer, best: ShakedownAnswer) -> bool:
-    """Whether a proven limit reaches what the search promises.
+    """Whether a proven limit reaches the limit of the search.
 
     If safe load factors begin with another set, the limits of all these sets need proofs.
     """

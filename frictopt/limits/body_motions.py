@@ -16,12 +16,15 @@ from ..contact import ContactSystem
 MOVES = 1e-4
 # Nodes move as one body if they are off its motion by at most this share of the largest motion.
 _FIT = COUNTS
-_MOST_PARTS = 3  # contacts, and motions, that a reason names
+# Largest number of contacts, and of motions, that a reason names.
+_MOST_PARTS = 3
 
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """The motion of one contact; its direction, and a point that does not turn, have NaN for none.
+    """The motion of one contact.
+
+    Its direction, and a point that does not turn, are NaN if they do not exist.
 
     For the columns see `GrossSlip.motion`.
     """

@@ -2,7 +2,7 @@
 
 Forces within friction have to do the work of the loads in all rigid motions of the bodies. If no
 larger load factor has such forces, the multipliers of this balance are a rigid motion that proves
-it: contact forces do no negative work in it, and more load would.
+it: contact forces cannot do negative work on this motion, but a larger load would need it.
 """
 
 from __future__ import annotations

@@ -214,7 +214,10 @@ class DesignSearch(Generic[D]):
                 share = high.share * SEARCH.shrink
 
     def _smaller(self, open_nodes: OpenNodes, largest: D, share: float) -> D | None:
-        """The best design of at most a share of the size of another one; None if there is none."""
+        """The best design whose size is at most a share of the size of another design.
+
+        None if no such design exists.
+        """
         try:
             return self._best_with(open_nodes, share, largest)
         except (ModelError, SolverError):

@@ -225,7 +225,10 @@ def _checked_contacts(system: ContactSystem, contacts: Iterable[str]) -> tuple[l
 
 @dataclass(frozen=True, eq=False)
 class Words:
-    """The words of a reason. `only` says in which contacts friction counts, as its beginning."""
+    """The words of a reason.
+
+    `only` names the contacts in which friction counts, as the beginning of the sentence.
+    """
 
     question: Question
     only: str
@@ -307,7 +310,7 @@ def _reason(
 def _least_load_factors(
     question: Question, N: Array, corners: Sequence[int], r0: Array, r1: Array
 ) -> list[CornerAnswer]:
-    """The least load factors of the corners at which nothing balances the load factor 0 at once."""
+    """The least load factors of the corners for which no forces balance the load factor 0."""
     statics = Statics(question.system, question.friction)
     lower: list[CornerAnswer] = []
     for k in corners:

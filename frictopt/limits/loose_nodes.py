@@ -38,8 +38,8 @@ class BranchSettings:
     # Load factor up to which branches have bounds, relative to the limit or to the unit of the
     # load. While many nodes are loose, the load factor may grow without end.
     most: float = 100.0
-    # A loose node is open if its pressure is below this share of its unit, and closed if its own
-    # motion is. Then the solution is the state of one set.
+    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
+    # motion is below this share. Then the solution is the state of one set.
     decided: float = 1e-6
 
 
@@ -104,7 +104,7 @@ class LooseNodes:
         self._opens = cp.Parameter(len(nodes), nonneg=True, name="opens")
         self._closes = cp.Parameter(len(nodes), nonneg=True, name="closes")
         self._lifts = {k: cp.Variable(len(nodes), name=f"lift[{k}]") for k in self._corners}
-        # The common slip is that of the first corner.
+        # The common slip is the slip at the first corner.
         self._slips = {
             k: cp.Variable(tangents * len(nodes), name=f"own_slip[{k}]") for k in self._corners[1:]
         }

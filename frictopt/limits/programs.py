@@ -84,8 +84,8 @@ class Program:
     ) -> "Program":
         """Compile a goal over the rows of this program and of other programs.
 
-        `unit` is that of the objective; `units` are those of variables that the program does not
-        have itself.
+        `unit` is the unit of the objective; `units` are the units of variables that the program
+        itself does not have.
         """
         problem = Problem(problem.objective, [*problem.constraints, *self.user_rows.values()])
         by_slip = dict[cp.Variable, list[Program]]()
@@ -274,7 +274,7 @@ def listed_corners(question: Question) -> list[int]:
 
 
 def outer_corners(cycle: LoadCycle) -> list[int]:
-    """Corners that are no mean of the others, by the amplitudes of all load cases."""
+    """Corners outside the convex hull of the other corners, by the amplitudes of all load cases."""
     count = len(cycle.corners)
     columns = []
     for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed])):
@@ -378,7 +378,7 @@ def _check_variable(name: str, variable: cp.Variable, known_ids: set[int]) -> No
 
 
 def _check_cones(name: str, row: Row) -> None:
-    """Refuse cones that are not linear or of second order, and those that cvxpy gets wrong."""
+    """Refuse cones that are not linear or second-order, or that cvxpy compiles wrongly."""
     problem = cp.Problem(cp.Minimize(0), [row])
     for cone in Dcp2Cone(quad_obj=False).apply(problem)[0].constraints:
         if not isinstance(cone, _CONES):

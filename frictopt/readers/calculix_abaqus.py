@@ -120,7 +120,7 @@ def _check_widths(path: Path) -> None:
 
 
 def _is_cut(entry: str) -> bool:
-    """Whether an entry is a number whose first characters are another one."""
+    """Whether an entry is a number whose first characters alone are a different number."""
     try:
         value = number(entry)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Displacements that a deck holds, and those that follow others: where loads on them go."""
+"""Held and dependent displacements of a deck, and the unknowns that take loads on them."""
 
 from dataclasses import dataclass, field, replace
 

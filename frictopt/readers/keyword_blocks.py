@@ -57,7 +57,10 @@ def _rows_of_known_type(block: Block, count: int) -> list[list[str]]:
 
 
 def _rows_of_unknown_type(block: Block) -> list[list[str]]:
-    """Number and nodes of each element: a line that ends with a comma goes on."""
+    """Number and nodes of each element.
+
+    A line that ends with a comma continues on the next line.
+    """
     rows: list[list[str]] = []
     goes_on = False
     for line in block.lines:

@@ -156,7 +156,7 @@ def _mortar_arguments(
 
 
 def _with_heirs(joint: Joint, points: Array) -> dict[str, Any]:
-    """The arguments, in which the nearest pair stands for each node beyond the edge of body 2.
+    """The arguments, in which the nearest pair represents each node beyond the edge of body 2.
 
     It gets the mean of the relative motions `u_k - sum_j P_kj u_j`, weighted by their widths.
     """

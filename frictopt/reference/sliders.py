@@ -1,6 +1,6 @@
 """Springs and rods that slide under constant pressure; contacts in which slips keep their order.
 
-Sliders in parallel are the model of Masing and Iwan, those in series are a rod on a foundation.
+Sliders in parallel are the model of Masing and Iwan; sliders in series are a rod on a foundation.
 """
 
 from __future__ import annotations

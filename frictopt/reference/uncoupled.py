@@ -1,4 +1,4 @@
-"""Contacts of one node, and those in which no node feels another: limits and dissipation."""
+"""Limits and dissipation of contacts with one node, and of contacts whose nodes do not interact."""
 
 from __future__ import annotations
 

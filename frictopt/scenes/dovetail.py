@@ -101,7 +101,7 @@ class Dovetail(Scene):
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
-        """Grids of the blade and of the disc: x over the half-width at each height, and heights."""
+        """Grids of blade and disc: x divided by the half-width at each height, and heights."""
         return self._blade_grid, self._disc_grid
 
     @property

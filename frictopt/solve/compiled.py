@@ -410,7 +410,7 @@ def by_inverse(
 def _balanced(free: Array) -> tuple[Array, Integers]:
     """Basis (t, t - k) of the values that do no work on `free` (t, k), and the rows of its units.
 
-    Each basis vector is 1 in one of these rows, 0 in the other ones, and balanced in k further
+    Each basis vector is 1 in one of these rows, 0 in the other rows, and balanced in k further
     rows.
     """
     t, count = free.shape

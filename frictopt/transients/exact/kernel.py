@@ -263,8 +263,8 @@ def set_statuses(S, f, state, active, status):
 def solve_rates(S, active, state):
     """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions.
 
-    The inverse has the rounding of its updates. If the equations of the active set show it, the
-    rates are corrected by the same inverse.
+    The inverse has the rounding of its updates. If the equations of the active set have a residual,
+    the rates are corrected with the same inverse.
     """
     n, error, change = active.size[0], active.right, active.column
     load_rate, u_rate, r_rate = state.load_rate, state.u_rate, state.r_rate
