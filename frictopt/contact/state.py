@@ -83,8 +83,7 @@ class ContactState(Kept):
         if self.next_loads is not None and not isinstance(self.next_loads, str):
             raise ModelError(
                 f"next_loads: {shown(self.next_loads)} is not a text; give the loads of the "
-                "corner as "
-                "LoadCycle.corner_names writes them"
+                "corner as LoadCycle.corner_names writes them"
             )
         vars(self).update(
             slip=slip, gap=gap, bonded_q=bonded_q, bonded_p=bonded_p, next_corner=corner

@@ -172,8 +172,7 @@ class Sector:
             raise ModelError(
                 f"contacts: the gap of {names[contact[high[k]]]!r} at "
                 f"{place(points[nodes[high[k]]])} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the "
-                "original node on the other cut face; give gaps that repeat from sector to "
-                "sector"
+                "original node on the other cut face; give gaps that repeat from sector to sector"
             )
         widths[low] += widths[high]
         inside[low] |= inside[high]

@@ -143,8 +143,7 @@ def _on_sliding(parts: ReportParts, gross_slip: GrossSlip, friction_helps: bool)
     elif gross_slip.least * (1 - ROUNDING) > 1:
         yield (
             f"At your load no state of rest exists: below load factor {gross_slip.least:.4g} "
-            "the mean load "
-            "slides bodies off."
+            "the mean load slides bodies off."
         )
     elif gross_slip.load_factor < np.inf:
         of_fit = ""

@@ -43,8 +43,7 @@ def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
     if chosen:
         raise ModelError(
             "objective: it grows without bound over the safe slips; subtract a penalty, or bound "
-            "it "
-            "by a constraint"
+            "it by a constraint"
         )
     question = program.question
     why = "" if program.user_rows else _cause_of_growth(program, growth)

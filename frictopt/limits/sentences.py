@@ -62,8 +62,7 @@ BOUND_COVERS = Sentence(
 )
 STATIC = Sentence(
     "; under this static load the contact may open nodes and come to rest above the limit, "
-    "until a body "
-    "slides off (bound_for_all)",
+    "until a body slides off (bound_for_all)",
     assumes="all corners have the same load, and there are no user constraints",
 )
 UNSAFE_BELOW = Sentence(
@@ -111,8 +110,7 @@ SLIPS_AT_ANY = Sentence(
 )
 SLIPS_BUT_AT_ONE = Sentence(
     "slip goes on in every cycle at any other load factor{starts}: node {node}{contact} closes "
-    "and opens under different shear loads; steady_state gives the work of a "
-    "cycle",
+    "and opens under different shear loads; steady_state gives the work of a cycle",
     assumes="B = 0, the load factor scales shear alone, and the equations of the rim have a "
     "solution at one load factor above 0",
 )
@@ -309,8 +307,7 @@ ALL_BALANCED = Sentence(
 )
 SELF_STRESSED = Sentence(
     "contact forces balance themselves here, so equilibrium does not determine the pressure of "
-    "the fit: "
-    "{statics}",
+    "the fit: {statics}",
     assumes=_FOUND_NOT_PROVEN,
 )
 GOES_ON = Sentence(

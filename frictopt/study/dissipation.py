@@ -378,8 +378,7 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
     if is_list and len(items) == nodes > 1 and all(_is_number(item) for item in items):
         raise ModelError(
             f"friction: {nodes} numbers for {nodes} nodes, which may be one friction per node or "
-            f"{nodes} frictions; give "
-            "[friction] or np.c_[friction]"
+            f"{nodes} frictions; give [friction] or np.c_[friction]"
         )
     generator = rng
     if not isinstance(rng, np.random.Generator | None):

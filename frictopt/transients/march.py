@@ -275,8 +275,7 @@ def path_of(
             raise ModelError(
                 f"engine: {chosen!r}; it needs a piecewise linear law, but the friction bound in "
                 "space is a circle: choose 'newton' or 'qp', and see `step_error` for the error "
-                "of the "
-                "increments"
+                "of the increments"
             )
         checked_law(system, f"engine {chosen!r}")
     if chosen == "path":

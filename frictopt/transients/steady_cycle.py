@@ -35,8 +35,7 @@ def check_return(
     if not error <= SAME_STATE:
         raise SolverError(
             "steady state: a cycle from this state does not return to it, the difference is "
-            f"{error:.1e} "
-            f"(tolerance {SAME_STATE:g})"
+            f"{error:.1e} (tolerance {SAME_STATE:g})"
         )
 
 

@@ -265,8 +265,7 @@ class Transient(ABC):
             raise ModelError(
                 f"{name}: it stresses the contact {ratio:.1e} times as much as the loads, so that "
                 f"rounding would hide the loads; give a slip of at most {_STRESS.refused:g} "
-                "times, or "
-                "check the units"
+                "times, or check the units"
             )
         return ratio
 

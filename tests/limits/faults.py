@@ -387,11 +387,11 @@ FAULTS = (
         "limits/no_limit.py",
         "an objective grows without a word",
         old=(
-            "if chosen:\n    raise ModelError('objective: it grows without end over the safe "
+            "if chosen:\n    raise ModelError('objective: it grows without bound over the safe "
             "slips; subtract a penalty, or bound it by a constraint')"
         ),
         new=(
-            "if False:\n    raise ModelError('objective: it grows without end over the safe "
+            "if False:\n    raise ModelError('objective: it grows without bound over the safe "
             "slips; subtract a penalty, or bound it by a constraint')"
         ),
         tests="own_constraints",
