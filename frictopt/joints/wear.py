@@ -226,7 +226,7 @@ def wear(
         with progress_bar(True, "steady state", "cycle") as cycles_so_far:
             # Hidden if the bar of the wear is hidden.
             cycles_so_far.best = run.progress
-            run.tell = cycles_so_far.update
+            run.report = cycles_so_far.update
             return reported(run, run.settled(), step_error)
 
     errors = (KeyboardInterrupt, NoContinuation, SolverError)
