@@ -89,7 +89,7 @@ def test_steady_state_against_plain_cycling(made, name, most, record_property):
 
 
 def limit_ratio(model, friction, open_nodes, record_property):
-    """Of a first limit of one pattern, with what cvxpy and the proof add, over that of Clarabel on the rows of the same program."""
+    """Of a first limit of one set of open nodes, with what cvxpy and the proof add, over that of Clarabel on the rows of the same program."""
     limits = []
     ours = seconds(lambda: limits.append(model.solve(friction, open=open_nodes)))
     *_, program = model._programs.values()
@@ -102,12 +102,13 @@ def limit_ratio(model, friction, open_nodes, record_property):
     ("name", "most"),
     [("flange", 0.5), ("fine flange", 0.5), ("lap joint", 4.0), ("fir tree", 40.0)],
 )
-def test_limit_of_one_pattern_against_clarabel(made, name, most, record_property):
+def test_limit_of_one_set_against_clarabel(made, name, most, record_property):
     system, (cycle, friction) = made(name), asked(name)
-    pattern = open_at_rest(system, cycle, friction)
+    open_nodes = open_at_rest(system, cycle, friction)
     assert (
-        pattern.any()
-        and limit_ratio(fo.ShakedownModel(system, cycle), friction, pattern, record_property) < most
+        open_nodes.any()
+        and limit_ratio(fo.ShakedownModel(system, cycle), friction, open_nodes, record_property)
+        < most
     )
 
 
@@ -128,7 +129,7 @@ def test_limit_without_symmetry_against_clarabel(elements, most, record_property
 
 
 def test_required_friction_in_limits(made, record_property):
-    """Of the fir tree at half its limit, over the time of one limit with its search of patterns."""
+    """Of the fir tree at half its limit, over the time of one limit with its search of sets."""
     system, (cycle, friction), limits = made("fir tree"), asked("fir tree"), []
     rival = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
     ours = seconds(lambda: fo.required_friction(system, cycle, 0.5 * limits[0].load_factor))

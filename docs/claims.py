@@ -84,7 +84,7 @@ CLAIMS = (
         also="no states, because it is infinite: even … the contact may shake down above the limit; `covers`",
     ),
     Claim(
-        "sentences.NO_EVENTS sentences.ASK_FOR_EVENTS",
+        "sentences.NO_EVENTS sentences.CALL_WITH_EVENTS",
         by="`ShakedownLimit`",
         source="a search, and the lemma of bonded reactions that come back (theory)",
         tests="test_moving_events::test_a_cylinder_of_two_very_different_materials_slips_under_its_pressure_alone test_moving_events::test_a_reason_says_where_to_ask_for_events",
@@ -98,7 +98,7 @@ CLAIMS = (
         tests="test_moving_events::test_turning_points_on_a_line_change_nothing",
     ),
     Claim(
-        "sentences.OTHERS_OPEN sentences.BOUND_COVERS",
+        "sentences.HIGHER_WITH_OTHERS_OPEN sentences.BOUND_COVERS",
         by="`ShakedownLimit`",
         source="multipliers, which say nothing about other sets of open nodes",
         tests="test_claims::test_with_other_nodes_open_a_contact_rests_above_its_bound test_own_constraints::test_constraints_that_nothing_obeys_are_named",
@@ -116,7 +116,7 @@ CLAIMS = (
         by="`ShakedownLimit`",
         holds_if="the nodes of `limit.open` stay open, all others closed",
         source="multipliers",
-        tests="test_patterns::test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds",
+        tests="test_set_search::test_a_node_that_the_corners_lift_rests_open_far_above_the_limit_which_no_search_near_it_finds",
     ),
     Claim(
         "sentences.NOTHING_SAFE sentences.NO_FRICTION sentences.NO_PRESSURE",
@@ -386,7 +386,7 @@ CLAIMS = (
         tests="test_moving_areas::test_random_contacts_rest_just_below_and_slip_just_above_from_every_start",
     ),
     Claim(
-        "sentences.NOTHING_RESTS sentences.TOO_LITTLE_PRESSURE",
+        "sentences.NO_STATE_OF_REST sentences.TOO_LITTLE_PRESSURE",
         by="`ShakedownLimit`",
         holds_if="the same; no slip is safe in the program of all states of rest",
         source="multipliers",

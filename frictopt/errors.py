@@ -49,14 +49,15 @@ class SolverError(FrictoptError, RuntimeError):
 class NoContinuation(FrictoptError, RuntimeError):
     """The quasi-static path ends, or no steady state is found in as many cycles as were allowed.
 
-    At the end of a path no rates obey the law at this load, or more than one set of rates does. The
-    message names load and nodes. Without a steady state it reports the progress of the cycles.
+    A path ends at a load at which no rates, or several sets of rates, obey the contact law. The
+    message names the load and the nodes. If no steady state is found, the message reports the
+    progress of the cycles.
 
     Attributes
     ----------
     slip, gap
         Slip, (N,) in the plane and (N, 2) in space, and (N,) gap after the last cycle, length. None
-        if no cycles were counted.
+        if no cycles were followed.
     work
         (cycles,) work of friction in each cycle of the transient, force times length; None as well.
     """

@@ -268,7 +268,7 @@ def _growth(
 _JOINTS = {
     "all_closed": "limit with all nodes closed; NaN where no slip is safe so",
     "settled": "limit with the nodes open that the settled mean load opens, the others closed",
-    "shakedown": "limit of the best pattern that the search finds; of the pin with nodes that open and close in each cycle",
+    "shakedown": "limit of the best set of open nodes that the search finds; of the pin with nodes that open and close in each cycle",
     "open": "nodes that stay open in it",
     "opening": "nodes that open and close in each cycle in it",
     "sliding": "load above which nothing rests, whatever opens",
@@ -327,7 +327,7 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
         "f",
         "all closed",
         "settled set",
-        "best pattern",
+        "best set",
         "slides off",
         "open",
         "open and close",

@@ -1,6 +1,6 @@
 """Results in files: an npz archive of their arrays, and one text of JSON for all else.
 
-The text says where each array belongs. Nothing is pickled, so reading a file runs no code of it.
+The text defines the place of each array. Nothing is pickled, so reading a file runs no code of it.
 """
 
 import json
@@ -130,7 +130,7 @@ class _Reader:
             self._things.append(_restored(KINDS[kind], state))
 
     def value(self, text: Any) -> Any:
-        """The value that a text of JSON stands for."""
+        """The value that a JSON text represents."""
         if isinstance(text, list):
             return [self.value(part) for part in text]
         if not isinstance(text, dict):
@@ -149,7 +149,7 @@ def _restored(kind: type[Any], state: dict[str, Any]) -> object:
     """A thing with these fields.
 
     A field that a later version has added takes its default. A class may have former names of its
-    fields, and its own way to restore a thing, see `kept`.
+    fields, and a function that restores its objects, see `kept`.
     """
     former = getattr(kind, "FORMER_NAMES", {})
     state = {former.get(name, name): value for name, value in state.items()}

@@ -21,7 +21,7 @@ from ..errors import ModelError, ModelWarning
 
 # The square of a larger number overflows.
 _LARGEST = 1e150
-# Calls from inside the package get no warning of odd values; those of the command line do.
+# Calls from inside the package give no warnings of odd values; calls from the command line do.
 _OURS = "frictopt."
 _COMMAND = "frictopt.command."
 # Units of force in N, and of length in m.
@@ -77,7 +77,7 @@ def real_array(name: str, values: object) -> Array:
         if raw.dtype.kind not in "fiu":
             raise TypeError(f"its dtype is {raw.dtype}")
         if any(isinstance(part, bool | np.bool_) for part in parts):
-            raise TypeError("True and False are no numbers")
+            raise TypeError("True and False are not numbers")
         # Extended precision may not fit. Infinities are for the caller to refuse.
         with np.errstate(over="ignore"):
             return np.array(raw, dtype=np.float64, order="C")
@@ -260,7 +260,7 @@ copyreg.pickle(MappingProxyType, lambda view: (_read_only, (dict(view),)))
 def checked_cases(name: str, cases: object, meaning: str) -> Mapping[str, Any]:
     """Check a mapping from load case names; `meaning` describes its values in error messages."""
     if not isinstance(cases, Mapping):
-        hint = " (`dict` makes one of it)" if hasattr(cases, "to_dict") else ""
+        hint = " (`dict` converts it)" if hasattr(cases, "to_dict") else ""
         raise ModelError(
             f"{name}: a {type(cases).__name__}; give a mapping{hint}, load case name -> {meaning}"
         )
@@ -377,7 +377,8 @@ def _odd_values(arguments: Mapping[str, Any]) -> Iterator[str]:
     is_zero = isinstance(load_factor, Real) and load_factor == 0
     if is_zero and getattr(cycle, "fixed", ()) is None:
         yield (
-            "load_factor: 0; the corners of the cycle carry no load then, only the mean load acts"
+            "load_factor: 0; only the mean load acts then, because the load factor multiplies the "
+            "loads of the corners"
         )
     yield from _repeated_loads(cycle)
     if "coefficient" in arguments:

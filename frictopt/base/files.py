@@ -29,7 +29,7 @@ def output(name: str | Path, *endings: str) -> Path:
     if endings and file.suffix not in endings:
         raise ModelError(f"{str(name)!r}; give a file that ends in {', '.join(endings)}")
     if not file.absolute().parent.is_dir():
-        raise ModelError(f"{str(name)!r} is in no folder that exists; make it")
+        raise ModelError(f"{str(name)!r} is in a folder that does not exist; make the folder")
     return file
 
 

@@ -65,7 +65,7 @@ class Bar:
 
     def update(self, count: int = 1) -> None:
         """Count further units."""
-        self.count += int(count)  # a number of numpy, too, with which no text can be repeated
+        self.count += int(count)  # `count` may be a numpy integer, which cannot repeat a text.
 
     def keep(
         self,
@@ -136,7 +136,7 @@ class Bar:
 _here = _Here()
 _under_way: WeakSet[Bar] = WeakSet()  # the shown bars of all threads
 _lock = threading.Lock()
-_teller: threading.Thread | None = None
+_drawing: threading.Thread | None = None
 
 
 @contextmanager
@@ -153,8 +153,8 @@ def progress_bar(
     """The bar of a computation, which counts `unit`s and shows the best so far in words.
 
     A bar inside a hidden bar is hidden. An interrupt (Ctrl-C), or any other error of `on`, gets the
-    value that `Bar.keep` has set last. If several nested bars keep a value, that of the outermost
-    bar counts.
+    value that `Bar.keep` has set last. If several nested bars keep a value, the interrupt gets the
+    value of the outermost bar.
     """
     outer = _here.bars[:]
     shown = flag("progress", show) and sys.stderr is not None and all(bar.shown for bar in outer)
@@ -163,7 +163,7 @@ def progress_bar(
     _here.bars.append(bar)
     try:
         if shown:
-            _tell_of(bar, at_once)
+            _draw(bar, at_once)
         yield bar
     except on as error:  # no class of its own: the exit status stays Python's
         _attach(bar, outer, error)
@@ -177,7 +177,7 @@ def progress_bar(
 
 
 def _attach(bar: Bar, outer: Sequence[Bar], error: BaseException) -> None:
-    """Give an interrupt what a bar keeps, unless an outer bar keeps anything."""
+    """Attach the value that a bar keeps to an interrupt, unless an outer bar keeps a value."""
     if bar.partial is None or any(other.partial is not None for other in outer):
         return
     attribute, value, note = bar.partial
@@ -185,24 +185,24 @@ def _attach(bar: Bar, outer: Sequence[Bar], error: BaseException) -> None:
     error.add_note(f"{bar.what}: {note}")
 
 
-def _tell_of(bar: Bar, at_once: bool) -> None:
+def _draw(bar: Bar, at_once: bool) -> None:
     """Show a bar from now on."""
-    global _teller
+    global _drawing
     with _lock:
         if at_once and bar.screen:
             bar.look()
         _under_way.add(bar)
-        if _teller is None or not _teller.is_alive():
-            _teller = threading.Thread(target=_tell, daemon=True)
-            _teller.start()
+        if _drawing is None or not _drawing.is_alive():
+            _drawing = threading.Thread(target=_draw_bars, daemon=True)
+            _drawing.start()
 
 
-def _tell() -> None:
+def _draw_bars() -> None:
     """Show the running computations, and end with the last of them.
 
     This function runs in a thread, so that progress is shown also within a long step.
     """
-    global _teller
+    global _drawing
     wait = PACE.first
     next_line = 0.0
     while True:
@@ -210,7 +210,7 @@ def _tell() -> None:
         wait = PACE.look
         with _lock:
             if not _under_way:
-                _teller = None
+                _drawing = None
                 return
             with suppress(OSError, ValueError):  # nobody reads them any more
                 lines = _lines()
@@ -234,9 +234,9 @@ def _lines() -> list[str]:
 
 def _forget() -> None:
     """Forget, in a forked process, the bars of the parent process."""
-    global _lock, _teller
+    global _lock, _drawing
     _lock = threading.Lock()
-    _teller = None
+    _drawing = None
     _under_way.clear()
     _here.bars.clear()
 

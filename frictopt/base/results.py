@@ -109,8 +109,8 @@ class Kept(Shown):
         """Write the result to a file, such as `limit.npz`; `frictopt.results.load` reads it.
 
         The file is an npz archive of plain arrays and one text, no pickle, so reading it runs no
-        code of the file. All numbers, words and tables are kept, also those of the contact and of
-        other results in this one. The cvxpy `problem` of the loaded result is None.
+        code of the file. All numbers, words and tables are kept, also in the contact and in other
+        results that this result contains. The cvxpy `problem` of the loaded result is None.
 
         Raises
         ------
@@ -154,11 +154,11 @@ class LimitKind(Enum):
     )
     UNBOUNDED = (
         "there is no largest safe load factor: check that the corners of the cycle load the "
-        "contact as they should"
+        "contact as intended"
     )
     NO_SAFE_SLIP = (
-        "no load factor has a safe residual slip: change the mean load, the friction or the slip "
-        "bound, see the reason"
+        "no load factor has a safe residual slip: see the reason, and change the mean load, the "
+        "friction or the slip bound"
     )
 
     def __repr__(self) -> str:

@@ -25,8 +25,8 @@ The residual of a state is its error in the contact law and in the balance of en
 of a limit is the error of its proofs.
 """
 
-# Events whose relative distance in time is below this are simultaneous: their times are answers,
-# and have the errors of answers.
+# Events whose relative distance in time is below this are simultaneous, because computed times have
+# the errors of answers.
 SIMULTANEOUS = RESIDUAL
 
 # A condensation is refused if its error of equilibrium, relative to the forces, exceeds this
@@ -53,8 +53,8 @@ REPEATED = ROUNDING / 10
 # only their last digit.
 NO_DRIVE = ROUNDING / 1e3
 
-# Eigenvalues of A, scaled by the stiffness of each node, up to this number are those of rigid
-# sliding, which condensation makes zero up to rounding.
+# Eigenvalues of A, scaled by the stiffness of each node, up to this number belong to rigid sliding.
+# Condensation makes them zero up to rounding.
 RIGID = ROUNDING
 
 # Entries of B or f B between two nodes up to this share of their diagonal entries of A are zero.
@@ -74,8 +74,8 @@ FLOOR = 1e6 * RESIDUAL
 # A cycle from a steady state returns to it up to this share of the largest value.
 SAME_STATE = 100 * RESIDUAL
 
-# Works of friction whose relative difference is less are equal: each has errors of up to the
-# residual times its slips.
+# Works of friction with a smaller relative difference are equal: the error of a work is up to the
+# residual times the slips.
 LEVEL = 1e3 * RESIDUAL
 
 # If the error of a Newton iteration is below this number and no longer decreases, it is rounding.

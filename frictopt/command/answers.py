@@ -56,7 +56,7 @@ def give(
     options: argparse.Namespace,
     answer: Any,
     tables: Mapping[str, Table],
-    asked: Mapping[str, object],
+    request: Mapping[str, object],
     printed: Iterable[str],
 ) -> int:
     """Print an answer with some of its tables, write its files, and return the exit code.
@@ -70,7 +70,7 @@ def give(
         _write_files(options, answer, next(iter(tables.values()), None), numbers)
     finally:
         if options.json:
-            parts = {"asked": asked, "answer": numbers, "tables": tables}
+            parts = {"question": request, "answer": numbers, "tables": tables}
             print_json(options, parts)
         else:
             print(answer)
@@ -188,8 +188,8 @@ def write_picture(file: Path, plot: Callable[[], Any]) -> None:
 
 def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:
     """Print what an interrupt keeps, and return sentences on it."""
-    if hasattr(interrupt, "told"):
-        return [interrupt.told]
+    if hasattr(interrupt, "printed_text"):
+        return [interrupt.printed_text]
     known = next((name for name in _PARTIAL if hasattr(interrupt, name)), None)
     if known is None:
         return []
@@ -199,4 +199,4 @@ def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:
         print(strict_json({"interrupted": True, known: content}))
     else:
         print(value)
-    return [f"{known}: printed as far as it is known"]
+    return [f"{known}: printed so far as it was computed"]

@@ -21,7 +21,7 @@ def add_system(command: argparse.ArgumentParser) -> None:
 
 def add_mean(command: argparse.ArgumentParser) -> None:
     """The option of the mean load."""
-    mean = "static load (default: none; of a history the middle of each load)"
+    mean = "static load (default: none; for a history, the middle of the range of each load)"
     command.add_argument("--mean", type=loads_of, metavar="CASE=X[,CASE=X]", help=mean)
 
 
@@ -50,7 +50,7 @@ def add_cycle(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--time",
         metavar="COLUMN",
-        help="time of the history, which is no load (default: the column of that name)",
+        help="column with the time of the history (default: the column named time)",
     )
 
 
@@ -74,7 +74,7 @@ def system_of(file: str, units: str | None) -> ContactSystem:
     if system.units is not None:
         raise ModelError(
             f"--units: {units!r}, and {file!r} is in {system.units!r}; leave the option out, "
-            "nothing is converted"
+            "because it converts nothing"
         )
     return replace(system, units=units)
 
@@ -93,12 +93,13 @@ def cycle_of(options: argparse.Namespace) -> LoadCycle:
         )
     if options.tolerance is not None:
         raise ModelError(
-            f"--tolerance: {options.tolerance:g}; corners have no noise: leave it out, or give a "
-            "--history"
+            f"--tolerance: {options.tolerance:g}; only a history has noise: leave the option out, "
+            "or give a --history"
         )
     if options.time is not None:
         raise ModelError(
-            f"--time: {options.time!r}; corners have no time: leave it out, or give a --history"
+            f"--time: {options.time!r}; only a history has times: leave the option out, or give a "
+            "--history"
         )
     return LoadCycle(options.mean or {}, options.corners)
 

@@ -90,7 +90,8 @@ def _look_at_job(options: argparse.Namespace) -> None:
         if value:
             given = "" if value is True else f" {str(value)!r}"
             raise ModelError(
-                f"--{name}:{given} of a job; condense it, and look at the system that it becomes"
+                f"--{name}:{given} cannot be used for a job; condense the job, and use the option "
+                "for the system"
             )
     job = _job(options.file)
     print(job)
@@ -103,7 +104,7 @@ def _look_at_job(options: argparse.Namespace) -> None:
 
 
 def _job(file: str, *faces: str) -> MatrixJob:
-    """A job of CalculiX, in which the nodes amid edges of contact faces follow the corners."""
+    """A job of CalculiX in which midside nodes of contact faces follow the corner nodes."""
     from ..readers.calculix_abaqus import read_calculix
 
     job = read_calculix(file)
@@ -143,7 +144,8 @@ def _condense(options: argparse.Namespace) -> None:
 def _sums(system: ContactSystem) -> Table:
     """Sums of the bonded reactions of each load case, and extreme normal forces.
 
-    Sums of contacts that turn are those in x, y, z. What is only rounding is zero.
+    If the tangents of a contact turn, the sums are components in x, y, z. What is only rounding is
+    zero.
     """
     import numpy as np
 

@@ -19,10 +19,10 @@ from .answers import ExitCode, partial_answer
 from .options import Command
 
 _EPILOG = """exit codes: 0 an answer; 2 bad input; 3 no answer, such as a limit that is nan;
-4 a file that cannot be read or written; 130 interrupted; 141 nobody read the output to its end.
+4 a file that cannot be read or written; 130 interrupted; 141 the reader of the output stopped.
 `frictopt COMMAND --help` lists the options of a command, with an example."""
 
-# Arguments that name a file to be written -> the endings that it may have; of none: any.
+# Arguments that name an output file -> the allowed endings; without endings, any ending is allowed.
 _OUTPUTS: dict[str, tuple[str, ...]] = {
     "table": tuple(WRITERS),
     "picture": (),

@@ -61,10 +61,10 @@ class Command:
 
 def public(name: str) -> Any:
     """A public name of frictopt, such as "gross_slip" or "results.SteadyState.loop"."""
-    found: Any = frictopt
+    attribute: Any = frictopt
     for part in name.split("."):
-        found = getattr(found, part)
-    return found
+        attribute = getattr(attribute, part)
+    return attribute
 
 
 def add_options(
@@ -72,8 +72,9 @@ def add_options(
 ) -> list[Option]:
     """Add an option for each parameter of some public functions that can be written in a shell.
 
-    A parameter whose name another option of the command has is called by the command and its name.
-    With `shared`, no option is required, since the functions are alternatives.
+    If another option of the command has the name of a parameter, the option of the parameter begins
+    with the name of the command. With `shared`, no option is required, since the functions are
+    alternatives.
     """
     options = list[Option]()
     for name in functions:

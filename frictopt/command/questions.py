@@ -118,7 +118,7 @@ QUESTIONS = (
     ),
     Question(
         "largest-force",
-        "the approximate largest force on a mode whose resonance keeps within a limit",
+        "the approximate largest force on a mode whose resonance stays within a limit",
         f"joint.npz {_CYCLE} --friction .3 --natural-frequency 140 --slip-range .005",
         _single("backbone_curve", "results.BackboneCurve.largest_force"),
         picture=False,
@@ -145,7 +145,7 @@ QUESTIONS = (
     ),
     Question(
         "least-slip",
-        "the slip per cycle that cannot be avoided above the shakedown limit",
+        "the least slip per cycle above the shakedown limit",
         f"joint.npz {_CYCLE} --friction .4 --load-factor 3",
         _single("shakedown_limit", "results.ShakedownLimit.least_slip"),
         picture=False,
@@ -208,31 +208,31 @@ def _add_options(question: Question, command: argparse.ArgumentParser) -> None:
     several = len(question.kinds) > 1
     if several:
         kinds = list(question.kinds)
-        about = f"which one: {', '.join(kinds)} (default: {kinds[0]})"
+        about = f"kind of the result: {', '.join(kinds)} (default: {kinds[0]})"
         command.add_argument("--kind", choices=kinds, default=kinds[0], help=about)
     add_outputs(command, question.picture, save=not question.number)
     if question.name == "report":
         page = "write the report with its pictures: html"
         command.add_argument("--page", metavar="FILE", help=page)
     add_options(command, question.name, question.functions, shared=several)
-    command.set_defaults(run=partial(_ask, question))
+    command.set_defaults(run=partial(_answer, question))
 
 
-def _ask(question: Question, options: argparse.Namespace) -> int:
+def _answer(question: Question, options: argparse.Namespace) -> int:
     """Ask a question of the contact in a file, and give its answer."""
     kind = getattr(options, "kind", "")
     chain = question.kinds[kind]
-    _refuse_options_of_others(question, chain, kind, options)
+    _refuse_options_of_other_questions(question, chain, kind, options)
     system = system_of(options.file, options.units)
-    asked: dict[str, Any] = {"command": question.name, "file": str(options.file)}
+    request: dict[str, Any] = {"command": question.name, "file": str(options.file)}
     if kind:
-        asked["kind"] = kind
+        request["kind"] = kind
     answer: Any = None
     for number, name in enumerate(chain):
         arguments = arguments_of(name, options)
-        asked |= arguments
+        request |= arguments
         if number == 0:
-            arguments |= _inputs(name, options, system, asked)
+            arguments |= _inputs(name, options, system, request)
             if "protocol" in arguments:
                 arguments["protocol"] = _steps(arguments["protocol"])
             answer = public(name)(**arguments)
@@ -240,28 +240,28 @@ def _ask(question: Question, options: argparse.Namespace) -> int:
             answer = public(name)(answer, **arguments)
     if question.number:
         answer = NumberAnswer(question.number, answer)
-    asked["units"] = system.units
+    request["units"] = system.units
     tables = tables_of(answer)
     printed = [name for name in question.printed if name in tables]
-    return give(options, answer, tables, asked, printed)
+    return give(options, answer, tables, request, printed)
 
 
 def _inputs(
-    function: str, options: argparse.Namespace, system: Any, asked: dict[str, Any]
+    function: str, options: argparse.Namespace, system: Any, request: dict[str, Any]
 ) -> dict[str, Any]:
-    """Contact, load cycle and friction for a function; what can be written goes to `asked`."""
+    """Contact, load cycle and friction for a function; what can be written goes to `request`."""
     parameters = inspect.signature(public(function)).parameters
     inputs: dict[str, Any] = {"system": system}
     if "cycle" in parameters:
         cycle = cycle_of(options)
         inputs["cycle"] = cycle
-        asked |= {"mean": dict(cycle.mean), "corners": [dict(corner) for corner in cycle.corners]}
+        request |= {"mean": dict(cycle.mean), "corners": [dict(corner) for corner in cycle.corners]}
     if "mean" in parameters:
         inputs["mean"] = options.mean or {}
-        asked["mean"] = inputs["mean"]
+        request["mean"] = inputs["mean"]
     if "friction" in parameters:
         inputs["friction"] = options.friction
-        asked["friction"] = options.friction
+        request["friction"] = options.friction
     return inputs
 
 
@@ -271,7 +271,7 @@ def _steps(protocol: Iterable[Mapping[str, float]]) -> list[Any]:
     return [LoadStep(loads) for loads in protocol]
 
 
-def _refuse_options_of_others(
+def _refuse_options_of_other_questions(
     question: Question, chain: Sequence[str], kind: str, options: argparse.Namespace
 ) -> None:
     """ModelError if an option belongs to another kind of the answer."""

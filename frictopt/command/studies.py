@@ -21,7 +21,7 @@ def _add_study(study: argparse.ArgumentParser) -> None:
         "--shard",
         type=_shard,
         metavar="K/N",
-        help="follow the K-th of N parts, with a separate store, without table and picture",
+        help="follow part K of N, with a separate store, without table and picture",
     )
     store = "file that keeps each run (default: the store of STUDY.toml, else STUDY.sqlite)"
     study.add_argument("--store", help=store)
@@ -32,7 +32,7 @@ def _add_study(study: argparse.ArgumentParser) -> None:
 
 
 def _add_merge(merge: argparse.ArgumentParser) -> None:
-    merge.add_argument("into", help="the store to be written, or added to")
+    merge.add_argument("into", help="the store to write or to extend")
     merge.add_argument("parts", nargs="+", help="stores to read")
     merge.set_defaults(run=_merge)
 
@@ -75,8 +75,8 @@ def _study(options: argparse.Namespace) -> int:
             write_picture(picture, partial(plot_study, table))
     if options.json:
         answer = {"runs": len(table), "failed": int((table["outcome"] == FAILED).sum())}
-        asked = {"command": "study", "file": options.file, "store": str(store)}
-        print_json(options, {"asked": asked, "answer": answer, "tables": {"runs": table}})
+        request = {"command": "study", "file": options.file, "store": str(store)}
+        print_json(options, {"question": request, "answer": answer, "tables": {"runs": table}})
     else:
         columns = ["friction", "cycle", "load_factor", "outcome"]
         if table["cycle"].nunique() <= 1:
@@ -103,8 +103,8 @@ def _followed(question: dict[str, Any], shard: Any, workers: int, store: Path) -
         table = getattr(interrupt, "table", None)
         if table is not None:
             total = len(table) + table.attrs["missing"]
-            interrupt.told = (  # type: ignore[attr-defined]
-                f"{len(table)} of {total} runs kept in {store}; the same command goes on"
+            interrupt.printed_text = (  # type: ignore[attr-defined]
+                f"{len(table)} of {total} runs kept in {store}; the same command continues"
             )
         raise
 

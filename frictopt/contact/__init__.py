@@ -11,7 +11,7 @@ and the contact law go out. With slips v, gaps w and reactions q, p of body 2 on
   normals, `files.py` its files.
 - `cycle.py`: load cycles; `history.py` makes their corners from histories and harmonic loads.
 - `law.py`: the bound of the shear force. A new law of friction begins there.
-- `referee.py`: how much a state violates the law; `state.py`: a state to start from.
+- `law_check.py`: how much a state violates the law; `state.py`: a state to start from.
 - `diagnosis.py`: what is wrong with a load, in words.
 - `pictures.py`, `strip.py` (plane) and `face.py` (space, with `face_views.py` and `triangles.py`)
   draw.
@@ -32,7 +32,7 @@ from .law import (
     most_shear,
     other_laws,
 )
-from .referee import Verdict, off_law, referee
+from .law_check import Verdict, check_contact_law, off_law
 from .state import ContactState
 from .system import (
     ContactSystem,

@@ -13,7 +13,8 @@ from ..errors import ModelError
 def joined(q: Array, p: Array) -> Array:
     """(..., M) values ordered by component, the inverse of `parted`.
 
-    q are tangential values, (..., N) in the plane and (..., N, 2) in space, p normal ones (..., N).
+    q are tangential values, (..., N) in the plane and (..., N, 2) in space; p are normal values
+    (..., N).
     """
     if q.ndim == p.ndim:
         return np.concatenate([q, p], axis=-1)

@@ -49,20 +49,21 @@ class LoadCycle(Plotted):
         load factor 1.
     fixed
         The K parts of the cycle, one for each corner, that the load factor does not scale, load
-        case name -> amplitude. None: none. If all `corners` are equal, the load factor scales a
-        static load that acts while the fixed part comes and goes. Transients begin at the mean
-        load, which should lie inside the fixed part.
+        case name -> amplitude. None: no fixed part. If all `corners` are equal, the load factor
+        scales a static load, and only the fixed part varies. Transients begin at the mean load,
+        which should lie inside the fixed part.
     times
-        The K times of the corners, numbers or dates. A further time may follow, at which the load
-        is back at the first corner. A `timedelta` becomes a number of seconds. Only pictures and
-        names use the times, because friction does not depend on time. None: not known.
+        The K times of the corners, numbers or dates. A further time may follow: the time at which
+        the load returns to the first corner. A `timedelta` becomes a number of seconds. Only
+        pictures and names use the times, because friction does not depend on time. None: the times
+        are unknown.
 
     Raises
     ------
     ModelError
         No corner, a number of fixed parts or times that does not match, a name that is not a text,
-        amplitudes that are not finite, times that are neither numbers nor dates. Also, when the
-        cycle is used, a load case that the system does not have.
+        amplitudes that are not finite, times that are neither numbers nor dates. A function that
+        uses the cycle also refuses load cases that its system does not have.
 
     Examples
     --------
@@ -95,8 +96,8 @@ class LoadCycle(Plotted):
             if len(fixed) != len(corners):
                 raise ModelError(
                     f"fixed: {number_of(len(fixed), 'load')} for "
-                    f"{number_of(len(corners), 'corner')}; give one for each, {{}} where there is "
-                    "none"
+                    f"{number_of(len(corners), 'corner')}; give one for each corner, {{}} for a "
+                    "corner without one"
                 )
             if not any(fixed):
                 fixed = None
@@ -166,7 +167,8 @@ class LoadCycle(Plotted):
         """The load cycle that repeats a measured history; at load factor 1 it is the history.
 
         Points on the straight segment between their neighbours are left out, because friction does
-        not depend on time. So is a last row that equals the first. No answer changes by that.
+        not depend on time. A last row that equals the first is left out too. This changes no
+        answer.
 
         Parameters
         ----------
@@ -175,20 +177,19 @@ class LoadCycle(Plotted):
             whole amplitude, static part included.
         mean
             Static part of the loads, load case name -> amplitude, which the load factor does not
-            scale: a corner is the row minus the mean. A load case of the mean without a column is
-            constant. None: the middle between the smallest and the largest amplitude of each
-            column.
+            scale: a corner is the row minus the mean. A load case without a column is constant.
+            None: for each column the mean of its smallest and its largest amplitude.
         time
             Name of the column with the time; the rows must be sorted by it. None: the column
             "time", or the index if it holds dates or time differences or has the name "time". The
             corners have their times, and the time of a last row that equals the first one is the
             time of the return.
         tolerance
-            Removes noise; a share of the range of each load case. The corners keep the order of the
-            history, and every measured load lies within this share of a straight segment between
-            two corners. A single load case keeps its reversals of more than twice this share. 0:
-            all turning points. If a load is constant up to noise, its range is the noise: leave its
-            column out and give it in `mean`.
+            Tolerance that removes noise, as a share of the range of each load case. The corners
+            keep the order of the history. Every measured load lies within this share of a straight
+            segment between two corners. A single load case keeps its reversals of more than twice
+            this share. With 0, all turning points remain. If a load is constant up to noise, its
+            range is the noise: leave its column out and give it in `mean`.
 
         Raises
         ------
@@ -231,16 +232,16 @@ class LoadCycle(Plotted):
 
         The polygon of `points` corners leaves out up to `1 - cos(pi / points)` of the amplitude of
         an ellipse: 1.9 % with 16 points, 0.5 % with 32. While all nodes stay closed, the shakedown
-        limit of the ellipse is between `cos(pi / points)` times the limit of the polygon and this
-        limit: the loads that one slip bears are a convex set, and the ellipse scaled by that factor
-        lies within the polygon. Steady states, their work and the guaranteed limit have no such
-        bound: repeat them with twice the points.
+        limit of the ellipse is at most the limit of the polygon, and at least `cos(pi / points)`
+        times this limit. The reason is that the loads at which a given slip is safe are a convex
+        set, and the polygon contains the ellipse scaled by this factor. Steady states, their work
+        and the guaranteed limit have no such bound: repeat them with twice the points.
 
         Parameters
         ----------
         loads
             Load case name -> amplitude at load factor 1, or (amplitude, phase in degrees). A
-            negative amplitude is a phase of 180 degrees more.
+            negative amplitude adds 180 degrees to the phase.
         mean
             Static load, load case name -> amplitude, which the load factor does not scale.
         points
@@ -283,9 +284,9 @@ class LoadCycle(Plotted):
 
         The vertices say less about transients. A transient that comes to rest with all nodes closed
         stays at rest for every later history in the domain. A transient that slips for ever shows
-        that some histories never come to rest. Other histories, and other starts, may dissipate
-        more than this order of the vertices. They may slip for ever even if this order comes to
-        rest.
+        that some histories never come to rest. Other histories and other starts may dissipate more
+        than the vertices in the given order. They may slip for ever even if the contact comes to
+        rest under the vertices.
 
         Parameters
         ----------
@@ -295,13 +296,13 @@ class LoadCycle(Plotted):
             Each load is either a box or a polytope. A box, load case name -> (least, most), has
             load cases that vary independently. A polytope is the list of corners, each load case
             name -> amplitude, of one load that moves within their hull, such as a rotating force.
-            No load case is in two of them.
+            No load case belongs to two loads.
 
         Raises
         ------
         ModelError
-            No load, a load case in two loads, a range that is no pair or whose least exceeds its
-            most, more than 100,000 vertices.
+            No load is given, a load case belongs to two loads, a range is not a pair in rising
+            order, or there are more than 100,000 vertices.
 
         Examples
         --------
@@ -323,7 +324,7 @@ class LoadCycle(Plotted):
     def unscaled_reactions(self, system: ContactSystem) -> tuple[Array, Array]:
         """(K, N) reactions `q0, p0` of the closed, unslipped contact at load factor 0.
 
-        Row k belongs to corner k. Without a fixed part all corners have one row, (1, N).
+        Row k belongs to corner k. Without a fixed part there is one row (1, N) for all corners.
         """
         pressing_shut = system.S[:, -system.nodes :] @ system.gap
         return parted(reactions(system, self.unscaled) - pressing_shut, system.tangents + 1)
@@ -359,8 +360,8 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
         checked.append(time)
     if len(checked) - corners not in (0, 1):
         raise ModelError(
-            f"times: {len(checked)} for {number_of(corners, 'corner')}; give one for each, and one "
-            "more for the return to the first"
+            f"times: {len(checked)} for {number_of(corners, 'corner')}; give one for each corner, "
+            "and one more for the return to the first corner"
         )
     for time in checked:
         if isinstance(time, Real):
@@ -370,8 +371,8 @@ def _checked_times(times: object, corners: int) -> tuple[object, ...]:
         is_date = hasattr(time, "isoformat") and time == time
         if not is_date:
             raise ModelError(
-                f"times: {shown(time)} is neither a number nor a date; give one of these, texts "
-                "by pandas.to_datetime"
+                f"times: {shown(time)} is neither a number nor a date; give numbers or dates "
+                "(pandas.to_datetime converts texts)"
             )
     return tuple(checked)
 

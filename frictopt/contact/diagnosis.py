@@ -83,8 +83,8 @@ def growth_diagnosis(
     """Explain why the load may grow without end.
 
     `corners` are the cyclic reactions at the corners, shear (K, N) or (K, N, 2) and normal (K, N).
-    `slipped` are the reactions of the slip that grows with the load. `rounding` is a force that
-    counts as none.
+    `slipped` are the reactions of the slip that grows with the load. Forces up to `rounding` count
+    as zero.
     """
     if not any(part.any() for part in corners):
         return "the corners carry no load"
@@ -97,7 +97,7 @@ def growth_diagnosis(
         )
     return (
         f"a slip that grows with the load keeps every node within its friction bound{locking}; "
-        "assembly may not leave a slip of that size: slip_bound limits it"
+        "if assembly cannot leave a slip of this size, pass slip_bound"
     )
 
 

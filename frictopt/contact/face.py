@@ -100,7 +100,7 @@ def panels_by_size(
 ) -> list[Axes]:
     """Axes for the faces in space that have some of the nodes (N,) `shown`, at one scale.
 
-    The area of a panel is that of its face, but no panel is smaller than its labels need.
+    The area of a panel is proportional to its face, but large enough for its labels.
     """
     faces = _shown_faces(system, shown)
     if len(faces) == 1:
@@ -143,8 +143,8 @@ def face_map(
 
     The colours end at `most`, or at the largest value. Nodes with NaN are grey. Slips (N, 2) are
     arrows, with two heads if they go `to_and_fro`; open nodes are small rings. `circled` has areas
-    (N,) of larger rings, 0 for none, and their name. The title of the first panel becomes that of
-    all maps. `shown` are the nodes of `panels_by_size`; None: all faces have a panel.
+    (N,) of larger rings, 0 for none, and their name. The title of the first panel becomes the title
+    of all maps. `shown` are the nodes of `panels_by_size`; None: all faces have a panel.
     """
     faces = _shown_faces(system, shown)
     several = len(faces) > 1

@@ -77,13 +77,13 @@ def _face_of(system: ContactSystem, contact: str, nodes: Integers) -> Face:
             places, labels, directions = _seen_unrolled(points, normals, axis)
         else:
             raise ModelError(
-                "plot: the contact is not flat, and its sides face each other or away; make a "
+                "plot: the contact is not flat, and its sides face in opposite directions; make a "
                 "contact of each side, or use to_frame()"
             )
     grid = np.round(places / (_VIEW.rounding * (np.ptp(places) or 1.0)))
     if len(np.unique(grid, axis=0)) < len(nodes):
         raise ModelError(
-            "plot: the contact has nodes above each other, which one map would hide; use to_frame()"
+            "plot: some nodes of the contact would hide others on a map; use to_frame()"
         )
     return Face(
         contact, nodes, places, labels, np.einsum("nij,nkj->nik", directions, frames[:, :2])

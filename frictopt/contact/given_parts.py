@@ -78,7 +78,7 @@ def checked_strength(argument: str, strength: object, n: int) -> Array:
     if _is_empty(argument, strength):
         return frozen(np.full(n, np.inf))
     checked = real_array(argument, strength)
-    remedy = "give a largest shear > 0, inf for none; a surface that bears none has friction 0"
+    remedy = "give a largest shear > 0, or inf for no limit; a surface without shear has friction 0"
     check_entries(argument, checked, checked > 0, remedy)  # NaN > 0 is False
     return frozen(for_each(argument, checked, n))
 
@@ -90,7 +90,7 @@ def checked_springs(argument: str, stiffness: object, n: int) -> Array:
     soft_enough = (checked <= 1 / _SOFTEST) | (checked == np.inf)
     remedy = (
         f"give the stiffness of the surface, force per length^3, from {_SOFTEST:g} to "
-        f"{1 / _SOFTEST:g}, or inf for a rigid one"
+        f"{1 / _SOFTEST:g}, or inf for a rigid surface"
     )
     check_entries(argument, checked, stiff_enough & soft_enough, remedy)
     return frozen(for_each(argument, checked, n))

@@ -26,7 +26,7 @@ from ..errors import ModelError
 
 # A distance from a straight segment up to this share of the largest amplitude is rounding.
 _ROUNDING = 4 * np.finfo(float).eps
-# A cycle of more corners takes hours; a larger number is a mistake.
+# A cycle with more corners takes hours, so a larger number is probably a mistake.
 _LARGEST_NUMBER_OF_CORNERS = 100_000
 
 
@@ -311,8 +311,8 @@ def _check_independent(parts: list[list[Mapping[str, float]]]) -> None:
     twice = [name for name, count in counts.items() if count > 1]
     if twice:
         raise ModelError(
-            f"loads: load case {min(twice)!r} is in two of them; loads that vary independently "
-            "share no load case"
+            f"loads: load case {min(twice)!r} is in two loads; loads that vary independently have "
+            "no load case in common"
         )
 
 

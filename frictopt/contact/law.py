@@ -8,7 +8,7 @@ normal force that is concave and piecewise linear, and friction opposes the slip
 Coulomb's law is the one term `f p`. A shear strength of the surface adds the term `c`, which no
 pressure raises. Friction that differs along the two tangents is Coulomb's law in stretched
 coordinates, see `ContactSystem.with_orthotropic_friction`. A new law is a new term: programs,
-increments, gross slip and the referee take the terms as they stand here. `OTHER_LAWS` lists the
+increments, gross slip and the check of the law use these terms. `OTHER_LAWS` lists the
 laws other than Coulomb's, each with its term and the questions that know it; all other questions
 refuse it.
 """
@@ -128,7 +128,7 @@ class OtherLaw:
     holds
         Whether a contact has it.
     term
-        The term that it adds to the law of a contact that has it.
+        The term that this law adds to the contact law.
     row
         Label of the rows of this term.
     known_by
@@ -224,6 +224,6 @@ def reach(q0: Array, g0: Array, q1: Array, g1: Array) -> Array:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         # If a and b vanish, the path runs along the cone, up to its apex if it points there.
         apex = np.where(g1 < 0, g0 / -g1, np.inf)
-        # The root has two forms; each is used where it loses no digits by cancellation.
+        # The root has two forms. The form without cancellation of digits is used.
         last = np.where(b > 0, c / (b + root), np.where(a > 0, (root - b) / a, apex))
     return np.where(g1 >= np.linalg.norm(q1, axis=-1), np.inf, last)

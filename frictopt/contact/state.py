@@ -26,8 +26,9 @@ from .system import ContactSystem
 class ContactState(Kept):
     """Slip and gap of all nodes under a load.
 
-    The future of a quasi-static contact depends on nothing else. Nodes may be open. The reactions
-    follow from the system, so the state fits the system and the friction that it was computed with.
+    The further motion of a quasi-static contact depends only on this state. Nodes may be open. The
+    reactions follow from the system, so the state fits the system and the friction that it was
+    computed with.
 
     Parameters
     ----------
@@ -81,8 +82,8 @@ class ContactState(Kept):
         corner = whole_number("next_corner", self.next_corner, least=0)
         if self.next_loads is not None and not isinstance(self.next_loads, str):
             raise ModelError(
-                f"next_loads: {shown(self.next_loads)} is no text; give the loads of the corner as "
-                "LoadCycle.corner_names writes them"
+                f"next_loads: {shown(self.next_loads)} is not a text; give the loads of the "
+                "corner as LoadCycle.corner_names writes them"
             )
         vars(self).update(
             slip=slip, gap=gap, bonded_q=bonded_q, bonded_p=bonded_p, next_corner=corner
@@ -90,7 +91,7 @@ class ContactState(Kept):
 
     @property
     def open(self) -> Booleans:
-        """(N,) which nodes have a gap."""
+        """(N,) whether each node has a gap."""
         return self.gap > 0
 
     def to_frame(self) -> Table:

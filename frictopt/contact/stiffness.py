@@ -101,9 +101,9 @@ def overlapping(S: Array, R: Array, L: Array, D: Array) -> tuple[Array, Array]:
 def following(
     S: Array, open_nodes: Booleans, bonded: Sequence[tuple[Array, Array]]
 ) -> Array | None:
-    """(M, M) compliance of open nodes, which follow the closed ones without force; zero elsewhere.
+    """(M, M) compliance of the open nodes, which carry no force; zero elsewhere.
 
-    None if the open nodes can move freely while the closed ones are held.
+    None if the open nodes can move freely while the closed nodes are held.
     """
     components = np.tile(open_nodes, len(S) // len(open_nodes))
     values, vectors = np.linalg.eigh(S[np.ix_(components, components)])

@@ -84,21 +84,21 @@ class ContactSystem(Shown, Plotted):
         points from body 2 into body 1. None: the axes.
     contact
         (N,) name of the contact that each node belongs to; the nodes of one contact follow each
-        other. For this and the following parameters None means: not known.
+        other. For this and the following parameters, None means that the value is unknown.
     width
         (N,) tributary lengths (areas in space) > 0; a reaction divided by its width is a mean
         traction.
     E_star
-        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It is only
-        a unit of dimensionless results.
+        Contact modulus of the bodies, `1/E_star = sum of (1 - nu^2)/E`, force per area. It serves
+        only as the unit of dimensionless results.
     compliance
         (cases, cases) compliance of the load cases on the glued bodies, in the order of `bonded`.
-        Only `displacements` uses it. Entry j, k is the displacement of load case j under the unit
-        load k: the work of the unit load j on the motion that the unit load k causes.
+        Only `displacements` uses it. Entry (j, k) is the displacement of load case j under the unit
+        load k. This is the work of the unit load j on the motion due to the unit load k.
     bolts
         Load case name of a locked bolt -> (force, shortening), both above 0: the force to which the
         bolt is tightened, and the length by which its unit amplitude shortens it. The work of the
-        unit load of such a case is minus the tension times the shortening, see `tension`.
+        unit load of a locked bolt is minus the tension times the shortening, see `tension`.
     load_size
         Load case name -> size of its unit load, force, > 0: the integral of the size of its
         tractions and forces per volume. The displacement of the load case divided by its size is a
@@ -110,11 +110,11 @@ class ContactSystem(Shown, Plotted):
         functions that support it.
     stretch
         Ratio, in the shape of slips, > 0: the slips of this system are the true slips times
-        `stretch`, and its shear forces the true ones divided by it. It is 1 unless friction differs
-        along the tangents, see `with_orthotropic_friction`.
+        `stretch`, and its shear forces are the true shear forces divided by `stretch`. It is 1
+        unless friction differs along the tangents, see `with_orthotropic_friction`.
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and
-        `attrs["units"]` of tables; no number depends on them.
+        `attrs["units"]` of tables. They do not affect any number.
 
     Attributes
     ----------
@@ -125,8 +125,8 @@ class ContactSystem(Shown, Plotted):
         Mean of the diagonal of S (1 if S is zero): the scale that turns mean forces into the scale
         of slips.
     own_stiffness
-        (M,) diagonal of S. If an entry is zero up to rounding, it is replaced by the largest entry
-        of its node, and if that is zero, by `stiffness_scale`.
+        (M,) diagonal of S. An entry that is zero up to rounding is replaced by the largest entry of
+        its node. If all entries of a node are zero, they are replaced by `stiffness_scale`.
 
     Raises
     ------
@@ -315,8 +315,8 @@ class ContactSystem(Shown, Plotted):
     def x(self) -> Array:
         """(N,) coordinates along the interface in the plane, rising, length; ModelError in space.
 
-        On a straight line it is the coordinate along the tangent. Else it is the arc length, one
-        contact after the other.
+        On a straight line it is the coordinate along the tangent. Otherwise it is the arc length,
+        one contact after the other.
         """
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
@@ -464,9 +464,9 @@ class ContactSystem(Shown, Plotted):
         An overlap is >= 0, one number or (N,).
 
         An amplitude of the load case multiplies the overlap. An overlap acts as a negative gap, so
-        its bonded reactions are `(B^T d, C d)`. If the system has a load case of this name, they
-        are added to its reactions. ModelError for overlaps that are negative or not finite, for a
-        bad name, and for the name of a locked bolt.
+        its bonded reactions are `(B^T d, C d)`. If the system has a load case of this name, the
+        reactions of the overlap are added to its reactions. ModelError for overlaps that are
+        negative or not finite, for a bad name, and for the name of a locked bolt.
 
         Examples
         --------
@@ -512,8 +512,8 @@ class ContactSystem(Shown, Plotted):
         The strength does not depend on the pressure, and acts beside friction. Theory, eq. (35).
 
         `shakedown_limit` (without events), `gross_slip`, `march`, `steady_state` and functions that
-        follow such transients support it. Such transients are computed in increments, also in the
-        plane. All other functions raise an error for such a system.
+        follow such transients support a shear strength. Such transients are computed in increments,
+        also in the plane. All other functions raise an error for a system with a shear strength.
 
         Parameters
         ----------
@@ -553,18 +553,19 @@ class ContactSystem(Shown, Plotted):
         The coefficient is f along the first tangent and `ratio` times f along the second.
 
         Friction bounds the shear force by an ellipse, and slip is normal to it (Michalowski & Mroz
-        1978). The second tangent of the copy is stretched: its slips v2 are slips of the joint
-        times `ratio`, its shear forces q2 are shear forces of the joint divided by `ratio`, and the
-        work does not change. In these coordinates the ellipse is the circle `|q| <= f p`, and
+        1978). The second tangent of the copy is stretched: its slips v2 are the slips of the joint
+        times `ratio`, and its shear forces q2 are the shear forces of the joint divided by `ratio`.
+        The work does not change. In these coordinates the ellipse is the circle `|q| <= f p`, and
         friction opposes slip.
 
         So all functions work with the copy, if `friction` is f along the first tangent. Loads,
         works, pressures, gaps, stiffness, damping and the sets of slipping and open nodes are equal
-        to the values of the joint. Slips and shear forces in arrays and columns are stretched; the
-        joint has `slip / system.stretch` and `q * system.stretch`. Sizes of slips (`slip_bound`,
-        `largest_slip`, `sliding_distance`) are also stretched, and a shear strength holds along the
-        first tangent. `by_contact`, `fretting_table`, `recover` and pictures of slips show the
-        slips of the joint. Add load cases and springs before you call this method.
+        to the values of the joint. Arrays and columns contain the stretched slips and shear forces.
+        The slips of the joint are `slip / system.stretch`, its shear forces are `q *
+        system.stretch`. Sizes of slips (`slip_bound`, `largest_slip`, `sliding_distance`) are also
+        stretched, and a shear strength holds along the first tangent. `by_contact`,
+        `fretting_table`, `recover` and pictures of slips show the slips of the joint. Add load
+        cases and springs before you call this method.
 
         Parameters
         ----------
@@ -575,7 +576,7 @@ class ContactSystem(Shown, Plotted):
         Raises
         ------
         ModelError
-            A contact in the plane, or one that is orthotropic already; a ratio of another shape, or
+            The contact is in the plane or already orthotropic, or the ratio has another shape or is
             not positive.
 
         Examples
@@ -617,10 +618,10 @@ class ContactSystem(Shown, Plotted):
     ) -> Self:
         """Copy with springs in series with each node, along its tangents and its normal.
 
-        The springs stand between body and contact for the asperities of real surfaces. Slip and gap
-        of the copy are the slip and gap of the contact itself, without the deformation of the
-        springs. At the corner of a complete contact, which is singular without them, limits
-        converge as the mesh is refined. Theory, "Joints".
+        The springs model the asperities of real surfaces. They act between the bodies and the
+        contact. Slip and gap of the copy are the slip and gap of the contact itself, without the
+        deformation of the springs. Without springs, the corner of a complete contact is singular.
+        With springs, its limits converge as the mesh is refined. Theory, "Joints".
 
         Parameters
         ----------
@@ -631,8 +632,8 @@ class ContactSystem(Shown, Plotted):
         Raises
         ------
         ModelError
-            No `width`; a stiffness of another shape, not positive, or below 1e-150; some springs
-            1e18 times softer than the bodies, if others are not.
+            The system has no `width`; the stiffness has another shape, is not positive, or is below
+            1e-150; or some but not all springs are 1e18 times softer than the bodies.
 
         Examples
         --------
@@ -744,7 +745,7 @@ def checked_round(system: object, remedy: str) -> ContactSystem:
     checked = checked_system(system)
     if checked.orthotropic:
         raise ModelError(
-            f"system: its friction is orthotropic, and its second tangent is stretched; {remedy}"
+            f"system: its friction is orthotropic, so its second tangent is stretched; {remedy}"
         )
     return checked
 

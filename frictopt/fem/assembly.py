@@ -171,7 +171,7 @@ class Assembly:
                 nodes = np.flatnonzero(part == end)
                 if not self._are_held(nodes, cut.axis, self.free_rows == -1).any():
                     raise ModelError(
-                        f"bolt {cut.bolt.body!r}: nothing holds what is around "
+                        f"bolt {cut.bolt.body!r}: nothing holds the part around "
                         f"{place(self.points[nodes].mean(axis=0))} against the force along the "
                         "axis; add the Contact of the head or the nut there, or a Support"
                     )
@@ -265,7 +265,8 @@ class Assembly:
 
         Nodes of couplings follow each other.
 
-        Displacements that a support holds stay held; the following ones are marked in `free_rows`.
+        Displacements that a support holds stay held; dependent displacements are marked in
+        `free_rows`.
         """
         ties = block_diag(self._midside_ties(contacts)).tocoo()
         d = self.points.shape[1]
@@ -296,8 +297,8 @@ class Assembly:
         """Matrix by which nodes of couplings follow each other; they are marked in `free_rows`."""
         if self.couplings and self.sector.count > 1:
             raise ModelError(
-                f"supports: {self.couplings[0]} beside a Cyclic; a coupling does not know the "
-                "nodes of other sectors: model the whole ring, or use a Support"
+                f"supports: {self.couplings[0]} beside a Cyclic; a coupling cannot include nodes "
+                "of other sectors: model the whole ring, or use a Support"
             )
         taken = [midside, self.oblique]
         for contact, joint in zip(contacts, self.joints, strict=True):
@@ -353,8 +354,8 @@ class Assembly:
             if share.min() < 1 - ASKEW:
                 raise ModelError(
                     f"supports: the midside node at {place(self.points[node])} of a contact face "
-                    "follows the corners of the face, which are not held along its normal; hold a "
-                    "plane, or mesh with linear elements"
+                    "follows the corner nodes of the face, which are not held along its normal; "
+                    "hold a plane face, or mesh with linear elements"
                 )
             self.free_rows[node] = self.rows[node]
             self.directions[node] = np.eye(self.points.shape[1])
@@ -427,7 +428,7 @@ class Assembly:
         )
 
     def _closed_cuts(self, cuts: Sequence[Cut]) -> list[Cut]:
-        """The cuts in node numbers of the model; their far faces follow the near ones."""
+        """The cuts in node numbers of the model; the far faces follow the near faces."""
         closed = []
         taken = np.r_[self.pairs.opening.indices, self.sector.on_cuts, self.coupled.nodes]
         for cut in cuts:

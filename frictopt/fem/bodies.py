@@ -61,14 +61,14 @@ class Body:
         "linear"; "quadratic": displacements are quadratic in each element, and `mesh` becomes the
         mesh with midside nodes; or "mean_dilatation": linear quadrilaterals and hexahedra that do
         not lock as nu approaches 0.5. Linear triangles and tetrahedra always lock, quadratic ones
-        do not. None: the elements of the mesh.
+        do not. None: as in the mesh.
 
     Raises
     ------
     ModelError
-        Elements are not convex, turned inside out, without area or volume, or of another kind. A
-        quadratic mesh is given with linear elements. The mesh has several parts that share no edge
-        (in space no face), or nodes that belong to no element.
+        Elements are not convex, inverted, without area or volume, or of another kind. A quadratic
+        mesh is combined with `element="linear"`. The mesh has several parts that share no edge (in
+        space no face), or nodes that belong to no element.
 
     Examples
     --------
@@ -244,7 +244,7 @@ def split_bodies(
     ------
     ModelError
         The mesh is of another kind. A subdomain is unknown. Elements are in no subdomain, or in
-        two. A boundary has the name of a neighbouring body. `Body` refuses a part.
+        two. A boundary of a body has the name of a neighbouring body. `Body` refuses a part.
 
     Examples
     --------

@@ -26,17 +26,17 @@ class BoltPreload(Part):
     opposite tractions pull the faces together. The axis is the normal of the section. Along the
     axis, all nodes of one face move by the same distance relative to the other face, and this
     distance is free. Across the axis they do not move relative to each other. So the tension is
-    this force times the amplitude of its load case, under every load: other loads bend and shear
-    the bolt, but do not stretch it. Other codes call this a pretension section whose length is not
+    always the force times the amplitude of its load case. Other loads bend and shear the bolt, but
+    do not change its tension. Other codes call this a pretension section whose length is not
     locked.
 
-    A locked bolt keeps the distance by which the faces have come together, and its tension changes
-    with the loads. The bolt then takes a part of a pull along it, and the contact loses less
-    pressure. The amplitude of its load case multiplies this distance; amplitude 1 gives the force
-    in the glued bodies under no other load. `frictopt.tightened` finds the amplitude that gives the
-    force under the mean load, with the contact as it is. `SteadyState.bolt_table` has the tension
-    over a cycle. For statics any tension is possible, so `gross_slip` follows transients. Theory,
-    eq. (25).
+    The faces of a locked bolt keep their distance after tightening, and its tension changes with
+    the loads. The bolt then carries a part of a pull along its axis, and the contact loses less
+    pressure. The amplitude of its load case multiplies the distance by which the faces have come
+    together. Amplitude 1 gives the force in the glued bodies if no other load acts.
+    `frictopt.tightened` finds the amplitude that gives the force under the mean load, with the
+    contact as it is. `SteadyState.bolt_table` has the tension over a cycle. Equilibrium alone does
+    not determine the tension, so `gross_slip` follows transients. Theory, eq. (25).
 
     Parameters
     ----------
@@ -128,8 +128,8 @@ def by_their_forces(
 ) -> tuple[dict[str, Array], Array, dict[str, tuple[float, float]]]:
     """Bonded reactions and compliance with units of locked bolts that give their forces.
 
-    Given are those of a shortening of 1. A unit is the shortening that gives the force in the glued
-    bodies. The third result has the force and the shortening of each locked bolt.
+    The matrices are for a shortening of 1. A unit is the shortening that gives the force in the
+    glued bodies. The third result has the force and the shortening of each locked bolt.
     """
     units = np.ones(len(L))
     bolts = {}
@@ -161,7 +161,7 @@ def cut_bodies(
             raise ModelError(
                 f"{where} is not normal to the axis x = 0; cut an axisymmetric bolt at one y"
             )
-        # A copy is not checked again: the parts are still one body, though they share no facets.
+        # A copy is not checked again, because its parts are one body although they share no facets.
         cut[name] = copy(cut[name])
         object.__setattr__(cut[name], "mesh", mesh)
         cuts.append(Cut(bolt, near, far, axis))
@@ -240,7 +240,7 @@ def _new_numbers(mesh: Mesh, cut: Mesh, elements: Booleans) -> Integers:
 
 
 def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:
-    """The matrix (size, size) that lets the far faces of cuts follow the near ones."""
+    """The matrix (size, size) that lets the far faces of cuts follow the near faces."""
     size = rows.size
     follows = np.arange(size)
     for cut in cuts:
@@ -251,10 +251,10 @@ def tied_across(rows: Integers, cuts: Sequence[Cut]) -> csr_matrix:
 def released(K: csr_matrix, rows: Integers, cuts: Sequence[Cut]) -> tuple[csr_matrix, csr_matrix]:
     """Matrices R and D (size, size) of `u = R y + D F`, the displacements under loads F.
 
-    The faces of cuts are tied across their axes, and those of locked bolts along them, too. With
-    the matrix C that lets far faces follow near ones, and the motions c of far faces against the
-    axes of free bolts, by the amounts x, `u = C y + c x`. No force but that of F acts along x:
-    `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads
+    The two faces of a cut are tied across the axis; the faces of a locked bolt are also tied along
+    the axis. The matrix C lets far faces follow near faces, and c are the motions of far faces
+    against the axes of free bolts, with the amounts x: `u = C y + c x`. Only the force F acts along
+    x: `c^T (K u - F) = 0`. So y has the stiffness `R^T K R`, none at the far faces, and the loads
     `R^T F`.
     """
     size = K.shape[0]

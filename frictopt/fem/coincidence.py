@@ -38,7 +38,8 @@ SETTINGS = DigitSettings()
 def coordinate_errors(points: Array, corners: Integers | None = None) -> Array:
     """(nodes, d) error of each coordinate of a mesh (nodes, d).
 
-    The digits are those of the corners; None: of all nodes. Midside nodes may have been computed.
+    The digits are taken from the corner nodes; None: from all nodes. Midside nodes may have been
+    computed.
     """
     written = (points if corners is None else points[corners]).ravel()
     rounding = SAME_POINT / 2 * float(np.ptp(points, axis=0).max())

@@ -242,8 +242,8 @@ def _checked_forces(loads: Mapping[str, ArrayLike], held: ArrayLike, size: int) 
         force = finite_array(f"loads[{name!r}]", values, (size,))
         if force.any() and not np.delete(force, held_rows).any():
             raise ModelError(
-                f"loads[{name!r}]: acts on rows in `held` alone, without effect; load others, "
-                "or hold fewer"
+                f"loads[{name!r}]: acts only on rows in `held`, so it has no effect; load other "
+                "rows, or hold fewer rows"
             )
         forces[name] = force
     return forces
@@ -318,7 +318,7 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     is_relative = front < 0
     if motions.shape[1] < k:
         _check_rounding(float(stiffness.diagonal()[is_relative].max()), S)
-    # Across a plane of symmetry there is neither motion nor force, so any stiffness is right.
+    # Motion and force across a plane of symmetry are zero, so any stiffness may be used.
     motionless = np.asarray(abs(T).sum(axis=0)).ravel()[is_relative] == 0
     still = np.flatnonzero(motionless)
     S[still, still] = np.diag(S).sum() / max(k - len(still), 1)
@@ -330,8 +330,8 @@ def _check_moves_at_contact(relative: Array) -> None:
     sizes = np.linalg.svd(relative, compute_uv=False)
     if len(sizes) < relative.shape[1] or (sizes[-1:] <= SAME_POINT * sizes[:1]).any():
         raise ModelError(
-            "supports: a body can turn about its contact, or move without moving there; hold it, "
-            "or give the contact more nodes"
+            "supports: a body can turn about its contact, or move without relative motion of the "
+            "contact; hold it, or give the contact more nodes"
         )
 
 
@@ -345,8 +345,8 @@ def _check_rounding(largest_before: float, S: Array) -> None:
     if rounding > EQUILIBRIUM:
         raise ModelError(
             "stiffness: bodies 1 are so much stiffer than bodies 2 that the stiffness of the "
-            f"contact has an error of {rounding:.1e}; exchange the bodies, or bring their "
-            "stiffness closer together"
+            f"contact has an error of {rounding:.1e}; exchange the bodies, or reduce the ratio of "
+            "their stiffnesses"
         )
 
 
@@ -376,8 +376,8 @@ def fronts(glued: Glued) -> tuple[csr_matrix, Integers]:
     # Generalised coordinates with many connections come last.
     connections = abs(csr_matrix((K[generalised] @ T)[:, front >= 0]))
     count = np.diff(connections.indptr)
-    # Largest number of displacements that a rotation is connected to: those of the elements at its
-    # node. The amplitude of a mode is connected to more displacements.
+    # Largest number of displacements in the elements at a node, to which a rotation is connected.
+    # The amplitude of a mode is connected to more displacements.
     most_of_a_rotation = 300
     is_rotation = (count > 0) & (count <= most_of_a_rotation)
     strongest = np.asarray(connections.argmax(axis=1)).ravel()
@@ -400,6 +400,6 @@ def eliminated(
         if len(nodes):
             unknown = f"{glued.name_of_node(int(nodes[0]))} at {place(glued.points[nodes[0]])}"
         raise ModelError(
-            f"stiffness: {unknown} has no stiffness left once its neighbours are free; support the "
-            "bodies, or bring the stiffness of bodies closer together"
+            f"stiffness: {unknown} has no stiffness if its neighbours are free; support the "
+            "bodies, or reduce the ratio of their stiffnesses"
         ) from error

@@ -34,11 +34,11 @@ class Contact:
     For round faces whose meshes do not match, body 1 should be the rotating body, and its mesh
     should not be finer.
 
-    The face of body 1 may reach beyond that of body 2. What lies opposite nothing is free, and a
-    `ModelWarning` says how large it is. If at least half of a facet lies opposite body 2, its nodes
-    are nodes of the contact, and pressure can act up to half a facet beyond the edge of body 2. Of
-    all other facets, the part opposite body 2 belongs to the nearest node of the contact. Ends and
-    rims of round faces may miss each other by their sag, without a warning.
+    The face of body 1 may reach beyond that of body 2. A part of the face without an opposite face
+    is free, and a `ModelWarning` reports its size. If at least half of a facet lies opposite body
+    2, its nodes are nodes of the contact, and pressure can act up to half a facet beyond the edge
+    of body 2. If less of a facet lies opposite body 2, this part belongs to the nearest node of the
+    contact. Ends and rims of round faces may miss each other by their sag, without a warning.
 
     Quadratic bodies meet in linear facets through their corner nodes, and the midside nodes follow
     the corners. The two faces of a crack are faces of one body; the node at its tip, which both
@@ -68,7 +68,7 @@ class Contact:
     Raises
     ------
     ModelError
-        A name is no text, a face is in contact with itself, the gap is of another kind, or a
+        A name is not a text, a face is in contact with itself, the gap is of another kind, or a
         stiffness is not positive.
 
     Examples
@@ -126,7 +126,7 @@ class Interference(Part):
     Raises
     ------
     ModelError
-        The contact is no text, or the amount is negative or not finite.
+        The name of the contact is not a text, or the amount is negative or not finite.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def contact_names(contacts: Sequence[Contact]) -> list[str]:
     names = [str(contact.name) for contact in contacts]
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise ModelError(f"contacts: two are called {name!r}; give each a name")
+            raise ModelError(f"contacts: two contacts are called {name!r}; give each a name")
     return names
 
 

@@ -72,8 +72,8 @@ class _Coupling:
         if kinematics == "axisymmetric":
             if set(self.directions) - {"y"} or self.rotations:
                 raise ModelError(
-                    f"supports: {self}; a ring moves as a whole along y alone: give directions='y' "
-                    "and no rotations"
+                    f"supports: {self}; a ring moves as a rigid body only along y: give "
+                    "directions='y' and no rotations"
                 )
             return np.array([bool(self.directions)])
         axes = "z" if d == 2 else "xyz"
@@ -107,8 +107,9 @@ class RigidCoupling(_Coupling):
     Raises
     ------
     ModelError
-        Directions or rotations are unknown. In a model: nodes that a contact, an oblique support,
-        another coupling, a bolt or a sector has, or that supports hold against the rigid motion.
+        Directions or rotations are unknown. In a model: the nodes also belong to a contact, an
+        oblique support, another coupling, a bolt or a sector, or supports prevent their rigid
+        motion.
 
     Examples
     --------
@@ -167,9 +168,9 @@ class DistributingCoupling(_Coupling):
     Raises
     ------
     ModelError
-        Directions or rotations are unknown, or none is given. In a model: nodes that a contact, an
-        oblique support, another coupling, a bolt or a sector has; nodes on a line about which they
-        are to be held.
+        Directions or rotations are unknown, or none is given. In a model: the nodes also belong to
+        a contact, an oblique support, another coupling, a bolt or a sector; or the nodes lie on a
+        line and a rotation about this line is to be zero.
 
     Examples
     --------
@@ -182,7 +183,7 @@ class DistributingCoupling(_Coupling):
         super().__post_init__()
         if not self.directions and not self.rotations:
             raise ModelError(
-                "directions: none, and no rotations; name those of the point that are zero"
+                "directions: none, and no rotations; name the motions of the point that are zero"
             )
 
     def _followers(self, body: Body, held: Booleans, kinematics: Kinematics) -> Followers:
@@ -236,8 +237,8 @@ def coupled(
 ) -> Coupled:
     """Bind the displacements of the couplings of a model.
 
-    `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` must be in no
-    coupling; neither may a node be in two.
+    `free` (nodes, d) are the displacements that nothing holds yet. The nodes `taken` must not be in
+    a coupling, and no node may be in two couplings.
     """
     d = points.shape[1]
     rows = [np.zeros(0, dtype=np.intp)]
@@ -253,8 +254,9 @@ def coupled(
         both = np.intersect1d(nodes, np.concatenate([taken, *used]))
         if len(both):
             raise ModelError(
-                f"supports: {coupling} has the node at {place(points[both[0]])}, which a contact, "
-                "a support along oblique normals or another coupling has; leave it out"
+                f"supports: {coupling} has the node at {place(points[both[0]])}, which also "
+                "belongs to a contact, a support along oblique normals or another coupling; leave "
+                "it out"
             )
         used.append(nodes)
         held = ~free[first : first + body.mesh.p.shape[1]]

@@ -35,13 +35,14 @@ class Cyclic:
 
     Limits and slips are then the limits and slips of the ring; forces, areas, widths, works and
     compliances refer to one sector. The ring and each body may turn about the axis and move along
-    it, unless something holds them; they cannot move in any other way. Like a half of a joint, a
-    sector includes only slips that repeat. Faces at which neighbouring sectors slide on each other,
-    such as shrouds of blades, are no cut faces.
+    it, unless something holds them; they cannot move in any other way. A sector includes only slips
+    that repeat from sector to sector, as one half of a symmetric joint includes only symmetric
+    slips. Faces at which neighbouring sectors slide on each other, such as shrouds of blades, are
+    no cut faces.
 
-    Nodes that match are joined one to one. Other nodes are joined by the dual mortar method, of
-    quadratic elements through their corners. A contact may reach the cut only if its nodes match
-    there, and the nodes of both cut faces match. Theory, "Sectors of a ring".
+    Nodes that match are joined one to one. Other nodes are joined by the dual mortar method, on
+    quadratic elements through their corner nodes. A contact may reach the cut only if its nodes
+    match there, and the nodes of both cut faces match. Theory, "Sectors of a ring".
 
     Parameters
     ----------
@@ -49,7 +50,8 @@ class Cyclic:
         Name of the body in its model.
     low, high
         Names of the two cut faces, boundaries of its mesh: `high` is `low` turned about the axis by
-        360 degrees divided by a whole number, which is found. They may meet on the axis.
+        360 degrees divided by a whole number. This number follows from the mesh. They may meet on
+        the axis.
     axis
         Direction (x, y, z) of the axis of a body in space, of any length. In the plane the axis is
         normal to it.
@@ -60,9 +62,10 @@ class Cyclic:
     ------
     ModelError
         Names that are no texts, one name for both faces, an axis without direction. In a model:
-        faces that are no turned copies of each other, with the largest distance between them; two
-        axes or angles; nodes that are held or moved on `high` otherwise than on `low`; contacts
-        that reach the cut with nodes that do not match; axisymmetric bodies.
+        `high` is not a turned copy of `low` (the message has the largest distance between them);
+        bodies have different axes or angles; supports or displacements differ between `high` and
+        `low`; a contact reaches the cut with nodes that do not match; or the bodies are
+        axisymmetric.
 
     Examples
     --------
@@ -186,8 +189,8 @@ def _check_same_turn(sectors: Mapping[str, Sector], bodies: Mapping[str, Body]) 
         shift = np.abs(sector.shift - first.shift).max() / size
         if max(turn, shift) > SAME_POINT:
             raise ModelError(
-                f"supports: the sectors of bodies {first_name!r} and {name!r} turn about other "
-                "axes or by other angles; give all the same"
+                f"supports: the sectors of bodies {first_name!r} and {name!r} have different axes "
+                "or angles; give all bodies the same"
             )
 
 
@@ -215,8 +218,8 @@ def _sector(body: Body, cut: Cyclic) -> Sector:
     if count > 2 and (onward * (x[mesh.t[:, mesh.f2t[0, low]]].mean(axis=0) - middles)).sum() < 0:
         raise ModelError(
             f"supports: body {cut.body!r} goes the long way round from {cut.low!r} to "
-            f"{cut.high!r}, {360 - 360 / count:g} of 360 degrees; a sector is 360 degrees over a "
-            "whole number"
+            f"{cut.high!r}, {360 - 360 / count:g} of 360 degrees; a sector is 360 degrees divided "
+            "by a whole number"
         )
 
     pairing = _pairing(body, low, high, turn, centre)
@@ -312,8 +315,9 @@ def _no_copies(cut: Cyclic, pairing: _Pairing, angle: float, count: int) -> str:
     if abs(abs(angle) * count - 2 * np.pi) > SAME_POINT:
         middles = f"; their middles are {np.degrees(angle):.6g} degrees apart"
     return (
-        f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are no turned "
+        f"supports: the faces {cut.high!r} and {cut.low!r} of body {cut.body!r} are not turned "
         f"copies of each other: turned by 360/{count} degrees about the axis, they are up to "
         f"{pairing.off.max():.4g} apart, more than {pairing.allowed.max():.1g}{middles}; give two "
-        "that are, 360 degrees over a whole number apart, and check axis and centre"
+        "faces that are turned copies, 360 degrees divided by a whole number apart, and check "
+        "axis and centre"
     )

@@ -19,7 +19,7 @@ FACED = 0.5
 
 @dataclass(frozen=True)
 class FacingSettings:
-    """Numbers of the search for facets that face each other."""
+    """Settings of the search for facets that face each other."""
 
     # Largest cosine of the angle between the normals of two facets: it allows deviations from
     # opposite normals of up to 60 degrees.
@@ -114,7 +114,7 @@ def neighbours(
 
 
 def ordered_nodes(mesh: Mesh, facets: Integers, argument: str) -> Integers:
-    """Nodes of facets of a plane outline in their order, with the body on the left.
+    """Nodes of the facets of a plane outline, in order, with the body on the left.
 
     The facets are one line. Error messages call them `argument`.
     """

@@ -56,7 +56,7 @@ class Recoverable:
         Warns
         -----
         ModelWarning
-            Open nodes carry force. Then slip and gap are not those of a state under these loads. Or
+            Open nodes carry force. Then slip and gap do not belong to a state under these loads. Or
             the system has another initial gap or contact stiffness than the model (see
             `ContactSystem.with_gap`, `with_contact_stiffness`, and `Contact`).
 
@@ -127,8 +127,8 @@ class Recoverable:
         if isinstance(loads, Steady):
             if slip is not None or gap is not None:
                 raise ModelError(
-                    "slip, gap: the steady state has its own; leave them out, or give the loads of "
-                    "the state instead of it"
+                    "slip, gap: a steady state includes them; leave them out, or give the loads "
+                    "of the state instead of the steady state"
                 )
             steady: Any = loads
             loads = steady.cycle.at(steady.load_factor)[-1]
@@ -230,7 +230,8 @@ class Recoverable:
         )
         if error > EQUILIBRIUM * np.abs(states.p).max():
             raise ModelError(
-                f"model: its fields miss the reactions of the steady state by {error:.1e}; give "
+                "model: the reactions of its fields differ from the reactions of the steady "
+                f"state by {error:.1e}; give "
                 "the model that its system was condensed from"
             )
         return fields

@@ -22,7 +22,7 @@ class GuidedPairs:
 
     # (N, d) normals, of any length
     normals: Array
-    # (N, d) direction in which a pair cannot slip, if there is one and it is no axis; else zero
+    # (N, d) direction in which a pair cannot slip, if it exists and is not an axis; otherwise zero
     blocked: Array
     # (N, all nodes) entries of M at nodes that can be the dependent node of their pair
     candidates: csr_matrix
@@ -58,8 +58,8 @@ def guided_pairs(
     points, errors
         (all nodes, d) coordinates and their errors.
     directions
-        (all nodes, d, d) directions of the unknowns of each node; None: x, y and z. A pair of nodes
-        with other directions has axes of its own.
+        (all nodes, d, d) directions of the unknowns of each node; None: x, y and z. If the nodes of
+        a pair have rotated directions, its axes are these directions.
     """
     links = opening.tocoo()  # one link for each node of a pair: `row` is the pair, `col` the node
     axes, held = _axes_of_pairs(links, unknowns < 0, directions, points[nodes])

@@ -93,16 +93,16 @@ class Interface:
             pair = int(pairs[k])
             raise ModelError(
                 f"pairs: the relative motion of pair {pair}, of node {self.nodes[pair]} of body 1, "
-                "follows from those of other pairs or from supports; leave it out if its nodes are "
-                "in other pairs, else hold the bodies elsewhere; on a plane of symmetry hold both "
-                "across it"
+                "follows from other pairs or from supports; leave the pair out if its nodes are "
+                "in other pairs, otherwise hold the bodies elsewhere; on a plane of symmetry hold "
+                "both bodies across it"
             )
         pivots = qr(M, mode="r", pivoting=True)[1]
         return np.asarray(nodes[pivots[: len(pairs)]])
 
     @cached_property
     def spread(self) -> csr_matrix:
-        """(all nodes, all nodes) displacements of all nodes due to those of independent nodes."""
+        """(all nodes, all nodes) displacements due to displacements of independent nodes."""
         dependent, _, Q = self.dependent_nodes
         size = Q.shape[1]
         return csr_matrix(
@@ -111,7 +111,7 @@ class Interface:
 
     @cached_property
     def _to_axes(self) -> csr_matrix:
-        """(nodes d, nodes d) displacements along the axes due to those along `directions`."""
+        """(nodes d, nodes d) displacements along the axes due to unit ones along `directions`."""
         if self.directions is None:
             return identity(self.opening.shape[1] * self.frames.shape[1], format="csr")
         return blocks_of(self.directions.swapaxes(1, 2))
@@ -130,7 +130,7 @@ class Interface:
 
         The unknowns y are the free displacements of independent nodes, followed by the relative
         motions z, direction by direction. The column is -1 if a displacement is held, or if
-        relative motions replace it.
+        relative motions replace the displacement.
 
         `unknowns` (nodes, d) are the rows of the stiffness, -1 if a displacement is held at zero,
         and `size` is the number of all rows.

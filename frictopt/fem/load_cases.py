@@ -93,7 +93,7 @@ def _check_once(model: Assembly, argument: str, load: PointForce | RemoteForce) 
     if len(copied):
         raise ModelError(
             f"{argument}: {load} has the node at {place(model.points[copied[0]])} on the cut "
-            "`high` of a sector, which is that on `low`: leave nodes on `high` out"
+            "`high` of a sector, which is a copy of a node on `low`: leave nodes on `high` out"
         )
 
 
@@ -128,7 +128,7 @@ def _prescribe(model: Assembly, argument: str, load: Displacement, prescribed: A
         if (i := first_of(differs)) is not None:
             raise ModelError(
                 f"{argument}: {load} and another displacement move the node at "
-                f"{place(model.points[nodes[i]])} differently in {name}; give one"
+                f"{place(model.points[nodes[i]])} differently in {name}; give one displacement"
             )
         prescribed[unknowns] = values
 
@@ -157,7 +157,7 @@ def _glued_along(model: Assembly, argument: str, prescribed: Array, loads: Seque
     if (i := first_of((is_prescribed & differs).any(axis=1))) is not None:
         raise ModelError(
             f"{argument}: a displacement moves both bodies at {place(model.points[dependent[i]])}, "
-            "in different ways; give one to both"
+            "in different ways; give both the same displacement"
         )
     displacements[rows] = np.where(is_prescribed, displacements[rows], glued)
     return displacements
@@ -183,8 +183,8 @@ def _check_felt(
     ]
     names = " and ".join(f"{_place(load)} of body {load.body!r}" for load in on_places)
     raise ModelError(
-        f"{argument}: acts on {names} only where supports hold it, {supports}; load "
-        "another boundary, or hold less"
+        f"{argument}: acts on {names} only where supports hold it, {supports}; load another "
+        "boundary, or hold fewer directions"
     )
 
 

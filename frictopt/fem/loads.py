@@ -35,7 +35,9 @@ class Part:
 
     def __post_init__(self) -> None:
         if all(getattr(self, axis, 0.0) is None for axis in "xyz"):
-            raise ModelError(f"{type(self).__name__}: neither x nor y nor z; give one of them")
+            raise ModelError(
+                f"{type(self).__name__}: x, y and z are all missing; give at least one"
+            )
         for name, kind in get_type_hints(type(self)).items():
             value = getattr(self, name)
             if kind is str:
@@ -190,9 +192,9 @@ class BodyForce(ForceLoad):
 class Centrifugal(Part):
     """Centrifugal force of a spinning body: density times angular speed squared times distance.
 
-    The distance is that from the axis of the spin. In the plane the axis is normal to the plane,
-    through the centre. In an axisymmetric model it is the axis x = 0. The amplitude of the load
-    case multiplies the force, which is proportional to the square of the speed.
+    The distance is measured from the axis of the spin. In the plane the axis is normal to the
+    plane, through the centre. In an axisymmetric model it is the axis x = 0. The amplitude of the
+    load case multiplies the force, which is proportional to the square of the speed.
 
     Parameters
     ----------
@@ -305,7 +307,7 @@ class NodalForces(Part):
             raise ModelError(
                 f"forces: shape {np.shape(self.forces)}, and body {self.body!r} has (d, nodes) = "
                 f"{body.mesh.p.shape}; give the load of a mode to the model whose modes were "
-                "found, with the same bolts"
+                "computed, with the same bolts"
             )
         return finite_array("forces", self.forces)
 
@@ -315,7 +317,7 @@ class Displacement(Part):
     """Prescribed displacement (x, y), in space (x, y, z), of the nodes of a support.
 
     A support must hold the nodes in the directions of the displacement. Displacements of one load
-    case do not add up: all that share a node must move it alike.
+    case do not add up. If several contain the same node, they must move it equally.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def checked_stiffness(K: object, name: str = "K") -> csr_matrix:
         raise ModelError(
             f"{name}: not symmetric, {name}[{i}, {j}] = {matrix[i, j]:g} but "
             f"{name}[{j}, {i}] = {matrix[j, i]:g}; give both triangles of a symmetric matrix, "
-            "without friction, follower forces and the like in the step that writes it"
+            "and write it in a step without friction and follower forces"
         )
     return matrix
 
@@ -84,8 +84,8 @@ def checked_rows(
         )
     if (row := first_of(times < 1)) is not None:
         raise ModelError(
-            f"unknowns: row {row} of K is no node's; give it to one, or name it in held if it is "
-            "zero, in generalised if it is free"
+            f"unknowns: row {row} of K belongs to no node; assign it to a node, or name it in "
+            "held if it is zero, in generalised if it is free"
         )
 
     has_stiffness = np.diff(K.indptr)[generalised_rows] > 0
@@ -93,8 +93,8 @@ def checked_rows(
     if (i := first_of(K.diagonal()[generalised_rows] <= 0)) is not None:
         row = generalised_rows[i]
         raise ModelError(
-            f"generalised: row {row} of K has {K[row, row]:g} on the diagonal, as the multiplier "
-            "of a constraint has; eliminate it"
+            f"generalised: row {row} of K has {K[row, row]:g} on the diagonal, so it may be the "
+            "multiplier of a constraint; eliminate it"
         )
     return np.where(np.isin(rows, held_rows), -1, rows), generalised_rows
 
@@ -185,8 +185,8 @@ def check_forgotten(graph: csr_matrix, interface: Interface, rows: Integers, poi
         if next_to_contact and in_contact[body[node_1], body[node_2]]:
             raise ModelError(
                 f"pairs: nodes {node_1} and {node_2} lie on each other at {place(points[node_1])}, "
-                "next to the contact of their bodies, in no pair; add the pair, because the "
-                "bodies would pass through each other there"
+                "next to the contact of their bodies, in no pair, so that the bodies would pass "
+                "through each other there; add the pair"
             )
 
 

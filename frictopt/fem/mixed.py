@@ -40,7 +40,7 @@ _SHAPES: dict[int, dict[int, tuple[str, Any]]] = {
 
 
 class _WithCollapsed:
-    """The facets of a mesh some corners of which coincide."""
+    """The facets of a mesh with coincident corners."""
 
     t: Integers
     elem: Any

@@ -155,12 +155,13 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             size = "area" if self.kinematics == "space" else "length"
             _warn(
                 f"contacts: {contact.name!r}: of the face of body {names[0]!r}, the {size} "
-                f"{joint.beyond:.3g} ({joint.share_beyond:.1%}) lies opposite nothing of body "
+                f"{joint.beyond:.3g} ({joint.share_beyond:.1%}) has no opposite part of body "
                 f"{names[1]!r} and is free; if it should touch, name more of body {names[1]!r}"
             )
         for text in units_apart(names, [self.bodies[name] for name in names]):
             _warn(text)
-        # Edges of body 1 that are this much longer cannot resolve the contact between their nodes.
+        # If the edges of body 1 are this much longer than the edges of body 2, the nodes of the
+        # contact are too far apart.
         if joint.coarser > 4.0:
             _warn(
                 f"contacts: {contact.name!r}: the edges of body {names[0]!r} are "

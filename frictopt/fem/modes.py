@@ -155,7 +155,7 @@ class Modes(Shown, Plotted):
     ) -> float:
         """The modal force of loads on the bodies in mode k: `shape F`, force / square root of mass.
 
-        A small share of a load in a mode means that the load drives other modes more.
+        If the modal force is small relative to the load, the load mainly excites other modes.
 
         Parameters
         ----------
@@ -171,8 +171,8 @@ class Modes(Shown, Plotted):
         Raises
         ------
         ModelError
-            There is no such mode, neither loads nor an acceleration is given, a load is not one of
-            forces, or names an unknown body or boundary.
+            There is no such mode; neither loads nor an acceleration is given; a load is not a
+            force, or its body or boundary is unknown.
 
         Examples
         --------
@@ -201,7 +201,7 @@ class Modes(Shown, Plotted):
         mode = self._number(k)
         forces: tuple[Any, ...] = listed_parts("loads", loads, *_OF_FORCES)
         if not forces and acceleration is None:
-            raise ModelError("loads, acceleration: neither is given; give one of them, or both")
+            raise ModelError("loads, acceleration: neither is given; give at least one")
         total = 0.0
         if acceleration is not None:
             axes = self.participation.shape[1]
@@ -217,9 +217,9 @@ class Modes(Shown, Plotted):
     def plot(self, k: int = 0, ax: Any = None) -> Any:  # type: ignore[override]
         """Draw the shape of mode k with matplotlib (extra `figures`), and return the axes.
 
-        The bodies are bent, and stand over their undeformed shape in grey. The picture is drawn in
-        one axes `ax`, or in a new figure (None). ImportError without matplotlib; ModelError for
-        another number of axes, or if there is no such mode.
+        The deformed bodies are drawn over their undeformed shape, which is grey. The picture is
+        drawn in one axes `ax`, or in a new figure (None). ImportError without matplotlib;
+        ModelError for another number of axes, or if there is no such mode.
         """
         pictures = self._pictures()
         return pictures.draw(self, ax, pictures.mode, number=self._number(k))
@@ -348,7 +348,8 @@ def body_mass(name: str, body: Body, kinematics: Kinematics) -> csr_matrix:
     """
     if body.material.density is None:
         raise ModelError(
-            f"material: body {name!r} has no density, and modes need that of every body; give "
+            f"material: body {name!r} has no density, and modes need the density of every body; "
+            "give "
             "Material(..., density=), mass per volume, such as 7.85e-9 tonne/mm^3 beside N, mm and "
             "s"
         )
@@ -407,7 +408,7 @@ def _lowest(
     except ArpackNoConvergence as error:
         raise SolverError(
             f"modes: the search for {number_of(n, 'mode')} found {len(error.eigenvalues)}; "
-            "ask for fewer modes"
+            "request fewer modes"
         ) from error
     order = np.argsort(squares)
     squares = squares[order]

@@ -1,9 +1,9 @@
 """Joining the nodes of two faces by the dual mortar method.
 
-Where a face of body 1 reaches beyond that of body 2, what lies opposite nothing is free. A facet
-that does so by more than half would have nodes beyond the edge. Such nodes have no pair: the next
-pair of the contact stands for them, see `shared_corners.py`. So the pressure on the part of the
-facet that lies opposite body 2 acts there.
+If a face of body 1 reaches beyond the face of body 2, the part without an opposite face is free. A
+facet that does so by more than half would have nodes beyond the edge. Such nodes have no pair: the
+next pair of the contact represents them, see `shared_corners.py`. So the pressure on the part of
+the facet that lies opposite body 2 acts there.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from .faces import FACED, Overlaps, areas_of, faced, facet_overlaps, mortar_proj
 
 @dataclass(frozen=True)
 class MortarSettings:
-    """Numbers of faces that reach beyond each other."""
+    """Settings for faces that reach beyond each other."""
 
     # A facet faces nothing if less than this share of it does not. The dual functions of a smaller
     # part, which has the size of its square in a corner, would lose six digits.
@@ -74,9 +74,9 @@ class Joint:
     projection: csr_matrix
     # (n,) initial gap
     gap: Array
-    # (n,) False: the node lies beyond the edge of body 2, and another pair stands for it
+    # (n,) False: the node lies beyond the edge of body 2, and another pair represents it
     inside: Booleans
-    # nodes of body 1 of facets of which any part lies opposite body 2
+    # nodes of facets of body 1 that lie, at least partly, opposite body 2
     opposite: Integers
     # length or area of the face of body 1 opposite nothing, and its share of the face
     beyond: float
@@ -167,9 +167,10 @@ def _check_faced(share: Array, face_1: Face, names: FaceNames) -> None:
     corners = face_1.corners
     if share.max() < FACED:
         raise ModelError(
-            f"{_around(corners[share.argmax()], names)} faces nothing of {names.body_2}, or less "
-            "than half of each facet does; name the part that touches, exchange the bodies, or "
-            "mesh body 1 finer; the elements of body 1 and of body 2 belong on opposite sides"
+            f"{_around(corners[share.argmax()], names)} has no opposite part of {names.body_2}, "
+            "or less than half of each facet has one; name the part that touches, exchange the "
+            "bodies, or "
+            "mesh body 1 finer; the elements of the two bodies must lie on opposite sides"
         )
     if share.max() > 1 + COUNTS:
         raise ModelError(

@@ -32,7 +32,7 @@ class PointForce(ForceLoad):
     where
         The nodes, as in a `Support`.
     x, y, z
-        Components, each a number or a function of the coordinates (arrays), and zero by default.
+        Components, each a number or a function of the coordinates (arrays); zero by default.
 
     Raises
     ------
@@ -94,8 +94,8 @@ class RemoteForce(ForceLoad):
     ------
     ModelError
         The body is no text, neither a force nor a moment is given, or one is not finite. In a
-        model: nodes that cannot carry the moment, because they lie on a line; a moment or a radial
-        force in an axisymmetric model.
+        model: the nodes lie on a line and cannot carry the moment, or an axisymmetric model has a
+        moment or a radial force.
 
     Examples
     --------
@@ -137,8 +137,8 @@ class RemoteForce(ForceLoad):
         if kinematics == "axisymmetric":
             if load[0] != 0 or load[2] != 0:
                 raise ModelError(
-                    f"loads: {self} has a radial force or a moment; forces around the axis balance "
-                    "these: give y alone"
+                    f"loads: {self} has a radial force or a moment; forces around the axis "
+                    "balance such loads: give only y"
                 )
             load = load[1:2]
         check_carried(self, around, forces, load)
@@ -240,7 +240,7 @@ def distribution(around: NodesAround, kinematics: Kinematics) -> Array:
     if kinematics == "axisymmetric":
         along_axis = motions[:, 1:2]
         return np.asarray(repeated * along_axis / weights.sum())
-    # Weighted motions, whose resultants about the middle are unit loads.
+    # Weighted motions. As forces, their resultants about the middle are unit loads.
     sizes = np.maximum(np.abs(motions).max(axis=0), TINY)
     scaled = motions / sizes
     squares = scaled.T @ (repeated * scaled)

@@ -40,7 +40,7 @@ class NormalSettings:
     # five digits.
     on_surface: float = 1e-4
     # Normals lean if they differ from the surface's by more than this many times the error of the
-    # fit in edges. A smaller difference may come from the places of the nodes.
+    # fit in edges. A smaller difference may be an error of the coordinates.
     leans: float = 10.0
     # Nodes on at least this number of generators show that a face is round, and not two flat faces.
     generators: int = 4
@@ -55,10 +55,10 @@ def node_normals(facets: Integers, points: Array) -> Array:
     """(nodes, d) normals of facets (facets, corners) at their nodes (nodes, d), of any length.
 
     They are weighted as by Max (1999), which is exact on circles and spheres if facets surround a
-    node. At free ends and rims they follow from the lines of nodes that end at the node or go
-    through it, as if these lines were arcs. If the nodes lie on a cylinder or a cone, the normals
-    are those of this surface, because normals from facets lean, for instance on unstructured
-    triangles.
+    node. At free ends and rims, normals follow from lines of nodes that end at the node or pass
+    through it. These lines are treated as arcs. If the nodes lie on a cylinder or a cone, the
+    normals are those of this surface, because normals from facets lean, for instance on
+    unstructured triangles.
     """
     weighted = _weighted(facets, points)
     of_facets = normals_of(points[facets])
@@ -139,7 +139,7 @@ def _weighted(facets: Integers, points: Array) -> Array:
 
 
 def _put_on_surfaces(normals: Array, facets: Integers, points: Array, of_facets: Array) -> None:
-    """Replace normals on cylinders and cones by those of the surface, if they lean from it."""
+    """Replace normals on cylinders and cones by the normals of the surface, if the two differ."""
     parts = _smooth_parts(facets, of_facets)
     nodes_of_parts = [np.unique(part) for part in parts]
     uses = np.bincount(np.concatenate(nodes_of_parts), minlength=len(points))

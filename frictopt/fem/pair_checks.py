@@ -18,7 +18,8 @@ class SideSettings:
 
     # A neighbour lies in the plane of the contact if its height, relative to its distance, is less.
     in_plane: float = 1e3 * CONDENSATION
-    # A shift pulls a node if the force exceeds this share of its stiffness; less is rounding.
+    # A shift pulls a node if the force exceeds this share of its stiffness. Smaller forces are
+    # rounding.
     pulled: float = 1e3 * CONDENSATION
     # A body of one element has at most this many nodes, all connected to each other.
     element_nodes: int = 8
@@ -101,9 +102,10 @@ def check_sides(
     is_wrong = contradict.all(axis=0) | (contradict.any(axis=0) & ~agree.any(axis=0))
     if (i := first_of(is_wrong)) is not None:
         raise ModelError(
-            f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point from "
-            "body 2 into body 1, as their nodes lie there; turn it, or exchange the nodes of the "
-            "pair (if all are so, in the plane also reverse the order of the pairs)"
+            f"normals: that of pair {i} at {place(points[interface.nodes[i]])} does not point "
+            "from body 2 into body 1, judging by their nodes; reverse it, or exchange the nodes "
+            "of the pair (if all normals are reversed, in the plane also reverse the order of the "
+            "pairs)"
         )
 
 

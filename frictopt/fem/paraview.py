@@ -53,7 +53,7 @@ def write_paraview(
     Raises
     ------
     ModelError
-        A path with another ending, or that cannot be written; a result of another kind, or of
+        The path has another ending or cannot be written, or the result is of another kind or of
         another model.
 
     Examples

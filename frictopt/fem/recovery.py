@@ -77,8 +77,8 @@ class BodyFields(Shown, Plotted):
     bodies
         Body name -> body.
     q, p
-        Reactions of body 2 on body 1 in this field, `K u - F` at the nodes of body 1, which are
-        those of the state; (N,), in space the shear is (N, 2).
+        Reactions of body 2 on body 1 in this field: `K u - F` at the nodes of body 1. They equal
+        the reactions of the state. (N,), in space the shear is (N, 2).
     slip, gap
         Slip, in the shape of q, and gap (N,) of the state.
     units
@@ -147,8 +147,8 @@ class BodyFields(Shown, Plotted):
     def at_contact(self, side: int) -> tuple[Array, Array]:
         """Stress and strain along the contact at its nodes.
 
-        They are those in body 1 (`side=1`), or at the places of the nodes in body 2 (`side=2`).
-        (N,) along the tangent; in space the (N, 2, 2) components along the two tangents.
+        `side=1` returns the values in body 1, `side=2` the values in body 2 at the same places.
+        Shape (N,), along the tangent; in space (N, 2, 2), the components along the two tangents.
 
         Raises
         ------
@@ -167,7 +167,7 @@ class BodyFields(Shown, Plotted):
     def tensors_at_contact(self, side: int) -> tuple[Array, Array]:
         """(N, 3, 3) stress and strain in x, y, z at the nodes of the contact.
 
-        They are those in body 1 (`side=1`), or at the places of the nodes in body 2 (`side=2`).
+        `side=1` returns the values in body 1, `side=2` the values in body 2 at the same places.
 
         Raises
         ------
@@ -178,7 +178,7 @@ class BodyFields(Shown, Plotted):
         return _tensors_at(projection, self.stress), _tensors_at(projection, self.strain)
 
     def plot_deformed(self, ax: Any = None, *, scale: float | None = None) -> Any:
-        """Draw the bodies as they were, and under their displacements, `scale` times enlarged.
+        """Draw the undeformed bodies, and the bodies with displacements enlarged `scale` times.
 
         None: the largest displacement is a tenth of the model. See `plot` for the argument and the
         errors.
@@ -223,7 +223,7 @@ class BodyFields(Shown, Plotted):
 
 
 def _tensors_at(projection: csr_matrix, fields: Mapping[str, Array]) -> Array:
-    """(N, 3, 3) tensors at places that a matrix (N, all nodes) gives, from those of all bodies."""
+    """(N, 3, 3) tensors at places, interpolated by a matrix (N, all nodes)."""
     rows = np.concatenate(list(fields.values()), axis=1)
     rows = np.pad(rows, ((0, 6 - len(rows)), (0, 0)))
     order = [[_COMPONENTS.index("".join(sorted(a + b))) for b in "xyz"] for a in "xyz"]
@@ -414,10 +414,9 @@ def warn_of_open_nodes(w: Array, r: Array, moved: float) -> None:
     if i is not None:
         warnings.warn(
             f"recover: node {i} is open by {w[i]:g} and carries a force of {forces[i]:.3g}: "
-            "these are no slip and gap of a state under these loads; give all loads of the "
-            "state, and what `with_gap` or `with_contact_stiffness` gave to the system "
-            "belongs "
-            "into the model",
+            "slip and gap do not belong to a state under these loads; give all loads of the "
+            "state; a gap or a contact stiffness must be part of the model, not added to the "
+            "system",
             ModelWarning,
             stacklevel=3,
         )

@@ -62,7 +62,8 @@ def free_motions(
     u[unknowns[listed]] = rigid[listed]
     if len(generalised):
         u[generalised] = _followed(K, generalised, u)
-    # Forces, relative to the stiffness of each displacement; of held ones the displacement itself.
+    # Forces divided by the stiffness of each displacement; for a held displacement, the
+    # displacement itself.
     own_stiffness = np.abs(K.diagonal())
     forces = K @ u / np.where(own_stiffness > 0, own_stiffness, 1.0)[:, None]
     resistance = rigid * (unknowns > -2)[..., None]
@@ -108,7 +109,7 @@ def _followed(K: csr_matrix, generalised: Integers, u: Array) -> Array:
     except RuntimeError as error:
         raise ModelError(
             f"generalised: the stiffness of these rows ({len(generalised)}) is singular while all "
-            f"nodes are still ({error}); hold what moves freely, or leave it out"
+            f"nodes are still ({error}); hold the unknowns that move freely, or leave them out"
         ) from error
 
 
@@ -139,8 +140,8 @@ def check_supports(
     free = _in_words(left, unknowns[group], points[group], directions)
     raise ModelError(
         f"supports: the body at {place(points[node])}, with all that contacts glue to it, can "
-        f"still {free}; add a Support (or rows in `held`) against it, and leave out what touches "
-        "nothing"
+        f"still {free}; add a Support (or rows in `held`) against this motion, and leave out "
+        "parts without contact"
     )
 
 
@@ -168,7 +169,7 @@ def balanced(
     if not error <= EQUILIBRIUM:
         raise ModelError(
             f"stiffness: elimination leaves equilibrium of the bodies with errors of {error:.1e}; "
-            "bring stiffness, lengths, elements closer together"
+            "stiffnesses, lengths or sizes of elements differ too much"
         )
     S = S - rigid @ (rigid.T @ S)
     return np.asarray(S - (S @ rigid) @ rigid.T), np.asarray(R - rigid @ excess)
@@ -182,7 +183,7 @@ def _in_words(
     rows = motions[unknowns.ravel()].toarray() * (unknowns >= 0).ravel()[:, None]
     rows = rows[:, np.abs(rows).max(axis=0) > 0]
     basis = _rigid_motions(points, np.zeros(len(points), dtype=np.intp), directions)
-    # Unknowns of -2 follow others, and are not known here.
+    # Unknowns marked -2 follow other unknowns, and their values are not available here.
     known = (unknowns > -2).ravel()
     parts = np.linalg.lstsq(basis.reshape(-1, basis.shape[2])[known], rows[known])[0]
     parts = parts / np.linalg.norm(parts, axis=0)

@@ -43,9 +43,9 @@ SETTINGS = EliminationSettings()
 def nested_dissection(graph: csr_matrix, points: Array) -> Integers:
     """Divide the nodes of a mesh into fronts whose elimination makes little fill (George 1973).
 
-    Every part is cut in two at the median of one coordinate, the one whose cut crosses fewest
-    edges. The nodes on the near side of a crossed edge separate the halves: they are a front,
-    eliminated after both halves. Parts that are not cut further are fronts.
+    Every part is cut in two at the median of the coordinate whose cut crosses the fewest edges. The
+    nodes on the near side of a crossed edge separate the halves: they are a front, eliminated after
+    both halves. Parts that are not cut further are fronts.
 
     The (n, n) pattern of the graph is the adjacency of the nodes, and the points are (d, n).
     Returned are the fronts (n,), numbered in the order of elimination.

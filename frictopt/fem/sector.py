@@ -1,4 +1,4 @@
-"""A sector of a ring: which nodes follow others around the axis, and checks that all repeats."""
+"""A sector of a ring: its dependent nodes, and checks that supports and loads repeat."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .supports import Seam, axis_of
 
 @dataclass(frozen=True, eq=False)
 class Sector:
-    """Nodes of the high cut faces that follow nodes of the low ones, `u_i = Q sum_j P_ij u_j`.
+    """Nodes of the high cut faces, which follow the low ones: `u_i = Q sum_j P_ij u_j`.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Sector:
     unlike: Mapping[str, Integers]
 
     def held(self) -> list[tuple[Integers, Array]]:
-        """The nodes on the axis, with each direction (n, d) across it, in which they are held."""
+        """The nodes on the axis. Supports hold them in each direction (n, d) across the axis."""
         across = frames_of(self.along[None])[0, :2] if self.along.any() else np.eye(2)
         return [(self.fixed, np.tile(way, (len(self.fixed), 1))) for way in across]
 
@@ -78,9 +78,9 @@ class Sector:
         self._check_held(self.nodes[is_copy], directions, held, points)
         free_rows[self.nodes] = np.where(held[self.nodes], -1, -2)
 
-        own = directions[self.nodes]
+        held_directions = directions[self.nodes]
         stays = held[self.nodes] & ~is_copy[:, None]
-        free = np.eye(d) - np.einsum("nka,nk,nkb->nab", own, stays, own)
+        free = np.eye(d) - np.einsum("nka,nk,nkb->nab", held_directions, stays, held_directions)
         # Rows of the nodes one after the other, (size, size).
         by_nodes = csr_matrix((np.ones(size), (rows.ravel(), np.arange(size))), shape=(size, size))
         follow = blocks_of(free @ self.turn) @ kron(self.places, identity(d)) @ by_nodes.T
@@ -101,9 +101,9 @@ class Sector:
         i = first_of((held[copies] & (share < 1 - ASKEW)).any(axis=1))
         if i is not None:
             raise ModelError(
-                f"supports: the node at {place(points[copies[i]])} is held, and not so the one at "
-                f"{place(points[originals[i]])}, which it copies on the other cut face of the "
-                "sector; hold both, because supports repeat from sector to sector"
+                f"supports: the node at {place(points[copies[i]])} is held, but not the node at "
+                f"{place(points[originals[i]])}, of which it is the copy on the other cut face; "
+                "hold both, because supports repeat from sector to sector"
             )
 
     def check_moved(self, argument: str, moved: Array, turned: Array, points: Array) -> None:
@@ -116,12 +116,12 @@ class Sector:
         if i is not None:
             raise ModelError(
                 f"{argument}: the displacement of the node at {place(points[self.nodes[i]])}, on a "
-                "cut face of a sector, is not that of the other face, turned; give displacements "
-                "that repeat from sector to sector"
+                "cut face of a sector, differs from the turned displacement of the other face; "
+                "give displacements that repeat from sector to sector"
             )
 
     def check_loads(self, argument: str, loads: Sequence[Any]) -> None:
-        """Check that spins, and loads of constants, are those of the next sector too.
+        """Check that spins and constant loads are the same in the next sector.
 
         Loads that are functions are not checked.
         """
@@ -139,7 +139,7 @@ class Sector:
             off = np.abs([self.turn @ vector - vector, self.turn @ centre + shift - centre]).max()
             if off > SAME_POINT * np.abs([vector, centre, self.shift]).max():
                 raise ModelError(
-                    f"{argument}: {load} is another one in the next sector, turned by "
+                    f"{argument}: {load} differs in the next sector, turned by "
                     f"360/{self.count} degrees; give functions of the coordinates that turn so, a "
                     "spin about the axis, or the whole ring"
                 )
@@ -147,7 +147,7 @@ class Sector:
     def once(
         self, names: Sequence[str], pairs: tuple[Any, ...], points: Array, errors: Array
     ) -> tuple[Any, ...]:
-        """The pairs without those of copied nodes, which are the same pairs of the ring.
+        """The pairs without the pairs of copied nodes, which are the same pairs of the ring.
 
         A pair of a copied node adds its normal and width to the pair of the node that it copies. Of
         each pair are given the number of its contact, its node of body 1, its place on body 2 (a
@@ -172,8 +172,7 @@ class Sector:
             raise ModelError(
                 f"contacts: the gap of {names[contact[high[k]]]!r} at "
                 f"{place(points[nodes[high[k]]])} is {gap[high[k]]:g}, and {gap[low[k]]:g} at the "
-                "node that it copies, on the other cut face; give gaps that repeat from sector to "
-                "sector"
+                "original node on the other cut face; give gaps that repeat from sector to sector"
             )
         widths[low] += widths[high]
         inside[low] |= inside[high]
@@ -192,7 +191,7 @@ class Sector:
     def _unmatched(
         self, nodes: Integers, projection: csr_matrix, high: Integers, low: Integers
     ) -> Booleans:
-        """Pairs at the cuts without a partner, or whose places on body 2 are no turned copies."""
+        """Pairs at the cuts without a partner, or without a turned copy on body 2."""
         copies = self.copies
         links = projection.tocoo()
         columns = np.where(copies[links.col] >= 0, copies[links.col], links.col)
@@ -232,7 +231,7 @@ def on_seam(
     whole[:, b, a] = np.transpose(moments)
     Q = np.eye(3)
     Q[: len(turn), : len(turn)] = turn
-    # The matrix that gives the values of all nodes by those of nodes that copy none.
+    # The matrix that gives the values of all nodes from the values of the original nodes.
     turns = np.tile(np.eye(9), (n, 1, 1))
     turns[high] = np.kron(Q, Q)
     original = np.arange(n)

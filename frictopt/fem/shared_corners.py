@@ -1,4 +1,4 @@
-"""Corners of several contacts: which pairs move independently, and which pairs stand for the rest.
+"""Corners of several contacts: independent pairs, and pairs that represent other pairs.
 
 If three bodies meet in a point, the relative motion of two of them follows from the motions of both
 relative to the third. Two contacts between the same two bodies also make such a circle. In a circle
@@ -32,17 +32,17 @@ def independent_pairs(
 ) -> tuple[Integers, csr_matrix, Array]:
     """Find the pairs whose relative motions are independent, of N pairs.
 
-    The next pair of its contact stands for a dissolved pair: it gets the mean of both relative
+    The next pair of its contact represents a dissolved pair: it has the mean of both relative
     motions, weighted by their widths. So a uniform traction still passes through (as for the
     multipliers at cross points of the mortar method, Wohlmuth 2000).
 
     A face with two names is one face: if it continues smoothly from one contact of two bodies to
-    another, the pair of the first contact stands for both, with the sum of their normals.
+    another, the pair of the first contact represents both, with the sum of their normals.
 
     A node that both faces share, at the tip of a crack, is no pair. If the faces do not match, the
     motion relative to its place counts with the next pair, whose width does not change.
 
-    The next pair also stands for a node that lies beyond the edge of body 2.
+    The next pair also represents a node that lies beyond the edge of body 2.
 
     Arguments are, for each pair, the number of the contact, increasing; the node of body 1, and its
     partner, the node of body 2 that coincides with it (-1: none); the point with its errors; the
@@ -55,14 +55,14 @@ def independent_pairs(
     kept = _independent(contacts, contact, nodes, partners, points, errors, inside)
     unit = normals / np.linalg.norm(normals, axis=1)[:, None]
     body_2 = np.array([one_contact.body_2 for one_contact in contacts])[contact]
-    heir = np.arange(n)  # the pair that stands for each pair
+    heir = np.arange(n)  # the pair that represents each pair
     total = normals.copy()
     for k in np.flatnonzero(~kept).tolist():
         same_contact = np.flatnonzero(kept & (contact == contact[k]))
         if not len(same_contact):
             raise ModelError(
-                f"contacts: all nodes of {contacts[contact[k]].name!r} are corners that contacts "
-                "before it have; mesh it with two elements, or list it first"
+                f"contacts: all nodes of {contacts[contact[k]].name!r} are corners of contacts "
+                "that are listed before it; mesh it with two elements, or list it first"
             )
         same_faces = kept & (nodes == nodes[k]) & (body_2 == body_2[k])
         smooth = same_faces & (unit @ unit[k] > SMOOTH)

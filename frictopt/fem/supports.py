@@ -42,8 +42,9 @@ class Support:
         Name of the body in its model.
     where
         Name of a boundary; the coordinates (x, y), in space (x, y, z), of one node, or a list of
-        them; or a function of the coordinates (arrays) that says of each node whether it is meant,
-        such as a ring, `lambda x, y, z: np.isclose(np.hypot(x, y), 5.0) & (z == 0)`.
+        them; or a function of the coordinates (arrays) that returns True for each node of the
+        support. For example, a ring is `lambda x, y, z: np.isclose(np.hypot(x, y), 5.0) & (z ==
+        0)`.
     directions
         The displacements that are zero: "x", "y", "z", or several of them, such as "xy"; None: all
         that the body has.
@@ -58,8 +59,8 @@ class Support:
     ------
     ModelError
         The directions are unknown, the body is no text, or the place is neither a text nor a point.
-        `normal` is given with directions or for a single node. In a model: a boundary has an edge,
-        at which a node has two normals.
+        `normal` is given with directions or for a single node. In a model: the boundary has an
+        edge, where a node has two normals.
 
     Examples
     --------
@@ -221,8 +222,8 @@ def normals_along(
         if (i := first_of(smallest < SMOOTH, -smallest)) is not None:
             raise ModelError(
                 f"supports: {support} has an edge around {place(points[corners[i]].mean(axis=0))}, "
-                "where its nodes have two normals; name the face on either side of the edge, and "
-                "give each a support, or mesh a curved face finer"
+                "where its nodes have two normals; name the face on each side of the edge, and "
+                "give each face a support, or mesh a curved face finer"
             )
         elements, _ = places_of(mesh, facets)
         of_nodes = np.einsum(

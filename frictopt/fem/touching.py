@@ -39,9 +39,9 @@ def check_touching(
         middles = _touching(facets_1, meshes[0].p.T, errors[0], facets_2, meshes[1].p.T, errors[1])
         if len(middles):
             raise ModelError(
-                f"contacts: bodies {name_1!r} and {name_2!r} touch around {place(middles[0])}, and "
-                "no contact joins them there: they would pass through each other; add a Contact of "
-                "these faces, all of them (a corner may belong to several), or move or merge the "
+                f"contacts: bodies {name_1!r} and {name_2!r} touch around {place(middles[0])}, "
+                "without a contact there, so they would pass through each other; add a Contact of "
+                "all these faces (a corner may belong to several contacts), or move or merge the "
                 "bodies"
             )
 

@@ -60,8 +60,8 @@ def kind_of_contact(parts: ReportParts) -> str:
     if mean.open.any():
         return (
             f"The mean load leaves {counted(system, mean.open)} open. Pressure falls to zero "
-            "beside them. There the last closed node decides every limit, which falls as elements "
-            "shrink: limits change with the mesh."
+            "beside them. The last closed node there governs every limit. Limits fall as elements "
+            "shrink, so they change with the mesh."
         )
     if steady is None:
         return "All nodes are closed under the mean load."
@@ -149,8 +149,7 @@ def _on_sliding(parts: ReportParts, gross_slip: GrossSlip, friction_helps: bool)
     elif gross_slip.least * (1 - ROUNDING) > 1:
         yield (
             f"At your load no state of rest exists: below load factor {gross_slip.least:.4g} "
-            "the mean load "
-            "slides bodies off."
+            "the mean load slides bodies off."
         )
     elif gross_slip.load_factor < np.inf:
         of_fit = ""
@@ -173,7 +172,7 @@ def _on_rest(parts: ReportParts, steady: SteadyState) -> Iterator[str]:
     """Advice on a contact that stops slipping, if it starts without slip."""
     guaranteed = parts.guaranteed
     if (steady.friction == 0).any() and parts.contacts["slip_range"].max() > 0:
-        yield "At your load no friction does work; nodes without friction slide to and fro."
+        yield "At your load friction does no work; nodes without friction slide to and fro."
     else:
         yield "From assembly without slip the contact stops slipping at your load."
     if guaranteed is not None and guaranteed.load_factor < 1 and steady.friction.any():
@@ -208,8 +207,8 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
         yield from _on_required_friction(parts.required.required)
     if guaranteed is not None and guaranteed.load_factor >= 1:
         yield (
-            "It slips below the guaranteed limit: nodes open and close in each cycle, and such "
-            "cycles it does not cover."
+            "It slips below the guaranteed limit: nodes open and close in each cycle, and this "
+            "limit does not cover such cycles."
         )
 
 

@@ -57,33 +57,33 @@ class BackboneCurve(Kept, Plotted, Resonant):
         steady state is found. For the last two the numbers are NaN, and `note` has the reason.
     work, exponent
         (K,) work of friction per cycle, and `d ln work / d ln load_factor` from the neighbouring
-        load factors; NaN if one of these has no work.
+        load factors; NaN if a neighbouring load factor has no work.
     slipping, slip_range
         (K,) share of the contact that slips, see `SteadyState.slipping_share`, and the largest
         distance between two slips of a closed node during the cycle.
     displacement, stiffness
         (K,) half the range of the displacement of the load in the cycle, and the secant stiffness,
         which is the load factor divided by this displacement. The displacement is the work of the
-        load per load factor, see `ContactSystem.displacements`. It is a length only for a single
-        force of size 1 at load factor 1.
+        load per load factor, see `ContactSystem.displacements`. It is a length only if the load is
+        a single force of size 1 at load factor 1.
     damping
         (K,) damping ratio `work / (2 pi load_factor displacement)`.
     frequency
         (K,) `sqrt(stiffness) / (2 pi)`, in cycles per unit of time, for the load of a
         mass-normalised mode, which has a `natural_frequency`. NaN for all other loads, because
-        their stiffness does not belong to a modal mass of 1.
+        their modal mass is unknown.
     resonance
         (K,) frequency of the first harmonic of the loop, at which a harmonic force has its
-        resonance; `frequency` refers to the tips of the loop. NaN if `frequency` is NaN, or if no
-        cosine has the loop (see `note`). Theory, "The forced response".
+        resonance; `frequency` follows from the tips of the loop. NaN if `frequency` is NaN, or if
+        no harmonic motion has this loop (see `note`). Theory, "The forced response".
     steady_states
-        (K,) the steady states, None if there is none.
+        (K,) the steady states; None at a load factor without a steady state.
     by_contact
         DataFrame, one row for each load factor and contact: columns load_factor, contact, slipping,
         work, slip_range.
     gross_slip
-        Load factor of `fo.gross_slip`, the end of the curve: above it the bodies slide off. NaN if
-        there is no such load factor, or if no solver finds it.
+        Load factor of `fo.gross_slip`. The curve ends there, because the bodies slide off above it.
+        NaN if there is no such load factor, or if no solver finds it.
     self_stress
         Whether contact forces can balance themselves, as in a press fit. `gross_slip` is then the
         load factor at which the transient from no slip slides off, unless statics gives a lower
@@ -93,16 +93,16 @@ class BackboneCurve(Kept, Plotted, Resonant):
         residual slips, see `dissipation_range`. These values occur, but the true range may be
         wider. NaN without a range; the frequencies are also NaN if `frequency` is NaN.
     extremes
-        DataFrame of the states of least and most damping, two rows for each load factor: columns
-        load_factor, extreme ("least", "most"), displacement, frequency, resonance, damping. Without
-        rows if there is no range.
+        DataFrame of the states with the least and the most damping, two rows for each load factor:
+        columns load_factor, extreme ("least", "most"), displacement, frequency, resonance, damping.
+        Without rows if there is no range.
     guaranteed_limit, shakedown_limit
         If nodes stay closed and have friction, the damping is zero from every start below the first
         load factor, and from no start above the second. NaN without a range.
     natural_frequency
         Frequency of the glued contact, at amplitude zero; NaN if it was not given.
     note
-        In words: the values that are NaN, and the reasons.
+        Sentences on the values that are NaN, with their reasons.
     system, cycle, friction, steps
         The input; friction is (N,).
     residual
@@ -158,10 +158,11 @@ class BackboneCurve(Kept, Plotted, Resonant):
     def plot(self, ax: Any = None, *, scale: float | None = None) -> Any:
         """Draw the curve with matplotlib (extra `figures`), and return its axes.
 
-        The horizontal axis is the load factor. With a `scale`, the motion of a point per modal
-        amplitude, it is the amplitude at this point. `ax` are two axes, four for a load with a
-        displacement, or None for a new figure. ImportError without matplotlib; ModelError for
-        another number of axes, or a scale if there is no displacement.
+        The horizontal axis is the load factor. A `scale` is the motion of a point per modal
+        amplitude: with it, the horizontal axis is the amplitude at this point. `ax` are two axes,
+        four for a load with a displacement, or None for a new figure. It raises ImportError if
+        matplotlib is not installed, and ModelError for another number of axes, or for a `scale` if
+        the load has no displacement.
         """
         pictures = self._pictures()
         return pictures.draw(self, ax, pictures.backbone, scale=scale)
@@ -170,8 +171,8 @@ class BackboneCurve(Kept, Plotted, Resonant):
     def step_error(self) -> Array:
         """(K,) estimated relative error of the work by the size of increments; 0 on exact paths.
 
-        See `SteadyState`. NaN if there is no steady state, and in a report at other load factors
-        than 1, where it is not estimated.
+        See `SteadyState.step_error`. NaN if there is no steady state. In a report, it is estimated
+        only at load factor 1, and is NaN at all others.
         """
         return frozen(
             [np.nan if steady is None else steady.step_error for steady in self.steady_states]
@@ -192,10 +193,10 @@ class BackboneCurve(Kept, Plotted, Resonant):
     ) -> SteadyState:
         """The steady state near the load factor at which the slipping share or the work is given.
 
-        The load factor is interpolated between the first two neighbours on the curve whose numbers
-        enclose the given number in rising order; the work is interpolated in logarithms. A single
+        The load factor is interpolated between the first two neighbours on the curve between which
+        the number rises through the given number. The work is interpolated in logarithms. A single
         transient is followed at this load factor. Its `slipping_share` and `dissipation` differ a
-        little from the given number: the share changes in steps of nodes, and between distant load
+        little from the given number: the share changes node by node, and between distant load
         factors the work is not exactly a power of the load.
 
         Parameters
@@ -233,7 +234,7 @@ class BackboneCurve(Kept, Plotted, Resonant):
             raise ModelError(
                 f"{name}: {wanted:g}, and the curve has {np.nanmin(values):.6g} to "
                 f"{np.nanmax(values):.6g} at the load factors {factors}; give a value in between, "
-                "or ask for a curve of other load_factors"
+                "or compute a curve with other load_factors"
             )
         first = rises[0]
         pair = slice(first, first + 2)
@@ -311,7 +312,7 @@ def backbone_curve(
     no Masing's rule (Festjens et al. 2013, Allen et al. 2016). Work and slipping share of a bolted
     joint converge with the mesh even if its limits do not. For a mode of a structure use the load
     from `modal_load`, and give the `natural_frequency` of the mode. The load factor is then the
-    modal force and the displacement the modal amplitude. Other loads have no frequency.
+    modal force, and the displacement is the modal amplitude. Other loads have no frequency.
     Displacement, stiffness and damping need two opposed corners around a mean load, and a
     `compliance`; the other columns need neither. Theory, "Joints".
 
@@ -323,9 +324,10 @@ def backbone_curve(
         (K,) load factors, > 0 and rising. None: eight from 5 % to 95 % of the gross-slip load.
     natural_frequency
         Natural frequency in cycles per unit of time, if the load of amplitude 1 is the load of a
-        mass-normalised mode. It is the frequency of the glued contact, in which the nodes that are
-        open under the mean load may be open. The compliance also gives this frequency, and its
-        value is used; the two may differ by 1 %. None: no mode, no frequency.
+        mass-normalised mode. It is the frequency of the glued contact. Nodes that are open under
+        the mean load may be open. The compliance also gives this frequency. The curve uses the
+        value from the compliance; the two may differ by 1 %. None: the load is not the load of a
+        mode.
     range
         Whether to search the residual slips for the smallest and the largest damping, and to
         compute both limits. Up to a proven guaranteed limit the damping is zero, and there is no
@@ -338,12 +340,12 @@ def backbone_curve(
     Raises
     ------
     ModelError
-        Bad input: load factors that do not rise, or None if nothing slides off; with a natural
-        frequency or a range, a load without displacement; a natural frequency that contradicts the
-        compliance.
+        Bad input: load factors that do not rise, or no load factors although nothing slides off; a
+        load without displacement, if a natural frequency or a range is requested; a natural
+        frequency that contradicts the compliance.
     NoContinuation, SolverError
-        No load factor has a steady state, or an error of `gross_slip` or, with a range, of
-        `shakedown_limit` and `guaranteed_limit`. After Ctrl-C the attribute `curve` of the
+        No load factor has a steady state, or `gross_slip` has no result. With a range, also errors
+        of `shakedown_limit` and `guaranteed_limit`. After Ctrl-C the attribute `curve` of the
         KeyboardInterrupt has the finished load factors.
 
     Examples
@@ -365,7 +367,7 @@ def backbone_curve(
     system, load = with_compliance(system, cycle, coefficients, natural_frequency)
     if with_range and load.missing:
         raise ModelError(
-            f"range: True, and there is no damping to have one: {load.missing}; leave the range out"
+            f"range: True, but the damping is unknown: {load.missing}; leave the range out"
         )
     try:
         gross: GrossSlip | SolverError = gross_slip(system, cycle, coefficients)
@@ -384,9 +386,7 @@ def rising_factors(load_factors: ArrayLike) -> Array:
     """Check load factors that rise from above 0."""
     factors = np.array(finite_numbers("load_factors", load_factors, least=0.0))
     if not len(factors) or not (np.diff(factors, prepend=0.0) > 0).all():
-        raise ModelError(
-            f"load_factors: {factors.tolist()}; give load factors that rise, the first one above 0"
-        )
+        raise ModelError(f"load_factors: {factors.tolist()}; give rising load factors above 0")
     return factors
 
 

@@ -93,7 +93,7 @@ def with_compliance(
         )
         if natural_frequency is not None:
             raise ModelError(f"cycle: {cycle}; a mode has a natural_frequency, so {remedy}")
-        return system, CurveLoad(missing=f"the corners are not two opposed ones; {remedy}")
+        return system, CurveLoad(missing=f"the cycle does not have two opposed corners; {remedy}")
     if system.compliance is None:
         return _with_modal_compliance(system, direction, natural_frequency)
     compliance = float(direction @ system.compliance @ direction)
@@ -129,7 +129,7 @@ def _with_modal_compliance(
     """The contact with the compliance of one mode, whose modal mass is 1."""
     if natural_frequency is None:
         missing = (
-            "the system has no compliance, which `condense` finds; of a mode give the "
+            "the system has no compliance, which `condense` finds; for a mode, give the "
             "natural_frequency"
         )
         return system, CurveLoad(missing=missing)

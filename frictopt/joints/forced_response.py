@@ -42,8 +42,8 @@ _COLUMNS = (
 class ForcedResponse(Kept, Plotted):
     """The response of a mode with friction to harmonic forces near its resonance.
 
-    It is an approximation and no bound: one mode at its first harmonic, with the quasi-static work
-    of friction. Validity, "The forced response", has its errors.
+    It is an approximation, not a bound: it has one mode with its first harmonic, and the
+    quasi-static work of friction. The page Validity, "The forced response", lists its errors.
 
     Attributes
     ----------
@@ -53,8 +53,8 @@ class ForcedResponse(Kept, Plotted):
         (F,) largest amplitude of a sweep from rest; inf if it lies beyond the curve. An amplitude
         is a modal amplitude or, with a `scale`, the amplitude at a point.
     resonance, lag
-        (F,) frequency of the excitation at the peak, and the angle in degrees by which the motion
-        is behind the force there, near 90. NaN beyond the curve.
+        (F,) frequency of the excitation at the peak, and the phase lag of the motion there, in
+        degrees, near 90. NaN beyond the curve.
     least_peak, most_peak
         (F,) the smallest and the largest peak over the residual slips that the range of the curve
         found, for a start at any amplitude. A sweep shakes out most residual slip and sees a part
@@ -63,15 +63,15 @@ class ForcedResponse(Kept, Plotted):
         (F,) d ln peak / d ln force: 1 for a linear mode. Relative errors of the work of friction
         change the peak by up to this number times as much. NaN beyond the curve.
     interaction
-        (F,) modal force at multiples of the frequency to which other modes answer dynamically
-        instead of statically, over the load factor, at the peak. NaN beyond the curve and without
-        `other_modes`.
+        (F,) modal force due to other modes at the peak, divided by the load factor. It contains the
+        harmonics of the frequency, to which other modes respond dynamically, not statically. NaN
+        beyond the curve, and if there are no `other_modes`.
     beyond
         (F,) whether the peak lies above the largest amplitude of the curve.
     branches
         DataFrame of the response curves: columns force, frequency, amplitude, lag, branch, detached
         (whether the row belongs to a detached curve). Branches are "below" and "above" the
-        resonance, and "between" for the part of a fold on which no motion is stable.
+        resonance, and "between" for the unstable part of a fold.
     folds
         DataFrame of the points at which a sweep jumps: columns force, frequency, amplitude.
     detached
@@ -80,7 +80,7 @@ class ForcedResponse(Kept, Plotted):
     damping
         Damping ratio of material and air for the glued mode.
     scale
-        Motion of the point of all amplitudes per modal amplitude.
+        Motion of the point, whose amplitudes are listed, per modal amplitude.
     oscillator
         Stiffness and loss of the mode at the amplitudes of the curve.
     note
@@ -132,8 +132,8 @@ class ForcedResponse(Kept, Plotted):
         -------
         DataFrame
             Columns force, frequency, amplitude, lag, branch, see `ForcedResponse`. A force has one
-            row at a frequency, or three if the curve is folded there. An amplitude beyond the curve
-            is inf, its lag NaN and its branch "beyond".
+            row at a frequency, or three if the curve is folded there. If an amplitude is beyond the
+            curve, it is inf, its lag is NaN and its branch is "beyond".
 
         Raises
         ------

@@ -12,8 +12,8 @@ import numpy as np
 class LoadSearchSettings:
     """Numbers of the search."""
 
-    # Width of the last bracket, over its upper end, in the plane and in space, where steady states
-    # in increments are less exact.
+    # Width of the last bracket divided by its upper end, in the plane and in space, where steady
+    # states in increments are less exact.
     tolerance: tuple[float, float] = (1e-4, 1e-2)
     # Ratio of two load factors while the search looks for one above the threshold.
     growth: float = 2.0
@@ -64,7 +64,7 @@ def load_at_threshold(
 def _bracket(
     value_at: Callable[[float], float], known: dict[float, float], threshold: float, end: float
 ) -> tuple[float, float]:
-    """A load factor that keeps the threshold, and a larger one that exceeds it, inf if none does.
+    """A load factor that keeps the threshold, and a larger one that exceeds it, or inf.
 
     Load factors grow until one exceeds the threshold, at most up to `end`. They join the `known`.
     """

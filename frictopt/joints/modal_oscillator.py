@@ -88,8 +88,8 @@ class ModalOscillator(Kept):
     def resonance(self, a: Array) -> Array:
         """Angular frequency at which an amplitude needs the smallest force.
 
-        Without damping of the material it is the root of the stiffness. It is the largest root of
-        `u^3 + p u + q`, by the cosine of a third of an angle, or 0 if there is none above 0.
+        Without damping of the material it is the root of the stiffness. The largest root of `u^3 +
+        p u + q`, by the cosine of a third of an angle; 0 if no root is above 0.
         """
         p = self.viscous**2 / 2 - self._stiffness(a)
         q = self.viscous * self._loss(a) / 2
@@ -103,7 +103,10 @@ class ModalOscillator(Kept):
         return a * np.abs(self.balance(a, self.resonance(a)))
 
     def slope(self, a: Array, omega: Array) -> Array:
-        """Slope of ln f over ln a at a fixed frequency: below 0 where no motion is stable."""
+        """Derivative d ln f / d ln a at a fixed frequency.
+
+        If it is below 0, the motion is unstable.
+        """
         value = self.balance(a, omega)
         change = self._stiffness.derivative()(a) + 1j * self._loss.derivative()(a)
         return np.asarray(1 + a * (value.conjugate() * change).real / np.abs(value) ** 2)

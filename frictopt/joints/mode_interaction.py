@@ -1,7 +1,7 @@
-"""How much the other modes of a structure take part in a swing, from the loads of these modes.
+"""Participation of the other modes of a structure in a swing, from their loads.
 
 A quasi-static loop moves the other modes as their stiffness says. At multiples of the frequency
-they answer dynamically instead, most where a multiple is near a natural frequency.
+they respond dynamically, most of all if a multiple is near a natural frequency.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ def checked_modes(system: ContactSystem, cycle: LoadCycle, names: Sequence[str])
             )
         if (across > InteractionNumbers().orthogonal * np.sqrt(square * sizes)).any():
             raise ModelError(
-                f"other_modes: the load case {name!r} moves another mode; give loads of different "
-                "modes, see `Modes.load`, and not that of the cycle"
+                f"other_modes: the load case {name!r} also moves another of the modes; give loads "
+                "of different modes, see `Modes.load`, without the mode of the cycle"
             )
     return OtherModes(np.array(columns, dtype=np.intp), 1 / np.diag(of_others))
 

@@ -56,9 +56,9 @@ def backbone(
 ) -> AxesArray:
     """Work, slipping share of each contact, stiffness and damping over the load factor (log).
 
-    The last two are drawn if they are known; of a mode the frequencies stand for the stiffness.
-    With a `scale` the horizontal axis is the amplitude at a point. Bars are errors of increments,
-    bands are ranges over the residual slips, vertical lines are limits.
+    Stiffness and damping are drawn if they are known. For a mode, frequencies replace the
+    stiffness. With a `scale` the horizontal axis is the amplitude at a point. Bars are errors of
+    increments, bands are ranges over the residual slips, vertical lines are limits.
     """
     has_stiffness = bool(np.isfinite(curve.stiffness).any())
     drawn = _CurveAxis(curve, scale)
@@ -111,7 +111,7 @@ class _CurveAxis:
     def finish(self, axes: Axes) -> None:
         """Scale the axis to the curve, and draw the limits.
 
-        A limit far from the curve would squeeze it: the legend names it alone.
+        A limit far from the curve would compress the curve, so only the legend names it.
         """
         known = self.x[np.isfinite(self.x)]
         low = known.min()

@@ -56,16 +56,16 @@ class Report(Kept, ReportParts):
         `guaranteed_limit`, `required_friction`; None if `missing` has a reason.
     safety
         DataFrame with a row for each safety factor, the number by which the cyclic load may grow:
-        columns against, nominal, worst (of the scatter), at (the worst input), by (a theorem, or
-        the corners of the scatter). A factor is inf if it exceeds 16, against gross slip if no body
-        slides off at any load, and 0 if no state of rest exists.
+        columns `against`, `nominal`, `worst` (in the scatter), `at` (the worst input), `by` (the
+        method: a theorem, or the corners of the scatter). A factor above 16 is inf. Against gross
+        slip, it is inf if no body slides off at any load, and 0 if no state of rest exists.
     verdicts
         DataFrame with a row for each threshold: columns quantity, value, limit, unit, passed,
-        margin, where, at (the worst input). The margin is the limit over the value. It is the
-        value with its `step_error` if it is a work. Of gross slip the margin is the factor over its
-        limit. Without a steady state the value is NaN and the threshold is not passed.
+        margin, where, at (the worst input). The margin is the limit divided by the value. A work is
+        increased by its `step_error` first. For gross slip the margin is the safety factor divided
+        by its limit. Without a steady state the value is NaN and the threshold is not passed.
     scatter
-        The ranges of friction and preloads in words; "" if nothing scatters.
+        The ranges of friction and preloads in words; "" if there is no scatter.
 
     Examples
     --------
@@ -116,7 +116,7 @@ class Report(Kept, ReportParts):
         - `.json`: all numbers and sentences as strict JSON, null for NaN and the texts "inf" and
           "-inf".
         - `.xlsx`: the sentences, and a sheet for each table.
-        - Any other ending: as any other result, for `results.load`.
+        - Any other ending: the file format of all results, for `results.load`.
 
         Raises
         ------
@@ -160,16 +160,18 @@ def report(
     3. Shakedown and guaranteed limit, and the friction that would keep the contact stuck
        (`required_friction`).
 
-    For a part without an answer there is a reason. The last two questions do not support a shear
-    strength. If the mean load leaves nodes open, the third page depends on the mesh and is omitted
-    unless `mesh_limits`, or normal loads alone open and close nodes in each cycle. In space the
-    shakedown limit is then computed with these open nodes only, and the other two are omitted,
-    because their search takes minutes: call the functions themselves for full searches.
+    For a part without an answer there is a reason. The guaranteed limit and the required friction
+    do not support a shear strength. If the mean load leaves nodes open, the third page depends on
+    the mesh and is omitted unless `mesh_limits`, or normal loads alone open and close nodes in each
+    cycle. In space the shakedown limit is then computed with these open nodes only. The other two
+    results are omitted, because their search takes minutes: for full searches, call the functions
+    themselves.
 
     Safety factors against gross slip follow theorems. The load from equilibrium never falls as
     friction grows, and it is a concave function of the preloads, so its minimum is at a corner of
     their ranges. If contact forces balance themselves, and for steady slip, no such theorem exists.
-    The nominal input and all corners are then followed, and a worse input between them is possible.
+    Transients then follow the nominal input and all corners of the ranges. An input between the
+    corners may be worse.
 
     Parameters
     ----------
@@ -182,8 +184,8 @@ def report(
         in space without 1/4, reduced in proportion if 2 is above 95 % of the gross-slip load.
     preload
         Load case of the mean load -> (least, most) amplitude, for the scatter of tightening. At
-        most four; put bolts that scatter alike into one load case. Each corner of the scatter
-        needs its own steady states.
+        most four load cases. Bolts with the same scatter belong in one load case. Each corner of
+        the scatter needs its own steady states.
     limits
         Thresholds for the verdicts, name -> largest value: "slip range" and "drift" (length),
         "work" (of friction per cycle), "work density" (per area), "Ruiz" (`F1` of the fretting
@@ -194,7 +196,7 @@ def report(
     mesh_limits
         Whether to compute the third page although it depends on the mesh.
     show
-        Function that is called with the text of each page when it is ready, such as `print`.
+        Function, such as `print`, that is called with the text of each finished page.
     steps, progress
         Number of increments from corner to corner, and whether to show a bar after two seconds.
         None: the exact path in the plane, 2 increments in space; `step_error` estimates their

@@ -1,4 +1,4 @@
-"""The questions of a report, page by page, and the reasons of those without an answer."""
+"""The questions of a report, page by page, and the reasons why questions have no answer."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ _ON_PAGE = {
     "required friction": 3,
 }
 _OF_THE_MESH = (
-    "not computed, because the mean load leaves nodes open and the answer changes with the mesh: "
-    "give mesh_limits=True"
+    "omitted, because the mean load leaves nodes open and the answer changes with the mesh: pass "
+    "mesh_limits=True"
 )
 _LONG_SEARCH = (
-    "not computed, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
+    "omitted, because with open nodes in space its search takes minutes: call `fo.{}` yourself"
 )
 _OTHER_PAGE = "on page {page}, which was not requested"
 
@@ -186,8 +186,8 @@ class Pages(Generic[Parts]):
     def ask_limits(self, mesh_limits: bool) -> None:
         """Page 3: both limits and the required friction.
 
-        They are left out if they belong to the mesh, unless `mesh_limits`, and so are long searches
-        for open nodes in space.
+        Limits are omitted if they depend on the mesh, unless `mesh_limits` is set. Long searches
+        for open nodes in space are omitted, too.
         """
         system, cycle, f = self.system, self.cycle, self.friction
         opens = mean_load_opens(self.report())
@@ -206,7 +206,7 @@ class Pages(Generic[Parts]):
         else:
             self.ask("shakedown limit", lambda: shakedown_limit(system, cycle, f))
             for law in other_laws(system):
-                reason = f"not known of a surface with {law}"
+                reason = f"not supported for a surface with {law}"
         if reason:
             for part in ("guaranteed limit", "required friction"):
                 self.missing[part] = reason.format(part.replace(" ", "_"))

@@ -50,7 +50,7 @@ class ReportParts:
 
 
 def rests_at_load(gross_slip: GrossSlip) -> bool:
-    """Whether statics does not say that bodies slide off at load factor 1."""
+    """Whether, by equilibrium, the bodies do not slide off at load factor 1."""
     largest = gross_slip.load_factor * (1 + ROUNDING)
     return gross_slip.least * (1 - ROUNDING) <= 1 <= largest
 

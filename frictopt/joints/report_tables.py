@@ -46,7 +46,7 @@ def numbers_of_limits(parts: ReportParts) -> pd.DataFrame:
 
 
 def _gross_slip_row(gross_slip: GrossSlip) -> _Row:
-    converges = "yes" if gross_slip.self_stress is None else "as the pressure of the fit does"
+    converges = "yes" if gross_slip.self_stress is None else "if the pressure of the fit converges"
     value = gross_slip.load_factor
     return "gross-slip load", value, "load factor", converges, gross_slip.reason
 
@@ -103,13 +103,13 @@ def _converges(parts: ReportParts, steady: SteadyState) -> str:
     if many_nodes_slip(parts):
         return _if_fine(steady, "yes")
     if slipping:
-        return f"once more nodes slip, {slipping} do here"
+        return f"if more nodes slip; here {slipping} slip"
     return "unless nodes slip on finer meshes"
 
 
 def _if_fine(steady: SteadyState, converges: str) -> str:
     """Whether a number converges; not yet if the increments are too coarse."""
-    return "once its increments are finer" if increments_are_coarse(steady) else converges
+    return "with finer increments" if increments_are_coarse(steady) else converges
 
 
 def _limit_rows(parts: ReportParts) -> Iterator[_Row]:

@@ -105,7 +105,8 @@ def _at_load(parts: ReportParts) -> Iterator[Section]:
 def _verdicts(parts: ReportParts) -> Section:
     """The verdicts, and their meaning."""
     sentence = (
-        "Passed if the value is at most its limit, of gross slip at least. The margin is the limit "
+        "Passed if the value is at most its limit; for gross slip, at least its limit. The margin "
+        "is the limit "
         "over the value, with the estimated error of its work; of gross slip the value over the "
         "limit."
     )

@@ -224,7 +224,7 @@ def _amplitude_at(points: pd.DataFrame, name: str, limit: float, scale: float) -
     if limit > values.max():
         raise ModelError(
             f"{name}: {limit:g}, and the curve reaches {values.max():.6g}; give a smaller limit, "
-            "or ask for a curve with more load_factors"
+            "or compute a curve with more load_factors"
         )
     return float(a[-1])
 
@@ -289,7 +289,7 @@ class _Answer:
         }
 
     def _band(self, peaks: Array) -> tuple[Array, Array]:
-        """Least and most peak over the residual slips of the range; NaN without one."""
+        """Least and most peak over the residual slips of the range; NaN without a range."""
         found = [peaks]
         for extreme in ("most", "least"):
             oscillator = _extreme(self.curve, self.points, extreme, self.oscillator.damping)
@@ -302,8 +302,8 @@ class _Answer:
         return np.min(found, axis=0), np.max(found, axis=0)
 
     def _notes(self, rows: pd.DataFrame, detached: pd.DataFrame) -> list[str]:
-        """Sentences about what the numbers do not know."""
-        notes = ["an approximation by one mode, no bound"]
+        """Sentences about effects that the numbers do not include."""
+        notes = ["an approximation by one mode, not a bound"]
         last = self.curve.load_factor[-1]
         used = self.points["load_factor"].iloc[-1]
         if used < last:
@@ -321,9 +321,9 @@ class _Answer:
         said = {
             f"the peak lies beyond the curve, which holds forces up to {holds:.6g}: give more "
             "load factors, or the damping of the material": rows["beyond"],
-            "the peak lies below the first load factor, where the loss is taken in proportion to "
-            "the amplitude": is_below,
-            "other modes take part and may change the peak by more than a tenth": doubtful,
+            "the peak lies below the first load factor, where the loss is assumed to be "
+            "proportional to the amplitude": is_below,
+            "other modes interact and may change the peak by more than a tenth": doubtful,
             "a sweep from rest does not reach the detached curve": rows["force"].isin(
                 detached["force"]
             ),
@@ -333,7 +333,9 @@ class _Answer:
                 names = ", ".join(f"{force:g}" for force in self.forces[holds_for.to_numpy()])
                 notes.append(f"force {names}: {sentence}")
         if np.isnan(self.interaction).all():
-            notes.append("without other_modes nothing shows whether other modes take part")
+            notes.append("without other_modes it is unknown whether other modes interact")
         if np.isnan(rows["least_peak"]).all():
-            notes.append("no band of the peak: the curve has no range, or its states no resonance")
+            notes.append(
+                "the peak has no range: the curve has no range, or its states have no resonance"
+            )
         return notes

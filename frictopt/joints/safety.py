@@ -1,9 +1,9 @@
 """Safety factors of a joint and verdicts on its thresholds, with the scatter of its input.
 
-A safety factor is the number by which the cyclic load may grow. Against gross slip theorems say
-where the worst input is, as long as statics answers: more friction never lowers the load, and over
-the preloads the load is a concave function, so that its least value is at a corner. Steady slip has
-no such theorem, so the corners of the ranges are followed.
+A safety factor is the number by which the cyclic load may grow. Against gross slip, theorems locate
+the worst input if equilibrium determines the load: more friction never lowers the load, and the
+load is a concave function of the preloads, so that its minimum is at a corner. Steady slip has no
+such theorem, so the corners of the ranges are followed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _BY_THEOREM = (
     "concave function of the preloads"
 )
 _BY_CORNERS = (
-    "by the nominal input and the corners of the ranges; no theorem covers the inputs between them"
+    "at the nominal input and the corners of the ranges; no theorem covers the inputs between them"
 )
 _NO_STEADY_STATE = "no steady state: {reason}"
 
@@ -45,8 +45,8 @@ SteadyAnswer = SteadyState | NoContinuation | SolverError
 class SteadyStates:
     """Steady states of a joint by corner of the scatter and load factor, each followed once.
 
-    In increments those at other load factors than 1 begin at the state under the mean load, which a
-    corner has once, and have no `step_error`.
+    In increments, steady states at load factors other than 1 begin at the state under the mean
+    load, which is computed once per corner, and have no `step_error`.
     """
 
     system: ContactSystem

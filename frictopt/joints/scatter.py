@@ -128,8 +128,8 @@ def _checked_preload(cycle: LoadCycle, preload: object) -> dict[str, tuple[float
     most = 4
     if len(cases) > most:
         raise ModelError(
-            f"preload: {len(cases)} load cases; give at most {most}, and tighten bolts "
-            "that scatter alike in one load case"
+            f"preload: {len(cases)} load cases; give at most {most}, and put bolts with the same "
+            "scatter into one load case"
         )
     ranges = dict[str, tuple[float, float]]()
     for case, ends in cases.items():

@@ -50,11 +50,11 @@ def checked_limits(system: ContactSystem, limits: object) -> dict[str, float]:
     thresholds = dict[str, float]()
     for name, value in checked_cases("limits", limits, "threshold").items():
         if name not in names:
-            raise ModelError(f"limits: {shown(name)} is no quantity; give some of {names}")
+            raise ModelError(f"limits: {shown(name)} is not a quantity; give some of {names}")
         threshold = finite_number(f"limits[{name!r}]", value, least=0.0)
         if name == SLIPPING_SHARE and threshold > 1:
             raise ModelError(
-                f"limits[{name!r}]: {threshold:g}; it is a share of the contacts, give at most 1"
+                f"limits[{name!r}]: {threshold:g}; it is a share of the contacts; give at most 1"
             )
         if name in QUANTITIES and QUANTITIES[name].needs_width and system.width is None:
             raise ModelError(

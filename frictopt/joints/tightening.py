@@ -22,10 +22,11 @@ def tightened(
     """The load cycle in whose mean load the locked bolts have their forces.
 
     Nodes may slip and open under the mean load. In the given mean load, the amplitude of a locked
-    bolt is the share of its force that it is tightened to. In the returned mean load, it is the
-    shortening that gives this tension, over the shortening of the unit amplitude. The mean load
-    comes from no slip, as `march` begins; its other loads act while the bolts are tightened. To add
-    loads after that, tighten first, and add them to the mean load of the cycle returned.
+    bolt is its tension divided by the force of its `BoltPreload`. In the returned mean load, the
+    amplitude is the shortening that gives this tension, divided by the shortening of the unit
+    amplitude. The mean load is applied to a contact without slip, as in `march`. Its other loads
+    act while the bolts are tightened. To add loads after that, tighten first, and add them to the
+    mean load of the cycle returned.
 
     Parameters
     ----------
@@ -33,19 +34,19 @@ def tightened(
         The contact with its locked bolts (`BoltPreload`), the load cycle, and the coefficient of
         friction, one or one per node.
     steps
-        Number of increments to the mean load, the same as of the transients that follow. None: the
-        exact path in the plane, 20 in space.
+        Number of increments to the mean load. Pass the same number as to the transients that
+        follow. None: the exact path in the plane, 20 in space.
 
     Raises
     ------
     ModelError
-        Bad input, no locked bolt in the mean load, or a share that is not above 0; other mean loads
-        that give a bolt its tension, or more, before it is tightened, so that the mean load does
-        not close its section.
+        Bad input, no locked bolt in the mean load, or an amplitude that is not above 0. Also if the
+        other mean loads already give a bolt its tension or more, so that tightening does not close
+        its section.
     NoContinuation
         The mean load makes a body slide or opens the contact as a whole.
     SolverError
-        Shortenings with these tensions are not found, to a relative 1e-9.
+        No shortenings are found that give these tensions with relative errors of at most 1e-9.
 
     Examples
     --------
@@ -82,7 +83,7 @@ def tightened(
     if not error <= RESIDUAL or answer.x.min() <= 0:
         _refuse_open_sections(bolts, forces, answer.x)
         raise SolverError(
-            f"tightened: the tensions found differ from the forces by a relative {error:.1e} "
+            f"tightened: the computed tensions differ from the forces by a relative {error:.1e} "
             f"(tolerance {RESIDUAL:g}); {answer.message}"
         )
     return bolts.loaded(answer.x)
@@ -94,7 +95,7 @@ def _checked_shares(system: ContactSystem, mean: Mapping[str, float]) -> dict[st
     if not shares:
         raise ModelError(
             f"cycle: its mean load has none of the locked bolts {sorted(system.bolts)}; give each "
-            "the share of its force, such as 1.0"
+            "bolt the share of its force, such as 1.0"
         )
     for name, share in shares.items():
         if not share > 0:
@@ -153,5 +154,6 @@ def _refuse_open_sections(bolts: _Bolts, forces: Array, amplitudes: Array) -> No
             raise ModelError(
                 f"cycle: the mean load does not close the section of bolt {name!r}: its other "
                 f"loads pull it to {tension:.4g} before it is tightened to {forces[k]:.4g}; "
-                "tighten it to more, or leave these loads out and add them to the cycle returned"
+                "tighten it to a larger force, or leave these loads out and add them to the "
+                "returned cycle"
             )

@@ -66,7 +66,7 @@ class WearHistory(Worn):
     ----------
     steady
         The last steady state. Its contact is the worn one, and can be used in all other functions.
-        In space its `step_error` is inf if an error ended the history.
+        In space, if an error ended the history, its `step_error` is inf.
     depth, pressure
         (J + 1, N) depth worn off at each node since the beginning, both bodies together, length;
         and pressure (normal force divided by width) at the last corner of the steady cycle.
@@ -214,7 +214,7 @@ def wear(
     >>> history.worn_in
     True
     """
-    checked_round(system, "the depth needs ways along it as they are")
+    checked_round(system, "the depth needs true sliding distances")
     per_work = _depth_per_work(system, friction, coefficient)
     most_cycles = np.inf if cycles is None else finite_number("cycles", cycles, least=1.0)
     tolerance = finite_number("tolerance", tolerance, above=0.0)
@@ -226,7 +226,7 @@ def wear(
         with progress_bar(True, "steady state", "cycle") as cycles_so_far:
             # Hidden if the bar of the wear is hidden.
             cycles_so_far.best = run.progress
-            run.tell = cycles_so_far.update
+            run.report = cycles_so_far.update
             return reported(run, run.settled(), step_error)
 
     errors = (KeyboardInterrupt, NoContinuation, SolverError)
@@ -260,7 +260,7 @@ def _keep(bar: Bar, course: Course) -> None:
         error = sys.exception()
         return _history(course, f"{type(error).__name__}: {error}")
 
-    note = "cycles are in the attribute `history`; from its `system` and `state` wear goes on"
+    note = "cycles are in the attribute `history`; to continue, pass its `system` and `state`"
     depth = course.rows[-1]["largest_depth"]
     best = f"{course.cycles:.4g} cycles, {depth:.3g} deep so far"
     bar.keep("history", history, f"{course.cycles:.6g} {note}", best)
@@ -280,9 +280,9 @@ def _history(course: Course, reason: str) -> WearHistory:
 def _depth_per_work(system: ContactSystem, friction: ArrayLike, coefficient: ArrayLike) -> Array:
     """(N,) depth per work of friction."""
     f = friction_coefficients(friction, system.nodes)
-    remedy = "give a coefficient of wear >= 0, volume per normal force and way slid"
+    remedy = "give a coefficient of wear >= 0, volume per normal force and sliding distance"
     k = per_node("coefficient", coefficient, system.nodes, remedy)
-    width = checked_width(system, "without it a worn volume has no depth")
+    width = checked_width(system, "without it, depths do not follow from worn volumes")
     without_friction = (f == 0) & (k > 0)
     if without_friction.any():
         node = int(without_friction.argmax())

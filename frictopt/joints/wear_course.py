@@ -21,8 +21,8 @@ class WearSettings:
     worn_in: float = 1e-3
     # Parameter of the Rosenbrock method, with which fast changes decay without oscillation.
     gamma: float = 1 - 1 / np.sqrt(2)
-    # Cycles after which a rate that is left never changes, in units of the time in which the
-    # stiffest node wears its pressure off.
+    # Number of cycles after which remaining rates count as constant, in units of the time in which
+    # the stiffest node loses its pressure.
     far: float = 1e6
     # Largest and smallest growth of the length of a jump, and share of the growth that the error
     # estimate allows.
@@ -158,7 +158,7 @@ class Course:
         if work == 0 and largest == 0:
             return "the contact does not slip, and does not wear"
         if work == 0:
-            return "worn in: the contact slips no more"
+            return "worn in: the contact no longer slips"
         if not rate.any():
             return "no node that slips has a coefficient of wear above 0"
         if self.cycles >= most_cycles:
@@ -169,8 +169,8 @@ class Course:
             return f"worn in: the work of friction per cycle is {work / largest:.1e} of its largest"
         if self._never_changes(rate):
             return (
-                "the contact wears on at rates that never change: they take off no pressure; give "
-                "`cycles`"
+                "the contact continues to wear at constant rates, which do not change any "
+                "pressure; give `cycles`"
             )
         return ""
 

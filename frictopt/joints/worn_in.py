@@ -47,13 +47,13 @@ class WornIn(Worn):
     Attributes
     ----------
     steady, record
-        Its steady state, shakedown, and the record of this state. Its contact is worn, and takes
-        every other question.
+        Its steady state, which is shakedown, and the record of this state. The `system` of the
+        steady state is the worn contact, and all other functions accept it.
     depth, stick
         (N,) depth worn off at each node, of both bodies together, length, and the nodes that never
-        slip while the contact wears; in the end only they are in contact. The depth is a billionth
-        of the largest more than the depth of the theorem, so that worn nodes are open for every
-        other question.
+        slip while the contact wears; in the end only they are in contact. The depth exceeds the
+        depth of the theorem by a billionth of the largest depth, so that worn nodes are open in all
+        other functions.
     proven
         True: the conditions of the theorem were checked, and the worn contact is at rest.
 
@@ -105,14 +105,15 @@ def worn_in(
 ) -> WornIn:
     """The end of wear of a contact of similar bodies under an alternating load, by linear solves.
 
-    The theorem needs an uncoupled contact whose tangential stiffness is its normal one times a
-    number. Its loads stay on one line. With no slip, their shear changes the same way at all nodes,
-    by friction times the change of pressure or more. Then the stick zone is the contact of the same
-    bodies under the mean normal force less half the change of shear over friction (Ciavarella 1998,
-    Jäger 1998). A larger gap outside it does not change that contact. So the stick zone is the same
-    at any depth. Outside it wear continues while there is pressure (Popov 2014), if wear at one
-    place does not reduce the pressure elsewhere. In the end the contact is confined to the stick
-    zone. Theory, eq. (30). `wear` finds the number of cycles.
+    The theorem needs an uncoupled contact whose tangential stiffness is a multiple of its normal
+    stiffness. The loads stay on one line. Without slip, the shear of all nodes changes in the same
+    direction, by at least friction times the change of pressure. Then the stick zone equals the
+    contact area of the same bodies under a smaller normal force: the mean normal force minus half
+    the change of shear divided by friction (Ciavarella 1998, Jäger 1998). A larger gap outside the
+    stick zone does not change it, so it is the same at any depth of wear. Outside the stick zone,
+    wear continues while there is pressure (Popov 2014), if wear at one place does not reduce the
+    pressure elsewhere. In the end the contact is confined to the stick zone. Theory, eq. (30).
+    `wear` computes the number of cycles.
 
     Parameters
     ----------
@@ -120,15 +121,15 @@ def worn_in(
         The contact, its load cycle, its coefficient of friction, the same at all nodes, and the
         load factor, >= 0.
     progress
-        Whether to show the progress after two seconds. Ctrl-C stays a KeyboardInterrupt; once the
-        theorem is applied, its attribute `depth` has the depths, (N,), before the check that the
-        worn contact shakes down.
+        Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. If the
+        theorem has been applied, its attribute `depth` has the depths, (N,), which are then not yet
+        checked by a transient.
 
     Raises
     ------
     ModelError
-        Bad input, or a contact that the theorem does not cover; the message has the reason. Use
-        `wear` then.
+        Bad input, or a contact that the theorem does not cover: the message has the reason, and
+        `wear` follows such a contact.
     SolverError
         The worn contact does not shake down, or has no steady state that passes the checks.
 
@@ -178,7 +179,7 @@ def worn_in(
 def _require(holds: bool | np.bool_, reason: str) -> None:
     """Raise an error if a condition of the theorem does not hold."""
     if not holds:
-        raise ModelError(f"{reason}; no theorem gives the end of wear then: follow it by wear")
+        raise ModelError(f"{reason}; no theorem predicts the end of wear then: use `wear`")
 
 
 def _checked_friction(system: ContactSystem, friction: ArrayLike) -> float:
@@ -200,13 +201,13 @@ def _check_similar(system: ContactSystem) -> None:
     )
     _require(
         np.abs(B).max() <= CONDENSATION * np.abs(A).max(),
-        "system: it is coupled, slip changes its pressures",
+        "system: it is coupled: slip changes its pressures",
     )
     ratio = np.trace(A) / (system.tangents * np.trace(C) or 1.0)
     similar = np.kron(np.eye(system.tangents), C) * ratio
     _require(
         _near(A, similar),
-        "system: its tangential stiffness is no multiple of its normal stiffness, as for "
+        "system: its tangential stiffness is not a multiple of its normal stiffness, as for "
         "similar half-planes",
     )
     diagonal = np.diag(C)
@@ -217,8 +218,8 @@ def _check_similar(system: ContactSystem) -> None:
     relieved, worn = np.unravel_index(relief.argmax(), C.shape)
     _require(
         relief.max() <= 0,
-        f"system: wear at node {worn} takes pressure off node {relieved}, and so the order "
-        "in which they wear counts",
+        f"system: wear at node {worn} takes pressure off node {relieved}, so that the order in "
+        "which they wear matters",
     )
 
 
@@ -299,7 +300,7 @@ def _check_lead(shear_change: Array, bound_change: Array) -> None:
     _require(
         lead.min() >= -CONDENSATION * np.abs(lead).max(),
         f"cycle: with no slip, the shear at node {int(lead.argmin())} changes by less than "
-        "friction times the change of its pressure, or another way than at most nodes",
+        "friction times the change of its pressure, or in another direction than at most nodes",
     )
 
 

@@ -7,22 +7,22 @@ at a load factor if one residual slip v keeps every node closed and stuck at all
 
 The largest such load factor is the shakedown limit. Its dual is a slip mechanism, which proves it.
 
-- `question.py`: a question as data: all its arrays, and the referee of its answers; `units.py`: the
+- `question.py`: a question as data: all its arrays, and the check of its answers; `units.py`: the
   units of its unknowns.
 - `models.py`: all programs, as cvxpy expressions in the symbols of the paper.
 - `programs.py`: the rows of a question, compiled, and its solution read back.
 - `safe_model.py`: the models that users extend by constraints of their own.
 - `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
   `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py` and
-  `guaranteed_model.py` are their models. The pattern of a limit is `ShakedownLimits` in
+  `guaranteed_model.py` are their models. The model for a new limit is `ShakedownLimits` in
   `shakedown.py`.
 - `answered.py`: what all answers share; `sentences.py`: the sentences of their reasons;
   `reasons.py`: those that fit a limit; `shakedown_answer.py`: what a limit proves about other
   states; `no_limit.py`: proofs that there is none.
 - `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
   better, and its program.
-- `patterns.py`, `open_nodes.py`, `best_set.py`, `quick_limits.py`: the search of open nodes, whose
-  programs in between need no proof in the plane; `lift_off.py`, `ordered.py`,
+- `set_search.py`, `open_nodes.py`, `best_set.py`, `quick_limits.py`: the search of open nodes. In
+  the plane, its intermediate programs need no proof. `lift_off.py`, `ordered.py`,
   `load_path.py`: nodes that open and close in each cycle, the program of their order, and where
   they can; `order_search.py`, `settled_order.py`: the search of their order.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of

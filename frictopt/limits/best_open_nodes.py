@@ -38,7 +38,7 @@ from .sentences import Sentence
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 BETTER_SET = Sentence(
-    "with {changes} the limit is {load_factor:.6g}, not {asked:.6g}; ",
+    "with {changes} the limit is {load_factor:.6g}, not {given_limit:.6g}; ",
     assumes="the limit of this set passes the checks of every limit",
 )
 NO_SET_ABOVE = Sentence(
@@ -64,18 +64,18 @@ class BestOpenNodes(Kept):
     ----------
     limit
         The best limit. It is the given limit if no set has a higher limit.
-    asked
+    given_limit
         The given limit.
     nodes
-        (n,) the nodes that may open or close; the other nodes stay as they are in `asked`.
+        (n,) the nodes that may open or close; the other nodes stay as they are in `given_limit`.
     bound
-        Load factor above which no set has its limit, except the sets in `separate`. It follows from
-        multipliers that are checked in this run.
+        Load factor that no set exceeds with its limit, except the sets in `separate`. It follows
+        from multipliers that are checked in this run.
     programs
         Number of programs that were solved.
     separate
-        Higher limits that do not count: their safe load factors begin above `limit.load_factor`,
-        and load factors between are not safe.
+        Higher limits that do not count, because their least safe load factor is above
+        `limit.load_factor`: load factors between the two are not safe.
 
     Examples
     --------
@@ -91,7 +91,7 @@ class BestOpenNodes(Kept):
 
     _shown_names = ("load_factor", "bound", "proven", "improved", "programs", "reason")
     limit: ShakedownLimit
-    asked: ShakedownLimit
+    given_limit: ShakedownLimit
     nodes: Integers
     bound: float
     programs: int
@@ -105,15 +105,15 @@ class BestOpenNodes(Kept):
     @property
     def improved(self) -> bool:
         """Whether a set has a higher limit than the given limit."""
-        return bool((self.limit.open != self.asked.open).any())
+        return bool((self.limit.open != self.given_limit.open).any())
 
     @property
     def proven(self) -> bool:
         """Whether no set has a limit above `limit`, except the sets in `separate`.
 
-        It is proven up to a relative difference of 1e-7, for all sets whose open nodes the closed
-        ones hold. False if the number of programs was not enough, or if no solver's answer to one
-        of them passes the checks.
+        It is proven up to a relative difference of 1e-7, for all sets whose closed nodes hold the
+        open nodes. False if the largest number of programs was reached, or if no solver gave an
+        answer to one of them that passes the checks.
         """
         return self.bound <= _just_above(self.limit)
 
@@ -125,7 +125,7 @@ class BestOpenNodes(Kept):
             better = BETTER_SET(
                 changes=self._changes,
                 load_factor=self.load_factor,
-                asked=self.asked.load_factor,
+                given_limit=self.given_limit.load_factor,
             )
         separate = ""
         if self.separate:
@@ -145,15 +145,15 @@ class BestOpenNodes(Kept):
         for name, values in places(self.limit.system).items():
             columns[name] = values[self.nodes]
         columns["open"] = self.limit.open[self.nodes]
-        columns["was_open"] = self.asked.open[self.nodes]
+        columns["was_open"] = self.given_limit.open[self.nodes]
         return frame(columns, units=self.limit.system.units)
 
     @property
     def _changes(self) -> str:
         """The nodes that are open or closed in the better set, in words."""
         states = {
-            "open": self.limit.open & ~self.asked.open,
-            "closed": self.asked.open & ~self.limit.open,
+            "open": self.limit.open & ~self.given_limit.open,
+            "closed": self.given_limit.open & ~self.limit.open,
         }
         texts = list[str]()
         for state, chosen in states.items():
@@ -176,22 +176,22 @@ def best_open_nodes(
     """Best limit over all sets of open nodes that differ from `limit.open` only in given nodes.
 
     `shakedown_limit` searches the open nodes, and its bound holds only for the set of the result.
-    This question proves that no other set is better, by branch and bound, or finds the better one.
-    It is exact for the given nodes. Theory, "Proof for given nodes".
+    `best_open_nodes` proves by branch and bound that no other set is better, or finds a better set.
+    The result is exact for the given nodes. Theory, "Proof for given nodes".
 
     Parameters
     ----------
     limit
         A finite limit, from `shakedown_limit` or `ShakedownModel` without constraints.
     nodes
-        (n,) numbers of the nodes that may open or close. Their 2^n sets are compared without being
-        listed. Good choices are nodes that touch, nodes at the border of the open ones, and nodes
-        of `limit.mechanism`.
+        (n,) numbers of the nodes that may open or close. Their 2^n sets are compared without
+        enumeration. Good choices are nodes that touch, nodes at the border of the open ones, and
+        nodes of `limit.mechanism`.
     programs
-        Largest number of programs. In the plane 4 to 40 are usual for nodes that govern, and some
-        hundred for 20 nodes; in space three times as many. If it is reached, `bound` is the bound
-        that is proven so far. Ctrl-C raises KeyboardInterrupt with an attribute `best`, this
-        answer.
+        Largest number of programs. In the plane, 4 to 40 programs are usual for nodes that govern,
+        and some hundreds for 20 nodes. In space, three times as many are usual. If it is reached,
+        `bound` is the bound that is proven so far. Ctrl-C raises KeyboardInterrupt with an
+        attribute `best`, this answer.
     solver, progress
         See `shakedown_limit`.
 
@@ -223,7 +223,7 @@ def best_open_nodes(
 
 
 def _check(limit: object) -> None:
-    """ModelError if this is no limit whose open nodes can be compared."""
+    """ModelError if the open nodes of this limit cannot be compared."""
     if not isinstance(limit, ShakedownLimit):
         raise ModelError(
             f"limit: {shown(limit)}; give the answer of shakedown_limit or of ShakedownModel.solve"
@@ -256,20 +256,20 @@ def _checked_nodes(nodes: object, limit: ShakedownLimit) -> Integers:
 
 
 class _BranchAndBound:
-    """The branches that are left, and the best limit so far, which an interrupt keeps."""
+    """The remaining branches, and the best limit so far, which an interrupt keeps."""
 
     def __init__(
         self, limit: ShakedownLimit, nodes: Integers, solver: str | None, bar: Bar
     ) -> None:
         question = limit._question
-        self._asked = limit
+        self._given_limit = limit
         self._question = question
         self._nodes = nodes
         self._bar = bar
         self._limits = ShakedownLimits._on(question, solver)
-        others_open = question.open_nodes.copy()
-        others_open[nodes] = False
-        with_loose_closed = with_open(question, others_open)
+        open_outside = question.open_nodes.copy()
+        open_outside[nodes] = False
+        with_loose_closed = with_open(question, open_outside)
         assert with_loose_closed is not None  # fewer nodes are open than in the limit
         self._relaxed = LooseNodes(with_loose_closed, nodes, limit.load_factor, solver)
 
@@ -296,7 +296,7 @@ class _BranchAndBound:
     def _answer(self) -> BestOpenNodes:
         return BestOpenNodes(
             limit=self._best,
-            asked=self._asked,
+            given_limit=self._given_limit,
             nodes=self._nodes,
             bound=max(self._bound, *(branch.bound for branch in self._branches), self._best.bound),
             programs=self._programs,

@@ -48,7 +48,7 @@ def best_pressed(
     problem = most_pressed(x, least, question.force, program.corners, program.rows)
     program.compiled(problem, 1.0)
 
-    def judged() -> Pressing:
+    def checked() -> Pressing:
         slip = program.slip
         proof = program.chain.proof
         _, r = question.states(load_factor, slip)
@@ -57,4 +57,4 @@ def best_pressed(
         residual = max(gap, question.excess_over_slip_bound(slip))
         return Pressing(reached, program.motion, float(np.nan_to_num(residual, nan=np.inf)))
 
-    return program.chain.solve(judged)
+    return program.chain.solve(checked)

@@ -2,7 +2,7 @@
 
 In the plane the search compares quick limits (`quick_limits.py`). The best set is then solved and
 proven as every limit is. If its proven limit is not what the search promises, the search is made
-again with proven limits. In space all limits are proven ones.
+again with proven limits. In space all limits are proven.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import SolverError
-from .patterns import best_pattern
 from .question import Question
 from .quick_limits import QUICK, QuickLimit, quick_limit
+from .set_search import best_open_set
 from .shakedown_answer import ShakedownAnswer
 
 
 def best_set(limits: Any, question: Question, start_by: float, enough: float) -> Any:
-    """The limit of the best set of open nodes, with its proof; see `best_pattern`.
+    """The limit of the best set of open nodes, with its proof; see `best_open_set`.
 
     `limits` computes proven limits by `of_set`.
     """
@@ -41,13 +41,13 @@ class _SetSearch:
         self._last: Question | None = None
 
     def run(self, question: Question, start_by: float, enough: float) -> Any:
-        """The proven limit of the best set; None if it is not what quick limits promise."""
+        """The proven limit of the best set; None if it is below the quick limit."""
         try:
             if self._quick and _may_open(question):
                 closed = self._limit(question, -np.inf)
             else:
                 closed = self._proven(question)
-            best = best_pattern(self._limit, closed, start_by, enough, self._answer)
+            best = best_open_set(self._limit, closed, start_by, enough, self._answer)
             answer = self._answer(best)
         except SolverError:
             if self._quick:
@@ -84,7 +84,7 @@ def _may_open(question: Question) -> bool:
 
 
 def _agree(answer: ShakedownAnswer, best: ShakedownAnswer) -> bool:
-    """Whether a proven limit reaches what the search promises.
+    """Whether a proven limit reaches the limit of the search.
 
     If safe load factors begin with another set, the limits of all these sets need proofs.
     """

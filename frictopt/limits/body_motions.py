@@ -16,12 +16,15 @@ from ..contact import ContactSystem
 MOVES = 1e-4
 # Nodes move as one body if they are off its motion by at most this share of the largest motion.
 _FIT = COUNTS
-_MOST_PARTS = 3  # contacts, and motions, that a reason names
+# Largest number of contacts, and of motions, that a reason names.
+_MOST_PARTS = 3
 
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """The motion of one contact; its direction, and a point that does not turn, have NaN for none.
+    """The motion of one contact.
+
+    Its direction, and a point that does not turn, are NaN if they do not exist.
 
     For the columns see `GrossSlip.motion`.
     """
@@ -109,8 +112,8 @@ def motions_in_words(motion: pd.DataFrame) -> str:
     contacts: dict[str, list[str]] = {}
     for row in motion.to_dict("records"):
         contacts.setdefault(_in_words(row), []).append(str(row["contact"]))
-    motions = [f"{_first_ones(names, ', ')} {text}" for text, names in contacts.items()]
-    return f"body 1 moves at {_first_ones(motions, '; ')}"
+    motions = [f"{_first_parts(names, ', ')} {text}" for text, names in contacts.items()]
+    return f"body 1 moves at {_first_parts(motions, '; ')}"
 
 
 def _in_words(row: dict[Any, Any]) -> str:
@@ -126,7 +129,7 @@ def _in_words(row: dict[Any, Any]) -> str:
     return f"along {direction}" if row["slide"] > MOVES else "off"
 
 
-def _first_ones(parts: Sequence[str], separator: str) -> str:
+def _first_parts(parts: Sequence[str], separator: str) -> str:
     shown = list(parts[:_MOST_PARTS])
     if len(parts) > _MOST_PARTS:
         shown.append("...")

@@ -2,7 +2,7 @@
 
 Forces within friction have to do the work of the loads in all rigid motions of the bodies. If no
 larger load factor has such forces, the multipliers of this balance are a rigid motion that proves
-it: contact forces do no negative work in it, and more load would.
+it: contact forces cannot do negative work on this motion, but a larger load would need it.
 """
 
 from __future__ import annotations
@@ -92,10 +92,10 @@ class CornerProgram:
 
     def solve(self) -> CornerAnswer:
         """The answer that passes the checks; SolverError if no solver gives one."""
-        answer, record = self._chain.solve(self._judged, no_optimum=self._without_optimum)
+        answer, record = self._chain.solve(self._checked, no_optimum=self._without_optimum)
         return replace(answer, record=record)
 
-    def _judged(self) -> CornerAnswer:
+    def _checked(self) -> CornerAnswer:
         value = float(self._load_factor.value)
         if not value > ZERO_LOAD_FACTOR * self._unit:
             value = 0.0

@@ -67,8 +67,8 @@ def load_factor_bounds(question: Question) -> Array:
     drive_terms = _work(d, shear) + a * bound[:, None]
     if nodes > 1:
         corners = zip(question.q1, question.p1, strict=True)
-        drive_of_others = np.max([-_work(d, q) - fa * p[:, None] for q, p in corners], axis=0)
-        drive_terms = np.where(np.eye(nodes, dtype=bool), drive_terms, drive_of_others)
+        drive_at_other_nodes = np.max([-_work(d, q) - fa * p[:, None] for q, p in corners], axis=0)
+        drive_terms = np.where(np.eye(nodes, dtype=bool), drive_terms, drive_at_other_nodes)
     resistance = resistance_terms.sum(axis=(0, 1))
     drive = drive_terms.sum(axis=0)
     terms = np.abs(resistance_terms).sum(axis=(0, 1))

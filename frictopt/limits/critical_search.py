@@ -72,7 +72,7 @@ class CriticalSearch:
         self._parameters = self._needed.parameters(question.system.tangents)
         self._programs: dict[bool, Program] = {}
 
-    def ask(self, question: Question) -> None:
+    def set_question(self, question: Question) -> None:
         """Set the question, which may have another friction."""
         self._question = question
         self.records = []
@@ -138,7 +138,7 @@ class CriticalSearch:
         if highest not in self._programs:
             self._programs[highest] = self._compiled(highest)
         program = self._programs[highest]
-        program.ask(self._question, self._question.load_unit)
+        program.set_question(self._question, self._question.load_unit)
         return program
 
     def _compiled(self, highest: bool) -> Program:

@@ -52,8 +52,8 @@ class Design(Answered, Explained):
         which is no limit, and the largest value of the objective.
     bound
         Upper bound of the load factor (or objective), from the multipliers, for all designs with
-        the same open nodes that satisfy the constraints. It equals the value up to `residual`,
-        unless larger designs open other nodes and do not count (see `reason`).
+        the same open nodes that satisfy the constraints. It equals the value up to `residual`. The
+        exception is a search that ends because larger designs open other nodes (see `reason`).
     preload
         Series: amplitude that the design adds to the mean load, for each load case of `preloads`.
     profile
@@ -65,8 +65,8 @@ class Design(Answered, Explained):
     prices
         Name of each user constraint -> the rate, >= 0, at which the load factor (or the objective)
         grows if the constraint is relaxed, in your units and in the shape of the constraint. For an
-        equation it is the rate with the right side. If the best design is not unique, the rates may
-        not be, either.
+        equation it is the rate with respect to the right side. If the best design is not unique,
+        the rates need not be unique.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the largest of three errors: the
         violation of the contact law by the slips at all corners with the design built in, the
@@ -128,12 +128,12 @@ class Design(Answered, Explained):
 
     @property
     def reason(self) -> str:
-        """Explanation in words that no design is better, with the open nodes for which it holds."""
-        pattern = self._question.pattern
+        """Explanation that no design is better, and the open nodes for which this holds."""
+        node_states = self._question.node_states
         if self._stops:
-            return LARGER_DESIGNS_OPEN(opened=self._opened, pattern=pattern)
+            return LARGER_DESIGNS_OPEN(opened=self._opened, node_states=node_states)
         others = OTHER_DESIGNS_OPEN() if any(nodes.any() for nodes in self.opens) else ""
-        return BEST_DESIGN(opened=self._opened, pattern=pattern) + others
+        return BEST_DESIGN(opened=self._opened, node_states=node_states) + others
 
     def _before(self, larger: Design) -> Design:
         return replace(self, bound=larger.bound, _stops=True)
@@ -261,8 +261,8 @@ class DesignModel(SafeModel):
         Parameters
         ----------
         friction, constraints
-            As in `ShakedownModel.solve`; constraints may also contain `preload` and `profile`. With
-            the same open nodes, more friction never lowers the load factor.
+            Parameters are as in `ShakedownModel.solve`; constraints may also contain `preload` and
+            `profile`. With the same open nodes, more friction never lowers the load factor.
         objective
             Scalar to maximize instead of the load factor: a concave cvxpy expression.
         progress
@@ -276,8 +276,8 @@ class DesignModel(SafeModel):
             without end (the error names its direction); constraints or an objective that are not
             convex, need other cones, or belong to another model.
         SolverError
-            No solver gave an answer that passes the checks, or every design that was found opens
-            other nodes under its mean load and carries less.
+            No solver gave an answer that passes the checks, or every design of the search opens
+            other nodes under its mean load, with a smaller limit.
 
         Examples
         --------
@@ -353,7 +353,7 @@ class DesignModel(SafeModel):
         units.pop(self.load_factor, None)
         first.compiled(problem, unit, units, programs[1:])
         claim, record = first.chain.solve(
-            partial(self._judged, scenarios, programs, objective is not None),
+            partial(self._checked, scenarios, programs, objective is not None),
             self._solver,
             no_optimum=partial(raise_refusal, first, self._choice, goal),
         )
@@ -383,11 +383,11 @@ class DesignModel(SafeModel):
             if number == 0:
                 program.user_rows = labelled_rows(user_rows, self._unknowns)
                 if user_rows and opened.any():
-                    program.rows += self._rested(question, added.open_slip)
+                    program.rows += self._rest_rows(question, added.open_slip)
             programs.append(program)
         return programs
 
-    def _judged(
+    def _checked(
         self, scenarios: Sequence[Scenario], programs: Sequence[Program], has_objective: bool
     ) -> Design:
         """The design from a solved program, with its residual.

@@ -34,22 +34,22 @@ _MOST_PRESSED = 10.0
 _MOST_NAMES = 4
 
 _ROUNDING = (
-    "preloads: {name!r} makes reactions of {size:.1e}, no more than the rounding of others of up "
-    "to {largest:.1e}; leave it out if it has no effect on the contact, else give this load case a "
-    "larger unit, or the others a smaller one"
+    "preloads: {name!r} has reactions of {size:.1e}, which is only rounding relative to the "
+    "reactions {largest:.1e} of others; leave it out if it has no effect on the contact, "
+    "otherwise enlarge its unit, or reduce the unit of the other load cases"
 )
 _NONE_SAFE = "no design is safe at any load factor with all nodes closed"
 _CONTRADICT = "they contradict each other"
 _NONE_SAFE_AT_ALL = (
     "preloads: {why}; press nodes that are open, or call `shakedown_limit` for designs of your own"
 )
-_NONE_OBEYS = "{names}: {why} under these constraints; drop or relax one"
+_NONE_OBEYS = "{names}: {why} under these constraints; drop or relax one of them"
 _GROWS = (
-    "{goal}: it grows without end for any design; bound it by a constraint, "
+    "{goal}: it grows without bound for any design; bound it by a constraint, "
     "or give another objective"
 )
 _GROWS_WITH_DESIGN = (
-    "{goal}: it grows without end with the design: {directions}; bound them by constraints, "
+    "{goal}: it grows without bound with the design: {directions}; bound them by constraints, "
     "or subtract their cost"
 )
 
@@ -191,7 +191,7 @@ def checked_choice(system: ContactSystem, preloads: Sequence[str], has_profile: 
         )
     if not (names or has_profile):
         raise ModelError(
-            "preloads, profile: none, so nothing is to be chosen; name load cases, or give "
+            "preloads, profile: none, so the design has no unknowns; name load cases, or give "
             "profile=True"
         )
     preload = cp.Variable(len(names), name="preload") if names else None

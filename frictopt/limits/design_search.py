@@ -25,8 +25,8 @@ from .shakedown import ShakedownLimit, ShakedownLimits
 OpenNodes: TypeAlias = Sequence[Booleans]
 
 _CARRIES_LESS = (
-    "design: {opened}the best one would carry {load_factor:.6g}, but under its mean load other "
-    "nodes open, and no limit that passes the checks confirms it; bound the design more tightly"
+    "design: {opened}the best design has the load factor {load_factor:.6g}, but other nodes open "
+    "under its mean load, and its shakedown limit is lower; bound the design more tightly"
 )
 
 
@@ -214,7 +214,10 @@ class DesignSearch(Generic[D]):
                 share = high.share * SEARCH.shrink
 
     def _smaller(self, open_nodes: OpenNodes, largest: D, share: float) -> D | None:
-        """The best design of at most a share of the size of another one; None if there is none."""
+        """The best design whose size is at most a share of the size of another design.
+
+        None if no such design exists.
+        """
         try:
             return self._best_with(open_nodes, share, largest)
         except (ModelError, SolverError):

@@ -60,30 +60,33 @@ class GrossSlip(Explained):
     load_factor
         Above it no state of rest exists, from any start, for all slips and openings. Inf if the
         loads drive no motion that only the contact holds; NaN if no load factor has a state of
-        rest. With a `self_stress`: above it the transient from no slip slides off, if that is less.
+        rest. With a `self_stress`: the load factor above which the transient from no slip slides
+        off, if it is smaller.
     bound
-        Upper bound of the load factor of statics, also with a `self_stress`: `phi` times the
-        reactions at load factor 0, divided by minus `phi` times the reactions of the cyclic load.
+        Upper bound of the load factor from equilibrium, also with a `self_stress`. It is `phi`
+        times the reactions at load factor 0, divided by minus `phi` times the reactions of the
+        cyclic load.
     least
-        Below it no state of rest exists either. It is above 0 if the loads that the load factor
-        does not scale slide a body off.
+        Below it no state of rest exists either. It is above 0 if the mean load and the fixed part
+        alone slide a body off.
     corner, loads
-        The corner that governs, and its loads in words; -1 and "" if none does.
+        The corner that governs, and its loads in words; -1 and "" if no corner governs.
     phi
-        (t + 1, N) the motion that proves it, of body 1 relative to body 2: slips along the
-        tangents, then lifts; the largest node has the size 1. It strains nothing, lifts each node
-        by at least f times its slip, and the loads do work in it. 0 if there is none.
+        (t + 1, N) the motion of body 1 relative to body 2 that proves the load factor: slips along
+        the tangents, then lifts. The largest motion of a node has the size 1. It strains no body,
+        lifts each node by at least f times its slip, and the loads do work on it. It is zero if no
+        motion exists.
     motion
         The motion, one row for each contact that moves: columns contact, nodes (that move), x and y
         (and z), the direction of the slide or in space the axis of the turn, slide (along it), lift
         (off a flat face), turn (angle, in the plane from x to y), at_x, at_y (and at_z), a point
         that does not turn, else NaN. NaN if the nodes of a contact do not move as one body.
     reason
-        Why it is so, in words.
+        Explanation of the load factor in words.
     self_stress
         (t + 1, N) contact forces within friction that balance themselves, their pressures adding up
-        to 1: shear along the tangents, then pressure. None if no body moves. With them statics
-        cannot know how far a fit presses.
+        to 1: shear along the tangents, then pressure. None if no body moves. If such forces exist,
+        equilibrium does not determine the pressure of a fit.
     record, problem
         How it was found; its `residual`, at most 1e-9, is the largest error of both proofs. The
         cvxpy problem of the corner, in your units, or None.
@@ -138,13 +141,15 @@ def gross_slip(
     and within the shear strength of the surface have to balance the loads at each corner.
     Stiffness, gaps and residual slips do not matter, so the result converges with the mesh. It is
     inf if supports hold the bodies. A contact may slip for ever far below it, and wedged bodies may
-    slide off below it too: Coulomb's law does not choose forces as statics does. Theory, eq. (33).
+    slide off below it, because Coulomb's law does not choose the most favourable forces. Theory,
+    eq. (33).
 
-    If contact forces can balance themselves or press against supports, statics cannot know how far
-    the fit presses. Examples are a press fit, a clip, a joint with a locked bolt, or a body that
-    supports guide along its face. Then transients without initial slip are followed. If they slide
-    off at a lower load factor, the result is this load factor, and `reason` says so. Its relative
-    error is 2e-4, in space 2e-3 with two increments from corner to corner, which may take minutes.
+    If contact forces can balance themselves or press against supports, equilibrium does not
+    determine the pressure. Examples are a press fit, a clip, a joint with a locked bolt, or a body
+    that supports guide along its face. Then transients without initial slip are followed. If they
+    slide off at a lower load factor, the result is this load factor, and `reason` says so. Its
+    relative error is 2e-4, in space 2e-3 with two increments from corner to corner, which may take
+    minutes.
 
     Parameters
     ----------
@@ -155,13 +160,13 @@ def gross_slip(
         all. `["flange"]` gives the slip load of this joint, friction times the clamping force,
         without the heads of its bolts. None: all.
     progress
-        Whether to show after two seconds that it is still at work.
+        Whether to show the progress after two seconds.
 
     Raises
     ------
     ModelError, SolverError
         Bad input, contacts that the system does not have; no solver gave an answer that passes the
-        checks; with forces that balance themselves, see also `steady_state`.
+        checks; with forces that balance themselves, also errors of `steady_state`.
 
     Examples
     --------
@@ -220,7 +225,10 @@ def _checked_contacts(system: ContactSystem, contacts: Iterable[str]) -> tuple[l
 
 @dataclass(frozen=True, eq=False)
 class Words:
-    """The words of a reason. `only` says in which contacts friction counts, as its beginning."""
+    """The words of a reason.
+
+    `only` names the contacts in which friction counts, as the beginning of the sentence.
+    """
 
     question: Question
     only: str
@@ -302,7 +310,7 @@ def _reason(
 def _least_load_factors(
     question: Question, N: Array, corners: Sequence[int], r0: Array, r1: Array
 ) -> list[CornerAnswer]:
-    """The least load factors of the corners at which nothing balances the load factor 0 at once."""
+    """The least load factors of the corners for which no forces balance the load factor 0."""
     statics = Statics(question.system, question.friction)
     lower: list[CornerAnswer] = []
     for k in corners:

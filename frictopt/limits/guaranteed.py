@@ -51,7 +51,7 @@ from .shakedown import ShakedownLimit, ShakedownLimits
 _LEFT_OUT = {
     NOT_NEEDED: (
         "need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no "
-        "load factors lie between"
+        "load factors lie between the two"
     ),
     LEFT_OUT: "cannot be critical below the limit, by a lower bound",
     ONE_CORNER: "can only lift off when critical, or have no friction",
@@ -71,28 +71,28 @@ class GuaranteedLimit(Rated):
         safe load factor counts only if it can also be critical just above; then the limit is
         `least`. (At load factor 0 such a node carries no force.)
     kind, reason
-        Whether the limit is finite, and its explanation in words. The reason warns if nodes may
-        open and close in every cycle from some starts, which may slip for ever below the limit.
-        This is possible if nodes are open or have no friction, or if the loads open a node without
-        slip.
+        Whether the limit is finite, and the explanation of the limit in words. The reason warns if
+        nodes may open and close in every cycle: transients from some starts may then slip for ever
+        below the limit. This is possible if nodes are open or have no friction, or if the loads
+        open a node of the contact without slip.
     proven
         Whether a theorem states that slip stops from every start at load factors between `least`
-        and the limit. This is so for uncoupled contacts: `B` = 0 at all nodes, open and
+        and the limit. The theorem holds for uncoupled contacts: `B` = 0 at all nodes, open and
         frictionless nodes included (Klarbring, Ciavarella & Barber 2007). For coupled contacts the
         limit is only an upper bound of the load factor up to which slip stops from every start
         while nodes stay closed. If nodes open and close in each cycle of an uncoupled contact, and
-        the bodies slide freely, it is observed, not proven. Even that fails if friction is above
-        the critical value `A/|B|` of `node`: the node may wedge, and all slip may stop also above
-        the limit (see `reason`).
+        the bodies slide freely, the statement is observed, not proven. If friction is above the
+        critical value `A/|B|` of `node`, the limit need not be an upper bound: the node may wedge,
+        and all slip may stop also above the limit (see `reason`).
     slip
         (N,) or (N, 2) the witness, length: a slip that is safe at the limit and makes `node`
         critical. If no node is critical below lambda_2, the safe slip at lambda_2. NaN if the limit
         is not finite. The witness matters only if assembly can leave a slip of the size
         `largest_slip`.
     node, corners
-        The node that starts to slip to and fro, or around, and the load corners at which it is on
-        its bound: in the plane first the corner of forward slip, then the corner of backward slip.
-        None if lambda_2 is the limit.
+        The node at which cyclic slip begins, and the load corners at which it is on its friction
+        bound: in the plane first the corner of forward slip, then the corner of backward slip. None
+        if lambda_2 is the limit.
     record
         Solver of the program of `node`, attempts and time. Its `residual`, at most 1e-9, is the
         largest error of all programs solved: the violation of the contact law by the slip at the
@@ -148,9 +148,10 @@ class GuaranteedLimit(Rated):
 
     @property
     def multipliers(self) -> pd.DataFrame:
-        """Multipliers as of a shakedown limit; rows `critical_q` and `critical_p` are of `node`.
+        """Multipliers as for a shakedown limit.
 
-        In space the column component is the component of the shear.
+        The rows `critical_q` and `critical_p` belong to `node`. In space the column component is
+        the component of the shear.
         """
         table = super().multipliers
         if self.node is not None:
@@ -168,8 +169,8 @@ class GuaranteedLimit(Rated):
     def to_frame(self) -> pd.DataFrame:
         """A row for each node: node, its place, load_factor, how, and the slip of the witness.
 
-        load_factor is the least one at which a safe slip makes the node critical, or a lower bound
-        (see how). It is inf if no safe slip does.
+        `load_factor` is the least load factor at which a safe slip makes the node critical, or a
+        lower bound of it (see `how`). It is inf if no safe slip makes the node critical.
         """
         columns = {
             "node": range(len(self._how)),
@@ -181,11 +182,10 @@ class GuaranteedLimit(Rated):
         return frame(columns, units=self.system.units)
 
     def witness_above_least(self, most: float) -> tuple[float, Array] | None:
-        """If the limit is `least`: a load factor above, and the slip that makes `node` critical.
+        """A load factor above the limit, and the slip that makes `node` critical there.
 
-        The load factor is at most `most`. From this slip (length), a contact slips for ever at a
-        load factor just above or, if the load presses the contact, just below. None if the limit is
-        above `least`.
+        The load factor is at most `most`. From this slip, a contact slips for ever just above it
+        or, if the load presses the contact, just below it. None if the limit is above `least`.
         """
         most = finite_number("most", most, above=0.0 if self._above is None else self.load_factor)
         if self._above is None:
@@ -225,8 +225,8 @@ class GuaranteedLimits(SafeModel):
         if question.system.tangents > 1 and question.fixed and not uncoupled(question):
             raise ModelError(
                 "cycle: its fixed parts differ, and the contact is in space, so the pressure "
-                "that a node needs is not linear in the load factor, and the slips that make "
-                "it critical are no convex set; use `shakedown_limit`, or follow starts by "
+                "that a node needs is not linear in the load factor, and the slips that make it "
+                "critical are not a convex set; use `shakedown_limit`, or follow starts by "
                 "`steady_state`"
             )
         super()._begin(question, solver)
@@ -299,7 +299,7 @@ class GuaranteedLimits(SafeModel):
                 bar.keep(
                     "table",
                     partial(nodes.table, order[:count]),
-                    f"it is at most {nodes.least:.6g}; what is known of "
+                    f"it is at most {nodes.least:.6g}; what is known about "
                     f"{number_of(count, 'node')} is in the attribute `table`",
                     best=f"at most {nodes.least:.4g} so far",
                 )
@@ -312,7 +312,7 @@ class GuaranteedLimits(SafeModel):
             self._programs.clear()
             self._programs[key] = CriticalSearch(self._x, question, rows, self._solver)
         search: CriticalSearch = self._programs[key]
-        search.ask(question)
+        search.set_question(question)
         return search
 
 

@@ -27,7 +27,7 @@ class GuaranteedModel(GuaranteedLimits):
     Raises
     ------
     ModelError
-        As in `ShakedownModel`; also if fixed parts of the load cycle differ in space.
+        As in `ShakedownModel`; also if the fixed parts of the load corners differ, in space.
 
     Examples
     --------
@@ -52,9 +52,10 @@ class GuaranteedModel(GuaranteedLimits):
         Parameters
         ----------
         friction, constraints
-            As in `ShakedownModel.solve`. Like a slip bound, constraints apply to the witness and to
-            the safe slips of lambda_2: the limit is the least load factor at which a slip that
-            satisfies them makes a node critical. `residual` includes their violation.
+            As in `ShakedownModel.solve`. Constraints apply to the witness and to the safe slips of
+            lambda_2, as a slip bound does. The limit is the least load factor at which some slip
+            satisfies them and makes a node critical. `residual` includes the violation of the
+            constraints.
         progress
             See `guaranteed_limit`.
 

@@ -48,14 +48,14 @@ class LeastSlip(Kept, Plotted):
     g, h
         (K, N) or (K, N, 2) weights of the slip and (K, N) weights of the gap at the corners, 1 /
         length. The sum of g over the corners is zero: only slip from corner to corner counts. The
-        weights h count only if nodes open.
+        weights h matter only if nodes open.
     weight
         (N,) largest contribution of a node to the sum, per unit of slip between corners. It is half
         the sum of `abs(g)` over the corners; in space, if more than two corners have weights, the
         sum divided by sqrt(3).
     residual
         Largest entry of the sum of g over the corners, divided by the largest force that single
-        motions of the mechanism cause; or the residual of the limit if it is larger.
+        motions of the mechanism cause; or the residual of the limit, whichever is larger.
 
     Examples
     --------
@@ -144,7 +144,7 @@ def least_slip(
     if not residual <= RESIDUAL:
         raise SolverError(
             f"least slip: the multipliers of the limit are off by {residual:.1e} (tolerance "
-            f"{RESIDUAL:g}); check for reactions and stiffnesses of very different sizes"
+            f"{RESIDUAL:g}); reactions or stiffnesses may differ too much in size"
         )
 
     # Weights that are only rounding are set to zero.

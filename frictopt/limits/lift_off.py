@@ -88,7 +88,7 @@ def episodes(instants: Sequence[Instant], count: int, closed_path: bool) -> Inte
     """(M, count) number of the closed episode of each node at each instant, -1 while it is open.
 
     A node has its first episode, 0, until it opens; the next ones follow its closings. On a closed
-    path, the episode at the end of the cycle is the one of its beginning.
+    path, the episode at the end of the cycle is the episode at its beginning.
     """
     numbers = np.full((len(instants), count), -1)
     for node in range(count):
@@ -109,9 +109,9 @@ class LiftOff(Question):
     """A question with nodes that open and close in each cycle.
 
     `open_nodes` are open during the whole cycle. `way` (M,) is the place of each instant: k at the
-    k-th stop of the load path, and linear between. `sets` has a question for each instant, with
-    the nodes open that are open before and after it. `shifts` (M, N) or (M, N, 2) are the slips of
-    later episodes less the slip of the first one, at each instant.
+    k-th stop of the load path, and linear between. `sets` has a question for each instant, with the
+    nodes open that are open before and after it. `shifts` (M, N) or (M, N, 2) are, at each instant,
+    the slip of the episode minus the slip of the first episode.
     """
 
     order: Order
@@ -232,8 +232,8 @@ class LiftOff(Question):
         return np.asarray(np.diff(self.way, append=float(legs)) @ opened / legs)
 
     @property
-    def pattern(self) -> str:
-        """See `Question.pattern`."""
+    def node_states(self) -> str:
+        """See `Question.node_states`."""
         count = len(frozenset().union(*self.order.events))
         opened = ", these nodes open" if self.open_nodes.any() else ""
         moving = number_of(count, "node that opens and closes", "nodes that open and close")
@@ -270,7 +270,7 @@ class LiftOff(Question):
 
 
 def _blends(corners: Sequence[Mapping[str, float]], weights: Array) -> list[dict[str, float]]:
-    """Loads at the instants, from those at the corners."""
+    """Loads at the instants, from the loads at the corners."""
     blends = []
     for shares in weights.tolist():
         blend = dict[str, float]()
@@ -326,7 +326,7 @@ def with_order(
 
 
 def way_of(order: Order, instants: Sequence[Instant], shares: Sequence[float]) -> Array:
-    """(M,) the way at each instant, from the share of its leg at which each event is."""
+    """(M,) `way` at each instant, from the place of each event on its leg."""
     way = []
     for instant in instants:
         share = 0.0 if instant.event is None else shares[instant.event]

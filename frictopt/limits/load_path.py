@@ -1,7 +1,7 @@
 """The path of a load cycle: on a line or around an area, and where nodes can open and close.
 
 If all corners lie on a line, the states of rest along one leg between its two ends are a function
-of the load (theory, "Nodes that open and close in each cycle"). So the ends stand for any number of
+of the load (theory, "Nodes that open and close in each cycle"). So the two ends represent all
 turning points between them.
 """
 
@@ -32,7 +32,7 @@ class LoadPath:
 
     @property
     def closed(self) -> bool:
-        """Whether the path returns to its first corner on another way."""
+        """Whether the path returns to its first corner along another path."""
         return self.stops[0] == self.stops[-1]
 
     @property
@@ -85,8 +85,8 @@ def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
     """Whether some node can open and close in a state of rest, other than by chance.
 
     Where a node closes, its bonded reactions equal those where it opens, if nothing else opens or
-    closes in between (theory, "Where events can gain"). So they must come back the way they went,
-    on a line or on two legs. This is asked with no other node open.
+    closes in between (theory, "Where events can gain"). So they must return along the same path: on
+    a line, or on two legs. This is asked with no other node open.
     """
     if path is None:
         return False

@@ -38,8 +38,8 @@ class BranchSettings:
     # Load factor up to which branches have bounds, relative to the limit or to the unit of the
     # load. While many nodes are loose, the load factor may grow without end.
     most: float = 100.0
-    # A loose node is open if its pressure is below this share of its unit, and closed if its own
-    # motion is. Then the solution is the state of one set.
+    # A loose node is open if its pressure is below this share of its unit. It is closed if its own
+    # motion is below this share. Then the solution is the state of one set.
     decided: float = 1e-6
 
 
@@ -104,7 +104,7 @@ class LooseNodes:
         self._opens = cp.Parameter(len(nodes), nonneg=True, name="opens")
         self._closes = cp.Parameter(len(nodes), nonneg=True, name="closes")
         self._lifts = {k: cp.Variable(len(nodes), name=f"lift[{k}]") for k in self._corners}
-        # The common slip is that of the first corner.
+        # The common slip is the slip at the first corner.
         self._slips = {
             k: cp.Variable(tangents * len(nodes), name=f"own_slip[{k}]") for k in self._corners[1:]
         }
@@ -168,17 +168,17 @@ class LooseNodes:
             parts.append((self._slips[k], places_of_slips, "t"))
         rows_of_gaps = np.flatnonzero(question.open_nodes) + tangents * count
         terms = list[list[cp.Expression]]()
-        for own, columns, name in parts:
+        for unknown, columns, name in parts:
             S = question.S[:, columns]
             effects = [(S[:-count], f"A_{name}"), (S[-count:], f"B_{name}")]
             if question.compliance is not None:
                 W = -(question.compliance[rows_of_gaps] @ system.S[:, columns])
                 effects.append((W, f"W_{name}"))
-            terms.append([constant(matrix, symbol) @ own for matrix, symbol in effects])
-        q, *others = (sum(term[1:], term[0]) for term in zip(*terms, strict=True))
+            terms.append([constant(matrix, symbol) @ unknown for matrix, symbol in effects])
+        q, *gaps = (sum(term[1:], term[0]) for term in zip(*terms, strict=True))
         if tangents > 1:
             q = cp.reshape(q, system.slip_shape, order="F")
-        return [q, *others]
+        return [q, *gaps]
 
     def _set(self, branch: Branch) -> None:
         self._opens.value = branch.opens.astype(float)
@@ -194,7 +194,7 @@ class LooseNodes:
         self._set(branch)
         try:
             answer, _ = self._program.chain.solve(
-                partial(self._judged, above),
+                partial(self._checked, above),
                 self._solver,
                 above=above,
                 tolerance=BRANCHES.tolerance,
@@ -221,7 +221,7 @@ class LooseNodes:
         relaxed = self._relaxed(counted, 0.0, pressures, lifts, slips, float(excess[0]))
         return replace(relaxed, basis=basis)
 
-    def _judged(self, above: float) -> Relaxed:
+    def _checked(self, above: float) -> Relaxed:
         proof = self._program.chain.proof
         bound = self._counted(proof.bound + proof.defect)
         # A bound that ends the branch need not be close to the value of the program.

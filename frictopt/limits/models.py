@@ -10,10 +10,10 @@ load cycle (theory, eq. (7))::
 
 If some nodes stay open, A, B and the loads are condensed to the closed nodes, and the gaps of the
 open nodes stay `w0 + load_factor w1_k + W slip >= 0`. `rest` lists the rows without friction,
-`stuck` those of friction; each question below is one goal over them. Each row has a label; that of
-an equation is the name of the unknown that it defines. Slip and q are (N,), in space (N, 2), where
-`|q|` is the length at each node. No scaling, symmetry or elimination here: `frictopt.solve` does
-that below cvxpy.
+`stuck` those of friction; each question below is one goal over them. Each row has a label. The
+label of an equation is the name of the unknown that it defines. Slip and q are (N,), in space (N,
+2), where `|q|` is the length at each node. No scaling, symmetry or elimination here:
+`frictopt.solve` does that below cvxpy.
 """
 
 import operator
@@ -174,7 +174,7 @@ def stuck(
 
 
 def friction_bound(f: cp.Parameter, p: cp.Variable, law: Any = None) -> cp.Expression:
-    """The first term of a contact law, whose slope is the coefficient of friction: f p."""
+    """The first term f p of a contact law. Its slope f is the coefficient of friction."""
     bound = cp.multiply(f, p)
     if law is None or not law.terms[0].constant.any():
         return bound
@@ -211,7 +211,7 @@ def ordered(legs: Iterable[tuple[Sequence[cp.Variable], Any]]) -> list[Row]:
     """Events follow each other on the way along each leg, from 0 to its end.
 
     `legs` are those with events: the unknown places of their events, and the place of their end. It
-    is the load factor if the load factor scales what varies along the leg, else 1.
+    is the load factor if the load factor scales the varying loads of the leg, otherwise 1.
     """
     rows = list[Row]()
     for way, end in legs:
@@ -232,8 +232,8 @@ def loose(
     """Rows of loose nodes, which may be open or closed, beside their rows as closed nodes.
 
     At corner k a loose node also has a slip of its own, in `slips[k]` (all tangents one after the
-    other), and a gap, `lifts[k]`; both are `more` in `rest`. `opens` is 1 at the loose nodes that
-    carry nothing, and `closes` is 1 at those that do not move.
+    other), and a gap, `lifts[k]`; both are `more` in `rest`. `opens` is 1 at the loose nodes
+    without force, and `closes` is 1 at the loose nodes without motion.
     """
     rows = list[Row]()
     for k, lift in lifts.items():
@@ -288,7 +288,8 @@ def within(x: Unknowns, slip_bound: cp.Constant) -> list[Row]:
 def shakedown(x: Unknowns, rows: Sequence[Row]) -> cp.Problem:
     """The largest load factor of a state of rest.
 
-    For a design: with the rows of all scenarios, its loads being `more` in `rest`.
+    For a design, `rows` are the rows of all scenarios, and the loads of the design are `more` in
+    `rest`.
     """
     return cp.Problem(cp.Maximize(x.load_factor), [*rows, not_negative(x.load_factor)])
 
@@ -304,7 +305,10 @@ def not_negative(load_factor: cp.Variable) -> Row:
 
 
 def safe_slip(margin: cp.Variable, rows: Sequence[Row]) -> cp.Problem:
-    """The slip with the largest margin at a load factor, see `inside`; below 0 none is safe."""
+    """The slip with the largest margin at a load factor, see `inside`.
+
+    If the margin is below 0, no slip is safe.
+    """
     return cp.Problem(cp.Maximize(margin), [*rows, (margin <= 1).set_label("cap")])
 
 
@@ -359,7 +363,7 @@ def critical(
     """The least (largest) load factor at which a safe slip makes a node critical.
 
     theory, eq. (10): q0 + q_r = load_factor c and p0 + p_r = load_factor rho at the node. `load`
-    are q0 and p0 there, see `at_node`; `needed` are the shear c and the pressure rho that its
+    are q0 and p0 at the node, see `at_node`; `needed` are the shear c and the pressure rho that its
     cyclic loads need at a load factor of 1.
     """
     q0, p0 = load

@@ -165,8 +165,8 @@ class MovingAreas(Question):
         return np.asarray(lasting @ ~self.at_instant.after / len(self.r1))
 
     @property
-    def pattern(self) -> str:
-        """See `Question.pattern`."""
+    def node_states(self) -> str:
+        """See `Question.node_states`."""
         return ", for all openings and closings"
 
     def violation(self, load_factor: float, slip: Array) -> float:

@@ -5,7 +5,7 @@
 - The shear forces of the rim are linear in the load factor alone. Its nodes have no stiffness here,
   so their slip changes nothing.
 - If the equations of the rim have no solution, the forces that they leave act on nodes without
-  pressure. So the limit is 0, or one load factor alone is safe, or none.
+  pressure. So the limit is 0, or only one load factor is safe, or no load factor is safe.
 
 A state of rest exists at a load factor if and only if the ordinary question has a safe slip there.
 """
@@ -30,7 +30,7 @@ L = TypeVar("L", bound=ShakedownAnswer)
 def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
     """The ordinary question, and the instants (J, N) that its J corners are at each node.
 
-    Each node has the instants at which it can govern, others than other nodes.
+    Each node has only the instants at which it can govern, which differ from node to node.
     """
     shear = _shear(areas)
     rows = _rows(areas)
@@ -94,7 +94,7 @@ def _shear(areas: MovingAreas) -> Array:
         off = off * (size / np.abs(off[part]).max())
     touching = areas.at_instant.touching[:, None, areas.rim.nodes]
     shear[..., areas.rim.nodes] = np.where(touching, off, areas.rim.shear)
-    # Rounding must not bound a load factor, nor tell apart instants with the same shear.
+    # Rounding must not bound a load factor, and must not separate instants with the same shear.
     rounding = CONDENSATION * np.abs(loads).max(axis=(1, 2, 3), keepdims=True)
     shear = np.where(np.abs(shear) > rounding, shear, 0.0)
     differs = np.ptp(shear, axis=1, keepdims=True) > rounding
@@ -147,8 +147,8 @@ def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
         if not residual <= RESIDUAL:
             raise SolverError(
                 f"shakedown limit: the states at the instants of the cycle are off by "
-                f"{residual:.1e} (tolerance {RESIDUAL:g}); check for reactions and stiffnesses of "
-                "very different sizes"
+                f"{residual:.1e} (tolerance {RESIDUAL:g}); reactions or stiffnesses may differ "
+                "too much in size"
             )
         slip = areas.completed(limit.load_factor, slip)
         record = replace(record, residual=max(residual, record.residual))

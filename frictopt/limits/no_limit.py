@@ -42,8 +42,8 @@ def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
         return None
     if chosen:
         raise ModelError(
-            "objective: it grows without end over the safe slips; subtract a penalty, or bound it "
-            "by a constraint"
+            "objective: it grows without bound over the safe slips; subtract a penalty, or bound "
+            "it by a constraint"
         )
     question = program.question
     why = "" if program.user_rows else _cause_of_growth(program, growth)
@@ -71,7 +71,7 @@ def _nothing_is_safe(program: Program, bare: Problem, chosen: bool) -> NoLimit |
     ruling = program.ruling(contradiction.ruling)
     if ruling:
         names = constraint_names(program, chosen)
-        why = CONTRADICTED(pattern=question.pattern, rows=", ".join(ruling))
+        why = CONTRADICTED(node_states=question.node_states, rows=", ".join(ruling))
     kind = LimitKind.NO_SAFE_SLIP
     return NoLimit(kind, question, program.motion, contradiction.residual, names, why)
 

@@ -1,9 +1,9 @@
 """Pressures and gaps of an uncoupled contact along its load cycle, from the normal problem alone.
 
-If slip changes no pressure (B = 0), pressures p and gaps w solve ``p = b + C w``, ``p >= 0``,
-``w >= 0``, ``p w = 0`` with the normal reactions b of the load, all gaps pressed shut. They are
+If slip changes no pressure (B = 0), pressures p and gaps w solve ``p = b + C w``, ``p >= 0``, ``w
+>= 0``, ``p w = 0`` with the normal reactions b of the load, all gaps pressed shut. They are
 piecewise linear along the cycle. The path goes from one *instant* to the next: a corner, or a place
-at which a pressure or a gap comes to zero. Nodes that come to zero together are one event, as in
+at which a pressure or a gap comes to zero. Nodes that reach zero together are one event, as in
 symmetric contacts. There the rates of pressures and gaps solve a small problem of the same kind,
 which decides which of these nodes open.
 """
@@ -27,7 +27,8 @@ class PathSettings:
     at_corner: float = SIMULTANEOUS
     # Largest number of events on a leg, and of pivots of a problem, each times the nodes.
     steps: int = 20
-    # Pivots that flip all wrong nodes may fail to improve so often, before single ones follow.
+    # Number of pivots with all wrong nodes that may bring no improvement, before pivots with single
+    # nodes follow.
     patience: int = 10
 
 
@@ -166,8 +167,8 @@ def _states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]
 def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Booleans:
     """The open nodes of a normal problem, by principal pivots.
 
-    All wrong nodes are flipped at once. If that does not settle, the last one alone is flipped
-    (Murty's rule), which ends for every positive definite C.
+    All wrong nodes are flipped at once. If this does not converge, only the last wrong node is
+    flipped (Murty's rule). This ends for every positive definite C.
     """
     count = len(reactions)
     opened = np.zeros(count, dtype=bool)

@@ -32,7 +32,7 @@ from .shakedown_answer import ShakedownAnswer
 class ProductSettings:
     """Numbers of the programs with products of the load factor and places of events."""
 
-    # Largest number of programs, each linear about the solution of the one before.
+    # Largest number of linearised programs.
     programs: int = 20
     # Change of the load factor, in its unit, and of places below which the solution stays.
     stays: float = 1e-8
@@ -48,7 +48,7 @@ def best_with_events(limits: Any, best: L, enough: float = np.inf) -> L:
     """The best limit with nodes that open and close in each cycle; `best` if none is better.
 
     `best` is the limit of nodes that stay open or closed. The search ends with the first limit that
-    reaches `enough`. It is left out where nodes cannot open and close in a state of rest.
+    reaches `enough`. No order is searched if nodes cannot open and close in a state of rest.
     """
     question = best._question
     path = path_of(question.cycle)
@@ -141,8 +141,9 @@ def _limit_of(limits: Any, question: LiftOff, settled: Settled, above: float) ->
 def _limit_of_products(limits: Any, program: Ordered, settled: Settled) -> Any:
     """The limit of an order whose program has products of the load factor and places.
 
-    Programs that are linear about the last solution follow each other until the solution stays. The
-    solution obeys the contact law. It has no bound, and the least safe load factor is not known.
+    The program is linearised about the last solution and solved again, until the solution no longer
+    changes. The solution obeys the contact law. It has no bound, and the least safe load factor is
+    not known.
     """
     load_factor = settled.load_factor
     places = list(settled.shares)

@@ -25,8 +25,8 @@ from ..errors import FrictoptError, ModelError
 from .lift_off import LiftOff, Nodes, Order, among, with_order
 from .load_path import path_of
 from .open_nodes import TOUCHES
-from .patterns import SEARCH, keep_best
 from .question import Question, with_open
+from .set_search import SEARCH, keep_best
 from .settled_order import Settled, settled_orders
 from .shakedown_answer import ShakedownAnswer
 
@@ -105,7 +105,7 @@ class _OrderSearch(Generic[L]):
         if not np.isnan(self.best.load_factor):
             if least > self.best.load_factor * (1 + SEARCH.gain):
                 return False
-            # It is not a number if one of both is none.
+            # It is NaN if one of the two is missing.
             least = float(np.minimum(least, self.best.least))
         self._keep(settled.order, limit, least)
         return True
@@ -114,7 +114,7 @@ class _OrderSearch(Generic[L]):
         """The limit of a new order, if it is higher than the best one."""
         order = settled.order
         if not order.events and len(order.start) == self._question.system.nodes:
-            return None  # nothing touches: see `best_pattern`
+            return None  # nothing touches: see `best_open_set`
         if order in self._tried or len(self._tried) >= self._programs:
             return None
         self._tried.add(order)
@@ -163,8 +163,8 @@ def _pivots(limit: ShakedownAnswer, order: Order) -> Iterator[Order]:
     """Neighbouring orders: nodes open or close at a corner.
 
     First all nodes without pressure open there, and all without gap close: on symmetric contacts
-    the multipliers stand at one of two twin nodes, and opening that one alone gains nothing. Then
-    the nodes that govern open together, and close one by one.
+    only one of two twin nodes may have a multiplier, and opening this node alone does not raise the
+    limit. Then the nodes that govern open together, and close one by one.
     """
     bare, shut = _touching(limit)
     yield from _all_at_once(bare, shut, order)

@@ -148,7 +148,7 @@ class Ordered(Program):
     def _change(
         self, question: Question, first: int, last: int, event: int, name: str
     ) -> list[cp.Expression]:
-        """Loads q, p and gaps that the way to an event adds to those of the corner `first`."""
+        """Changes of q, p and gaps from the corner `first` to an event."""
         leg = self._lift_off.order.on_legs[event]
         fixed_varies, scaled_varies = varying(self._lift_off, leg)
         both = fixed_varies and scaled_varies
@@ -227,7 +227,7 @@ class _Product(NamedTuple):
 
     @classmethod
     def of(cls, load_factor: Any, place: cp.Variable) -> "_Product":
-        """The product; it is linear as it is if the load factor is a parameter."""
+        """The product, which is linear if the load factor is a parameter."""
         about = [
             cp.Parameter(name=f"at_{name}", value=0.0)
             for name in ("load_factor", place.name(), f"load_factor_{place.name()}")

@@ -84,8 +84,8 @@ class Program:
     ) -> "Program":
         """Compile a goal over the rows of this program and of other programs.
 
-        `unit` is that of the objective; `units` are those of variables that the program does not
-        have itself.
+        `unit` is the unit of the objective; `units` are the units of variables that the program
+        itself does not have.
         """
         problem = Problem(problem.objective, [*problem.constraints, *self.user_rows.values()])
         by_slip = dict[cp.Variable, list[Program]]()
@@ -132,7 +132,7 @@ class Program:
         units |= dict.fromkeys(x.gap.values(), question.clearance)
         return units
 
-    def ask(self, question: Question, unit: float) -> None:
+    def set_question(self, question: Question, unit: float) -> None:
         """Set friction, the units that follow from it, and the `unit` of the objective."""
         if (question.shear_unit != self.question.shear_unit).any():
             self.chain.changes = [tractions(question, self.dense)]
@@ -274,7 +274,7 @@ def listed_corners(question: Question) -> list[int]:
 
 
 def outer_corners(cycle: LoadCycle) -> list[int]:
-    """Corners that are no mean of the others, by the amplitudes of all load cases."""
+    """Corners outside the convex hull of the other corners, by the amplitudes of all load cases."""
     count = len(cycle.corners)
     columns = []
     for loads in (cycle.corners, *([] if cycle.fixed is None else [cycle.fixed])):
@@ -361,13 +361,12 @@ def _check_variable(name: str, variable: cp.Variable, known_ids: set[int]) -> No
     part = variable.name().split("[")[0]
     if variable.id not in known_ids and part in _NAMES:
         raise ModelError(
-            f"{name}: it is on the {part} of another model; use the variables of the model "
-            "that solves"
+            f"{name}: it contains the {part} of another model; use the variables of this model"
         )
     if variable.attributes["boolean"] or variable.attributes["integer"]:
         raise ModelError(
-            f"{name}: variable {variable.name()} is an integer; multipliers prove no such answer: "
-            "solve `problem` with it by cvxpy"
+            f"{name}: variable {variable.name()} is an integer; multipliers cannot prove such an "
+            "answer: solve `problem` with it by cvxpy"
         )
     attributes = {kind for kind, value in variable.attributes.items() if value}
     if not attributes <= _LINEAR_ATTRIBUTES:
@@ -379,21 +378,21 @@ def _check_variable(name: str, variable: cp.Variable, known_ids: set[int]) -> No
 
 
 def _check_cones(name: str, row: Row) -> None:
-    """Refuse cones that are not linear or of second order, and those that cvxpy gets wrong."""
+    """Refuse cones that are not linear or second-order, or that cvxpy compiles wrongly."""
     problem = cp.Problem(cp.Minimize(0), [row])
     for cone in Dcp2Cone(quad_obj=False).apply(problem)[0].constraints:
         if not isinstance(cone, _CONES):
             raise ModelError(
                 f"{name}: it needs a {type(cone).__name__} cone; the multipliers of linear rows "
-                "and second-order cones prove the answer: give linear constraints, or such of abs, "
-                "max, min and norms of vectors, in space for each node: "
+                "and second-order cones prove the answer: give linear constraints, or constraints "
+                "on abs, max, min and norms of vectors, in space for each node: "
                 "cp.norm(model.slip, 2, axis=1)"
             )
         # cvxpy fails at axis 2, and mixes up the entries at axis 1.
         if isinstance(cone, cp.SOC) and cone.axis and cone.args[1].ndim > 2:
             raise ModelError(
                 f"{name}: it has norms along axis {cone.axis} of {cone.args[1].ndim} axes, which "
-                "cvxpy does not compile rightly; give them for each corner k: "
+                "cvxpy does not compile correctly; give one constraint for each corner k: "
                 "cp.norm(model.q[k], 2, axis=1) <= c"
             )
 

@@ -2,7 +2,7 @@
 
 `pose` checks the input and computes the arrays of a question with all nodes closed. `with_open` and
 `with_friction` change the open nodes or the friction, and compute the arrays anew.
-`Question.violation` is the referee: it measures how far a residual slip is from being safe.
+`Question.violation` checks answers: it measures how far a residual slip is from being safe.
 """
 
 from collections.abc import Mapping
@@ -220,7 +220,7 @@ class Question:
         return self.open_nodes.astype(float)
 
     @property
-    def pattern(self) -> str:
+    def node_states(self) -> str:
         """The states of the nodes that an answer is about, as a part of a sentence."""
         if self.open_nodes.any():
             return " with these nodes open and the others closed"

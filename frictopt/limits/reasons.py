@@ -13,15 +13,16 @@ from .load_path import may_open_and_close, path_of
 from .moving_areas import MovingAreas
 from .programs import is_held
 from .sentences import (
-    ASK_FOR_EVENTS,
     AT_EVERY_LOAD,
     BELONGS_TO_MESH,
     BOTH_BOUNDS,
     BOUND_COVERS,
     BOUNDS_IN_SPACE,
+    CALL_WITH_EVENTS,
     CLOSES_OTHERWISE,
     CRITICAL,
     FROM_EVERY_START,
+    HIGHER_WITH_OTHERS_OPEN,
     HIGHEST,
     INFINITE,
     LIFTING,
@@ -30,12 +31,11 @@ from .sentences import (
     NO_EVENTS,
     NO_FRICTION,
     NO_PRESSURE,
-    NOTHING_RESTS,
+    NO_STATE_OF_REST,
     NOTHING_SAFE,
     OBSERVED,
     ONLY_AT_LEAST,
     ONLY_SLIP_PRESSES,
-    OTHERS_OPEN,
     SAME_LIMIT,
     SLIPS_AT_ANY,
     SLIPS_BUT_AT_ONE,
@@ -62,17 +62,19 @@ def shakedown_reason(limit: ShakedownAnswer) -> str:
     if limit._why and not grows:
         reason = limit._why
     elif not limit.load_factor > 0:
-        reason = _nothing_safe(limit) + _ask_for_events(limit)
+        reason = _nothing_safe(limit) + _call_with_events(limit)
     elif grows:
         cause = f"; {limit._why}" if limit._why else ""
         start, below = _start(limit)
         reason = INFINITE(start=start, slip=_slip(limit), cause=cause, below=below)
     elif limit._question.both_vary:
-        reason = NO_BOUND(slip=_slip(limit), pattern=limit._question.pattern)
+        reason = NO_BOUND(slip=_slip(limit), node_states=limit._question.node_states)
     else:
-        pattern = limit._question.pattern
+        node_states = limit._question.node_states
         _, below = _start(limit)
-        reason = HIGHEST(slip=_slip(limit), pattern=pattern, others=_others(limit), below=below)
+        reason = HIGHEST(
+            slip=_slip(limit), node_states=node_states, others=_others(limit), below=below
+        )
     return limit._opened + reason + governing_node(limit)
 
 
@@ -88,14 +90,14 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
         cause = _mean_load(limit)
         if slips is not None:
             cause = CLOSES_OTHERWISE(node=slips, contact=in_contact(question.system, slips))
-        return NOTHING_RESTS(above="", cause=cause)
+        return NO_STATE_OF_REST(above="", cause=cause)
     if node is not None:
         sentence = SLIPS_BUT_AT_ONE if limit.load_factor > 0 else SLIPS_AT_ANY
         return sentence(starts=starts, node=node, contact=in_contact(question.system, node))
     if not limit.load_factor > 0:
         weak = limit._ruling
         cause = TOO_LITTLE_PRESSURE(node=weak, contact=in_contact(question.system, weak))
-        return NOTHING_RESTS(above=" above 0", cause=cause)
+        return NO_STATE_OF_REST(above=" above 0", cause=cause)
     moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
     return MOVES(nodes=_named(moving), below=below)
 
@@ -176,12 +178,12 @@ def _nothing_safe(limit: ShakedownAnswer) -> str:
     return NOTHING_SAFE(
         slip=_slip(limit),
         above=" above 0" if at_zero else "",
-        pattern=question.pattern,
+        node_states=question.node_states,
         cause=(_weak_node(limit) if at_zero else "") or _mean_load(limit),
     )
 
 
-def _ask_for_events(limit: ShakedownAnswer) -> str:
+def _call_with_events(limit: ShakedownAnswer) -> str:
     """The advice to ask for nodes that open and close, if some can in a state of rest."""
     question = limit._question
     unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
@@ -190,7 +192,7 @@ def _ask_for_events(limit: ShakedownAnswer) -> str:
         return ""
     if unknown or not may_open_and_close(question, path_of(question.cycle)):
         return ""
-    return ASK_FOR_EVENTS()
+    return CALL_WITH_EVENTS()
 
 
 def _weak_node(limit: ShakedownAnswer) -> str:
@@ -226,10 +228,10 @@ def _start(limit: ShakedownAnswer) -> tuple[str, str]:
         return " from some on", START_UNKNOWN()
     if not least > 0:
         return "", ""
-    # The sentence of a finite limit names the pattern itself.
+    # The sentence of a finite limit names the open nodes itself.
     grows = limit.kind is LimitKind.UNBOUNDED
-    pattern = f"{limit._question.pattern[1:]} " if grows else ""
-    below = UNSAFE_BELOW(pattern=pattern, least=least)
+    node_states = f"{limit._question.node_states[1:]} " if grows else ""
+    below = UNSAFE_BELOW(node_states=node_states, least=least)
     if not limit.constraints:
         below += f": {_mean_load(limit)}"
     return f" from {least:.6g} on", below
@@ -239,7 +241,7 @@ def _others(limit: ShakedownAnswer) -> str:
     """Phrases on the states of rest that a finite limit does not cover."""
     others = ""
     if limit.open.any():
-        others += OTHERS_OPEN()
+        others += HIGHER_WITH_OTHERS_OPEN()
     if limit.constraints:
         others += BOUND_COVERS()
     elif limit._question.static:

@@ -38,18 +38,18 @@ from .sentences import (
 )
 
 _NONE_FOUND = (
-    "required friction: none up to {largest:g} is enough, although no node need open: the best "
-    "residual slip leaves a pressure of {least:.1e} force scales at one node; press nodes of "
+    "required friction: none up to {largest:g} is enough, although no node has to open: with the "
+    "best residual slip, the pressure at one node is only {least:.1e} force scales; press nodes of "
     "little pressure, or leave them out"
 )
 _NEXT_TO_ZERO = (
-    "required friction: {smallest:.0e} is enough and 0 is not; no shear load of that size matters, "
-    "take it as 0"
+    "required friction: {smallest:.0e} is enough and 0 is not; a shear load of this size does not "
+    "matter, so use 0"
 )
 _UNDECIDED = (
     "required friction: no slip is safe with {less:g}, a slip of up to {slip:.3g} is safe with "
     "{more:g}, and rounding hides the least friction between the two; give a {smaller}slip_bound "
-    "if this slip is more than assembly can leave, or check for reactions of very different sizes"
+    "if assembly cannot leave such a slip; otherwise reactions may differ too much in size"
 )
 
 
@@ -80,8 +80,8 @@ class RequiredFriction(Answered):
     Attributes
     ----------
     required
-        Coefficient of friction with which `slip` is safe; 0 if none is needed, inf if none is
-        enough.
+        Coefficient of friction with which `slip` is safe; 0 if no friction is needed, inf if no
+        friction is enough.
     bound
         Coefficient of friction with which no slip is safe, with all nodes closed or with the open
         nodes of `required`. Its relative distance from `required` is below 1e-5. NaN if no friction
@@ -91,13 +91,15 @@ class RequiredFriction(Answered):
         (N,) or (N, 2) a residual slip that is safe with `required`, length; NaN if no friction is
         enough. See `largest_slip`.
     mechanism
-        The proof that `bound` is not enough (Farkas's lemma), or that no friction is: motions on
-        which the loads do more work than friction can dissipate, while no residual slip resists
-        them. Columns are as in `ShakedownLimit.mechanism`; a node with direction 0 opens.
+        The proof (Farkas's lemma) that `bound` is not enough, or that no friction is enough. It
+        consists of motions on which the loads do more work than friction can dissipate, and on
+        which no residual slip does work. Columns are as in `ShakedownLimit.mechanism`; a node with
+        direction 0 opens.
     load_factor, reason
         The given load factor, and an explanation of the answer in words.
     record
-        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger one of both proofs.
+        Solver, attempts and time. Its `residual`, at most 1e-9, is the larger residual of the two
+        proofs.
 
     Examples
     --------
@@ -128,14 +130,15 @@ def required_friction(
 ) -> RequiredFriction:
     """Least coefficient of friction, the same at all nodes, with which some residual slip is safe.
 
-    A slip that is safe with friction f, also with f = 0, presses every node at every corner. It
-    stays safe with more friction, because the bounds f p only grow. So there is one coefficient
-    above which some slip is safe and below which no slip is safe: the root of the margin of
-    `safe_slip`. It is finite if some slip presses every node at every corner. Otherwise no friction
-    is enough.
+    A slip that is safe with friction f (f = 0 included) presses every node at every corner. It
+    stays safe with more friction, because the bounds f p grow. So there is one coefficient above
+    which some slip is safe and below which no slip is safe: the friction at which the margin of
+    `safe_slip` is zero. It is finite if some slip presses every node at every corner. Otherwise no
+    friction is enough.
 
-    More load may need less friction, if the mean load is not safe and the corners press. The load
-    factors that are safe with one friction are an interval, see `ShakedownLimit.least`.
+    A larger load may need less friction, if the mean load is not safe and the cyclic loads press
+    the contact. The load factors that are safe with one friction are an interval, see
+    `ShakedownLimit.least`.
 
     If nodes stay open, the search of `shakedown_limit` finds a set of open nodes, and the result is
     the least friction for this set. If the search finds another set with slightly less friction,
@@ -148,7 +151,8 @@ def required_friction(
     Parameters
     ----------
     system, cycle, slip_bound
-        See `ShakedownModel`. Faces that wedge may need far more slip than assembly can leave.
+        See `ShakedownModel`. Without a `slip_bound`, wedged faces may need far more slip than
+        assembly can leave.
     load_factor
         Load factor, >= 0.
     events
@@ -159,7 +163,7 @@ def required_friction(
     Raises
     ------
     ModelError, SolverError
-        Bad input; the two sides of the proof do not come within 1e-5 of each other; rounding hides
+        Bad input; the two bounds of the friction do not agree to a relative 1e-5; rounding hides
         whether any friction is enough.
 
     Examples
@@ -240,7 +244,7 @@ class SafeSlips:
             opened = with_open(question, open_nodes)
             assert opened is not None  # it has a limit
             return self._model.of_set(opened, self.load_factor)
-        return self._model.of_pattern(
+        return self._model.of_question(
             question, self.load_factor, events=self._events, enough=self.load_factor
         )
 
@@ -282,8 +286,8 @@ def _has_static_shear(question: Question, load_factor: float) -> bool:
 def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
     """Root of the margin as a function of friction, and the open nodes there.
 
-    The margin grows with friction while the pattern of open nodes is the same. Less friction may be
-    enough with another pattern: if a search just below the root finds one, its root is computed.
+    The margin grows with friction while the set of open nodes stays the same. Less friction may be
+    enough with another set: if a search just below the root finds one, its root is computed.
     """
     while True:
         open_nodes = safe_slips.at(enough).open
@@ -291,12 +295,12 @@ def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Boolea
         just_below = root * (1 - SEARCH.proof)
         if root < SEARCH.smallest or not safe_slips.exists(just_below):
             return root, open_nodes
-        if _pattern(safe_slips.at(just_below)) == _pattern(safe_slips.at(enough)):
+        if _open_nodes_of(safe_slips.at(just_below)) == _open_nodes_of(safe_slips.at(enough)):
             return root, open_nodes
         enough = just_below
 
 
-def _pattern(safe: SafeSlip) -> tuple[bytes, Order | None]:
+def _open_nodes_of(safe: SafeSlip) -> tuple[bytes, Order | None]:
     """The open nodes, and the order of those that open and close in each cycle."""
     question = safe._question
     order = question.order if isinstance(question, LiftOff) else None
@@ -368,10 +372,10 @@ def _answer(
     safe_slips: SafeSlips, above: float, below: float, enough: SafeSlip, too_little: SafeSlip
 ) -> RequiredFriction:
     opened = int(too_little.open.sum())
-    pattern = "all nodes closed"
+    node_states = "all nodes closed"
     if opened:
-        pattern = f"{number_of(opened, 'node')} open and the others closed"
-    reason = LESS_IS_NOT_SAFE(within=safe_slips.within, pattern=pattern)
+        node_states = f"{number_of(opened, 'node')} open and the others closed"
+    reason = LESS_IS_NOT_SAFE(within=safe_slips.within, node_states=node_states)
     if not enough.events.empty:
         reason += ENOUGH_WITH_EVENTS()
     record = replace(

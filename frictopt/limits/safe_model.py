@@ -29,11 +29,11 @@ def in_turn(question: F) -> F:
     """Decorator: threads call a method of a model in turn, because they share its variables."""
 
     @wraps(question)
-    def asked(self: SafeModel, *args: Any, **kwargs: Any) -> Any:
+    def in_its_turn(self: SafeModel, *args: Any, **kwargs: Any) -> Any:
         with self._turn:
             return question(self, *args, **kwargs)
 
-    return cast(F, asked)
+    return cast(F, in_its_turn)
 
 
 class SafeModel:
@@ -164,7 +164,7 @@ class SafeModel:
             listed = listed_rows(question, self._x, self._f, every=extended, **listing)
             listed.user_rows = labelled_rows(user_rows, self._unknowns)
             if extended and question.compliance is not None:
-                listed.rows += self._rested(question)
+                listed.rows += self._rest_rows(question)
             problem = goal(listed)
             if objective is not None:
                 chosen = checked_objective(objective, self._unknowns)
@@ -181,10 +181,10 @@ class SafeModel:
             check_values(place, row)
         if objective is not None:
             check_values("objective", objective)
-        program.ask(question, unit)
+        program.set_question(question, unit)
         return program
 
-    def _rested(self, question: Question, more: Any = 0) -> list[Row]:
+    def _rest_rows(self, question: Question, more: Any = 0) -> list[Row]:
         """Rows that set the slip of open nodes to their slip under the mean load.
 
         User rows may contain this slip. It is `v0 + V slip`: the slip without slip of the closed

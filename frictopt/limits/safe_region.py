@@ -63,21 +63,21 @@ class SafeRegion(Recorded, Plotted):
     Attributes
     ----------
     loads, unlimited
-        Names of the two loads, and of the loads whose amplitude has no limit.
+        Names of the two loads, and names of the loads whose amplitude has no limit.
     vertices
-        (V, 2) amplitudes on the border, each proven safe, from only the first load to only the
-        second load; inf if there is no limit, empty if no amplitudes are safe. All amplitudes in
-        the polygon of the vertices are also safe.
+        (V, 2) amplitudes on the border, each proven safe. The first row has only the first load,
+        the last row only the second load. An amplitude without a limit is inf. Empty if no
+        amplitudes are safe. All amplitudes in the polygon of the vertices are also safe.
     outer
         (W, 2) amplitudes at the ends of the sides; in the plane they equal `vertices`.
     sides
         One row for each side, between two points of `outer`: columns a, b, bound. No amplitudes are
-        safe with `a * first + b * second > bound`. The three numbers are works on the mechanism of
-        the side: of the two loads and of the resistance under the mean load. They are scaled to
-        `bound = 1` unless the resistance is 0.
+        safe with `a * first + b * second > bound`. `a` and `b` are the works of the two loads, at
+        unit amplitude, on the mechanism of the side. `bound` is the work that is needed to move the
+        mechanism under the mean load. The three are scaled to `bound = 1`, unless `bound` is 0.
     gap
-        Largest distance of the two polygons along a ray from zero, relative to the length of the
-        ray: 0 in the plane, at most the tolerance in space.
+        Largest distance between the two polygons, along rays from zero and relative to the length
+        of the ray: 0 in the plane, at most the tolerance in space.
     mechanisms
         A table for each side of the nodes that limit the amplitudes: as in
         `ShakedownLimit.mechanism`, with the corners of `cycle(a, b)`.
@@ -161,16 +161,16 @@ def safe_region(
 
     The amplitudes and slips that are safe for all loads of the domain are a convex set. So is its
     projection on the plane of the two amplitudes, the safe region. Each shakedown limit along a ray
-    gives a point of the border. Its mechanism gives a straight line with no safe amplitudes beyond
-    it. The next ray leads to the point where two neighbouring lines meet. If this point is safe, it
-    is a vertex; otherwise the limit along the ray gives a line between the two. In the plane all
-    vertices and sides are found, with one linear program each. In space the border is curved, and
-    each ray needs a cone program. Rays are added until the polygons of points and of lines agree
-    within the tolerance. Theory, eq. (17).
+    gives a point of the border. The mechanism of the limit gives a straight line beyond which no
+    amplitudes are safe. The next ray leads to the point where two neighbouring lines meet. If this
+    point is safe, it is a vertex; otherwise the limit along the ray gives a line between the two.
+    In the plane all vertices and sides are found, with one linear program each. In space the border
+    is curved, and each ray needs a cone program. Rays are added until the polygons of points and of
+    lines agree within the tolerance. Theory, eq. (17).
 
     If nodes stay open, the region holds for the open nodes of the limit under both loads. With
-    other open nodes more may be safe. Ctrl-C raises KeyboardInterrupt with an attribute `table`,
-    the safe amplitudes found so far.
+    other open nodes, larger amplitudes may be safe. Ctrl-C raises KeyboardInterrupt with an
+    attribute `table`, the safe amplitudes found so far.
 
     Parameters
     ----------
@@ -190,8 +190,8 @@ def safe_region(
     Raises
     ------
     ModelError, SolverError
-        Bad input; no solver gave an answer that passes the checks; a vertex misses its side by more
-        than the errors of both.
+        Bad input; no solver gave an answer that passes the checks; the distance of a vertex from
+        its side exceeds their errors.
 
     Examples
     --------
@@ -254,7 +254,7 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
     unit = np.array([first.limit.load_factor or 1.0, second.limit.load_factor or 1.0])
     points = [first, *_points_between(rays, first, second, unit, tolerance), second]
     limit = first.limit
-    reason = SIDES(opened=limit._opened, pattern=limit._question.pattern)
+    reason = SIDES(opened=limit._opened, node_states=limit._question.node_states)
     return Border(points, unit, (), reason)
 
 

@@ -50,9 +50,10 @@ class SafeSlip(Proven):
     margin
         Smallest reserve `f p - |q|` over nodes and corners, divided by the mean friction bound at
         load factor 0 (gaps shut), at most 1. If it is negative, no slip is safe. At nodes with
-        friction below 0.01, a tension also counts, as if friction were 0.01. At open nodes the gap
-        counts; its unit is the mean friction bound divided by the mean normal stiffness. Nodes that
-        open or close at an event (`events`) have no reserve there and are left out.
+        friction below 0.01, a tension also counts as a violation, as if friction were 0.01. At open
+        nodes the reserve is the gap, in units of the mean friction bound divided by the mean normal
+        stiffness. Nodes that open or close at an event (`events`) have no reserve there and are
+        left out.
     bound
         Upper bound of the margin, from the multipliers only; it equals `margin` up to `residual`.
     record
@@ -79,7 +80,7 @@ class SafeSlip(Proven):
 
     @cached_property
     def friction_rate(self) -> float:
-        """Rate of the margin with friction, increased equally at all nodes, in a fixed unit."""
+        """Rate at which the margin grows if friction increases equally at all nodes."""
         return float(self._by_friction.sum())
 
     @property
@@ -102,9 +103,9 @@ class SafeSlip(Proven):
         opened = int(self.open.sum())
 
         if not self.exists:
-            pattern = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.pattern
+            node_states = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.node_states
             mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
-            return NO_SLIP_IS_SAFE(within=within, pattern=pattern, mean=mean)
+            return NO_SLIP_IS_SAFE(within=within, node_states=node_states, mean=mean)
         moving = self.events["node"].nunique()
         if moving:
             return SLIP_WITH_EVENTS(within=within, count=moving)
@@ -118,8 +119,8 @@ class SafeSlip(Proven):
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
         It has slips on which the loads do more work than friction can dissipate. No residual slip
-        does work on them; with a slip bound, it does too little. None if a slip is safe, and with
-        user constraints: such slips then prove nothing, but `bound` does.
+        does work on them. With a slip bound, its work is too small. None if a slip is safe, and
+        with user constraints: then only `bound` is a proof.
         """
         if self.exists or self.constraints:
             return None
@@ -209,11 +210,11 @@ class SafeSlipModel(SafeModel):
         """
         user_rows = listed("constraints", constraints)
         with progress_bar(progress, "safe slip"):
-            safe = self.of_pattern(self._posed(friction), load_factor, user_rows, events)
+            safe = self.of_question(self._posed(friction), load_factor, user_rows, events)
         self.margin.save_value(np.array(safe.margin))
         return self._shown(safe)
 
-    def of_pattern(
+    def of_question(
         self,
         question: Question,
         load_factor: float,
@@ -223,8 +224,8 @@ class SafeSlipModel(SafeModel):
     ) -> SafeSlip:
         """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
-        The limit is the best one, or the first one that reaches `enough`. With `events`, nodes may
-        then also open and close in each cycle.
+        The limit is the best limit of the search, or the first limit that reaches `enough`. With
+        `events`, nodes may then also open and close in each cycle.
         """
         check_events(events, question, bool(user_rows))
         load_factor = self._checked_load_factor(question, load_factor)
@@ -259,8 +260,9 @@ class SafeSlipModel(SafeModel):
         if largest > largest_ratio:
             raise ModelError(
                 f"load_factor: {load_factor:g} makes the cyclic loads {largest:.1e} times the mean "
-                f"normal force {question.force:.3g} of the mean load, which is lost in their "
-                "rounding; give less, or check the units of the load cases"
+                f"normal force {question.force:.3g} of the mean load, so that rounding of the "
+                "cyclic loads hides the mean load; give a smaller load factor, or check the units "
+                "of the load cases"
             )
         return load_factor
 
@@ -304,7 +306,7 @@ class SafeSlipModel(SafeModel):
         )
         try:
             claim, record = program.chain.solve(
-                lambda: judged(program, self.margin, load_factor), self._solver
+                lambda: checked_slip(program, self.margin, load_factor), self._solver
             )
         except NoOptimum:
             self._raise_contradiction(program, load_factor)
@@ -356,7 +358,7 @@ class SafeSlipModel(SafeModel):
             factor,
         )
         claim, record = program.chain.solve(
-            lambda: judged(program, margin, load_factor), self._solver
+            lambda: checked_slip(program, margin, load_factor), self._solver
         )
         return answered(claim, record, program)
 
@@ -403,10 +405,10 @@ def safe_slip(
         model = SafeSlipModel(
             system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
         )
-        return model.of_pattern(model._posed(friction), load_factor, events=events)
+        return model.of_question(model._posed(friction), load_factor, events=events)
 
 
-def judged(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
+def checked_slip(program: Program, margin: cp.Variable, load_factor: float) -> SafeSlip:
     """The slip from a solved program of the margin, checked by its reserve and the multipliers."""
     question = program.question
     slip = program.slip

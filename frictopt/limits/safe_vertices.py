@@ -35,15 +35,15 @@ def safe_vertices(
     load_factor
         Load factor, >= 0.
     directions
-        (D, N), in space (D, N, 2), directions in the space of the nodal tractions over the mean
-        pressures. If the body may slide as a whole in m directions, m components carry no
-        independent traction, and do not count.
+        (D, N), in space (D, N, 2), directions in the space of the nodal tractions, each divided by
+        the mean pressure of its node. If the body can slide as a whole in m directions, m
+        components are not independent, and are ignored.
 
     Returns
     -------
     Array
         (d, N) or (d, N, 2) slips, length; d = 0 if no slip is safe. Directions in which the safe
-        slips have no end give none.
+        slips are unbounded have no vertex.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def furthest(
     program = listed_rows(question, x, cp.Parameter(system.nodes, nonneg=True, name="f"))
     program.compiled(models.furthest(x, direction, program.rows), question.force)
 
-    def judged() -> SolveRecord:
+    def checked() -> SolveRecord:
         return SolveRecord(residual=question.violation(load_factor, program.slip))
 
     unit = np.tile(question.node_unit, system.tangents)
@@ -96,7 +96,7 @@ def furthest(
         largest = np.abs(along).max(initial=0.0) or 1.0
         direction.value = along / unit * (question.force / largest)
         try:
-            program.chain.solve(judged)
+            program.chain.solve(checked)
             slips.append(program.slip)
         except NoOptimum:
             slips.append(None)

@@ -1,13 +1,13 @@
 """Contact forces that balance themselves, and the load at which transients slide off.
 
-Statics takes every force within friction for possible that balances the loads. Without loads these
+Statics treats all forces within friction that balance the loads as possible. Without loads these
 forces form a cone: the contact forces within friction that balance themselves in all rigid motions,
 and press somewhere. If that cone is zero, as of a block on a plane, the loads bound all contact
 forces, and statics needs no more. If it is not, as of a shaft in a shrunk hub, of a plate in a clip
 or of a locked bolt, statics may add as much of these forces as friction needs, whatever the fit
-gives. Friction belongs to the cone: a wedge steeper than its angle of friction holds itself by it.
-Faces whose normals lean from one direction by less than 90 degrees less the angle of friction have
-no such forces.
+gives. The cone includes friction, because a wedge below its angle of friction holds itself by
+friction. Faces whose normals lean from one direction by less than 90 degrees less the angle of
+friction have no such forces.
 
 Elasticity alone knows how far a fit presses. So transients from no slip, up to their steady states,
 find the load.
@@ -40,7 +40,8 @@ _OUTSIDE = (
 class SlidingOffSearch:
     """Numbers of the search for the load factor at which transients slide off."""
 
-    # Load factor of the first transient, over that of statics or over the unit of the loads.
+    # Load factor of the first transient, divided by the load factor of statics, or by the unit of
+    # the loads.
     start: float = 1e-2
     # Share of the load factor of statics. A transient that goes on there confirms statics.
     end: float = 0.99
@@ -65,7 +66,7 @@ SEARCH = SlidingOffSearch()
 class Bracket:
     """The transient goes on at load factor `low` and ends at `high`; `why` is its error.
 
-    `low` is 0 if it goes on nowhere. `why` is "" if it ends nowhere.
+    `low` is 0 if it ends at every load factor. `why` is "" if it ends nowhere.
     """
 
     low: float
@@ -108,7 +109,7 @@ def self_stress(system: ContactSystem, friction: Array, N: Array) -> Array | Non
 def sliding_off(
     system: ContactSystem, cycle: LoadCycle, friction: Array, statics: float
 ) -> tuple[float, str]:
-    """Load factor above which the transient from no slip finds no way on, and its error.
+    """Load factor above which the transient from no slip finds no continuation, and its error.
 
     `statics` is the load factor of statics, the answer with the error "" if the transient goes on
     up to there.
@@ -138,7 +139,7 @@ def sliding_off(
 
 
 def _end_of(transient: Callable[..., object], *arguments: object, **options: object) -> str:
-    """Why a transient finds no way on; "" if it goes on."""
+    """Why a transient finds no continuation; "" if it continues."""
     try:
         transient(*arguments, **options, progress=False)
     # Increments in space find no state of a body that slides off, and prove nothing.
@@ -148,7 +149,7 @@ def _end_of(transient: Callable[..., object], *arguments: object, **options: obj
 
 
 def _load_unit(system: ContactSystem, cycle: LoadCycle) -> float:
-    """Load factor at which the reactions of the corners are as large as those without them."""
+    """Load factor at which the cyclic reactions are as large as the other reactions."""
     constant = float(np.abs(reactions(system, cycle.unscaled)).max())
     cyclic = float(np.abs(reactions(system, cycle.corners)).max())
     return constant / cyclic if constant > 0 and cyclic > 0 else 1.0
@@ -159,8 +160,8 @@ def _approached(
 ) -> Bracket:
     """The narrow bracket in which transients begin to end; `end_at` says why one ends, or "".
 
-    A transient that goes on takes far less time than one that finds no way on. So the load factor
-    is approached from below.
+    A transient that continues takes far less time than a transient that finds no continuation. So
+    the load factor is approached from below.
     """
     why = end_at(start)
     if why:

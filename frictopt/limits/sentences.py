@@ -22,7 +22,7 @@ class Sentence:
 # Shakedown limits
 
 NOTHING_SAFE = Sentence(
-    "no {slip} is safe at any load factor{above}{pattern}: {cause}",
+    "no {slip} is safe at any load factor{above}{node_states}: {cause}",
     assumes="the limit is 0, or the rows of the program contradict each other",
 )
 NO_FRICTION = Sentence(
@@ -31,40 +31,43 @@ NO_FRICTION = Sentence(
 )
 NO_PRESSURE = Sentence(
     "node {node}{contact} carries no pressure under the mean load, and the cyclic load {moves} it",
-    assumes="the limit is 0, and the mechanism is of this node alone",
+    assumes="the limit is 0, and the mechanism contains only this node",
 )
 INFINITE = Sentence(
     "the shakedown limit is infinite: every load factor{start} has a safe {slip}{cause}{below}",
-    assumes="the load factor grows without end along safe slips",
+    assumes="the load factor grows without bound along safe slips",
 )
 NO_EVENTS = Sentence(
-    "; no transient at a small load factor shows a rest with nodes that open and close",
+    "; no transient at a small load factor comes to rest with nodes that open and close",
     assumes="the search of events begins with such transients, and nothing is safe without events",
 )
-ASK_FOR_EVENTS = Sentence(
-    "; a rest with nodes that open and close may exist: pass events=True",
-    assumes="the load comes back the way it went, so that nodes can open and close in a rest",
+CALL_WITH_EVENTS = Sentence(
+    "; a state of rest with nodes that open and close may exist: pass events=True",
+    assumes="the load returns along its path, so that nodes can open and close in a state of rest",
 )
 NO_BOUND = Sentence(
-    "the search finds no safe {slip} above it{pattern}; fixed and scaled loads both vary where "
+    "the search finds no safe {slip} above it{node_states}; fixed and scaled loads both vary where "
     "nodes open or close, so that no bound is proven, and lower load factors may have no safe slip",
     assumes="a product of load factor and place is in the program, which is not convex",
 )
 HIGHEST = Sentence(
-    "no {slip} is safe above it{pattern}{others}{below}", assumes="the limit is finite, above 0"
+    "no {slip} is safe above it{node_states}{others}{below}",
+    assumes="the limit is finite, above 0",
 )
-OTHERS_OPEN = Sentence("; with other nodes open it may be higher", assumes="some nodes stay open")
+HIGHER_WITH_OTHERS_OPEN = Sentence(
+    "; with other nodes open it may be higher", assumes="some nodes stay open"
+)
 BOUND_COVERS = Sentence(
-    "; the dual bound covers them", assumes="the user has constraints, and they are named before"
+    "; the dual bound covers them", assumes="there are user constraints, which are named before"
 )
 STATIC = Sentence(
     "; under this static load the contact may open nodes and come to rest above the limit, "
-    "until a body "
-    "slides off (bound_for_all)",
-    assumes="all corners are one load, without constraints of the user",
+    "until a body slides off (bound_for_all)",
+    assumes="all corners have the same load, and there are no user constraints",
 )
 UNSAFE_BELOW = Sentence(
-    "; {pattern}no slip is safe below {least:.6g}", assumes="the least safe load factor is above 0"
+    "; {node_states}no slip is safe below {least:.6g}",
+    assumes="the least safe load factor is above 0",
 )
 START_UNKNOWN = Sentence(
     "; rounding hides the load factor at which safe slips begin: take friction further from its "
@@ -77,7 +80,8 @@ CHOSEN = Sentence(
     assumes="the user has an objective",
 )
 CONTRADICTED = Sentence(
-    "no residual slip that is safe at any load factor{pattern} obeys {rows}: drop or relax them",
+    "no residual slip that is safe at any load factor{node_states} obeys {rows}: drop or relax "
+    "them",
     assumes="constraints of the user are among the rows that contradict each other",
 )
 ONLY_SLIP_PRESSES = Sentence(
@@ -106,11 +110,11 @@ SLIPS_AT_ANY = Sentence(
 )
 SLIPS_BUT_AT_ONE = Sentence(
     "slip goes on in every cycle at any other load factor{starts}: node {node}{contact} closes "
-    "and opens under different shear loads; steady_state gives the work of a "
-    "cycle",
-    assumes="the same, and the equations have a solution at one load factor above 0",
+    "and opens under different shear loads; steady_state gives the work of a cycle",
+    assumes="B = 0, the load factor scales shear alone, and the equations of the rim have a "
+    "solution at one load factor above 0",
 )
-NOTHING_RESTS = Sentence(
+NO_STATE_OF_REST = Sentence(
     "no state of rest exists at any load factor{above}, for all openings and closings: {cause}",
     assumes="B = 0, the load factor scales shear alone, and no slip is safe in the program",
 )
@@ -126,7 +130,7 @@ FROM_EVERY_START = Sentence(", from every start", assumes="supports hold the bod
 OBSERVED = Sentence(
     "; the bodies slide freely, so it is observed in transients, not proven, that every start "
     "comes to rest below it",
-    assumes="nodes open and close in each cycle, and some slide meets no stiffness",
+    assumes="nodes open and close in each cycle, and no stiffness resists some slide",
 )
 
 # Guaranteed limits
@@ -135,7 +139,7 @@ CRITICAL = Sentence(
     "node {node}{contact} is {bounds}", assumes="a node is critical below the shakedown limit"
 )
 BOTH_BOUNDS = Sentence(
-    "on its bound of forward slip at the corner {first} and of backward slip at {last}",
+    "at its friction bound of forward slip at the corner {first} and of backward slip at {last}",
     assumes="the contact is in the plane",
 )
 BOUNDS_IN_SPACE = Sentence(
@@ -155,11 +159,11 @@ UNLOADED = Sentence(
 WEDGED = Sentence(
     "; friction is above the critical value A/|B| of the node: it may wedge itself, so that "
     "all slip also stops above the limit",
-    assumes="one slip may relieve all bounds of the node",
+    assumes="one slip may move the node away from all its friction bounds",
 )
 ONLY_AT_LEAST = Sentence(
     "; {nodes} critical only at the least safe load factor {least:.6g}, which does not cause slip",
-    assumes="the load factors at which these nodes are critical are one number",
+    assumes="these nodes are critical at only one load factor",
 )
 SAME_LIMIT = Sentence(
     "lambda_1 is lambda_2, because {cause}: {reason}", assumes="no node is critical below lambda_2"
@@ -172,9 +176,9 @@ LIFTING = Sentence(
 # Safe slips
 
 _NODES_AS_THEY_ARE = (
-    "the same nodes closed; with nodes that open and close the contact may also shake down"
+    "the same nodes are closed; with nodes that open and close, the contact may also shake down"
 )
-_ALWAYS = "always: the slip obeys the law at every corner"
+_ALWAYS = "none: the slip obeys the contact law at every corner"
 SLIP_IS_SAFE = Sentence(
     "this slip{within} keeps {closed} closed and stuck at every corner{opened}",
     assumes=_ALWAYS,
@@ -185,8 +189,8 @@ SLIP_WITH_EVENTS = Sentence(
     assumes=_ALWAYS,
 )
 NO_SLIP_IS_SAFE = Sentence(
-    "no residual slip{within} is safe at this load factor{pattern}; shakedown_limit gives the load "
-    "factors with a safe slip; without residual slip {mean}",
+    "no residual slip{within} is safe at this load factor{node_states}; shakedown_limit gives the "
+    "load factors with a safe slip; without residual slip {mean}",
     assumes=_NODES_AS_THEY_ARE,
 )
 NOR_WITH_SOME_OPEN = Sentence(
@@ -197,22 +201,21 @@ NOR_WITH_SOME_OPEN = Sentence(
 
 # Required friction
 
-_NODES_CLOSED = "all nodes closed; with open ones no friction may be needed"
+_NODES_CLOSED = "all nodes are closed; with open nodes, friction may not be needed"
 NONE_NEEDED = Sentence(
     "none is needed: a residual slip{within} takes all shear off every node at every corner",
     assumes=_ALWAYS,
 )
 LESS_IS_NOT_SAFE = Sentence(
-    "no residual slip{within} is safe with less, {pattern}: see the mechanism",
-    assumes="all nodes closed, or the nodes open that it counts; where nodes open and close in "
-    "each "
-    "cycle, that less is not enough is what the search finds",
+    "no residual slip{within} is safe with less, {node_states}: see the mechanism",
+    assumes="all nodes are closed, or the counted nodes are open; if nodes open and close in each "
+    "cycle, the search has found no state of rest with less friction, which is not proven",
 )
 ENOUGH_WITH_EVENTS = Sentence(
     "; with this friction nodes open and close in each cycle; with less friction the search finds "
     "no such state of rest",
-    assumes="with `events=True`: `slip` is checked; of less friction only nodes that stay as they "
-    "are have a proof",
+    assumes="with `events=True`: `slip` is checked; for less friction, the proof covers only "
+    "nodes that stay open or closed",
 )
 NONE_IS_ENOUGH = Sentence(
     "no friction is enough to keep all nodes closed: {why}",
@@ -226,9 +229,9 @@ LOADS_OPEN = Sentence(
 
 # Safe regions
 
-_SAME_NODES = "the same nodes closed: the closed nodes of the limit under both loads"
+_SAME_NODES = "the same nodes are closed: the closed nodes of the limit under both loads"
 SIDES = Sentence(
-    "{opened}beyond each side its mechanism slips for ever{pattern}",
+    "{opened}beyond each side its mechanism slips for ever{node_states}",
     assumes=_SAME_NODES,
 )
 GAP_OF_SIDES = Sentence(
@@ -252,7 +255,7 @@ ONE_UNLIMITED = Sentence(
 
 _NODES_OF_DESIGN = "the nodes of `opens` stay open in each scenario, all others closed"
 BEST_DESIGN = Sentence(
-    "{opened}no design within the constraints is better{pattern}",
+    "{opened}no design within the constraints is better{node_states}",
     assumes=_NODES_OF_DESIGN,
 )
 OTHER_DESIGNS_OPEN = Sentence(
@@ -260,7 +263,7 @@ OTHER_DESIGNS_OPEN = Sentence(
     assumes=_NODES_OF_DESIGN,
 )
 LARGER_DESIGNS_OPEN = Sentence(
-    "{opened}larger designs are better{pattern}, but under their mean load other nodes open: "
+    "{opened}larger designs are better{node_states}, but under their mean load other nodes open: "
     "the search stops before them",
     assumes="the nodes of `opens` stay open in each scenario, all others closed; `bound` is the "
     "bound of the larger designs",
@@ -269,12 +272,13 @@ LARGER_DESIGNS_OPEN = Sentence(
 # Gross slip
 
 _RIGID_MOTIONS = (
-    "the system has these supports and loads: of its stiffness only the rigid motions count"
+    "the system has these supports and loads; its stiffness matters only by its rigid motions"
 )
-_FOUND = "found, not proven: another start may slide off elsewhere"
+_FOUND_NOT_PROVEN = "computed, not proven: from another start, the bodies may slide off at "
+"another load factor"
 HELD = Sentence(
-    "supports hold the bodies: the contact alone holds no motion of them",
-    assumes="the stiffness has no rigid motion that the contact alone holds",
+    "supports hold the bodies, so the contact need not prevent any rigid motion",
+    assumes="the stiffness has no rigid motion that only the contact prevents",
 )
 UNBALANCED = Sentence(
     "{only}forces within {bounds} cannot balance {load}: {motion}",
@@ -299,23 +303,22 @@ APART = Sentence(
 )
 ALL_BALANCED = Sentence(
     "{only}forces within {bounds} balance the loads at all load factors{start}",
-    assumes="forces within friction balance the loads; whether the contact finds them is not said",
+    assumes="forces within friction balance the loads; the contact may or may not reach them",
 )
 SELF_STRESSED = Sentence(
     "contact forces balance themselves here, so equilibrium does not determine the pressure of "
-    "the fit: "
-    "{statics}",
-    assumes=_FOUND,
+    "the fit: {statics}",
+    assumes=_FOUND_NOT_PROVEN,
 )
 GOES_ON = Sentence(
     "{unknown}; transients from no slip reach this load",
-    assumes=_FOUND,
+    assumes=_FOUND_NOT_PROVEN,
 )
 SLIDES_OFF_AT_ANY = Sentence(
     "from no slip the transient finds no continuation at any load factor ({why}); {unknown}",
-    assumes=_FOUND,
+    assumes=_FOUND_NOT_PROVEN,
 )
 SLIDES_OFF_ABOVE = Sentence(
     "from no slip the transient finds no continuation above {load_factor:.4g} ({why}); {unknown}",
-    assumes=_FOUND,
+    assumes=_FOUND_NOT_PROVEN,
 )

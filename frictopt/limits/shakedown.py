@@ -62,13 +62,13 @@ def shakedown_limit(
     """Largest load factor at which some residual slip is safe.
 
     Safe means: every node sticks at every corner of the cycle, or is open during the whole cycle
-    (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of it. The open
-    nodes are searched near the settled mean load. With other nodes open, a contact may shake down
-    above the limit. If the contact is uncoupled (B = 0) and the load factor scales only shear, only
-    normal loads open and close nodes. Then the limit holds for all states of rest, for all openings
-    and closings (theory, "Contact areas that move"). Ctrl-C in a search raises KeyboardInterrupt
-    with an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section
-    4; Bjorkman & Klarbring 1987.
+    (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of the cycle. The
+    open nodes are searched near the settled mean load. With other nodes open, a contact may shake
+    down above the limit. If the contact is uncoupled (B = 0) and the load factor scales only shear,
+    only normal loads open and close nodes. Then the limit holds for all states of rest, for all
+    openings and closings (theory, "Contact areas that move"). Ctrl-C in a search raises
+    KeyboardInterrupt with an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et
+    al. 2015, section 4; Bjorkman & Klarbring 1987.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def shakedown_limit(
     events
         Whether nodes may also open and close in each cycle (`ShakedownLimit.events`). Their order
         is searched by pivots and transients, which takes some seconds. If the load does not return
-        along the same path, events gain nothing, and no order is searched. Not allowed with a slip
-        bound, or constraints.
+        along the same path, no order is searched, because events cannot raise the limit. Not
+        allowed with a slip bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
     progress
@@ -112,7 +112,7 @@ def shakedown_limit(
             slip_bound=slip_bound,
             question_name="shakedown_limit",
         )
-        return ShakedownLimits._on(question, solver).of_pattern(question, open, events)
+        return ShakedownLimits._on(question, solver).of_question(question, open, events)
 
 
 class ShakedownLimits(SafeModel):
@@ -120,7 +120,7 @@ class ShakedownLimits(SafeModel):
 
     _public_question = "shakedown_limit"
 
-    def of_pattern(
+    def of_question(
         self,
         question: Question,
         open: Any,
@@ -128,7 +128,7 @@ class ShakedownLimits(SafeModel):
         user_rows: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
     ) -> ShakedownLimit:
-        """The limit with given nodes open, or of the best pattern that a search finds.
+        """The limit with given nodes open, or with the best set of open nodes that a search finds.
 
         With `events` some nodes may open and close in each cycle.
         """
@@ -143,8 +143,8 @@ class ShakedownLimits(SafeModel):
             opened = with_open(question, flags("open", open, question.system.nodes))
             if opened is None or opened.open_nodes.all():
                 raise ModelError(
-                    "open: too few closed nodes, or none, would hold the open ones; "
-                    "leave more nodes closed"
+                    "open: the closed nodes are too few to hold the open nodes; leave more nodes "
+                    "closed"
                 )
             return self.of_set(opened, user_rows, objective)
         limit = self.of_any_set(question, user_rows, objective)
@@ -172,7 +172,7 @@ class ShakedownLimits(SafeModel):
     ) -> ShakedownLimit:
         """The limit with the open nodes of `best_set`, searched without the user rows.
 
-        `start_by` and `enough` are those of `best_pattern`.
+        `start_by` and `enough` are those of `best_open_set`.
         """
         if user_rows or objective is not None:
             open_nodes = self.of_any_set(question)._question.open_nodes
@@ -212,7 +212,7 @@ class ShakedownLimits(SafeModel):
     ) -> ShakedownLimit:
         """The first solver's answer that passes the checks, with its problem and record."""
         claim, record = program.chain.solve(
-            partial(judged, program, chosen, above),
+            partial(checked_limit, program, chosen, above),
             self._solver,
             no_optimum=lambda: without_limit(proof_of_none()),
             above=above,
@@ -230,7 +230,9 @@ class ShakedownLimits(SafeModel):
             with program.chain.kept():
                 downward = replace(program)
                 downward.compiled(least_load(program.x, program.rows), program.question.load_unit)
-                lower, lower_record = downward.chain.solve(partial(judged, downward), self._solver)
+                lower, lower_record = downward.chain.solve(
+                    partial(checked_limit, downward), self._solver
+                )
         except SolverError:
             # Rounding hides whether some slip is safe under the mean load. The limit stands, and
             # the least safe load factor is not known.
@@ -248,7 +250,7 @@ def _goal(program: Program) -> cp.Problem:
     return shakedown(program.x, program.rows)
 
 
-def judged(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
+def checked_limit(program: Program, chosen: bool = False, above: float = -np.inf) -> ShakedownLimit:
     """The limit in a solved program, with its violations and its bound.
 
     `chosen`: whether an objective of the user determined the load factor. SolverError if the
@@ -326,10 +328,10 @@ class ShakedownLimit(ShakedownAnswer):
         (N,) or (N, 2) a residual slip that is safe at the limit, length; NaN if `load_factor` is
         not finite. See `largest_slip`. Open nodes have their slip under the mean load.
     bound
-        Upper bound of the limit for this set of open nodes only. It follows from the mechanism;
-        with user constraints, also from their multipliers. It equals `load_factor` up to
-        `residual`. Inf if nodes open or close while fixed and scaled loads both vary: the program
-        is then not convex, and proves no bound.
+        Upper bound of the limit for this set of open nodes only. It follows from the mechanism, and
+        with user constraints also from their multipliers. It equals `load_factor` up to `residual`.
+        Inf if nodes open or close while fixed and scaled loads both vary: the program is then not
+        convex, and proves no bound.
     record
         Solver, attempts and time. Its `residual`, at most 1e-9, is the larger of the violation of
         the contact law by `slip` at the corners and the relative distance of `bound`. The same two

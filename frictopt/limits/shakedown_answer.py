@@ -63,12 +63,12 @@ class ShakedownAnswer(Rated):
             return "all states of rest, for all openings and closings"
         if self._question.both_vary:
             return (
-                f"no states, because it is infinite: even{self._question.pattern} the "
+                f"no states, because it is infinite: even{self._question.node_states} the "
                 "contact may shake down above the limit"
             )
         if self._question.events:
             return (
-                f"states of rest{self._question.pattern}; with other nodes, or in another "
+                f"states of rest{self._question.node_states}; with other nodes, or in another "
                 "order, the contact may shake down above it"
             )
         states = "all nodes closed"
@@ -172,8 +172,8 @@ class ShakedownAnswer(Rated):
         question = self._question
         if question.events:
             raise ModelError(
-                "least_slip: nodes open and close at the limit, whose multipliers bound no slip; "
-                "use shakedown_limit without events"
+                "least_slip: nodes open and close at the limit, so its multipliers do not bound "
+                "the slip; use shakedown_limit without events"
             )
         finite = np.isfinite(self.load_factor)
         if not finite or self.constraints or question.slip_bound is not None:

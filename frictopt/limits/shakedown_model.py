@@ -74,10 +74,11 @@ class ShakedownModel(ShakedownLimits):
             See `shakedown_limit`.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
-            and on your own variables. They are linear, or use abs, max, norms and the like, which
-            become rows and second-order cones: their multipliers prove the limit. `bound` and
-            `residual` include them. The open nodes are the open nodes of the limit without
-            constraints. At open nodes q and p are 0, and the slip is the slip under the mean load.
+            and on your own variables. They may be linear, or use abs, max, norms and similar
+            functions, which cvxpy turns into linear rows and second-order cones. Their multipliers
+            contribute to the proof of the limit. `bound` and `residual` include them. The open
+            nodes are the open nodes of the limit without constraints. At open nodes q and p are 0,
+            and the slip is the slip under the mean load.
         objective
             Scalar to maximize over the safe slips, instead of the load factor: a concave cvxpy
             expression of the same variables and functions, such as `model.load_factor - 0.1 *
@@ -93,7 +94,7 @@ class ShakedownModel(ShakedownLimits):
         user_rows = listed("constraints", constraints)
         with progress_bar(progress, "shakedown limit"):
             question = self._posed(friction)
-            return self._shown(self.of_pattern(question, open, events, user_rows, objective))
+            return self._shown(self.of_question(question, open, events, user_rows, objective))
 
     @warns_of_odd_values
     def sweep(

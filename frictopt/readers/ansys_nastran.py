@@ -56,11 +56,11 @@ NASTRAN_SOLIDS = {
 def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob:
     """Read the stiffness that Ansys Mechanical APDL assembles, from its `.full` file.
 
-    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, because each of
-    several processes writes its own file. The contact itself must not be in the model: each body
-    keeps its own nodes there. Displacements that `D` holds are left out, and with the deck known as
-    held; rotations are generalised coordinates. The extra `ansys` of the installation brings
-    ansys-mapdl-reader.
+    `WRFULL,1` before `SOLVE` stops after the assembly; run it in one process, because each process
+    writes a file of its own. The contact itself must not be in the model: each body keeps its own
+    nodes there. Displacements that `D` holds are left out; with the deck, the reader knows that
+    they are held. Rotations are generalised coordinates. The extra `ansys` of the installation
+    brings ansys-mapdl-reader.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ def read_ansys(path: str | Path, *, deck: str | Path | None = None) -> MatrixJob
     Raises
     ------
     ModelError
-        A file that is missing or damaged, not symmetric or distributed, other unknowns than
-        displacements and rotations, constraint equations (`CE`, `CP`), nodes with directions of
-        their own (`NROTAT`).
+        The file is missing or damaged, its matrix is not symmetric or is distributed over several
+        files, it has unknowns other than displacements and rotations, constraint equations (`CE`,
+        `CP`), or nodes with rotated directions (`NROTAT`).
 
     Examples
     --------
@@ -162,28 +162,29 @@ def read_nastran(
 
     `EXTSEOUT(DMIGPCH)` or `PARAM,EXTOUT,DMIGPCH` with an ASET of the displacements of the contact
     and of the loads writes KAAX as DMIG. DMIG names the grid points of its rows. OUTPUT4 (`.op4`,
-    text or binary) does not: give their labels, except for the stiffness of all grid points of the
-    deck (KGG), which has six rows for each of them in the order of their numbers. Rotations and
-    scalar points are generalised coordinates. Displacements that the matrix lacks are not known to
-    be held, see `MatrixJob.unknowns`. The extra `nastran` of the installation brings pyyeti.
+    text or binary) does not name them: pass `labels`. They are not needed for the stiffness of all
+    grid points of the deck (KGG), which has six rows per grid point, in the order of their numbers.
+    Rotations and scalar points are generalised coordinates. If the matrix lacks a displacement, the
+    reader does not know whether it is held, see `MatrixJob.unknowns`. The extra `nastran` of the
+    installation brings pyyeti.
 
     Parameters
     ----------
     path
         Path of the file; one that ends in `.op4` is OUTPUT4.
     name
-        Name of the matrix, such as "KAAX"; None: the file has one only.
+        Name of the matrix, such as "KAAX"; None: the only matrix of the file.
     deck
         Path of the bulk data, for grid points (`GRID`, in the basic coordinates) and the faces of
         `CHEXA`, `CTETRA`, `CPENTA` and `CPYRAM`.
     labels
-        (n, 2) grid point and component 1 to 6 of each row (0 of a scalar point), of OUTPUT4.
+        (n, 2) for OUTPUT4: grid point and component of each row, 1 to 6, or 0 for a scalar point.
 
     Raises
     ------
     ModelError
-        A file that is missing or damaged, a name that the file does not have, OUTPUT4 without
-        labels, grid points in coordinates of their own, a matrix that is complex or not symmetric.
+        The file is missing or damaged, has no matrix of this name, or is OUTPUT4 without labels; a
+        grid point has a local coordinate system; or the matrix is complex or not symmetric.
 
     Examples
     --------

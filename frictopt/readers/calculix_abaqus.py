@@ -27,29 +27,29 @@ def read_calculix(job: str | Path, *, deck: str | Path | None = None) -> MatrixJ
     """Read the matrices of a step of `*FREQUENCY, SOLVER=MATRIXSTORAGE` of CalculiX.
 
     Its files are `NAME.sti`, `NAME.mas`, `NAME.dof` and the deck `NAME.inp`. CalculiX writes one
-    triangle of each matrix. It leaves out the displacements that `*BOUNDARY` holds or that follow
-    others by a constraint, and it writes no loads: `MatrixJob.force` makes them, and knows the
-    constraints. Rotations of a `*RIGID BODY`, the incompatible modes of C3D8I, and the nodes of
-    beams and shells are generalised coordinates. Stiffness and mass of a plane job are divided by
-    the thickness of its section. An axisymmetric job is of the whole circumference: its matrices
-    are 180 times the matrices of the file. The contact itself must not be in the deck: each body
-    keeps its own nodes there.
+    triangle of each matrix. It leaves out the displacements that `*BOUNDARY` holds, or that a
+    constraint determines. It writes no loads: `MatrixJob.force` makes them, and takes the
+    constraints into account. Rotations of a `*RIGID BODY`, the incompatible modes of C3D8I, and the
+    nodes of beams and shells are generalised coordinates. Stiffness and mass of a plane job are
+    divided by the thickness of its section. An axisymmetric job refers to the whole circumference:
+    its matrices are 180 times the matrices of the file. The contact itself must not be in the deck:
+    each body keeps its own nodes there.
 
     Parameters
     ----------
     job
-        Path of the job, `NAME` or that of one of its files.
+        Path of the job, `NAME`, or the path of one of its files.
     deck
-        Path of the deck; by default `NAME.inp` where there is one.
+        Path of the deck; by default `NAME.inp`, if it exists.
 
     Raises
     ------
     ModelError
-        A file that is missing or damaged, a matrix without labels, of another size than its labels,
-        or not symmetric; plane elements to which CalculiX gives displacements along z (plane
-        stress), or of several thicknesses; a rigid part whose rotation nodes do not determine; a
-        contact in a `*STEP, PERTURBATION`, whose springs are in the matrix; numbers of the deck
-        that CalculiX does not read whole, because they have more than 20 characters.
+        A file is missing or damaged. A matrix has no labels, another size than its labels, or is
+        not symmetric. Plane elements have displacements along z in CalculiX (plane stress), or
+        several thicknesses. The nodes of a rigid part do not determine its rotation. A `*STEP,
+        PERTURBATION` has a contact, whose springs are in the matrix. A number of the deck has more
+        than 20 characters, of which CalculiX reads only a part.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def _check_widths(path: Path) -> None:
 
 
 def _is_cut(entry: str) -> bool:
-    """Whether an entry is a number whose first characters are another one."""
+    """Whether an entry is a number whose first characters alone are a different number."""
     try:
         value = number(entry)
     except ValueError:
@@ -238,27 +238,28 @@ def read_abaqus(path: str | Path, *, deck: str | Path | None = None) -> MatrixJo
     """Read a stiffness that Abaqus writes: of the whole model, or of a substructure.
 
     `*MATRIX GENERATE, STIFFNESS` with `*MATRIX OUTPUT, STIFFNESS, FORMAT=MATRIX INPUT` writes rows
-    "node, direction, node, direction, value" (Abaqus Keywords Guide, `*MATRIX INPUT`), of one
-    triangle or the whole matrix. Unknowns that are coupled to no other are held ones or follow
-    others, and are left out. `*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER DEFINED`
-    writes a linear user element with the retained displacements alone: retain the nodes of the
-    contact and of the loads. Rotations, unknowns of modes and unknowns of internal nodes (numbers
-    that are not positive) are generalised coordinates. The stiffness of a plane job with a deck is
-    divided by the thickness of its section; an axisymmetric one is of the whole circumference.
+    "node, direction, node, direction, value" (Abaqus Keywords Guide, `*MATRIX INPUT`), for one
+    triangle or for the whole matrix. Unknowns that are not coupled to others are held, or follow
+    other unknowns; they are left out. `*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, OUTPUT FILE=USER
+    DEFINED` writes a linear user element that has only the retained displacements: retain the nodes
+    of the contact and of the loads. Rotations, unknowns of modes and unknowns of internal nodes
+    (numbers that are not positive) are generalised coordinates. The stiffness of a plane job with a
+    deck is divided by the thickness of its section. The stiffness of an axisymmetric job refers to
+    the whole circumference.
 
     Parameters
     ----------
     path
         Path of the file, such as `NAME_STIF1.mtx`.
     deck
-        Path of the input deck, for nodes and sets; a flat one, or of one instance.
+        Path of the input deck, for nodes and sets. The deck is flat or has one instance.
 
     Raises
     ------
     ModelError
-        A file that is missing or damaged, FORMAT=COORDINATE (it carries no labels), no
-        displacements, a matrix that is not symmetric; the substructure of CalculiX, which has the
-        form of that of Abaqus but is not reduced.
+        The file is missing or damaged, has FORMAT=COORDINATE (without labels), or has no
+        displacements; the matrix is not symmetric; or the file is a substructure of CalculiX, which
+        has the form of Abaqus but is not reduced.
 
     Examples
     --------

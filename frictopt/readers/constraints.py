@@ -1,4 +1,4 @@
-"""Displacements that a deck holds, and those that follow others: where loads on them go."""
+"""Held and dependent displacements of a deck, and the unknowns that take loads on them."""
 
 from dataclasses import dataclass, field, replace
 
@@ -62,8 +62,8 @@ class Constraints:
         if self.unresolved:
             reason = f"the deck has {', '.join(self.unresolved)}"
         return (
-            f"force: it acts on node {node}, direction {direction}, that neither the matrix nor "
-            f"*BOUNDARY has, and no *EQUATION says what it follows ({reason}); load nodes that "
+            f"force: it acts on node {node}, direction {direction}, which is neither in the "
+            f"matrix nor in *BOUNDARY, and no *EQUATION determines it ({reason}); load nodes that "
             "follow no others, write the constraint as *EQUATION, or merge tied nodes"
         )
 

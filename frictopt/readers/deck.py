@@ -226,7 +226,7 @@ class Deck(Shown):
             raise ModelError(
                 f"deck: elements of type {', '.join(unknown)}; give solids, {', '.join(SHAPES)} "
                 "(gmsh: Mesh.SecondOrderIncomplete = 1), or read the matrix of the code, which "
-                "knows all elements"
+                "includes all elements"
             )
         if not solids:
             raise ModelError("deck: no elements; give plane or solid elements")

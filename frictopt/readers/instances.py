@@ -32,7 +32,7 @@ _KINDS = {"NSET": "NSET", "ELSET": "ELSET", "NAME": "SURFACE"}
 
 @dataclass(frozen=True)
 class _Instance:
-    """An instance: its name, blocks and place, and what is added to the numbers of its part."""
+    """An instance: its name, blocks and place, and the offset of the numbers of its part."""
 
     name: str
     blocks: list[Block]
@@ -64,7 +64,7 @@ class _Instance:
                 where, *face = entries(line)
                 yield ", ".join([self.member(where), *face])
             else:
-                # A comma at the end of a line says that the element goes on.
+                # A comma at the end of a line continues the element.
                 yield ", ".join(self.member(entry) for entry in entries(line))
 
     def _moved(self, line: str) -> str:
@@ -147,7 +147,7 @@ def _parts(blocks: list[Block]) -> tuple[dict[str, list[Block]], list[Block]]:
 
 
 def _without_end(head: Block, end: str) -> ModelError:
-    return ModelError(f"deck: the block {head} has no {end}, so that its blocks are not known")
+    return ModelError(f"deck: the block {head} has no {end}, so that its content is unknown")
 
 
 def _part_of(head: Block, parts: dict[str, list[Block]]) -> list[Block]:

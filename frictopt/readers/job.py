@@ -25,29 +25,29 @@ class MatrixJob(JoinedFaces):
     Its members are arguments of `condense`.
 
     Lengths and forces have the units of the deck. A plane job is per unit depth: stiffness and
-    forces are divided by the thickness of its section. An axisymmetric job is of the whole
+    forces are divided by the thickness of its section. An axisymmetric job refers to the whole
     circumference.
 
     Parameters
     ----------
     K
-        (n, n) stiffness, symmetric and sparse, without rows of displacements that the job holds or
-        that follow other ones.
+        (n, n) stiffness, symmetric and sparse. It has no rows of displacements that the job holds
+        or that follow other displacements.
     labels
         (n, 2) number of the node and direction of each unknown; the directions 1, 2 and 3 are
         displacements. Any other direction, or a number that is not positive, marks a generalised
         coordinate.
     deck
         Nodes, sets, elements and constraints, as a reader returns them; or a mapping from the
-        number of a node to its coordinates; None: not known.
+        number of a node to its coordinates; None: unknown.
     M
         (n, n) mass matrix, symmetric and sparse, for `modal_load`; None: not known.
 
     Raises
     ------
     ModelError
-        K or M that is not symmetric or not of the size of the labels, labels that are given twice,
-        no label of a displacement.
+        K or M is not symmetric or does not have the size of the labels; a label occurs twice; no
+        label is a displacement.
 
     Examples
     --------
@@ -79,8 +79,8 @@ class MatrixJob(JoinedFaces):
         Raises
         ------
         ModelError
-            A node that lies on several nodes of one other body, midside nodes that do not follow
-            their corners; in the plane a deck without elements.
+            A node coincides with several nodes of one other body; midside nodes do not follow their
+            corners; in the plane, the deck has no elements.
 
         Examples
         --------
@@ -99,19 +99,19 @@ class MatrixJob(JoinedFaces):
     def with_linear_faces(self, *faces: str | ArrayLike) -> MatrixJob:
         """The job in which midside nodes of contact faces follow the corners.
 
-        Only corners make pairs then; see theory, "Quadratic elements".
+        Only corner nodes then have pairs; see theory, "Quadratic elements".
 
         Parameters
         ----------
         *faces
-            The nodes of each face, both sides of each contact, see `nodes`; none: all faces that
-            match.
+            The nodes of each face, on both sides of each contact, see `nodes`. Without arguments:
+            all faces that match.
 
         Raises
         ------
         ModelError
-            Nodes without a facet between them, corners that follow other nodes, a midside node more
-            than a tenth of its edge off the middle.
+            The nodes span no facet; a corner node follows other nodes; a midside node is further
+            from the middle of its edge than a tenth of the edge.
 
         Examples
         --------
@@ -192,9 +192,9 @@ class MatrixJob(JoinedFaces):
         Raises
         ------
         ModelError
-            Faces of different numbers of nodes or with nodes in common, a node that is nearest to
-            two other nodes, midside nodes that do not follow their corners, quadratic elements of
-            types that `Deck.shaped` does not accept; see `nodes`.
+            The faces have different numbers of nodes, or common nodes; a node is nearest to two
+            other nodes; midside nodes do not follow their corners; quadratic elements have a type
+            that `Deck.shaped` does not accept. See also `nodes`.
         """
         one = self._corners(first)
         two = self._corners(second)
@@ -226,12 +226,12 @@ class MatrixJob(JoinedFaces):
     def normals(self, face: str | ArrayLike) -> Array:
         """(N, d) unit normals that point out of the body at the corner nodes on a face.
 
-        The normals are exact if the node and its neighbours lie on a circle or sphere, Max (1999).
+        The normals are exact if the node and its neighbours lie on a circle or a sphere (Max 1999).
 
         Parameters
         ----------
         face
-            The nodes of the whole face, see `nodes`: of body 2, `pairs[:, 1]`.
+            The nodes of the whole face, see `nodes`; for body 2, `pairs[:, 1]`.
 
         Raises
         ------
@@ -246,8 +246,8 @@ class MatrixJob(JoinedFaces):
     def areas(self, face: str | ArrayLike) -> Array:
         """(N,) area of each corner node on a face, in the plane length, for `width` of `condense`.
 
-        It is the area of its part of the facets through the corners, because contact faces are
-        linear between corners.
+        It is the node's part of the area of the facets through the corner nodes, because contact
+        faces are linear between corner nodes.
 
         Parameters
         ----------
@@ -296,8 +296,8 @@ class MatrixJob(JoinedFaces):
     ) -> Array:
         """(n,) nodal forces of one load, given in one of four ways.
 
-        Forces on displacements that follow other ones are passed on to these; forces on held
-        displacements are dropped.
+        If a displacement follows other displacements, its force is passed on to them. Forces on
+        held displacements are dropped.
 
         Parameters
         ----------
@@ -307,20 +307,22 @@ class MatrixJob(JoinedFaces):
         traction
             (d,) components of a uniform traction on the outline between the nodes, force per area.
         pressure
-            A number: uniform pressure on that outline, force per area.
+            A number: uniform pressure on the outline between the nodes, force per area.
         total
-            (d,) components of the sum of all forces, spread over that outline as a uniform
-            traction; in a plane job force per depth, in an axisymmetric one of all around.
+            (d,) components of the sum of all forces, spread over the outline between the nodes as a
+            uniform traction. In a plane job it is a force per depth, in an axisymmetric job the
+            total around the circumference.
         nodal
-            (d,) components of the force on each of the nodes, or (m, d) of m nodes; in a plane job
-            force per depth, in an axisymmetric one of all around.
+            (d,) components of the force on each of the nodes, or (m, d) for m nodes. In a plane job
+            it is a force per depth, in an axisymmetric job the total around the circumference.
 
         Raises
         ------
         ModelError
-            None or several of the four, nodes that no facet of the outline joins, values that are
-            not finite. Also a force on a displacement that the matrix lacks and whose constraint
-            the deck lacks, such as a displacement of a tied node. See also `nodes`.
+            None or several of the four arguments are given; no facet of the outline joins the
+            nodes; a value is not finite. Also if a force acts on a displacement that the matrix
+            lacks, such as a displacement of a tied node, and the deck does not contain its
+            constraint. See also `nodes`.
 
         Examples
         --------

@@ -12,7 +12,7 @@ from .element_types import node_count
 from .listing import DeckListing, Sets
 
 FLAT = (
-    "write a flat deck, all where it is "
+    "write a flat deck, with all parts in place "
     "(Abaqus/CAE: Model, Edit Attributes, do not use parts and assemblies in input files)"
 )
 
@@ -57,7 +57,10 @@ def _rows_of_known_type(block: Block, count: int) -> list[list[str]]:
 
 
 def _rows_of_unknown_type(block: Block) -> list[list[str]]:
-    """Number and nodes of each element: a line that ends with a comma goes on."""
+    """Number and nodes of each element.
+
+    A line that ends with a comma continues on the next line.
+    """
     rows: list[list[str]] = []
     goes_on = False
     for line in block.lines:
@@ -96,14 +99,14 @@ def _range(row: list[str]) -> range:
     step = steps[0] if steps else 1
     numbers = range(first, last + 1, step)
     if not numbers or step < 0:
-        raise ValueError(f"it goes from {first} to {last} by {step}, which is not upwards")
+        raise ValueError(f"it goes from {first} to {last} by {step}, which does not increase")
     return numbers
 
 
 def surface(listing: DeckListing, block: Block) -> None:
     """*SURFACE: nodes, or faces of elements, or surfaces that it combines."""
     name = block.parameters["NAME"]
-    remedy = "name faces (S1, S2, ...) or nodes (TYPE=NODE), or take the surface out"
+    remedy = "name faces (S1, S2, ...) or nodes (TYPE=NODE), or remove the surface"
     problem = _problem_of_surface(block)
     if problem:
         raise ModelError(f"deck: surface {name}: {problem}; {remedy}")

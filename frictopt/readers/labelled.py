@@ -64,9 +64,9 @@ def modal_load(
         (n,) shape of a mode of the glued structure, of any size, because it is normalised to unit
         modal mass.
     natural_frequency
-        Frequency of the mode in cycles per unit of time, if `M` is the stiffness. `K mode` is the
-        sum of `omega^2 M mode` and of the forces by which the glued bodies hold each other. None:
-        `M` is the mass matrix.
+        Frequency of the mode in cycles per unit of time, if `M` is the stiffness. `K mode` is then
+        the sum of `omega^2 M mode` and of the forces between the glued bodies. None: `M` is the
+        mass matrix.
     glued
         With a natural frequency: (m, 2) rows that are glued to each other, such as
         `job.unknowns[pairs].transpose(0, 2, 1).reshape(-1, 2)`; -1 for a held row. The glue forces
@@ -80,8 +80,9 @@ def modal_load(
     Raises
     ------
     ModelError
-        A matrix that is not square or of another size than the mode, or in which the mode has no
-        mass; a stiffness without `glued`, or rows that it does not have.
+        The matrix is not square or does not have the size of the mode; the modal mass is not above
+        0; a stiffness is given without `glued`; or `glued` names rows that the stiffness does not
+        have.
 
     Examples
     --------
@@ -101,8 +102,8 @@ def modal_load(
     matrix = checked_stiffness(M, "M")
     if matrix.shape != (len(shape), len(shape)):
         raise ModelError(
-            f"M: shape {matrix.shape}, and a mode of {number_of(len(shape), 'unknown')}; "
-            "give both in the same unknowns"
+            f"M: shape {matrix.shape}, but the mode has {number_of(len(shape), 'unknown')}; give "
+            "both for the same unknowns"
         )
     load = np.asarray(matrix @ shape)
     if natural_frequency is not None:
@@ -122,7 +123,7 @@ def _take_off_glue_forces(load: Array, glued: ArrayLike | None) -> None:
     if glued is None:
         raise ModelError(
             "glued: None; a stiffness needs the rows that are glued to each other, "
-            "whose forces are not forces of the mode"
+            "because the forces of the glue are not forces of the mode"
         )
     rows = whole_array("glued", glued, (None, 2), least=-1, most=len(load) - 1)
     is_free = rows >= 0
@@ -293,8 +294,8 @@ class LabelledMatrix(Shown):
         node = first_of(np.bincount(nodes) > 1)
         if node is not None:
             raise ModelError(
-                f"matching_faces: the node at {place(self.points[node])} lies on several of one "
-                "other body; merge these nodes"
+                f"matching_faces: the node at {place(self.points[node])} coincides with several "
+                "nodes of one other body; merge these nodes"
             )
 
     def nodes(self, where: str | ArrayLike) -> Integers:
@@ -323,7 +324,7 @@ class LabelledMatrix(Shown):
         between_nodes = self._between(np.unique(self.mesh.facets[:, facets]))
         if len(between_nodes) != len(facets):
             raise ModelError(
-                f"surface {name!r}: other facets lie between its nodes too; name flat parts of it"
+                f"surface {name!r}: its nodes also span other facets; name flat parts of it"
             )
         whole_mesh, origin = self._whole
         return np.unique(origin[facet_nodes(whole_mesh, facets)].indices)

@@ -17,8 +17,8 @@ def checked_labels(values: ArrayLike) -> Integers:
     labels = whole_array("labels", values, (None, 2), least=-(10**12), most=10**12)
     if not displaced(labels).any():
         raise ModelError(
-            "labels: none names a displacement, a node and direction 1, 2 or 3; "
-            "without any there is no contact"
+            "labels: no label names a displacement (a node and direction 1, 2 or 3), so there is "
+            "no contact"
         )
     repeated = len(labels) - len(np.unique(labels, axis=0))
     if repeated:

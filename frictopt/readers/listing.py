@@ -70,7 +70,7 @@ class Sets:
         """Numbers of some members, each once, in their order.
 
         Error messages call the list `owner`. It is part of the sets `above`, so it must not name
-        them. A range stands for those of its numbers that exist, as in both codes.
+        them. A range represents its existing numbers, as in both codes.
         """
         numbers: list[int] = []
         for member in members:

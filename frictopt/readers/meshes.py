@@ -24,14 +24,15 @@ from .mixed_elements import FACE_CORNERS, in_tetrahedra, mixed_mesh, with_mixed_
 def read_mesh(path: str | Path) -> Mesh:
     """Read a mesh with its named boundaries and subdomains.
 
-    The file is a `.msh` of gmsh, an `.inp` of CalculiX or Abaqus, or any that meshio reads. In
-    gmsh, physical volumes (in the plane surfaces) are subdomains and physical surfaces (curves)
-    boundaries, named by number if they have no name. In a deck, a node set names the facets of the
-    outline between its nodes; a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes
-    both) or a surface names these facets; and any other element set is a subdomain; names are in
-    capital letters. Groups of Salome (`.med`) are read by their names. Nodes of no element are left
-    out. The page "What is read of a file" lists all keywords: kept, refused, or without effect. The
-    extra `mesh` of the installation brings meshio.
+    The file is a `.msh` of gmsh, an `.inp` of CalculiX or Abaqus, or any other file that meshio
+    reads. In gmsh, physical volumes are subdomains and physical surfaces are boundaries; in the
+    plane, physical surfaces are subdomains and physical curves are boundaries. A group without a
+    name is named by its number. In a deck, a node set names the facets of the outline between its
+    nodes; a set of faces (CPS3, CPS4; in the plane of lines, T3D2; gmsh writes both) or a surface
+    names these facets; and any other element set is a subdomain; names are in capital letters.
+    Groups of Salome (`.med`) are read by their names. Nodes without elements are left out. The page
+    "What is read of a file" lists all keywords: kept, refused, or without effect. The extra `mesh`
+    of the installation brings meshio.
 
     Parameters
     ----------
@@ -44,18 +45,18 @@ def read_mesh(path: str | Path) -> Mesh:
         MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem with `boundaries` and `subdomains`; of
         quadratic elements MeshTri2, MeshQuad2, MeshTet2 or MeshHex2. If only edges have a node in
         the middle (8-node quadrilaterals, 20-node hexahedra), the nodes in the middle of faces and
-        elements are added. Linear wedges, and linear elements of several shapes, make a mesh of
-        quadrilaterals or hexahedra some corners of which coincide. If wedges or elements of several
-        shapes are quadratic, each element is cut into quadratic tetrahedra (in the plane
-        triangles). A linear element beside quadratic ones becomes quadratic.
+        elements are added. Linear wedges, and linear elements of several shapes, become
+        quadrilaterals or hexahedra with coincident corners. Quadratic wedges, and quadratic
+        elements of several shapes, are cut into quadratic tetrahedra (in the plane into triangles).
+        A linear element beside quadratic elements becomes quadratic.
 
     Raises
     ------
     ModelError
-        The file is missing or unreadable; elements of other kinds, such as beams and shells beside
-        solids; a linear element that shares an edge with a quadratic one; a boundary whose faces
-        belong to no element, or that has none; a surface with faces of other elements than solids;
-        faces in space without solids; midside nodes that elements do not share.
+        The file is missing or unreadable. It has other elements beside solids, such as beams and
+        shells. A linear and a quadratic element share an edge. A boundary has no faces, or faces
+        that belong to no element or to an element that is not a solid. The file has faces in space
+        without solids. Neighbouring elements do not share their midside nodes.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Meshes of decks whose elements have several shapes, or wedges: with their nodes amid edges."""
+"""Meshes of decks with wedges or elements of several shapes, including midside nodes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -84,9 +84,9 @@ def _at_corners(kind: type[Mesh], shape: str) -> Integers:
 def with_mixed_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
     """The quadratic mesh through the corners of a mesh with the elements of a deck.
 
-    If all elements are linear, it is the mesh itself. A linear element beside quadratic ones gets
-    nodes amid its straight edges. The second result is the (nodes of the mesh, points of the deck)
-    matrix that makes these nodes of the points.
+    If all elements are linear, it is the mesh itself. A linear element beside quadratic elements
+    gets midside nodes on its straight edges. The second result is the (nodes of the mesh, points of
+    the deck) matrix that makes these nodes of the points.
     """
     parts = deck.by_shape()
     mesh_nodes = np.unique(mesh.t)

@@ -89,8 +89,8 @@ class JoinedFaces(LabelledMatrix):
                 family = "C3D" if self._directions == 3 else "CPE"
                 known = ", ".join(name for name in SHAPES if name.startswith(family))
                 raise ModelError(
-                    f"faces: node {deck.numbers[common[0]]} is one of an element {kind}, and "
-                    f"which of its nodes lie amid edges is not known; mesh this body with {known} "
+                    f"faces: node {deck.numbers[common[0]]} is one of an element {kind}, whose "
+                    f"midside nodes are unknown; mesh this body with {known} "
                     "in the code that writes the matrix"
                 )
         if not len(deck.midsides):
@@ -103,14 +103,14 @@ class JoinedFaces(LabelledMatrix):
         unexplained = np.setdiff1d(not_in_matrix, deck.constraints.ends[:, 0] // 6)
         if len(unexplained):
             raise ModelError(
-                f"faces: node {deck.numbers[unexplained[0]]}, amid an edge of a contact face, has "
-                "no row in the matrix; retain such nodes"
+                f"faces: node {deck.numbers[unexplained[0]]}, a midside node of a contact face, "
+                "has no row in the matrix; retain such nodes"
             )
         free = rows[(unknowns >= 0).any(axis=1)]
         if len(free):
             raise ModelError(
-                f"faces: node {deck.numbers[free[0]]}, amid an edge of a contact face, moves on "
-                "its own; use job.with_linear_faces()"
+                f"faces: node {deck.numbers[free[0]]}, a midside node of a contact face, does not "
+                "follow its corners; use job.with_linear_faces()"
             )
 
 
@@ -148,7 +148,7 @@ def _mortar_arguments(
         size = "area" if kinematics == "space" else "length"
         warnings.warn(
             f"{argument}: of the first face, the {size} {joint.beyond:.3g} "
-            f"({joint.share_beyond:.1%}) lies opposite nothing of the second face and is free",
+            f"({joint.share_beyond:.1%}) has no opposite part of the second face and is free",
             ModelWarning,
             stacklevel=4,  # the line that calls `MatrixJob.mortar`
         )
@@ -156,7 +156,7 @@ def _mortar_arguments(
 
 
 def _with_heirs(joint: Joint, points: Array) -> dict[str, Any]:
-    """The arguments, in which the nearest pair stands for each node beyond the edge of body 2.
+    """The arguments, in which the nearest pair represents each node beyond the edge of body 2.
 
     It gets the mean of the relative motions `u_k - sum_j P_kj u_j`, weighted by their widths.
     """

@@ -28,8 +28,9 @@ class _UserElement:
     count: int
     # numbers of the nodes, in the order of the comments after "ELEMENT NODES"
     nodes: list[int]
-    # data lines of *USER ELEMENT: the directions of the first nodes; then the place in `nodes`,
-    # from 1, from which on other directions hold, and these
+    # data lines of *USER ELEMENT: the directions of the first nodes; then, for each change of
+    # directions, the place in `nodes` (from 1) of the first node that has them, and the new
+    # directions
     direction_lines: list[list[int]]
     # lower triangle of the stiffness, row by row
     triangle: list[float]

@@ -12,7 +12,7 @@ raised for values that are not real and finite or out of the given range, and fo
 not match.
 """
 
-from ..contact import referee
+from ..contact import check_contact_law
 from .corners import CornerMode, bonded_corner, sliding_corner_exponent
 from .half_spaces import half_plane_contact, half_plane_influence, half_space_contact
 from .hertz import LineContact, SphereContact, contact_modulus
@@ -30,6 +30,7 @@ __all__ = [
     "LineContact",
     "SphereContact",
     "bonded_corner",
+    "check_contact_law",
     "contact_modulus",
     "foundation_rod",
     "half_plane_contact",
@@ -37,7 +38,6 @@ __all__ = [
     "half_space_contact",
     "masing_dissipation",
     "order_preserving",
-    "referee",
     "rod_dissipation",
     "single_node_dissipation",
     "single_node_limit",

@@ -59,7 +59,7 @@ class CornerMode:
             "r",
             distance,
             distance > 0,
-            "give distances above 0, the stress has no value at the corner itself",
+            "give distances above 0, because the stress is infinite at the corner",
             "index",
         )
         scale = distance ** (self.exponent - 1)

@@ -26,10 +26,11 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
         G_ij = -2 / (pi E_star) (L(y + h) - 2 L(y) + L(y - h)) / h^2,    y = x_i - x_j,    L(y) =
         y^2 log|y| / 2 - 3 y^2 / 4
 
-    G is an energy: `r G r / 2` is the work of the tractions. Forces that add up to zero, and
-    differences of displacements, do not depend on the rigid motion. All else depends on the zero of
-    the displacement: with all lengths in units of the interface's, the logarithm vanishes at its
-    far end. That makes G positive definite, and independent of the length.
+    G is an energy: `r G r / 2` is the work of the tractions. If the forces add up to zero,
+    differences of displacements do not depend on the rigid motion. All other results depend on the
+    choice of the zero displacement. Here lengths are in units of the length of the interface, so
+    that the logarithm is zero at its far end. With this choice G is positive definite, and does not
+    depend on the length.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -70,14 +71,14 @@ def half_plane_influence(nodes: int, E_star: float) -> Array:
 def half_plane_contact(
     nodes: int, half_length: float, E_star: float, *, R: float | None = None, beta: float = 0.0
 ) -> dict[str, Any]:
-    """Contact of two half-planes, of similar material or of two, as a contact system.
+    """Contact of two half-planes, of one material or of two, as a contact system.
 
     Body 2 is flat. Body 1 is a cylinder of radius R with the initial gap `x^2 / (2 R)`. Without R
     it touches body 2 along the whole interface and nowhere else. Both deform like half-planes;
-    under P alone, their pressure is the pressure of a rigid flat punch. Without `beta` shear and
-    pressure are uncoupled (`B = 0`, exact for materials whose shear does not change the pressure,
-    two equal ones above all) and have one stiffness, `A = C`. With `beta` a shear force on a cell
-    moves the surfaces apart by `beta / E_star` on one side of it, and together on the other.
+    under P alone, their pressure is the pressure of a rigid flat punch. Without `beta`, shear and
+    pressure are uncoupled (`B = 0`) and have the same stiffness, `A = C`. This is exact for similar
+    materials, for example for two equal ones. With `beta`, a shear force on a cell moves the
+    surfaces apart by `beta / E_star` on one side of the cell, and together on the other side.
 
     The bodies are free to translate against each other (and do not rotate). Let G be the influence
     matrix, see `half_plane_influence`, and c an unknown translation. Then `u = G r + c`, and the
@@ -85,26 +86,27 @@ def half_plane_contact(
 
         r = A u + F e      A = G^-1 - k e e^T      e = G^-1 1 / k      k = 1^T G^-1 1
 
-    so that a translation meets no force (`A 1 = 0`), A is positive semi-definite, and the bonded
-    reactions `F e` carry the whole load: the forces of a uniform displacement.
+    So a translation needs no force (`A 1 = 0`), A is positive semi-definite, and the bonded
+    reactions `F e`, which are the forces of a uniform displacement, carry the whole load.
 
     Parameters
     ----------
     nodes, E_star
         See `half_plane_influence`; the nodes are the middles of the cells.
     half_length
-        Half the length of the interface, length, positive; with R, more than the half-width of the
-        contact to come.
+        Half the length of the interface, length, positive. With R, it must exceed the half-width of
+        the contact.
     R
         Radius of the cylinder, length, positive; None for the flat punch.
     beta
-        Second constant of Dundurs of the two materials, between -0.5 and 0.5; 0 for similar ones.
+        Second constant of Dundurs of the two materials, between -0.5 and 0.5; 0 for similar
+        materials.
 
     Returns
     -------
     dict[str, Any]
         Arguments A, B, C, x, bonded and gap of `ContactSystem.from_blocks`. Load cases: "P", the
-        normal force, and "Q", the tangential one, each the resultant of the reactions of the
+        normal force, and "Q", the tangential force. Each is the resultant of the reactions of the
         half-plane on the punch, force per depth.
 
     References
@@ -115,7 +117,7 @@ def half_plane_contact(
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -188,14 +190,15 @@ def half_space_contact(
     cells
         Number of cells along the diameter of the circle, from 3 to 80.
     half_length, R
-        Radius of the circle, which should exceed that of the contact, and of the sphere, length.
+        Radius of the circle, which should exceed the radius of the contact, and radius of the
+        sphere, length.
     E, nu
         Young's modulus, force per area, and Poisson's ratio of both bodies.
 
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -212,8 +215,8 @@ def half_space_contact(
     size = 2 * half_length / cells
     if not 0 < size**2 < np.inf:
         raise ModelError(
-            f"half_length: {half_length:g}; its square is no number, "
-            "give the length in another unit"
+            f"half_length: {half_length:g}; its square is too large or too small; give the length "
+            "in another unit"
         )
     line = (np.arange(cells) + 0.5) * size - half_length
     x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))

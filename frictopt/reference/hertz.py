@@ -36,7 +36,7 @@ def contact_modulus(E1: float, nu1: float, E2: float, nu2: float) -> float:
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -91,9 +91,9 @@ def _work(a: float, x: float) -> float:
 class LineContact(_Round):
     """Cylinder on a half-plane, sheared under a constant normal force.
 
-    The shear force starts from zero. Materials are similar: shear does not change the pressure
-    (`B = 0`), as for two equal ones. Methods take a shear force Q, the resultant of the tractions q
-    of the half-plane on the cylinder along +x, of magnitude below `f P`: beyond that the cylinder
+    The shear force starts from zero. Materials are similar: shear does not change the pressure (`B
+    = 0`), as for two equal materials. Methods take a shear force Q, the resultant of the tractions
+    q of the half-plane on the cylinder along +x, of magnitude below `f P`: beyond that the cylinder
     slides.
 
     Parameters
@@ -120,7 +120,7 @@ class LineContact(_Round):
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -150,7 +150,7 @@ class LineContact(_Round):
     def stick_half_width(self, Q: float) -> float:
         """Half-width `c = a sqrt(1 - |Q| / (f P))` of the part that has not slipped, length.
 
-        In a cycle Q is half the change since the last reversal.
+        In a cycle, pass half the change since the last reversal as Q.
         """
         return self.half_width * sqrt(1 - self._share("Q", Q))
 
@@ -172,9 +172,9 @@ class LineContact(_Round):
     def slip(self, x: ArrayLike, Q: float) -> Array:
         """Slip v at x, length, any shape, when the shear force first reaches Q, length.
 
-        It is against Q, zero for `|x| <= c`, and nan outside the contact. It grows from the edge of
-        the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star a)`, where p_0 is the
-        peak pressure.
+        The slip is opposite to Q, zero for `|x| <= c`, and nan outside the contact. It grows from
+        the edge of the stick region with the slope `2 f p_0 sqrt(x^2 - c^2) / (E_star a)`, where
+        p_0 is the peak pressure.
         """
         a = self.half_width
         c = self.stick_half_width(Q)
@@ -198,8 +198,9 @@ class LineContact(_Round):
     def worn_depth(self, x: ArrayLike, Q0: float) -> Array:
         """Depth worn off at x, length, any shape, in the end.
 
-        Shear between `-Q0` and `Q0` wears the cylinder. The stick zone stays, and in the end it
-        carries the whole force. With `c = a sqrt(1 - |Q0| / (f P))` (Ciavarella 1998, Popov 2014)::
+        Shear between `-Q0` and `Q0` wears the cylinder. The stick zone does not wear, and in the
+        end it carries the whole force. With `c = a sqrt(1 - |Q0| / (f P))` (Ciavarella 1998, Popov
+        2014)::
 
             h = (a^2 arccosh(|x| / c) - |x| sqrt(x^2 - c^2)) / (2 R)     where that is positive
         """
@@ -215,8 +216,8 @@ class LineContact(_Round):
 class SphereContact(_Round):
     """Sphere on a half-space of the same material, sheared under a constant normal force.
 
-    The shear force starts from zero. Slip across the direction of the force, which Poisson's ratio
-    causes, is neglected as it is in the sources; the solution is exact for `nu = 0`.
+    The shear force starts from zero. Poisson's ratio causes slip across the direction of the force.
+    As in the sources, this slip is neglected; the solution is exact for `nu = 0`.
 
     Parameters
     ----------
@@ -236,7 +237,7 @@ class SphereContact(_Round):
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -265,7 +266,8 @@ class SphereContact(_Round):
             W = 9 f^2 P^2 / (10 a) * 2 (2 - nu) / G * {1 - (1 - x)^(5/3) - (5 x / 6) [1 + (1 -
             x)^(2/3)]}
 
-        Q is the amplitude of the shear force, below f P: with more the sphere slides.
+        Q is the amplitude of the shear force. It must be below f P, because the sphere slides at f
+        P.
         """
         shear_modulus = self.E / (2 * (1 + self.nu))
         unit = 2 * (2 - self.nu) / shear_modulus * (self.f * self.P) ** 2 / self.half_width
@@ -274,8 +276,9 @@ class SphereContact(_Round):
     def worn_depth(self, r: ArrayLike, Q: float) -> Array:
         """Depth worn off at distance r from the middle, length, any shape, in the end.
 
-        Shear between -Q and Q wears the sphere. The stick zone stays, and in the end it carries the
-        whole force: the sphere indents by d more, as a flat punch of radius c does. With `c = a (1
+        Shear between -Q and Q wears the sphere. The stick zone does not wear, and in the end it
+        carries the whole force. The sphere then indents by an additional depth d, like a flat punch
+        of radius c. With `c = a (1
         - Q / (f P))^(1/3)` and `d = 2 (a^3 - c^3) / (3 R c)` (Popov 2014), outside of c and where
         it is positive::
 

@@ -1,6 +1,6 @@
 """Springs and rods that slide under constant pressure; contacts in which slips keep their order.
 
-Sliders in parallel are the model of Masing and Iwan, those in series are a rod on a foundation.
+Sliders in parallel are the model of Masing and Iwan; sliders in series are a rod on a foundation.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ from .uncoupled import each_node
 def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     """Work of friction in one cycle of sliders in parallel.
 
-    Their common base moves between `-X` and `+X`. Each slider hangs on its own spring. It sticks
-    until the spring force reaches the friction bound and then slips the rest of the way, to and fro
-    over `2 (X - bound / k)`. As a contact system: `A = diag(k)`, `B = 0`, constant pressures `p0 =
-    bound / f`, and `q1 = -k X` as the bonded reaction at the corner where the base is at `+X`.
+    Their common base moves between `-X` and `+X`. A spring connects each slider to the base. A
+    slider sticks until the force of its spring reaches the friction bound, and then slips for the
+    rest of the way. It slips to and fro over `2 (X - bound / k)`. As a contact system: `A =
+    diag(k)`, `B = 0`, constant pressures `p0 = bound / f`, and `q1 = -k X` as the bonded reaction
+    at the corner where the base is at `+X`.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -66,10 +67,10 @@ def masing_dissipation(k: ArrayLike, bound: ArrayLike, X: float) -> float:
 def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     """Work of friction in one cycle of a rod on a Coulomb foundation.
 
-    A force of amplitude F0 pulls its end to and fro. The end force is taken up by friction over the
-    slip length `F0 / tau`, beyond which the rod is at rest: by `n = F0 / (tau h)` nodes, the last
-    of them without slip if n is whole. Each travels twice its largest displacement to and fro
-    against `tau h`. For whole n (any n is accepted)::
+    A force of amplitude F0 pulls its end to and fro. Friction balances the force over the slip
+    length `F0 / tau`. Beyond it the rod is at rest. These are `n = F0 / (tau h)` nodes; if n is
+    whole, the last of them does not slip. In each cycle, a node travels four times its largest
+    displacement against `tau h`. For whole n (any n is accepted)::
 
         W = 2 F0^3 / (3 EA tau) (1 - 1/n^2)
 
@@ -98,7 +99,7 @@ def rod_dissipation(F0: float, EA: float, tau: float, h: float = 0.0) -> float:
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -128,7 +129,7 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     Parameters
     ----------
     nodes
-        Number of nodes N; more than `F0 / (tau h)`, or the whole rod slides.
+        Number of nodes N. It must exceed `F0 / (tau h)`, otherwise the whole rod slides.
     EA, h
         Axial stiffness of the rod, force per depth, and distance of the nodes, length, positive.
 
@@ -142,7 +143,7 @@ def foundation_rod(nodes: int, EA: float, h: float) -> dict[str, Any]:
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -170,10 +171,10 @@ def order_preserving(system: ContactSystem) -> Array:
     """Largest coefficient of friction of each node with which slips keep their order.
 
     Slip at one node then only pulls the others along. These are the largest f with `f_i |B_ij| <=
-    -A_ij` for all i != j. With no more at any node, and while all nodes stay closed, two starts
-    with `v <= v'` at every node have `v <= v'` ever after under the same loads. If a slip lies
-    between two safe slips at every node, it then stays between them. It orders slips, not the work
-    of friction: that may be more or less from the larger start.
+    -A_ij` for all i != j. Take friction up to these values, and let all nodes stay closed. If two
+    starts have `v <= v'` at every node, then `v <= v'` at all later times under the same loads. So
+    a slip that lies between two safe slips at every node stays between them. The order holds for
+    slips, not for the work of friction: the larger start may dissipate more or less.
 
     Parameters
     ----------
@@ -183,13 +184,13 @@ def order_preserving(system: ContactSystem) -> Array:
     Returns
     -------
     Array
-        (N,) coefficients of friction, of which the least one holds for all nodes; inf if there is
-        no bound, below 0 if no friction keeps the order.
+        (N,) coefficients of friction; inf if there is no bound, below 0 if no friction keeps the
+        order. For one coefficient at all nodes, take the least.
 
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------

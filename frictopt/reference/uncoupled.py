@@ -1,4 +1,4 @@
-"""Contacts of one node, and those in which no node feels another: limits and dissipation."""
+"""Limits and dissipation of contacts with one node, and of contacts whose nodes do not interact."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ def uncoupled_limit(
 ) -> float:
     """Limit lambda_1 = lambda_2 of an uncoupled or proportionally coupled contact.
 
-    Uncoupled is `B = 0`, proportionally coupled `B = D A` with `D = diag(d)`. With `B = D A` slip
-    enters the law of node i only through its own `t_i = (A v)_i`, as `q += t` and `p += d t`, and
-    `A v = t` has a solution for every `t` when A is positive definite. The nodes are then as many
-    single nodes of stiffness 1 and coupling `d`, and the weakest governs::
+    Uncoupled means `B = 0`; proportionally coupled means `B = D A` with `D = diag(d)`. With `B = D
+    A` slip enters the law of node i only through its own `t_i = (A v)_i`, as `q += t` and `p += d
+    t`, and `A v = t` has a solution for every `t` when A is positive definite. So each node acts
+    like a single node of stiffness 1 and coupling `d`, and the weakest node governs::
 
         lambda = min over nodes of  f (p0 - d q0) / max(|q1 - f^2 d p1|, f |p1 - d q1|)
 
-    which for `d = 0` is `f p0 / max(|q1|, f |p1|)`, whatever A and q0. The second entry of the
-    maximum governs where the node lifts off rather than slips. In full contact `lambda_1 =
-    lambda_2`: a node slips forward only with `t_i` at its lower bound and backward only at its
-    upper one, safe slips lie between the two, so slip never increases the distance from a safe slip
-    in the norm of A.
+    For `d = 0` this is `f p0 / max(|q1|, f |p1|)`, for all A and q0. The second entry of the
+    maximum governs if the node lifts off instead of slipping. In full contact `lambda_1 =
+    lambda_2`. A node slips forward only if `t_i` is at its lower bound, and backward only if `t_i`
+    is at its upper bound; safe slips lie between the bounds. So slip never increases the distance
+    from a safe slip in the norm of A.
 
     Parameters
     ----------
@@ -55,19 +55,19 @@ def uncoupled_limit(
     Returns
     -------
     float
-        Dimensionless; inf if the load does not touch the nodes, nan if no slip is safe even without
-        the cyclic load.
+        Dimensionless; inf if the cyclic load does not load the nodes, nan if no slip is safe even
+        without the cyclic load.
 
     References
     ----------
     A. Klarbring, M. Ciavarella and J. R. Barber (2007), Shakedown in elastic contact problems with
-    Coulomb friction, International Journal of Solids and Structures 44, 8355-8365: which contacts
-    shake down from every start.
+    Coulomb friction, International Journal of Solids and Structures 44, 8355-8365: they show which
+    contacts shake down from every start.
 
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -80,7 +80,7 @@ def uncoupled_limit(
         node = int(np.argmax(f * np.abs(d)))
         raise ModelError(
             f"f: {f[node]:g} at node {node} is not below the critical friction "
-            f"1/|d| = {1 / abs(d[node]):g}; give less of either"
+            f"1/|d| = {1 / abs(d[node]):g}; reduce one of them"
         )
     strength = f * (p0 - d * q0)
     # A strength of zero has the rounding of the terms that cancel.
@@ -99,13 +99,13 @@ def single_node_limit(
     """Shakedown limit of one node, `lambda_1 = lambda_2`.
 
     With slip v the reactions at the corners `s = -1, +1` are `q = q0 + lam s q1 + A v` and `p = p0
-    + lam s p1 + B v`. Two bounds on v, one from each sense of slip, close on each other as the load
-    grows and meet at::
+    + lam s p1 + B v`. Each sense of slip gives a bound on v. The two bounds approach each other as
+    the load grows, and meet at::
 
         lambda = f (A p0 - B q0) / max(|A q1 - f^2 B p1|, f |A p1 - B q1|)
 
     The first entry of the maximum governs for `|q1| > f |p1|`: above the limit the node slips to
-    and fro. Otherwise the second does: one corner unloads the node until it lifts off.
+    and fro. Otherwise the second entry governs: one corner unloads the node until it lifts off.
 
     Parameters
     ----------
@@ -115,24 +115,24 @@ def single_node_limit(
     q0, p0, q1, p1
         Bonded reactions as in `uncoupled_limit`, force per depth.
     f
-        Coefficient of friction, dimensionless, `0 < f < A / |B|`: from `A / |B|` on the node wedges
-        and the bounds no longer meet.
+        Coefficient of friction, dimensionless, `0 < f < A / |B|`: at `A / |B|` and above, the node
+        wedges and the bounds do not meet.
 
     Returns
     -------
     float
-        Dimensionless; inf if the load does not touch the node, nan if no slip is safe even without
-        the cyclic load.
+        Dimensionless; inf if the cyclic load does not load the node, nan if no slip is safe even
+        without the cyclic load.
 
     References
     ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the conditions; the expression
-    is where the two bounds meet.
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the conditions. The expression
+    follows from equal bounds.
 
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -149,31 +149,31 @@ def single_node_dissipation(
 ) -> float:
     """Work of friction in one cycle of the steady state of one node, the same from every start.
 
-    Up to the limit of `single_node_limit` it is zero. Above it the node slips forward up to the
-    corner that pulls it forward, where it stops at `v_I` on `q = -f p`, and backward up to the
-    other corner, where it stops at `v_II` on `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1`
-    and `t` the sign of q1, the travel and the pressures at the two ends are::
+    Up to the limit of `single_node_limit` it is zero. Above it the node slips forward until one
+    corner, where it stops at `v_I` with `q = -f p`, and backward until the other corner, where it
+    stops at `v_II` with `q = f p`. With `D = A p0 - B q0`, `e = A p1 - B q1` and `t` the sign of
+    q1, the travel and the pressures at the two ends are::
 
         v_I - v_II = 2 (lam |A q1 - f^2 B p1| - f D) / (A^2 - f^2 B^2)
         p_I = (D - lam t e) / (A + f B)        p_II = (D + lam t e) / (A - f B)
 
-    While the node slips its pressure is linear in v, so that the work of a passage is `f (v_I -
-    v_II)` times the pressure half-way, and the two passages add up to::
+    While the node slips, its pressure is linear in v. So the work of each of the two slips is `f
+    (v_I - v_II)` times the pressure half-way, and the two works add up to::
 
         W = f (v_I - v_II) q1 (p_I / (q1 - f p1) + p_II / (q1 + f p1))
 
     Without coupling and cyclic pressure, `B = p1 = 0`, this is `4 f p0 (lam |q1| - f p0) / A`. In a
-    larger uncoupled contact a node whose neighbours stick dissipates as much, with its own diagonal
-    entry of the stiffness for A.
+    larger uncoupled contact, a node whose neighbours stick dissipates the same work, if A is its
+    diagonal entry of the stiffness.
 
     Parameters
     ----------
     A, B, q0, p0, q1, p1, f
         See `single_node_limit`.
     load_factor
-        Factor `lam` of the cyclic load, dimensionless, at least 0 and at most `D / |e|`, from where
-        on the node lifts off at one of the corners. For `|q1| <= f |p1|` that is the limit itself:
-        such a node never dissipates in full contact.
+        Factor `lam` of the cyclic load, dimensionless, at least 0 and at most `D / |e|`. Above this
+        value the node lifts off at one of the corners. If `|q1| <= f |p1|`, this value is the limit
+        itself: such a node never dissipates in full contact.
 
     Returns
     -------
@@ -182,13 +182,13 @@ def single_node_dissipation(
 
     References
     ----------
-    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the two bounds; the work follows
+    Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: the two bounds. The work follows
     from them by the integration above.
 
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------
@@ -203,12 +203,12 @@ def single_node_dissipation(
     e = A * p1 - B * q1
     terms = A * abs(p0) + abs(B * q0)
     if D < -ROUNDING * terms:
-        raise ModelError(f"p0: {p0:g}; the mean load lifts the node off, give more pressure")
+        raise ModelError(f"p0: {p0:g}; the mean load lifts the node off; give more pressure")
     travel = 2 * (lam * abs(A * q1 - f**2 * B * p1) - f * D) / (A**2 - (f * B) ** 2)
     if lam * abs(e) - D > ROUNDING * (terms + lam * (abs(A * p1) + abs(B * q1))):
         raise ModelError(
-            f"load_factor: {lam:g}; the node lifts off at one corner, "
-            f"give at most {max(D, 0.0) / abs(e):g}"
+            f"load_factor: {lam:g}; the node lifts off at one corner; give at most "
+            f"{max(D, 0.0) / abs(e):g}"
         )
     if abs(q1) <= f * abs(p1) or travel <= 0:
         return 0.0
@@ -239,8 +239,8 @@ def _checked(
 def smallest_circle(points: ArrayLike) -> tuple[Array, float]:
     """Centre and radius of the smallest circle around points (K, 2) of the plane, K > 0.
 
-    It goes through two of the points, or through three. All pairs and triples are tried, so give a
-    handful. Points, centre and radius have the same unit.
+    The circle passes through two or three of the points. All pairs and triples are tried, so the
+    number of points should be small. Points, centre and radius have the same unit.
 
     Examples
     --------
@@ -281,9 +281,9 @@ def _circles(points: Array) -> Iterator[tuple[Array, float]]:
 def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     """Limit lambda_2 of an uncoupled contact in space (B = 0).
 
-    Corners of the cycle change the shear forces alone. A residual slip moves the shear forces of
-    each node at all corners by the same vector, which is free where A is positive definite. The
-    node is safe if a circle of radius `f p0` holds its corners, so the weakest node governs::
+    The cyclic loads change only the shear forces. A residual slip adds the same vector to the shear
+    forces of a node at all corners. If A is positive definite, this vector is arbitrary. The node
+    is safe if its corners lie within a circle of radius `f p0`, so the weakest node governs::
 
         lambda = min over nodes of  f p0 / (radius of the smallest circle around the corners' q1)
 
@@ -298,18 +298,18 @@ def smallest_circle_limit(p0: ArrayLike, q1: ArrayLike, f: ArrayLike) -> float:
     Returns
     -------
     float
-        Dimensionless; inf if the load does not shear the nodes, nan if a node pulls under the mean
-        load.
+        Dimensionless; inf if the load does not shear the nodes, nan if a node is in tension under
+        the mean load.
 
     References
     ----------
     Klarbring, Ciavarella and Barber (2007), see `uncoupled_limit`: uncoupled contacts shake down
-    below it from every start.
+    below this limit from every start.
 
     Raises
     ------
     ModelError
-        Values out of these ranges.
+        A value is out of its range.
 
     Examples
     --------

@@ -24,12 +24,11 @@ _CLEARANCE = 0.2
 class Dovetail(Scene):
     """A blade root that is held by two flanks in the slot of a disc; meshed in quadrilaterals.
 
-    The root is wider below than above.
-    Body 1 is the blade, body 2 the disc, clamped at its bottom. The contacts are "right" and
-    "left"; the first node is at the bottom of the right flank, the last one at the bottom of the
-    left flank. Load cases, each of unit traction on the top of the blade: "pull" along +y, "sway"
-    along +x. With friction of at least the cotangent of the angle the flanks lock: they hold a
-    blade that is wedged in without any load.
+    The root widens downwards. Body 1 is the blade, body 2 the disc, clamped at its bottom. The
+    contacts are "right" and "left"; the first node is at the bottom of the right flank, the last
+    one at the bottom of the left flank. Load cases, each of unit traction on the top of the blade:
+    "pull" along +y, "sway" along +x. If friction is at least the cotangent of the angle, the flanks
+    lock: they hold a wedged blade without any load.
 
     Parameters
     ----------
@@ -41,13 +40,13 @@ class Dovetail(Scene):
         Length of each flank, size of the blade above the flanks, and its height below them; the
         slot is 1.2 times as deep.
     lug_height, disc_half_width, disc_depth
-        Height of the disc above the flanks, its half-width, and its depth below the middle of the
-        flanks, length.
+        Height of the disc above the flanks, half-width of the disc, and its depth below the middle
+        of the flanks, length.
     edge_radius, edge_length
-        Radius at both ends of the blade's flanks, which then open along a parabola of that
-        curvature over that length before the end; 0: sharp.
+        Radius at both ends of the blade's flanks. Over this length before the end, the gap is a
+        parabola with the curvature of the radius. 0: sharp ends.
     grading, growth
-        Size of the middle element of a flank over that of its end element, >= 1; ratio of
+        Size of the middle element of a flank divided by the size of its end element, >= 1; ratio of
         neighbouring sizes away from the flanks, > 1.
     blade_material, disc_material
         The two materials.
@@ -96,13 +95,13 @@ class Dovetail(Scene):
             )
         if not self.corner_size > SAME_POINT * max(self.disc_half_width, self.disc_depth):
             raise ModelError(
-                f"grading: {self.grading:g}; elements at the ends are smaller than rounding, "
-                "give a lower grading or fewer elements"
+                f"grading: {self.grading:g}; the elements at the ends are too small for the "
+                "rounding of coordinates; give a lower grading or fewer elements"
             )
 
     @property
     def _grids(self) -> Sequence[Sequence[Array]]:
-        """Grids of the blade and of the disc: x over the half-width at each height, and heights."""
+        """Grids of blade and disc: x divided by the half-width at each height, and heights."""
         return self._blade_grid, self._disc_grid
 
     @property

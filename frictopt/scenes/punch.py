@@ -110,12 +110,11 @@ class PunchOnBlock(Scene):
 class PunchOnHalfPlane(PunchOnBlock):
     """Rectangular punch on a block that represents a half-plane, meshed in quadrilaterals.
 
-    The default has the size of the paper's scene.
-    The bottom of the block is on rollers: free to slide, one node held. The contact is `-half_width
-    <= x <= half_width`, y = 0. Load cases, each of unit traction: "P", pressure on the top of the
-    punch; "sigma", tension on the two sides of the block; "Q", shear along +x on the top of the
-    punch. A load factor on "sigma" over a mean of one "P" is therefore `sigma / (P / 2a)`, with P
-    the total normal force.
+    The default has the size of the paper's scene. The bottom of the block is on rollers; one node
+    is held along x. The contact is `-half_width <= x <= half_width`, y = 0. Load cases, each of
+    unit traction: "P", pressure on the top of the punch; "sigma", tension on the two sides of the
+    block; "Q", shear along +x on the top of the punch. With a mean load of one "P", the load factor
+    of "sigma" is therefore `sigma / (P / 2a)`, where P is the total normal force.
 
     Parameters
     ----------
@@ -124,22 +123,22 @@ class PunchOnHalfPlane(PunchOnBlock):
     half_width, punch_height, block_half_width, block_depth
         Half-width `a` of the contact, height of the punch, and size of the block, length.
     growth
-        Ratio of neighbouring element sizes away from the contact, > 1; the first one has the size
-        of the corner element.
+        Ratio of neighbouring element sizes away from the contact, > 1. The first element has the
+        size of the corner element.
     punch_material, block_material
         The two materials.
     element
         "linear", or "mean_dilatation": quadrilaterals that do not lock as nu approaches 0.5; the
         answer then depends less on nu.
     grading
-        Size of the middle element over that of the corner element, >= 1, sizes in geometric
-        progression; or "sine": nodes at `x = a sin(pi t / 2)`, t uniform in [-1, 1].
+        Size of the middle element divided by the size of the corner element, >= 1, with sizes in
+        geometric progression. Or "sine": nodes at `x = a sin(pi t / 2)`, with t uniform in [-1, 1].
 
     Raises
     ------
     ModelError
-        Sizes not positive, odd or tiny numbers of elements, a block narrower than the punch, a body
-        of more than a million nodes.
+        Sizes that are not positive, numbers of elements that are odd or too small, a block narrower
+        than the punch, a body of more than a million nodes.
 
     Examples
     --------
@@ -179,8 +178,8 @@ class PunchOnHalfPlane(PunchOnBlock):
     def condense(self, *, progress: bool = True) -> ContactSystem:
         """Mesh, assemble and condense to the contact.
 
-        The result is the mean with its mirror image, which removes the asymmetry of rounding.
-        `progress`: whether to show a progress bar after two seconds.
+        The result is the mean of the contact and its mirror image, without the asymmetry of
+        rounding. `progress`: whether to show a progress bar after two seconds.
         """
         system = self.model().condense(progress=progress)
         # Parity of the shear reactions; the pressures have the opposite one.
@@ -208,10 +207,10 @@ def _even(values: Array, sign: int = 1) -> Array:
 class RoundedPunch(Scene):
     """Punch with a flat middle and round ends on a block that represents a half-plane.
 
-    Without a flat it is a cylinder. The punch starts `max(|x| - flat_half_width, 0)^2 / (2 radius)`
-    above the block: the parabola of the radius, as an initial gap on straight meshes.
-    `PunchOnHalfPlane` describes the load cases. Outer nodes are open under any load, and pressure
-    falls to zero at the end of the contact.
+    Without a flat it is a cylinder. The initial gap is `max(|x| - flat_half_width, 0)^2 / (2
+    radius)`, the parabola of the radius, between straight meshes. `PunchOnHalfPlane` describes the
+    load cases. Outer nodes are open under any load, and pressure falls to zero at the end of the
+    contact.
 
     Parameters
     ----------
@@ -219,8 +218,8 @@ class RoundedPunch(Scene):
         Radius of the round ends, or of the cylinder, and half of the flat in the middle, length; 0:
         a cylinder.
     punch
-        Meshes, sizes, materials and supports; the contact must end within its `half_width`.
-        Elements of one size suit an end that moves.
+        Meshes, sizes, materials and supports. The contact area must end within its `half_width`. If
+        the end of the contact area moves, use elements of one size.
 
     Raises
     ------
@@ -275,7 +274,7 @@ class RoundedPunch(Scene):
         return replace(self.punch.model(), contacts=[Contact("punch", "block", gap=self._gap_at)])
 
     def condense(self, *, progress: bool = True) -> ContactSystem:
-        """Mesh, assemble, condense to the contact, and take the gap in.
+        """Mesh, assemble, condense to the contact, and add the gap.
 
         `progress`: whether to show a progress bar after two seconds.
         """
@@ -287,14 +286,14 @@ class SquarePunch(PunchOnBlock):
     """A punch of square section on a block, in structured hexahedra.
 
     The contact is `|x|, |y| <= half_width`, z = 0; the block's bottom is held. Load cases, each of
-    unit traction: "P", pressure on the top of the punch; "Qx" and "Qy", shear there along x and y;
-    "sigma", tension along x on the two sides of the block.
+    unit traction: "P", pressure on the top of the punch; "Qx" and "Qy", shear on the top of the
+    punch along x and y; "sigma", tension along x on the two sides of the block.
 
     Parameters
     ----------
     elements
         Number of elements along each side of the contact, at least 2: N = (elements + 1)^2 node
-        pairs. 24 make 48,000 unknowns.
+        pairs. With 24 elements there are 48,000 unknowns.
     half_width, punch_height, block_half_width, block_depth
         Half the side `a` of the contact, height of the punch, and size of the block, length.
     growth, punch_material, block_material, element

@@ -144,8 +144,8 @@ def along(half_length: float, elements: int, grading: float) -> Array:
     right[-1] = half_length
     if not (np.diff(right, prepend=0.0) > 0).all():
         raise ModelError(
-            f"grading: {grading:g}; elements at the ends are smaller than rounding, "
-            "give a lower grading or fewer elements"
+            f"grading: {grading:g}; the elements at the ends are too small for the rounding of "
+            "coordinates; give a lower grading or fewer elements"
         )
     return np.concatenate([-right[::-1], [0.0], right])
 

@@ -25,12 +25,12 @@ class PressFit(Scene):
     """A collar that is shrunk onto a shaft, in axisymmetry; meshed in quadrilaterals.
 
     x is the radius, y runs along the shaft, from the middle of the collar. Body 1 is the collar,
-    body 2 the shaft; the nodes of the contact go from its upper to its lower end, against y, and so
-    do positive slips. Forces are totals over the circumference. Load cases: "fit", a radial
-    interference of 1, half the diametral one; "tension", a tension of 1 on both ends of the shaft;
-    "push", an axial force of 1 along +y on the lower face of the collar, taken up at the upper end
-    of the shaft. Torsion and bending need a model in space: slips or stresses change around the
-    axis.
+    body 2 the shaft. The nodes of the contact are ordered from its upper to its lower end, against
+    y. Positive slips have the same direction. Forces are totals over the circumference. Load cases:
+    "fit", a radial interference of 1, which is half of the diametral interference; "tension", a
+    tension of 1 on both ends of the shaft; "push", an axial force of 1 along +y on the lower face
+    of the collar, taken up at the upper end of the shaft. Torsion and bending need a model in
+    space, because slips or stresses then vary around the axis.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ class PressFit(Scene):
         Radius of the contact, of the shaft's bore (0 for a solid shaft), and outer radius of the
         collar.
     collar_length, shaft_length
-        Lengths along the axis; the shaft is the longer one.
+        Lengths of collar and shaft along the axis. The shaft must be longer.
     elements
         Number of elements along the contact, even (N = elements + 1 node pairs).
     grading, growth
-        Size of the middle element of the contact over that of its end element, >= 1; ratio of
-        neighbouring sizes away from it, > 1.
+        Size of the middle element of the contact divided by the size of its end element, >= 1;
+        ratio of neighbouring sizes away from the contact, > 1.
     shaft_material, collar_material
         The two materials.
 
@@ -154,9 +154,9 @@ class PinInPlate(Scene):
     contact is the whole ring; its first node is at the angle 0, the others follow
     counter-clockwise. Load cases: "fit", an overlap of one unit of length between the radii of pin
     and hole; "Fx" and "Fy", a unit force per depth on the pin along +x and +y, as a uniform body
-    force, which a uniform traction on all sides of the plate takes up; "sigma", unit tension on the
-    right and left sides of the plate. None needs a reaction of the supports. With equal materials
-    and a large plate, the fit of overlap d makes the pressure `E / (1 - nu^2) d / (2 radius)`.
+    force, balanced by a uniform traction on all sides of the plate; "sigma", unit tension on the
+    right and left sides of the plate. No load case needs a reaction of the supports. With equal
+    materials and a large plate, an overlap d causes the pressure `E / (1 - nu^2) d / (2 radius)`.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ class PinInPlate(Scene):
 
     @property
     def contact_nodes(self) -> Array:
-        """(elements + 1,) distances along the chords of the ring, from angle 0 and back to it."""
+        """(elements + 1,) distances along the chords of the ring, once around from angle 0."""
         chord = 2 * self.radius * np.sin(np.pi / self.elements)
         return np.asarray(chord * np.arange(self.elements + 1))
 

@@ -95,7 +95,7 @@ class Chain:
 
     def solve(
         self,
-        judged: Callable[[], C],
+        checked: Callable[[], C],
         solver: str | None = None,
         *,
         no_optimum: Callable[[], C | None] | None = None,
@@ -104,7 +104,7 @@ class Chain:
     ) -> tuple[C, SolveRecord]:
         """Solve with the first solver whose answer has a residual within the tolerance.
 
-        `judged` builds the claim from the values and multipliers in the problem. If a solver finds
+        `checked` builds the claim from the values and multipliers in the problem. If a solver finds
         no optimum, `no_optimum` builds the claim. A solver may stop once it has proven that the
         objective is not `above` this number.
         """
@@ -120,15 +120,15 @@ class Chain:
         for way in _ways(reduced.arrays, solver):
             outcome, x, y = way.run(above / reduced.cost_unit)
             if outcome == OPTIMAL:
-                said_none = False
+                no_optimum_exists = False
                 enough = ROUNDING if kind == SOCP else tolerance
-                claim: C | None = self._best_claim(way, x, y, judged, enough, attempts)
+                claim: C | None = self._best_claim(way, x, y, checked, enough, attempts)
             else:
-                said_none = outcome in (INFEASIBLE, UNBOUNDED, NONE)
-                claim = claim_of_none() if said_none else None
+                no_optimum_exists = outcome in (INFEASIBLE, UNBOUNDED, NONE)
+                claim = claim_of_none() if no_optimum_exists else None
                 residual = claim.residual if claim else np.inf
                 attempts.append(Attempt(way.solver, outcome, residual))
-            agreed = agreed and said_none
+            agreed = agreed and no_optimum_exists
             if claim and claim.residual <= tolerance:
                 seconds = perf_counter() - started
                 return claim, SolveRecord(
@@ -144,41 +144,41 @@ class Chain:
     @property
     def _left_out(self) -> tuple[str, ...]:
         count = self.reduced.left_out
-        return (f"rows: {count} that others stand for",) if count else ()
+        return (f"rows: {count} redundant",) if count else ()
 
     def _best_claim(
         self,
         way: "_Way",
         x: Array,
         y: Array,
-        judged: Callable[[], C],
+        checked: Callable[[], C],
         enough: float,
         attempts: list[Attempt],
     ) -> C:
         """The claim of an optimum, or of the polished one if its residual is not `enough`."""
         rough = way.rough(x, y)
-        claim = self._claim(*rough, judged)
+        claim = self._claim(*rough, checked)
         residual = claim.residual
         attempts.append(Attempt(way.solver, OPTIMAL, residual))
         if not way.polished or residual <= enough:
             return claim
         # In small programs it costs little to gain the digits that interior points lack.
-        refined = self._claim(*way.refined(x, y), judged)
+        refined = self._claim(*way.refined(x, y), checked)
         linear = kind_of(self.reduced.arrays) == LP
         outcome = "refined on the vertex" if linear else "refined on the active cones"
         attempts.append(Attempt(way.solver, outcome, refined.residual))
         if residual < refined.residual:
-            return self._claim(*rough, judged)  # the rough answer is put back into the problem
+            return self._claim(*rough, checked)  # the rough answer is put back into the problem
         return refined
 
-    def _claim(self, x: Array, y: Array, judged: Callable[[], C]) -> C:
+    def _claim(self, x: Array, y: Array, checked: Callable[[], C]) -> C:
         """Put an answer of the reduced program into the problem, and return its claim."""
         reduced = self.reduced
         z, multipliers = reduced.back(x, y)
         self.violation = self._compiled.violation(z, reduced.z_unit)
         self._compiled.save(z, multipliers)
         self.proof = proof(self._compiled, z, multipliers, reduced.z_unit, self.unit)
-        return judged()
+        return checked()
 
     @contextmanager
     def kept(self) -> Iterator[None]:
@@ -284,7 +284,7 @@ class _Way(NamedTuple):
     def run(self, above: float = -np.inf) -> tuple[str, Array, Array]:
         """Status of the program, and x and multipliers of its form."""
         status, x, y = run(self.form.arrays, self.solver, self.form.above(above))
-        return self.form.said.get(status, status), x, y
+        return self.form.outcomes.get(status, status), x, y
 
     def rough(self, x: Array, y: Array) -> tuple[Array, Array]:
         """The solution of the program as the solver left it, with multipliers in their cones."""

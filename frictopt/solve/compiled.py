@@ -169,7 +169,7 @@ class Compiled:
         """Largest violation of a row for this right side, as in `violation` and `leaving`."""
         s = right - self.matrix @ z
         for block in self.blocks:
-            # Dense equations hold by substitution; the referee checks their errors.
+            # Dense equations hold by substitution; the check of the contact law finds their errors.
             s[block.rows] = 0.0
             s[block.sources] = 0.0
         zero = self.zero
@@ -269,8 +269,8 @@ class Proof:
 def proof(compiled: Compiled, z: Array, y: Array, units: Array, unit: float) -> Proof:
     """The bound that multipliers in their cones prove by weak duality on the compiled program.
 
-    It is an upper bound if the problem maximises and a lower one if it minimises. The value of the
-    problem's objective is the one at z.
+    It is an upper bound if the problem maximises and a lower one if it minimises. The problem's
+    objective has its value at z.
     """
     sense = -1.0 if isinstance(compiled.problem.objective, cp.Maximize) else 1.0
     cost = float(compiled.cost @ z)
@@ -410,7 +410,7 @@ def by_inverse(
 def _balanced(free: Array) -> tuple[Array, Integers]:
     """Basis (t, t - k) of the values that do no work on `free` (t, k), and the rows of its units.
 
-    Each basis vector is 1 in one of these rows, 0 in the other ones, and balanced in k further
+    Each basis vector is 1 in one of these rows, 0 in the other rows, and balanced in k further
     rows.
     """
     t, count = free.shape

@@ -76,7 +76,11 @@ class Eliminated(ChangesUnknowns[Program], ChangesRows[Program]):
         return np.where(self._remaining | (self.before.unit > 0), unit, derived)
 
     def multipliers(self, y: Array, cost_factor: float) -> Array:
-        """All multipliers; those of the defining rows balance the unknowns that the rows define."""
+        """All multipliers.
+
+        The multipliers of the defining rows follow from the balance of the unknowns that these rows
+        define.
+        """
         program = self.before
         multipliers = np.zeros(len(program.right))
         multipliers[self.rows] = y

@@ -65,10 +65,10 @@ class Fixable:
         self._fixed = np.zeros(len(self._at_zero), dtype=bool)
 
     def solve(self, fixed: Booleans, basis: Any = None, above: float = -np.inf) -> FixedSolution:
-        """The solution with some of the entries fixed to zero; an infinite bound without one.
+        """The solution with some entries fixed to zero; its bound is infinite if none exists.
 
-        It starts from the basis of a solution, or of the last one. It may stop once it is proven
-        that the value is not `above` a number; then it has no entries.
+        It starts from the basis of a solution, or of the last one. The solver may stop as soon as
+        the value is proven not to exceed `above`; the solution then has no entries.
         """
         changed = np.flatnonzero(fixed != self._fixed)
         rights = self._right[self._first + changed]

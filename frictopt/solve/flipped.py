@@ -28,7 +28,7 @@ class Plain:
     """A program itself, not its dual, with the methods of `Flipped`."""
 
     arrays: Arrays
-    said: ClassVar[Mapping[str, str]] = {}
+    outcomes: ClassVar[Mapping[str, str]] = {}
 
     def above(self, value: float) -> float:
         """The number at which a solver may stop, because the objective does not exceed it."""
@@ -59,7 +59,7 @@ class Flipped:
     """Unknowns that no row owns."""
     share: Array
     """Ratio of the slacks of the dual to the multipliers of the program."""
-    said: ClassVar[Mapping[str, str]] = {INFEASIBLE: UNBOUNDED, UNBOUNDED: INFEASIBLE}
+    outcomes: ClassVar[Mapping[str, str]] = {INFEASIBLE: UNBOUNDED, UNBOUNDED: INFEASIBLE}
     """Status of the dual -> status of the program."""
 
     def above(self, value: float) -> float:

@@ -18,9 +18,9 @@ Duals: TypeAlias = tuple[tuple[str, Array], ...]
 class Problem(cp.Problem):  # type: ignore[misc]  # cvxpy does not say its type
     """A problem whose deep copies and pickles have values, unknowns and parameters of their own.
 
-    cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. In a plain
-    copy the numbers are others, which ends Python. What solvers leave in a problem cannot be
-    pickled. So both stay behind.
+    cvxpy numbers the unknowns, and keeps parts that it has compiled by these numbers. A plain copy
+    has other numbers, and Python crashes. The data of solvers cannot be pickled. So copies have
+    neither compiled parts nor data of solvers.
     """
 
     stays_in_memory = True  # files of results leave it out

@@ -51,12 +51,14 @@ def _derived(unit: Array, sizes: csr_array, constant: Array) -> Array:
     while (unit == 0).any():
         unknown = unit == 0
         allowance = sizes @ unit + constant
-        tells = unknown[entries.col] & (allowance[entries.row] > 0) & (entries.data > 0)
-        if not tells.any():
+        bounding = unknown[entries.col] & (allowance[entries.row] > 0) & (entries.data > 0)
+        if not bounding.any():
             break
         allowed = np.full(len(unit), np.inf)
         np.minimum.at(
-            allowed, entries.col[tells], allowance[entries.row[tells]] / entries.data[tells]
+            allowed,
+            entries.col[bounding],
+            allowance[entries.row[bounding]] / entries.data[bounding],
         )
         unit = np.where(unknown & np.isfinite(allowed), allowed, unit)
     return np.where(unit == 0, 1.0, unit)

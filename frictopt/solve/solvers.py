@@ -87,7 +87,7 @@ UNBOUNDED = "unbounded"
 NONE = "infeasible or unbounded"
 CUT_OFF = "not below the cutoff"
 # Whether an optimum is good enough is for our own residual to say, so inaccurate ones count too.
-_SAID = {
+_OUTCOMES = {
     highspy.HighsModelStatus.kOptimal: OPTIMAL,
     highspy.HighsModelStatus.kInfeasible: INFEASIBLE,
     highspy.HighsModelStatus.kUnbounded: UNBOUNDED,
@@ -148,10 +148,11 @@ C = TypeVar("C", bound=Claim)
 
 
 def solve(problem: cp.Problem, residual: Callable[[], float], kind: str) -> tuple[Attempt, ...]:
-    """Solve a program of a kind by cvxpy as it stands, with the first solver that finds an optimum.
+    """Solve an unreduced program by cvxpy, with the first solver that finds an optimum.
 
-    Returns all attempts. `residual` is that of what then stands in the problem's variables; any
-    number passes. If all solvers agree that there is no optimum, the error is a `NoOptimum`.
+    Returns all attempts. `residual` returns the residual of the values of the problem's variables.
+    It is recorded and not compared with a tolerance. If all solvers agree that there is no optimum,
+    the error is a `NoOptimum`.
     """
     attempts, agreed = list[Attempt](), True
     for name in _SOLVERS[kind]:
@@ -173,8 +174,8 @@ def failed(kind: str, tolerance: float, attempts: Sequence[Attempt], agreed: boo
     return error(
         f"{kind}: no answer within the tolerance {tolerance:g} ({tried}); check for reactions of "
         "very different sizes, for nodes without pressure under the mean load, for friction close "
-        "to the critical value or so little that rounding hides its bounds, and for a coupling so "
-        "weak that the limit is millions of times the mean load"
+        "to the critical value or so small that rounding hides the friction bounds, and for a "
+        "coupling so weak that the limit is millions of times the mean load"
     )
 
 
@@ -218,7 +219,7 @@ def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
         status, x, y = interior_point(program, above)
     else:
         status, x, y = _by_clarabel(program, solver)
-    return _SAID.get(status, status), x, y
+    return _OUTCOMES.get(status, status), x, y
 
 
 def _by_highs(program: Arrays, solver: str) -> tuple[str, Array, Array]:
@@ -269,7 +270,7 @@ def _engine(
 def _answer(engine: Any) -> tuple[str, Array, Array]:
     """Status, x and multipliers with which HiGHS ended."""
     status, solution = engine.getModelStatus(), engine.getSolution()
-    outcome = _SAID.get(status, engine.modelStatusToString(status))
+    outcome = _OUTCOMES.get(status, engine.modelStatusToString(status))
     return outcome, np.array(solution.col_value), -np.array(solution.row_dual)
 
 
@@ -322,7 +323,7 @@ class WarmProgram:
         if basis is not None:
             engine.setBasis(basis)
         engine.run()
-        if engine.getModelStatus() not in _SAID:
+        if engine.getModelStatus() not in _OUTCOMES:
             # From no basis, the other simplex often ends where the first one gives up.
             first, second = self._strategies
             engine.clearSolver()

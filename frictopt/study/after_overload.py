@@ -29,8 +29,8 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
     Raises
     ------
     ModelError, NoContinuation, SolverError
-        Bad input; user constraints, or lambda_2 not finite and no load factor given; no path of the
-        overload; no answer that passes.
+        Bad input; a limit with user constraints; lambda_2 is not finite and no load factor is
+        given; the transient of the overload fails; no solver gave an answer that passes the checks.
 
     Examples
     --------

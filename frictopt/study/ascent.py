@@ -85,11 +85,12 @@ def _followed(cycle: ReturnMap, tangents: int) -> Array:
     follow[locked] = np.eye(follow.shape[1])
     others = ~locked & (cycle.derivative != 0).any(axis=1)
     if others.any():
-        # The state of the other nodes comes back: change = own @ change + by_locked.
-        own = cycle.derivative[np.ix_(others, others)]
+        # The other nodes return to their state: change = free_derivative @ change + by_locked.
+        free_derivative = cycle.derivative[np.ix_(others, others)]
         by_locked = cycle.derivative[np.ix_(others, locked)]
         # A motion that a cycle changes by less than the error of the data stays as it is.
-        follow[others] = np.linalg.lstsq(np.eye(len(own)) - own, by_locked, rcond=CONDENSATION)[0]
+        matrix = np.eye(len(free_derivative)) - free_derivative
+        follow[others] = np.linalg.lstsq(matrix, by_locked, rcond=CONDENSATION)[0]
     return follow
 
 

@@ -72,10 +72,10 @@ def dissipation_study(
         preload or phase. The load cycles are then an axis of the study.
     friction
         Coefficient of friction, or a list of frictions. Each is a number, (N,) coefficients of the
-        nodes, or a frozen distribution of `scipy.stats`. From a distribution each node draws its
-        coefficient: `[stats.norm(0.5, 0.05)] * 20` is twenty contacts of scattered friction. A flat
-        list of as many numbers as the contact has nodes is refused, because it may mean a field or
-        several frictions. Give `[field]`, or a column of numbers (F, 1).
+        nodes, or a frozen distribution of `scipy.stats`. The coefficient of each node is drawn from
+        a distribution: `[stats.norm(0.5, 0.05)] * 20` gives twenty contacts with scattered
+        friction. A flat list with one number per node is refused, because it may mean a field or
+        several frictions. Pass `[field]`, or a column of numbers (F, 1).
     starts
         A list of starts from `fo.starts` (such lists can be added), or an array of residual slips
         (S, N), in space (S, N, 2), length; None: no slip. A run fails if its slips stress the
@@ -88,14 +88,14 @@ def dissipation_study(
         Seed or generator for the distributions among the frictions, in their order. The same seed
         gives the same table.
     shard
-        (k, n): follow only part k of n, k from 1 to n, which consists of every n-th run. Parts with
+        (k, n): follow only every n-th run, beginning with run k, where k is from 1 to n. Parts with
         separate stores need no shared file; the command `frictopt merge` puts the stores together.
         None: all runs.
     executor
         Any executor with the interface of `concurrent.futures`, such as a `ProcessPoolExecutor` or
         a dask client's `get_executor()`; None: this process. It gets at most 256 tasks at a time. A
-        task ends with the run during which its first second is over. The row of a run that the
-        executor loses has this as its error.
+        task takes runs until one second has passed, and finishes the last run. If the executor
+        loses a run, its row contains this error.
     store
         File that keeps each run when its task ends; a run is identified by its content. A study
         that is started again, also after it was killed, follows only runs that are missing or
@@ -127,10 +127,10 @@ def dissipation_study(
         - largest_share: share of the node with the largest dissipation
         - cycles: number of cycles followed
         - slipping, open: numbers of nodes
-        - residual, engine, seconds: how exactly, by which method and for how long it was followed
-        - error: the text for a run that failed, else empty
+        - residual, engine, seconds: residual, method and computing time of the run
+        - error: text of the error if the run failed, otherwise empty
 
-        `attrs` holds "missing", the number of runs without a row in the table of an error.
+        `attrs["missing"]` is the number of runs without a row, in the table of an error.
 
     Raises
     ------
@@ -262,7 +262,7 @@ class _Study:
         note = f"{number_of(left, 'run is', 'runs are')} left; "
         note += f"the attribute `table` has {self._finished}"
         if self.file is not None:
-            note += f", and so has {str(self.file.path)!r}, from where the same call goes on"
+            note += f", and so has {str(self.file.path)!r}, from which the same call continues"
         return note
 
     def find_limits_of_starts(self, progress: bool) -> None:
@@ -358,8 +358,8 @@ def checked_starts(
 def _check_start(start: object, slip_shape: tuple[int, ...]) -> None:
     if not isinstance(start, Start):
         raise ModelError(
-            f"starts: a {type(start).__name__} among starts; make starts of slips by given_slips, "
-            "and add lists up"
+            f"starts: a {type(start).__name__} among starts; make starts from slips by "
+            "given_slips, and join lists by +"
         )
     slip = start.slip if start.state is None else start.state.slip
     if slip is not None and slip.shape != slip_shape:
@@ -377,8 +377,8 @@ def friction_fields(friction: Any, nodes: int, rng: object) -> list[Array]:
         raise ModelError("friction: empty; give at least one coefficient")
     if is_list and len(items) == nodes > 1 and all(_is_number(item) for item in items):
         raise ModelError(
-            f"friction: {nodes} numbers for {nodes} nodes, one friction or {nodes} of them; give "
-            "[friction] or np.c_[friction]"
+            f"friction: {nodes} numbers for {nodes} nodes, which may be one friction per node or "
+            f"{nodes} frictions; give [friction] or np.c_[friction]"
         )
     generator = rng
     if not isinstance(rng, np.random.Generator | None):

@@ -55,10 +55,10 @@ SETTINGS = RangeSettings()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DissipationRange(Kept, Plotted):
-    """The least and the largest steady dissipation of all starts tried: both occur.
+    """The least and the largest steady dissipation of all starts tried.
 
-    They do not bound the works that may occur: the true range is at least as wide. Only `least = 0`
-    is known to be the true least, because no work of friction is negative.
+    Both values occur. They are no bounds: the true range is at least as wide. Only `least = 0` is
+    known to be the true least, because no work of friction is negative.
 
     Attributes
     ----------
@@ -71,8 +71,8 @@ class DissipationRange(Kept, Plotted):
         Their steady states. In space `step_error` is the error of the increments, relative to the
         work.
     levels
-        Works of friction at the ends of the searches, each once, in rising order; with ten
-        increments or more, only of the last searches.
+        Different works of friction at the ends of the searches, in rising order. With ten
+        increments or more, only the last searches are included.
     transients, residual
         Number of transients followed, and largest residual of the steady states of `least` and
         `most`, at most 1e-9.
@@ -106,10 +106,11 @@ class DissipationRange(Kept, Plotted):
     def to_frame(self) -> pd.DataFrame:
         """A row for each start that the search began with, and for each end of a search.
 
-        Ends of a rough search have no rows. Columns: start, its name; dissipation, work of friction
-        per steady cycle, NaN if the transient has no result; outcome; open, the number of nodes
-        that open in the steady cycle; end, "followed" for a start, otherwise why the search from it
-        ended; or the text of the error.
+        Ends of a rough search have no rows. Columns: start, the name of the start; dissipation,
+        work of friction per steady cycle, NaN if the transient has no result; outcome; open, the
+        number of nodes that open in the steady cycle; end. For a start, `end` is "followed"; for
+        the end of a search, it is the reason why the search ended; if the transient failed, it is
+        the text of the error.
         """
         rows = []
         for orbit in self._orbits:
@@ -144,26 +145,26 @@ def dissipation_range(
     1. Transients, exact in the plane and in increments in space, start from no slip, from the slip
        that is safe at the shakedown limit, and from extreme slips that the contact can hold under
        the mean load or at a corner (of more than twelve corners the twelve that are furthest
-       apart). The extreme slips go furthest along the changes of the load, stretched, squeezed or
-       turned, or unload an end of the contact. If slip stops from all of these, the witness of the
-       guaranteed limit follows.
-    2. Sequential linear programming improves the best of them, with the derivative of a cycle. Its
+       apart). An extreme slip is the furthest slip along a change of the load, which may be
+       stretched, squeezed or turned; or it is a slip that unloads an end of the contact. If slip
+       stops from all these starts, the witness of the guaranteed limit is the next start.
+    2. Sequential linear programming improves the best starts, with the derivative of a cycle. Its
        unknowns are the slips of the nodes that stay locked, because the work depends only on these.
        A transient checks each step. These steps end if they find no better slip; the end need not
        be a local extreme.
     3. So random starts around both ends are followed too, and the search goes on from the best of
-       them. There are none around the start of least work if that work is not zero and the contact
-       has more than 62 nodes.
+       them. No random starts are tried around the start with the least work if this work is not
+       zero and the contact has more than 62 nodes.
 
     If there are ten increments or more, all this is done with five, and transients end when later
     cycles change their work by less than a thousandth. The four levels with the most work and the
     four with the least are then followed in all increments, and the search goes on from the best at
-    each end. It takes some hundreds of transients, whatever the number of nodes. A transient
-    without a steady state in 200 cycles, of these levels in 2000, is given up: `to_frame` lists
-    them.
+    each end. The search takes some hundreds of transients, for any number of nodes. A transient
+    without a steady state after 200 cycles is given up (after 2000 cycles for the levels above);
+    `to_frame` lists such transients.
 
-    The result is an inner estimate, which no theorem closes: other starts may have more work.
-    Orbits on which nodes open count, but the search does not go on from them.
+    The result is an inner estimate without a bound: other starts may have more work. Transients in
+    which nodes open are included, but the search does not continue from them.
 
     Parameters
     ----------
@@ -176,9 +177,9 @@ def dissipation_range(
         bound. A slide of the whole body counts.
     steps, progress
         Number of increments from corner to corner (None: the exact path in the plane, 20 in space),
-        and whether to show the progress after two seconds. Ctrl-C stays a KeyboardInterrupt; its
-        attribute `range` is the range of the transients in all increments so far, without step
-        error.
+        and whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Its
+        attribute `range` is the range so far, from transients with the full number of increments,
+        without step error.
 
     Raises
     ------

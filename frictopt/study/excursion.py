@@ -40,15 +40,16 @@ class LeastExcursion(Kept, Plotted):
         the load at which it turns, load case name -> amplitude; inf and None if no share brings the
         contact to rest.
     start
-        (N,), in space (N, 2), the start that is hardest to bring to rest, length: of the starts
-        tried, the last one that needed a larger share.
+        (N,), in space (N, 2), the start that is hardest to bring to rest, length: the last start
+        for which the share had to be increased.
     sampled
         Number of fresh random starts, one after the other, that the excursion also brought to rest.
-        With 95 % probability at most 3 over this number of all such starts would keep slipping.
+        With 95 % confidence, at most the fraction 3 / `sampled` of all such starts would keep
+        slipping.
     tried
-        DataFrame, one row for each share tried on the start that was hardest then: share; outcome,
-        "rest", "slip", or "UNDECIDED" if the transient has no result, for example because the
-        contact slides or opens as a whole.
+        DataFrame, one row for each share tried on the hardest start so far: share; outcome, "rest",
+        "slip", or "UNDECIDED" if the transient has no result, for example because the contact
+        slides or opens as a whole.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
 
@@ -93,10 +94,10 @@ def least_excursion(
     The excursion goes in a straight line to the mean load plus a share of `excursion`. Twenty even
     shares are tried on the start that is hardest so far. A bisection narrows the interval below the
     first share that brings it to rest to a thousandth. All other starts are then tried at this
-    share. If `start` is "worst", random slips that were not tried before follow. A slip that keeps
-    slipping becomes the hardest, and the search goes on from there, until 60 random slips in a row
-    come to rest. The outcome at other shares is unknown. Other starts may need a larger share: see
-    `sampled`.
+    share. If `start` is "worst", random slips that were not tried before follow. If a contact with
+    such a slip keeps slipping, this slip becomes the hardest start, and the search continues, until
+    60 random slips in a row come to rest. The outcome at other shares is unknown. Other starts may
+    need a larger share: see `sampled`.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def least_excursion(
     excursion
         Largest excursion, load case name -> change of its amplitude.
     start, steps, progress
-        As in `limit_after_protocol`; `table` has the shares tried so far.
+        As in `limit_after_protocol`; after Ctrl-C, `table` has the shares tried so far.
 
     Raises
     ------
@@ -144,12 +145,12 @@ def least_excursion(
         samples = _SAMPLES if transients.worst else 0
         hardest = search.run(transients, _random_slips(system, spread), samples)
 
-    found = bool(np.isfinite(search.share))
+    share_is_known = bool(np.isfinite(search.share))
     return LeastExcursion(
         search.share,
-        search.turning_point(search.share).loads if found else None,
+        search.turning_point(search.share).loads if share_is_known else None,
         frozen(hardest),
-        samples if found else 0,
+        samples if share_is_known else 0,
         search.table(),
         transients.count,
         transients.residual,
@@ -186,13 +187,13 @@ class _ExcursionSearch:
                 transients.starts.append(slipping)
             hardest = slipping
 
-            def rests(share: float, start: Array = hardest) -> bool:
+            def shakes_down(share: float, start: Array = hardest) -> bool:
                 outcome = self._outcome(transients, share, start)
                 self.tried.append((share, outcome))
                 self._keep()
                 return outcome == REST
 
-            _, self.share = first_change(rests, np.arange(1, 21) / 20, self.share, 1e-3)
+            _, self.share = first_change(shakes_down, np.arange(1, 21) / 20, self.share, 1e-3)
             self._keep()
         return hardest
 

@@ -179,7 +179,6 @@ def _check_separators(file: str | Path, table: pd.DataFrame) -> None:
     too_long = not isinstance(table.index, pd.RangeIndex)
     if too_long or all(";" in str(name) for name in table):
         raise ModelError(
-            f"history: {str(file)!r} has semicolons between its columns, or rows of more values "
-            "than names; write commas between columns and points in the numbers, and name each "
-            "column"
+            f"history: {str(file)!r} has semicolons between its columns, or rows with more values "
+            "than names; separate columns by commas, use points in numbers, and name each column"
         )

@@ -46,13 +46,14 @@ def plot_study(
     ax
         matplotlib axes to draw in, one for each panel; None: a new figure.
     x
-        Column along the horizontal axis; None: the load factor, over the shakedown limit if the
-        table has a finite one of all runs. If all runs have one load factor, None is the friction.
+        Column along the horizontal axis. None: the load factor, divided by the shakedown limit if
+        the table has a finite limit for all runs; friction if all runs have one load factor.
     colour
-        Column that has a colour for each value; None: the first of friction and load cycle that has
-        several values and is not along the horizontal axis, otherwise the family of the starts.
+        Column whose values have different colours. None: friction if it has several values,
+        otherwise the load cycle, unless this column is along the horizontal axis; otherwise the
+        family of the starts.
     rows
-        Column that has a panel for each value; None: one panel.
+        Column whose values have different panels; None: one panel.
 
     Returns
     -------
@@ -62,7 +63,7 @@ def plot_study(
     Raises
     ------
     ModelError
-        No such table or column, or not as many axes as panels.
+        The table or a column is unsuitable, or the number of axes is not the number of panels.
     ImportError
         matplotlib is not installed.
 

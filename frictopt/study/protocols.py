@@ -34,7 +34,7 @@ from .range_starts import RangeStarts
 from .starts import LoadStep, assemble
 
 REST, SLIP, UNDECIDED = "rest", "slip", "UNDECIDED"
-"""Outcomes after a protocol: the contact rests, slip goes on, or a transient has no result."""
+"""Outcomes after a protocol: rest, continuing slip, or a transient without result."""
 
 
 class TransientsAfter:
@@ -70,7 +70,7 @@ class TransientsAfter:
             extremes = RangeStarts(pose(system, cycle, self.friction), 0.0).under_mean_load
             self.starts += extremes.values()
 
-    def rests(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
+    def outcome_of_starts(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
         """Whether the contact comes to rest from all starts: an outcome.
 
         A start from which it keeps slipping goes to the front, to be the first at the next load
@@ -138,15 +138,17 @@ class LimitAfterProtocol(Kept, Plotted):
     Attributes
     ----------
     load_factor, upper
-        Largest load factor below which the contact comes to rest at all load factors tried, and
-        least one tried at which it does not; inf if there is none up to the largest one tried.
+        `lower` is the largest load factor tried up to which the contact always comes to rest.
+        `upper` is the least load factor tried at which it does not; inf if it comes to rest at all
+        load factors tried.
     shakedown_limit
         lambda_2, which no protocol exceeds while all nodes stay closed.
     starts
-        (S, N), in space (S, N, 2), the starts, length; slip goes on from the first one at `upper`.
+        (S, N), in space (S, N, 2), the starts, length. From the first of them, slip continues at
+        `upper`.
     tried
-        DataFrame, one row for each load factor tried: load_factor; ratio, it over lambda_2;
-        outcome, "rest", "slip" or "UNDECIDED" if a transient has no result.
+        DataFrame, one row for each load factor tried: load_factor; ratio, the load factor divided
+        by lambda_2; outcome, which is "rest", "slip", or "UNDECIDED" if a transient has no result.
     transients, residual
         Number of transients followed, and largest residual of their steady states, at most 1e-9.
 
@@ -171,7 +173,7 @@ class LimitAfterProtocol(Kept, Plotted):
 
     @property
     def ratio(self) -> float:
-        """The load factor over lambda_2."""
+        """The load factor divided by lambda_2."""
         return self.load_factor / self.shakedown_limit if self.shakedown_limit > 0 else np.nan
 
     @property
@@ -201,8 +203,8 @@ def limit_after_protocol(
 ) -> LimitAfterProtocol:
     """Find the load factor up to which a contact comes to rest, for its assembly and a protocol.
 
-    Transients are followed at evenly spaced load factors, and a bisection narrows the interval
-    below the first one at which slip goes on. Between the load factors tried the outcome is not
+    Transients are followed at evenly spaced load factors. A bisection narrows the interval below
+    the first load factor at which slip continues. Between the load factors tried the outcome is not
     known.
 
     Parameters
@@ -210,27 +212,27 @@ def limit_after_protocol(
     system, cycle, friction
         The contact, its load cycle, and its coefficient of friction, one or one per node.
     protocol
-        Loads that are visited after the start, at the mean load, and before the cycle; the load
-        returns to the mean load in the end.
+        Loads between the start, which is at the mean load, and the cycle. After them, the load
+        returns to the mean load.
     start
-        "assembled": the mean load grows from a millionth of itself, without slip. "worst": from
-        each extreme slip that the contact can hold under the mean load; the first one that keeps
+        "assembled": the mean load grows from a millionth of itself, without slip. "worst": all
+        extreme slips that the contact can hold under the mean load; the first start that keeps
         slipping decides. Or a residual slip, (N,) or in space (N, 2), length.
     up_to
         Largest load factor tried; None: the shakedown limit.
     scan
         Number of load factors tried before the bisection.
     tolerance
-        Width of the last interval of the bisection, over the largest load factor tried.
+        Width of the last interval of the bisection, divided by the largest load factor tried.
     steps, progress
         Number of increments from load to load (None: the exact path in the plane, 20 in space), and
-        whether to show the progress after two seconds. Ctrl-C stays a KeyboardInterrupt with an
+        whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt with an
         attribute `table`, the load factors tried so far.
 
     Raises
     ------
     ModelError
-        Bad input, or a shakedown limit that is not finite and above 0, and no `up_to`.
+        Bad input; or no `up_to`, if the shakedown limit is not a finite number above 0.
     SolverError
         The shakedown limit is not found.
 
@@ -255,7 +257,7 @@ def limit_after_protocol(
         return pd.DataFrame(sorted(tried.items()), columns=["load_factor", "outcome"])
 
     def slips(load_factor: float) -> bool:
-        tried[load_factor] = transients.rests(load_factor, loads)
+        tried[load_factor] = transients.outcome_of_starts(load_factor, loads)
         best = _rest_so_far(tried)
         note = f"{best}; the attribute `table` has {number_of(len(tried), 'load factor')}"
         bar.keep("table", table, note, best)

@@ -59,7 +59,7 @@ class SearchSettings:
 
 SETTINGS = SearchSettings()
 STOPPED = f"stopped after {SETTINGS.climb_transients} transients"
-FAR = "far from the end of the range, and with a step hardly nearer"
+FAR = "far from the end of the range, and its steps gain too little"
 
 
 @kept
@@ -167,7 +167,7 @@ class Search:
                     if np.abs(after_one_cycle - state).max() <= PERIODIC:
                         return replace(orbit, name=name, start=start)
             elif len(run.works) > 2 and max(run.works[-2:]) < least:
-                return Orbit(name, start, None, "less work than looked for")
+                return Orbit(name, start, None, "less work than requested")
         step_error = np.inf if path.steps else 0.0  # not known yet, see `final_state`
         steady = reported(run, settled, step_error)
         orbit = Orbit(name, start, steady, "followed", settled.path)

@@ -64,19 +64,19 @@ class Start(Portable):
         (N,) residual slip from assembly, in space (N, 2), length; None: no slip, or a multiple of
         the safe slip.
     safe_multiple
-        Multiple of the safe slip at the load factor of the run (at the shakedown limit if that is
-        lower); None: `slip` is given, or there is none.
+        Multiple of the safe slip at the load factor of the run, or at the shakedown limit if it is
+        lower. None: `slip` is given, or the start has no slip.
     overload, seed
         Load factor of one extra cycle before all others, and seed of a random slip; None if the
         start has none.
     state
-        An earlier state instead of a slip, whose nodes may be open.
+        An earlier state, instead of a slip. Its nodes may be open.
 
     Raises
     ------
     ModelError
-        Names that are no printable texts, numbers that are not finite, a seed that is no whole
-        number, or two of slip, multiple and state.
+        A name is not a printable text, a number is not finite, a seed is not a whole number, or two
+        of slip, multiple and state are given.
 
     Examples
     --------
@@ -103,8 +103,8 @@ class Start(Portable):
         slips = [self.slip, self.safe_multiple, self.state]
         if sum(slip is not None for slip in slips) > 1:
             raise ModelError(
-                f"start {self.name!r}: it has two of slip, multiple of the safe slip, and state; "
-                "give one of them"
+                f"start {self.name!r}: two of slip, multiple of the safe slip, and state are "
+                "given; give one of them"
             )
         for name, check in _CHECKS.items():
             value = getattr(self, name)
@@ -126,7 +126,7 @@ class Start(Portable):
         Raises
         ------
         ModelError, SolverError
-            Bad input; the safe slip, or the shakedown limit, is not found.
+            Bad input; no solver finds the safe slip or the shakedown limit.
         """
         if self.safe_multiple is None:
             return self.slip if self.state is None else self.state.slip
@@ -170,21 +170,21 @@ def safe_slips(multiples: Iterable[float] = (1.0,)) -> list[Start]:
 def random_slips(
     system: ContactSystem, amplitudes: Iterable[float], count: int, *, seed: int = 0
 ) -> list[Start]:
-    """Random residual slips: for each amplitude `count` smooth ones and as many rough ones.
+    """Random residual slips: for each amplitude, `count` smooth slips and as many rough slips.
 
-    Smooth ones are sums of Chebyshev polynomials in the coordinates of the nodes, in space of
-    products of them, of degree 1 to 6 with normally distributed coefficients. Rough ones are
-    independent from node to node. Both have zero mean, because a mean only slides one body along
-    the other.
+    Smooth slips are sums of Chebyshev polynomials in the coordinates of the nodes (in space, of
+    products of them), of degree 1 to 6, with normally distributed coefficients. Rough slips are
+    independent from node to node. Both have zero mean, because a mean slip is only a slide of one
+    body along the other.
 
     Parameters
     ----------
     system, amplitudes
-        The contact, of two nodes or more, and root mean squares of the slips over the nodes,
-        length.
+        The contact, which has at least two nodes; and the amplitudes of the slips: root mean
+        squares over the nodes, length.
     count, seed
-        Number of slips of each kind and amplitude, at most 100,000, and seed of the first slip; the
-        next ones have the next seeds.
+        Number of slips of each kind and amplitude, at most 100,000; and the seed of the first slip.
+        The following slips have the following seeds.
 
     Raises
     ------
@@ -199,7 +199,9 @@ def random_slips(
     ['smooth 0.1 #0', 'smooth 0.1 #1', 'rough 0.1 #2', 'rough 0.1 #3']
     """
     if checked_system(system).nodes < 2:
-        raise ModelError("system: one node; its slip has no shape, give it by given_slips")
+        raise ModelError(
+            "system: one node, so smooth and rough slips do not exist; give its slip by given_slips"
+        )
     # More slips would fill the memory.
     count = whole_number("count", count, least=1, most=100_000)
     seed = whole_number("seed", seed, least=0, most=LARGEST_SEED)
@@ -294,13 +296,13 @@ _CHECKS: dict[str, Callable[[str, Any], object]] = {
 
 @dataclass(frozen=True)
 class LoadStep:
-    """A load of a protocol, `loads + lam * cyclic`; the load goes there in a straight line.
+    """A load of a protocol, `loads + lam * cyclic`. The load changes to it along a straight line.
 
     Parameters
     ----------
     loads, cyclic
         Load case name -> amplitude: the part that does not depend on the load factor, and the part
-        that it multiplies.
+        that the load factor scales.
 
     Raises
     ------

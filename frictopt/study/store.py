@@ -71,13 +71,13 @@ class Store:
 
     def _create_table(self) -> None:
         """Create the tables of runs and limits in a new file."""
-        ask = self._connection.execute
-        ask("BEGIN IMMEDIATE")
-        if not ask("SELECT * FROM sqlite_master").fetchall():
-            ask(_RUNS)
-            ask(_LIMITS)
-            ask(f"PRAGMA user_version = {_VERSION}")
-        ask("COMMIT")
+        execute = self._connection.execute
+        execute("BEGIN IMMEDIATE")
+        if not execute("SELECT * FROM sqlite_master").fetchall():
+            execute(_RUNS)
+            execute(_LIMITS)
+            execute(f"PRAGMA user_version = {_VERSION}")
+        execute("COMMIT")
 
     def _check_version(self) -> None:
         schema = self._connection.execute("SELECT sql FROM sqlite_master").fetchall()
@@ -85,7 +85,7 @@ class Store:
         if schema != [(_RUNS,), (_LIMITS,)] or version != (_VERSION,):
             raise sqlite3.DatabaseError(
                 "it is the file of another program or of another version of frictopt, and its "
-                "columns mean something else"
+                "columns have another meaning"
             )
 
     def read(self) -> pd.DataFrame:
@@ -106,7 +106,7 @@ class Store:
         damaged = len(stored) - len(sound)
         if damaged:
             rows = number_of(
-                damaged, "row is damaged and does not count", "rows are damaged and do not count"
+                damaged, "row is damaged and is ignored", "rows are damaged and are ignored"
             )
             warnings.warn(f"store: {str(self.path)!r}: {rows}", DamagedRows, stacklevel=4)
         return sound
@@ -169,8 +169,8 @@ def _store_errors(path: object) -> Iterator[None]:
         yield
     except (sqlite3.Error, OSError, TypeError, ValueError, RuntimeError) as error:
         raise StoreError(
-            f"store: {str(path)!r} cannot be used ({error}); give another name, or make room and "
-            "see that it and its folder stay and can be written"
+            f"store: {str(path)!r} cannot be used ({error}); give another name, or free disk "
+            "space and check that the file and its folder exist and can be written"
         ) from error
 
 
@@ -233,15 +233,15 @@ def merge_stores(into: str | os.PathLike[str], parts: Iterable[str | os.PathLike
 
     Returns the number of runs of the store.
 
-    The file may exist; its runs are kept. A run that is in several stores is written once, as a
-    result if any store has its result.
+    The file may exist; its runs are kept. A run that is in several stores is written once. If some
+    store has its result, the result is written, not the failure.
 
     Raises
     ------
     ModelError
-        `parts` is no list.
+        `parts` is not a list.
     StoreError
-        A file is not a store or is damaged, two of them have different load cycles under one label,
+        A file is not a store or is damaged, two stores have different load cycles under one label,
         or the rows cannot be written.
 
     Examples

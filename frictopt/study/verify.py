@@ -152,7 +152,7 @@ def verify(
     above: float = 1.02,
     seed: int = 0,
 ) -> GuaranteeCheck:
-    """Follow transients from the witness just above the limit, and from many starts just below.
+    """Follow transients from the witness just above the limit, and from many starts just below it.
 
     Each transient begins at the mean of the load corners, where a contact with a safe slip sticks.
     The mean load may differ from this mean. The starts below the limit are vertices of the set of
@@ -162,9 +162,9 @@ def verify(
     just above the least safe load factor. Load factors below it are not tested.
 
     If nodes are open, all starts below the limit are random. If friction at the closed nodes can
-    hold a slip, the transient begins with the gaps that the open nodes have under this slip. Else
-    it begins with all nodes closed. Starts with nodes that open and close in every cycle may slip
-    for ever below the limit.
+    hold the slip of a start, the transient begins with the gaps that the open nodes have under this
+    slip. Otherwise it begins with all nodes closed. Starts with nodes that open and close in every
+    cycle may slip for ever below the limit.
 
     Parameters
     ----------
@@ -176,19 +176,20 @@ def verify(
         Number of starts above the limit that differ from the witness by up to a thousandth of its
         largest slip.
     above
-        Load factor of the tests above the limit, divided by the limit. The tests below are at 98 %
-        of the interval from the least safe load factor to the limit. If the limit is the least safe
-        load factor, usually 0, there are no tests below. The tests above are then at 2 % of the
-        interval from the limit to lambda_2, or to the load factor at which the cyclic reactions
-        reach the mean pressures, if that is less. At this load factor only some starts near the
-        witness slip for ever. So a slip that makes the node critical there is also followed, at 0.9
-        and 1.1 times the distance from the limit.
+        Load factor of the tests above the limit, divided by the limit. The tests below the limit
+        are at 98 % of the interval from the least safe load factor to the limit. If the limit is
+        the least safe load factor, usually 0, there are no tests below the limit. The tests above
+        it are then at 2 % of an interval that begins at the limit. The interval ends at lambda_2,
+        or at the load factor at which the cyclic reactions reach the mean pressures, if it is
+        smaller. Only some starts near the witness slip for ever at this load factor. So the study
+        also follows a slip that makes the node critical there, at 0.9 and 1.1 times the distance
+        from the limit.
 
     Raises
     ------
     ModelError, SolverError
-        Bad input, a limit that is not finite, a contact without safe slip at any load above 0; a
-        transient whose result does not pass its checks.
+        Bad input, a limit that is not finite, a contact without a safe slip at any load factor
+        above 0; a transient whose result does not pass its checks.
 
     Examples
     --------

@@ -35,15 +35,15 @@ SETTINGS = ClassifySettings()
 class Settled(NamedTuple):
     """A steady state.
 
-    It has an outcome, the transient on it, its cycle, the estimated relative error of its work, and
-    the cycles whose states are judged by the contact law.
+    It contains the outcome, the transient in the steady state, its cycle, the estimated relative
+    error of its work, and the cycles whose states are checked against the contact law.
     """
 
     outcome: Outcome
     path: Transient
     cycle: FollowedCycle
     work_error: float
-    judged: tuple[FollowedCycle, ...]
+    checked_cycles: tuple[FollowedCycle, ...]
 
 
 def classify(

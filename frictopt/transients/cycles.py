@@ -57,11 +57,12 @@ GIVEN_UP = (
 )
 LITTLE_WORK = (
     "its work of friction, {work:.1e} per cycle, is too small for forces of "
-    "{force:.1e} to distinguish slip from shakedown: take a load factor further from "
-    "the limit, or loads of more similar size"
+    "{force:.1e} to distinguish slip from shakedown: choose a load factor further from the limit, "
+    "or loads of more similar size"
 )
 SLOW_DRIFT = (
-    "from cycle to cycle this change differs by only a share of {decay:.1e}: slow ratcheting, or a "
+    "from cycle to cycle, the relative difference of this change is only {decay:.1e}: slow "
+    "ratcheting, or a "
     "body that rolls or has no guide; guide it by a Support, or follow its drift with march{drift}"
 )
 SAME_DRIFT = (
@@ -102,7 +103,7 @@ class Run:
 
     path: Transient
     most_cycles: int
-    tell: Callable[[], object] = lambda: None
+    report: Callable[[], object] = lambda: None
     period: int = 1
     cycles: int = 0
     works: list[float] = field(default_factory=list)
@@ -172,7 +173,7 @@ class Run:
         self.lost = max(self.lost, latest.lost)
         self.last = [] if is_first else [*self.last[-SETTINGS.kept_returns :], latest]
 
-        settled = self._judged(latest)
+        settled = self._classified(latest)
         if settled is None and self.last:
             settled = self._judged_at_limit()
         if settled is not None:
@@ -195,10 +196,10 @@ class Run:
             raise NoContinuation("steady state: there is no state to follow")
         cycle = path.cycle_on(self.period)
         self.cycles += self.period
-        self.tell()
+        self.report()
         return cycle
 
-    def _judged(self, latest: FollowedCycle) -> Settled | None:
+    def _classified(self, latest: FollowedCycle) -> Settled | None:
         """The steady state, if the last returns prove one."""
         settled = classify(self.path, latest, self.last, self.extrapolated)
         if settled is None or settled.outcome is not Outcome.CYCLIC_SLIP:
@@ -244,7 +245,7 @@ class Run:
         self.path, cycle = limit
         self.last = [cycle]
         self.search.restart()
-        return self._judged(cycle)
+        return self._classified(cycle)
 
     def _alternates(self) -> bool:
         """Whether each of the last returns undoes more than half of the return before it."""

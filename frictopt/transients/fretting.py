@@ -66,7 +66,8 @@ def fretting_table(
     columns[f"F1{unit}"] = first_ruiz
     if (stress is None) != (strain is None):
         raise ModelError(
-            "stress, strain: only one is given; give both, as BodyFields.at_contact does, or none"
+            "stress, strain: only one is given; give both, as BodyFields.at_contact returns them, "
+            "or neither"
         )
     if stress is not None:
         if system.tangents > 1:

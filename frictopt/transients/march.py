@@ -69,21 +69,21 @@ def march(
         Residual slip from assembly, (N,) in the plane, (N, 2) in space, length; None: no slip.
     initial_state
         An earlier state, instead of a slip: `state` of a steady state, or `state_at(...)` of a
-        trajectory. Its nodes may be open. The load goes straight from the load of the state to the
-        next corner, and then to the end of that cycle.
+        trajectory. Its nodes may be open. The load changes along a straight line from the load of
+        the state to the next corner, and then continues to the end of this cycle.
     cycles
         Number of whole cycles.
     engine
-        "path": exactly, from event to event, for plane contacts: in space the friction circle is
-        curved, and no path is made of straight lines. In increments: "newton", each by Newton's
-        method; "qp", by convex programs with a frozen friction bound; "milp", by complementarity
-        conditions with booleans, for plane contacts. None: "path" in the plane without `steps`,
-        otherwise "newton".
+        "path": exactly, from event to event, only for plane contacts. In space the friction bound
+        is a circle, and paths are not piecewise linear. In increments: "newton" uses Newton's
+        method; "qp" uses convex programs with a frozen friction bound; "milp" uses complementarity
+        conditions with booleans, only for plane contacts. None: "path" in the plane without
+        `steps`, otherwise "newton".
     steps
         Number of increments from corner to corner; None: 20. The transient is also followed with a
         half and a quarter of them, which gives `step_error`. The exact path has none.
     progress
-        Whether to show after two seconds how far the increments are.
+        Whether to show the progress of the increments after two seconds.
 
     Raises
     ------
@@ -273,16 +273,16 @@ def path_of(
     if chosen in ("path", "milp"):
         if not in_plane:
             raise ModelError(
-                f"engine: {chosen!r}; it needs a law of straight lines, and the friction circle is "
-                "curved: choose 'newton' or 'qp', and see `step_error` for the error of the "
-                "increments"
+                f"engine: {chosen!r}; it needs a piecewise linear law, but the friction bound in "
+                "space is a circle: choose 'newton' or 'qp', and see `step_error` for the error "
+                "of the increments"
             )
         checked_law(system, f"engine {chosen!r}")
     if chosen == "path":
         if steps is not None:
             raise ModelError(
-                f"steps: {steps}; the exact path has none, leave it out or choose an engine of "
-                f"increments: {', '.join(ENGINES)}"
+                f"steps: {steps}; the exact path has no increments; leave steps out, or choose an "
+                f"engine with increments: {', '.join(ENGINES)}"
             )
         return ExactPath(system, *parameters)
     return SteppedPath(chosen, steps, system, *parameters).checked()

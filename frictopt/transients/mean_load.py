@@ -23,18 +23,18 @@ from .statics import Statics
 SAFE = "the mean load presses all nodes and none slips under it"
 SAFE_WITH_FIXED = "with each of the fixed parts the mean load presses all nodes and none slips"
 UNPRESSED = (
-    "the mean load {shear}, and nothing presses the bodies together: give `cycle.mean` a load that "
-    "does"
+    "the mean load {shear}, and nothing presses the bodies together: add a load to `cycle.mean` "
+    "that presses them"
 )
 PULLS = (
     "the mean load {pulls}: its normal reactions sum to {total:.3g}, and compression must be "
-    "positive; turn the sign of the load, or press the contact; normals of your own must point "
-    "from body 2 into body 1"
+    "positive; change the sign of the load, or press the contact; given normals must point from "
+    "body 2 into body 1"
 )
 WOULD_PULL = "the mean load would pull at {nodes} if the contact were closed: press it there"
 OPEN = (
     "{nodes} are open under the mean load alone if no node slips{gaps}: the contact is incomplete; "
-    "press these nodes if they are to carry load"
+    "press these nodes if they should carry load"
 )
 GAPS = ", {number} of them with an initial gap that the load does not close"
 BARE = "{nodes} carry no pressure under the mean load if nothing slips"
@@ -43,7 +43,7 @@ BEYOND = (
     "the mean load presses all nodes, but {nodes} exceed their {bound} and slip: {remedy}{shear}"
 )
 LESS_SHEAR = ", or less shear"
-PRESSED_ALONE = "; the load has no shear as a whole: pressing causes the shear"
+PRESSED_ALONE = "; the resultant shear of the load is zero: the pressing load causes the shear"
 
 
 def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: ArrayLike) -> str:
@@ -64,7 +64,7 @@ def mean_load_diagnosis(system: ContactSystem, cycle: LoadCycle, friction: Array
             pulls = "pulls the bodies apart"
         return PULLS.format(pulls=pulls, total=glued_p.sum())
     # Whichever nodes open, a body may slide or turn as a whole.
-    moved = Statics(system, f).told("the mean load", joined(glued_q, glued_p))
+    moved = Statics(system, f).sentence("the mean load", joined(glued_q, glued_p))
     if moved:
         return moved
     q, p = cycle.mean_reaction(system)

@@ -51,7 +51,7 @@ SETTLED = (
 )
 UNDEFINED = (
     "{diagnosis}; the bonded contact cannot carry the mean load: its onset is "
-    "undefined and given as 0 (use shakedown_limit and steady_state)"
+    "undefined and reported as 0 (use shakedown_limit and steady_state)"
 )
 
 

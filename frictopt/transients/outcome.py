@@ -57,12 +57,12 @@ class SteadyState(Recorded, Plotted):
         slip in increments converges slowly to one of many steady cycles.
     step_error
         0 for the exact path. In increments, the estimated relative error of the dissipation due to
-        the size of the increments: twice the change in finer increments, plus a share of the work
-        that is in doubt within the increments. inf: finer increments have no answer, or the contact
-        sticks but may slip in finer increments. In 128 random contacts of 1 to 5 nodes, with 1 to
-        20 increments, the median was 2.4 times the true error, and 1 of 640 was too small (0.8
-        times). In bolted joints, where many nodes slip only in the first cycles, it was 3 to 35
-        times the true error. It is no bound. NaN: not estimated, see `report`.
+        the size of the increments: twice the change in finer increments, plus a share of the
+        uncertain work within the increments. It is inf if finer increments have no answer, or if
+        the contact sticks but may slip in finer increments. In 128 random contacts of 1 to 5 nodes,
+        with 1 to 20 increments, the median was 2.4 times the true error, and 1 of 640 was too small
+        (0.8 times). In bolted joints, where many nodes slip only in the first cycles, it was 3 to
+        35 times the true error. It is no bound. NaN: not estimated, see `report`.
     period
         Number of load cycles after which the state, or its drift, repeats: 1 or 2.
     system, cycle, friction, load_factor
@@ -79,9 +79,9 @@ class SteadyState(Recorded, Plotted):
         segment between others do not count); in increments, at the end of some increment.
     slipping
         (N,) whether the node slides against friction in the steady cycle. The distance must exceed
-        rounding, and the change of slip from one cycle to the next.
+        rounding, and also the change of slip from one cycle to the next.
     first_cycle
-        Work of friction in the first cycle (of the load cycle itself, not of an overload).
+        Work of friction in the first load cycle; an overload before it is not included.
     cycles
         Number of cycles followed, including cycles of proofs and of failed extrapolations.
     events
@@ -228,9 +228,10 @@ class SteadyState(Recorded, Plotted):
               while it is closed;
             - P_0, Q_0, fP_0, P_1 ..: forces at the corners 0, 1 .. of the cycle (of the second
               cycle, if the `period` is two). P is the sum of the normal forces, compression
-              positive. Q is the resultant of the shear forces: in the plane along the tangent, in
-              space and if the tangents turn its size. fP is the sum of friction (along the first
-              tangent) times normal force, or of shear strengths: the largest Q of a flat face.
+              positive. Q is the resultant of the shear forces. On a straight plane contact it is
+              the component along the tangent; otherwise it is the size of the resultant. fP is the
+              sum of friction (along the first tangent) times normal force, or of shear strengths:
+              the largest Q of a flat face.
 
             `attrs["corners"]` has the names of the corners; `attrs["note"]` says whether the shares
             are of the area or of the nodes.
@@ -288,13 +289,13 @@ class SteadyState(Recorded, Plotted):
         stress, strain
             (M, N), in space (M, N, 2, 2), stress and strain of one body along the tangents at the
             nodes of the contact, at M states of the steady cycle, as `BodyFields.at_contact` gives
-            them. Give both or none.
+            them. Pass both or neither.
         fields, side
             All stress components of body `side`, instead of `stress` and `strain`. Give the
             `ContactModel` that was condensed, for its fields at the corners; or the fields of
             `ContactModel.recover` at two or more states of the cycle; or a list of such lists, for
-            the steady cycles of several residual slips. Each parameter of a node is then that of
-            its worst cycle.
+            the steady cycles of several residual slips. Each parameter of a node is then the value
+            of its worst cycle.
         findley, crossland, fatemi_socie
             Weights of the largest normal stress (Findley), of the largest hydrostatic stress
             (Crossland), and of the largest normal stress (Fatemi and Socie: k divided by the yield
@@ -325,12 +326,12 @@ class SteadyState(Recorded, Plotted):
               in any direction. Planes are searched in steps down to 0.001 degrees. SWT may be too
               low by a relative 1e-4 if its maximum is at a kink;
             - from, to, with fields: the least and the largest normal stress in the cycle on the
-              critical plane of SWT. pyLife needs these two names for a load collective, here of one
-              cycle per node.
+              critical plane of SWT. pyLife needs these two names for a load collective, which here
+              has one cycle per node.
 
             `attrs["note"]` names the columns that depend on the mesh, and explains `from` and `to`.
-            At the corner of a complete contact, tractions and stresses grow without end as elements
-            shrink, and so do F1, F2 and SWT.
+            At the corner of a complete contact, tractions and stresses grow without bound as the
+            elements shrink. So do F1, F2 and SWT.
 
         Raises
         ------

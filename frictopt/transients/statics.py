@@ -46,7 +46,7 @@ class StaticsSettings:
     # Largest number of projections. A program takes as long as some thousands of them.
     projections: int = 1000
     # Square of the size of a motion with negative work. The program has the size 1, or 0 for none.
-    found: float = 0.5
+    proven_motion: float = 0.5
     # A motion is a slide, not a turn, if its mean is at least this share of its mean size.
     even: float = 0.5
 
@@ -134,7 +134,7 @@ class Statics:
         self._system = system
         self._friction = friction
 
-    def told(self, name: str, load: Array) -> str | None:
+    def sentence(self, name: str, load: Array) -> str | None:
         """A sentence on a load (M,) that has no state, with its name; None if none is proven."""
         n = self._system.nodes
         gap = self._system.gap
@@ -273,7 +273,8 @@ class Statics:
         with suppress(SolverError):
             phi = Chain(cp.Problem(cp.Minimize(work), rows), {}).solve(claimed)[0].phi
             rounding = COUNTS * np.abs(phi) @ np.abs(load)
-            if phi @ phi > SETTINGS.found and phi @ load + self._sheared_off(phi) < -rounding:
+            work_on_motion = phi @ load + self._sheared_off(phi)
+            if phi @ phi > SETTINGS.proven_motion and work_on_motion < -rounding:
                 return phi
         return None
 
@@ -357,7 +358,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
         digest = blake2b(friction.tobytes() + load.tobytes(), digest_size=16).digest()
         if digest in balanced:
             continue
-        sentence = statics.told(name, load)
+        sentence = statics.sentence(name, load)
         if sentence:
             raise NoContinuation(sentence)
         balanced.add(digest)

@@ -59,10 +59,11 @@ class StepErrorSettings:
 SETTINGS = StepErrorSettings()
 
 OFF_LAW = (
-    "steady state: its states violate the contact law or the balance of energy, or do not come "
-    "back, by {residual:.1e} (tolerance {tolerance:g}); {cause}"
+    "steady state: its states violate the contact law or the balance of energy, or do not return "
+    "to the first state, by {residual:.1e} (tolerance {tolerance:g}); {cause}"
 )
-LEFT_OUT = "corners: {number} of {corners} are on the straight segment between others, and no stops"
+LEFT_OUT = "corners: {number} of {corners} are on the straight segment between others, and are "
+"ignored"
 
 
 @warns_of_odd_values
@@ -83,11 +84,11 @@ def steady_state(
 
     Plane contacts are followed exactly, contacts in space in increments by Newton's method.
 
-    The load cycle maps the slip at its beginning to the slip at its end. As long as the events stay
-    the same, in any order within a segment, this map is affine. Its fixed point is extrapolated
-    from the last cycles (reduced-rank extrapolation, Sidi 2017). The fixed point is accepted if a
-    cycle from it returns to it, and if cycles from states between it and the last state show that
-    the map is affine for all states to come. The transient then goes on from the fixed point.
+    The load cycle maps the slip at its beginning to the slip at its end. The map is affine as long
+    as the events in each segment stay the same, in any order. Its fixed point is extrapolated from
+    the last cycles (reduced-rank extrapolation, Sidi 2017). The fixed point is accepted if a cycle
+    from it returns to it, and if cycles from states between it and the last state show that the map
+    is affine for all states to come. The transient then goes on from the fixed point.
 
     In increments the directions of slip change, the map is not affine, and extrapolations are
     repeated. The fixed point is accepted if (1) a cycle from it returns to it, (2) cycles from the
@@ -95,11 +96,11 @@ def steady_state(
     same work to a relative 3e-8. `work_error` estimates the remaining error of the work; it is no
     bound.
 
-    The state may come back after two cycles (`period`), or its slip may drift by the same amount in
-    each return. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
-    friction, a periodic state with negligible work of friction also counts as shakedown. Negligible
-    is, at each node, the work of a slip of 1e-9 slip scales under the node's largest pressure.
-    Theory, eq. (14).
+    The state may repeat after two cycles (`period`), or its slip may drift by the same amount in
+    each period. Shakedown needs a slip that is safe at every corner. If nodes lift off or have no
+    friction, a periodic state with negligible work of friction also counts as shakedown. The work
+    of a node is negligible if it is at most the work of a slip of 1e-9 slip scales under the node's
+    largest pressure. Theory, eq. (14).
 
     Parameters
     ----------
@@ -117,9 +118,9 @@ def steady_state(
     most_cycles
         Number of cycles after which to give up.
     steps
-        Number of increments from corner to corner; finer increments give `step_error`. Begin with 2
-        in a large contact in space, and double them until `step_error` is small enough. None: the
-        exact path in the plane, 20 in space.
+        Number of increments from corner to corner; finer increments give `step_error`. For a large
+        contact in space, begin with 2, and double the number until `step_error` is small enough.
+        None: the exact path in the plane, 20 in space.
     progress
         Whether to show the progress after two seconds. Ctrl-C raises KeyboardInterrupt. Its
         attribute `work`, (cycles,), has the work of each cycle so far, as for NoContinuation.
@@ -192,7 +193,7 @@ def _followed(
             if len(first_states) < SETTINGS.first_cycles:
                 first_states.append(path.state.u)
 
-        run.tell = count
+        run.report = count
         path.start(overload)
         settled = run.settled()
         error = 0.0
@@ -221,12 +222,12 @@ def _step_error(
     """
     path = cast(SteppedPath, settled.path)
     for _ in first_states:
-        Run(finer, run.most_cycles, run.tell).follow(finer)
+        Run(finer, run.most_cycles, run.report).follow(finer)
     slips = (path.state.u + finer.state.u - first_states[-1])[: -path.nodes]
     refined = path.finer()[0].at(slips / path.unit)
     if refined is None:
         return np.inf
-    finer_run = Run(refined, run.most_cycles, run.tell, run.period)
+    finer_run = Run(refined, run.most_cycles, run.report, run.period)
     lacking, missed = _work_in_doubt(path, settled.cycle)
     total = float(settled.cycle.work.sum())
     if not total:
@@ -333,9 +334,9 @@ def _residual(run: Run, settled: Settled) -> float:
     path = settled.path
     cycle = settled.cycle
     errors = []
-    for judged in settled.judged:
-        states = judged.bonded, judged.u, judged.r
-        errors.append(off_law(path.system, path.law, *states, path.largest, judged.previous).max())
+    for checked in settled.checked_cycles:
+        states = checked.bonded, checked.u, checked.r
+        errors.append(off_law(path.system, path.law, *states, path.largest, checked.previous).max())
     residual = float(np.max([cycle.change, cycle.lost, run.lost, *errors]))
     if not residual <= RESIDUAL:
         raise SolverError(

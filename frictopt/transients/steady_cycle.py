@@ -34,8 +34,8 @@ def check_return(
         error = max(error, _motion_change(path, units))
     if not error <= SAME_STATE:
         raise SolverError(
-            f"steady state: a cycle from it differs from it by {error:.1e} "
-            f"(tolerance {SAME_STATE:g})"
+            "steady state: a cycle from this state does not return to it, the difference is "
+            f"{error:.1e} (tolerance {SAME_STATE:g})"
         )
 
 

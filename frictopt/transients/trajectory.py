@@ -26,7 +26,7 @@ from ..base import (
     whole_number,
 )
 from ..base.results import named_places
-from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, joined, referee
+from ..contact import ContactState, ContactSystem, LoadCycle, Verdict, check_contact_law, joined
 from ..errors import ModelError
 
 if TYPE_CHECKING:
@@ -47,8 +47,8 @@ class LoadLoop(Kept, Plotted):
         (T,) amplitude of the load case, and the work-conjugate displacement, see
         `ContactSystem.displacements`.
     slipping
-        (T,) number of slipping nodes: on the exact path until the next event, in increments over
-        the increment that ends at the state.
+        (T,) number of slipping nodes. On the exact path they slip from the state to the next event,
+        in increments during the increment that ends at the state.
     area
         Area of the loop, force times length (per depth): the work that the load case does over
         these states. Over a steady cycle the areas of all load cases add up to the work of
@@ -57,8 +57,8 @@ class LoadLoop(Kept, Plotted):
         Secant stiffness: range of the amplitude divided by the range of the displacement; inf if
         there is no displacement.
     units, per_depth
-        Names of the units of force and length, or None; whether the contact is in the plane, where
-        works are per depth.
+        Names of the units of force and length, or None; whether the contact is in the plane, so
+        that works are per depth.
 
     Examples
     --------
@@ -131,7 +131,8 @@ class Trajectory(Kept, Plotted):
         units of `bonded_q`.
     status
         (T, N) 0: stick; 2: open; 1: slip, in the plane along +x, and -1 against it. On the exact
-        path it holds until the next event, in increments over the increment that ends at the state.
+        path it holds from the state to the next event, in increments during the increment that ends
+        at the state.
     work
         (T, N) work of friction so far, >= 0, force times length (per depth).
     engine
@@ -193,7 +194,7 @@ class Trajectory(Kept, Plotted):
 
         The unit of force is the largest nodal force of the loads.
         """
-        return referee(
+        return check_contact_law(
             self.system,
             (self.bonded_q, self.bonded_p),
             self.friction,
@@ -247,8 +248,8 @@ class Trajectory(Kept, Plotted):
     def energy_error(self) -> Array:
         """(T,) work of friction + elastic energy gained + work against the bonded reactions.
 
-        On the exact path it is only rounding. In increments motions are not linear, and it depends
-        on the size of the increments.
+        On the exact path it is only rounding. In increments motions are not linear, so the sum
+        depends on the size of the increments.
         """
         u = joined(self.slip, self.gap)
         load = joined(self.bonded_q, self.bonded_p)

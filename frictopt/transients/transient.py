@@ -181,7 +181,7 @@ class Transient(ABC):
             start = self._slipped(slip)
         elif initial_slip is not None:
             raise ModelError(
-                "initial_slip, initial_state: both are given; a state has a slip already, give one "
+                "initial_slip, initial_state: both are given; a state includes a slip; give one "
                 "of the two"
             )
         else:
@@ -263,9 +263,9 @@ class Transient(ABC):
         ratio = float(np.abs(stress).max()) / self.largest
         if ratio > _STRESS.refused:
             raise ModelError(
-                f"{name}: it stresses the contact {ratio:.1e} times as much as the loads, so "
-                f"rounding would hide them; give one of at most {_STRESS.refused:g} times, or "
-                "check the units"
+                f"{name}: it stresses the contact {ratio:.1e} times as much as the loads, so that "
+                f"rounding would hide the loads; give a slip of at most {_STRESS.refused:g} "
+                "times, or check the units"
             )
         return ratio
 
@@ -275,7 +275,7 @@ class Transient(ABC):
         if self.far_start:
             return (
                 f"{self._start_name}: it stresses the contact {self._start_stress:.1e} times as "
-                "much as the loads, so rounding hides them; give less"
+                "much as the loads, so that rounding hides the loads; give a smaller slip"
             )
         return "stiffnesses or loads differ too much in size"
 

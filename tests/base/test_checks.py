@@ -169,7 +169,7 @@ def test_an_error_message_is_short():
     ("values", "why"),
     [
         (np.array([True, False]), "its dtype is bool"),
-        ([0.0, True], "True and False are no numbers"),
+        ([0.0, True], "True and False are not numbers"),
         ("0.5", "its dtype is <U3"),
         (MASKED, "masked numbers"),
         ([[1.0], [1.0, 2.0]], "inhomogeneous shape"),

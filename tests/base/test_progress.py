@@ -67,9 +67,9 @@ def test_a_table_says_what_is_computed_and_how_far_it_is(log):
 def test_lines_come_while_nothing_moves_and_end_with_the_computation(log):
     with redirect_stderr(log), progress_bar(True, "waiting", "step"):
         until(log, r"(waiting: 0 steps, \d\d:\d\d\n){3}")
-    teller = progress._teller
+    teller = progress._drawing
     assert teller is None or not teller.join(60)
-    assert progress._teller is None
+    assert progress._drawing is None
 
 
 def test_who_wants_no_progress_gets_none(log):
@@ -293,7 +293,7 @@ CALLS = {
 @pytest.mark.parametrize("call", CALLS)
 def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, monkeypatch):
     ask, what, most, name, holds, said = CALLS[call]
-    count, tell_of = Bar.update, progress._tell_of
+    count, tell_of = Bar.update, progress._draw
 
     def stops(bar, more=1):
         count(bar, more)
@@ -307,7 +307,7 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, mon
         patch.setattr(Bar, "update", stops)
         ask(progress=False)
     assert holds(getattr(stopped.value, name)) and len(stopped.value.__notes__) == 1
-    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
+    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
     for shown in (True, False):
         screen = Terminal()
         monkeypatch.setattr(sys, "stderr", screen)
@@ -320,8 +320,8 @@ def test_an_interrupted_call_keeps_what_it_has_and_a_terminal_shows_it(call, mon
 
 
 def test_condensation_and_recovery_show_how_far_they_are(monkeypatch):
-    model, tell_of = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model(), progress._tell_of
-    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
+    model, tell_of = fo.scenes.PunchOnHalfPlane(elements=4, growth=2.0).model(), progress._draw
+    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
     for what, ask in (
         ("condensation", model.condense),
         ("recovery", lambda **options: model.recover({"P": 1.0}, slip=[0.0] * 5, **options)),
@@ -370,8 +370,8 @@ def test_studies_count_their_limits(log):
 
 
 def test_scenes_show_the_progress_of_their_condensation(monkeypatch):
-    tell_of = progress._tell_of
-    monkeypatch.setattr(progress, "_tell_of", lambda bar, _: tell_of(bar, True))
+    tell_of = progress._draw
+    monkeypatch.setattr(progress, "_draw", lambda bar, _: tell_of(bar, True))
     scenes = (
         fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0),
         fo.scenes.RoundedPunch(punch=fo.scenes.PunchOnHalfPlane(elements=2, growth=3.0)),

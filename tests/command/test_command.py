@@ -329,7 +329,7 @@ BAD = {
     "decimal commas": (
         [*LIMIT, "--mean", "mean=1", "--history", "decimals.csv"],
         2,
-        "or rows of more values than names",
+        "or rows with more values than names",
     ),
     "system": (
         ["condense", str(FLAT), "x.csv", *ON_TOP, "P=N_TOP:pressure=1"],
@@ -409,7 +409,7 @@ def test_bad_options_are_refused_before_anything_is_computed(arguments, capsys):
             "unexpected keyword argument 'load'; its options are load_factors",
         ),
         ("0.4", "store = 1", "store: 1"),
-        ("0.4", 'picture = "nowhere/p.png"', "no folder that exists"),
+        ("0.4", 'picture = "nowhere/p.png"', "a folder that does not exist"),
         ('{ distribution = "nothing" }', "", "distribution 'nothing'"),
         ('{ distribution = "norm", where = 1.0 }', "", "friction: "),
     ],

@@ -175,7 +175,7 @@ def test_a_command_gives_the_answer_of_its_function(name, capsys):
     saved = [] if isinstance(found, float) else ["--save", "answer.npz"]
     assert main([command, "punch.npz", *words, "--json", *saved]) == 0
     told = strict(capsys.readouterr().out)
-    assert told["asked"]["command"] == command and told["warnings"] == []
+    assert told["question"]["command"] == command and told["warnings"] == []
     if isinstance(found, float):
         assert equal(told["answer"], {command.replace("-", "_"): found})
         return
@@ -296,7 +296,7 @@ def test_the_json_of_the_page_has_the_parts_of_an_answer(capsys):
     shown = strict(re.search(r"```json\n(.*?)```", page, re.DOTALL)[1])
     main(["gross-slip", "punch.npz", *PUSH, "--friction", ".4", "--json"])
     told = strict(capsys.readouterr().out)
-    assert list(told) == list(shown) and told["asked"] == shown["asked"]
+    assert list(told) == list(shown) and told["question"] == shown["question"]
     assert list(shown["answer"]) == list(told["answer"])[: len(shown["answer"])]
     assert told["answer"]["load_factor"] == pytest.approx(0.4)
     assert shown["tables"]["rows"][0].keys() <= told["tables"]["rows"][0].keys()
@@ -357,7 +357,7 @@ def test_errors_and_warnings_are_json_too(capsys):
 def test_units_are_names_and_convert_nothing(capsys):
     assert main(["limit", "punch.npz", *PULL, *F, "--units", "N, mm", "--json"]) == 0
     told = strict(capsys.readouterr().out)
-    assert told["asked"]["units"] == "N, mm" and told["answer"]["load_factor"] == pytest.approx(
+    assert told["question"]["units"] == "N, mm" and told["answer"]["load_factor"] == pytest.approx(
         fo.shakedown_limit(PUNCH, SIGMA, 0.5).load_factor
     )
     assert main(["limit", "punch.npz", *PULL, *F, "--units", "N"]) == 2

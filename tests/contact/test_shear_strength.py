@@ -383,7 +383,9 @@ def test_the_referee_sees_shear_beyond_the_strength():
         0.3,
     )
     bonded = node.reaction({"P": 2.0, "Q": 0.8})
-    ask = partial(fo.reference.referee, node, bonded, 0.5, w=[0.0], p=[2.0], previous_slip=[0.0])
+    ask = partial(
+        fo.reference.check_contact_law, node, bonded, 0.5, w=[0.0], p=[2.0], previous_slip=[0.0]
+    )
     assert ask(v=[-0.5], q=[0.3]).residual < 1e-15
     assert ask(v=[0.0], q=[0.8]).bound == pytest.approx(0.25) and ask(
         v=[-0.4], q=[0.4]

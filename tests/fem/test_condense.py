@@ -102,7 +102,7 @@ def test_a_body_that_comes_apart_is_named_with_its_node():
     )
     with pytest.raises(
         fo.ModelError,
-        match=r"stiffness: node [12] of body 0 at \(0, [12]\) has no stiffness left .*; support the bodies",
+        match=r"stiffness: node [12] of body 0 at \(0, [12]\) has no stiffness .*; support the bodies",
     ):
         fo.condense(
             csr_matrix(K), {"P": np.ones(6)}, [[0, 3]], [0.0, 1.0], rows, points, width=[1.0]
@@ -116,7 +116,7 @@ def test_a_body_much_softer_than_its_neighbour_is_named():
     for ask in (scene.condense, lambda: scene.model().recover({"P": 1.0}, np.zeros(5))):
         with pytest.raises(
             fo.ModelError,
-            match=r"stiffness: node \d+ of body '(punch|block)' at .* has no stiffness left .* bring the stiffness",
+            match=r"stiffness: node \d+ of body '(punch|block)' at .* has no stiffness .* reduce the ratio",
         ):
             ask()
 

@@ -71,7 +71,7 @@ BAD_MODELS = {
     "of body 'punch' around (-0.75, 0) faces nothing of body 'block'": {
         "bodies": {**BOTH, "punch": mirrored(PUNCH)}
     },
-    "the elements of body 1 and of body 2 belong on opposite sides": {
+    "the elements of the two bodies must lie on opposite sides": {
         "bodies": {**BOTH, "block": mirrored(BLOCK)}
     },
     "boundary 'two sides' is in several pieces, one at": {
@@ -144,7 +144,7 @@ UNHELD = {
         "bodies": {**BOTH, "floor": FLOOR},
         "contacts": [fo.Contact("punch", "block")],
     },
-    "pairs: the relative motion of pair 0, of node 0 of body 1, follows from those of other pairs or from supports": {
+    "pairs: the relative motion of pair 0, of node 0 of body 1, follows from other pairs or from supports": {
         "supports": [*FREE, fo.Support("punch", "left", "xy"), fo.Support("block", "left", "xy")]
     },
 }

@@ -356,7 +356,7 @@ def test_loads_add_up_to_their_integrals():
     ),
     (
         lambda: column("axisymmetric", {"P": [fo.Pressure("upper", "top")]}, TOP),
-        "load another boundary, or hold less",
+        "load another boundary, or hold fewer directions",
     ),
     (lambda: column("axisymmetric", half=-1.0), "x is the radius, >= 0"),
     (

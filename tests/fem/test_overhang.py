@@ -144,7 +144,9 @@ def test_a_block_on_an_edge_tips_over_where_its_weight_lies_beyond(at):
 def test_what_has_no_node_opposite_is_refused():
     bodies = narrow_below((MeshQuad, MeshQuad), 2.7, (1, 5))
     bodies["lower"] = fo.Body(box(MeshQuad, np.linspace(1.0, 2.0, 5), [-1.0, 0.0]))
-    with pytest.raises(fo.ModelError, match="or less than half of each facet does; name the part"):
+    with pytest.raises(
+        fo.ModelError, match="or less than half of each facet has one; name the part"
+    ):
         model(bodies, "upper", "lower")
 
     # A ground up to x = 2, and a narrow tower from 3.2 to 3.4 below the last facet.

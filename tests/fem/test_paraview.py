@@ -277,7 +277,7 @@ def test_what_cannot_be_written_is_refused(tmp_path, punch, monkeypatch):
         ),
         (
             (tmp_path / "a.pvd", other, steady),
-            "model: its fields miss the reactions of the steady state by",
+            "model: the reactions of its fields differ from the reactions of the steady state by",
         ),
         ((tmp_path / "taken.vtm", model, fields), "path: the folder .*taken.* cannot be made"),
         ((3, model, fields), "path: 3"),

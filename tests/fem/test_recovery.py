@@ -189,7 +189,7 @@ def test_a_steady_state_is_recovered_at_its_last_corner(name, mean, corner):
         np.abs(fields.q - states.q[-1]).max() < 1e-8 * force
         and np.abs(fields.p - states.p[-1]).max() < 1e-8 * force
     )
-    with pytest.raises(fo.ModelError, match="slip, gap: the steady state has its own"):
+    with pytest.raises(fo.ModelError, match="slip, gap: a steady state includes them"):
         model.recover(steady, steady.slip)
 
 

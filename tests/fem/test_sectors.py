@@ -626,7 +626,7 @@ REFUSED = {
         lambda: refused({"high": lambda x: cuts(3)["high"](x) & (np.hypot(*x) > 1.3)})
     ),
     "; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),
-    "turn about other axes or by other angles": lambda: refused(
+    "have different axes or angles": lambda: refused(
         polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})
     ),
     "an axisymmetric model": lambda: refused(kinematics="axisymmetric", count=4),
@@ -636,7 +636,7 @@ REFUSED = {
     "is held, and not so the one at (1, 0)": lambda: refused(
         supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]
     ),
-    "is not that of the other face": lambda: refused(
+    "differs from the turned displacement of the other face": lambda: refused(
         move=[fo.Displacement("shaft", "bore", x=0.1)]
     ),
     "body 'hub' goes the long way round from 'low' to 'high', 240 of 360 degrees": lambda: refused(
@@ -645,7 +645,7 @@ REFUSED = {
     "loads['turn']: Centrifugal(": lambda: refused(
         turn=[fo.Centrifugal("hub", 1.0, 1.0, centre=(0.1, 0.0))]
     ),
-    "beside a Cyclic; a coupling does not know the nodes of other sectors": lambda: refused(
+    "beside a Cyclic; a coupling cannot include nodes of other sectors": lambda: refused(
         supports=[fo.RigidCoupling("hub", "outside")]
     ),
     "loads['pull']: PointForce(": lambda: refused(pull=[fo.PointForce("hub", "outside", x=1.0)]),

@@ -52,7 +52,7 @@ def test_a_forgotten_foot_is_named_by_a_place_in_it(kind, angle):
     for forgotten, (left, right) in enumerate(FEET):
         with pytest.raises(
             fo.ModelError,
-            match=r"contacts: bodies 'pad' and 'block' touch around \(\S+, \S+\), and no contact",
+            match=r"contacts: bodies 'pad' and 'block' touch around \(\S+, \S+\), without a contact",
         ) as error:
             bridge([i for i in range(3) if i != forgotten], angle, kind)
         told = [float(x) for x in re.search(r"around \((\S+), (\S+)\)", str(error.value)).groups()]

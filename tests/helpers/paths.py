@@ -1,4 +1,4 @@
-"""The states along an exact path, and what the referee says of them."""
+"""The states along an exact path, and their check of the contact law."""
 
 import numpy as np
 
@@ -34,12 +34,12 @@ def bonded_at(path, times):
 
 
 def judged(path):
-    """The referee's residual over all states since the mean load."""
+    """The residual of the contact law over all states since the mean load."""
     n = path.nodes
     time, u, r, _, _ = path.states()
     loaded = time >= 0
     u, r, load = u[loaded], r[loaded], bonded_at(path, time[loaded])
-    return fo.reference.referee(
+    return fo.reference.check_contact_law(
         path.system,
         (load[:, :n], load[:, n:]),
         path.friction,

@@ -380,8 +380,8 @@ def test_two_sliders_in_space_contact_by_contact():
         and np.isnan([other.displacement, other.stiffness, other.damping]).all()
     )
     assert (
-        "two opposed ones" in other.note
-        and "two opposed ones" in repr(other)
+        "two opposed corners" in other.note
+        and "two opposed corners" in repr(other)
         and other.to_frame().attrs["note"] == other.note
     )
 

@@ -218,7 +218,7 @@ def test_without_friction_nodes_slide_and_no_start_is_warned_of():
     )
     report = fo.report(node, fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.0)
     assert report.advice == [
-        "At your load no friction does work; nodes without friction slide to and fro."
+        "At your load friction does no work; nodes without friction slide to and fro."
     ]
 
 
@@ -257,7 +257,7 @@ def test_a_press_fit_is_said_to_be_one():
     )
     assert (
         joint.numbers.set_index("number").loc["gross-slip load", "converges"]
-        == "as the pressure of the fit does"
+        == "if the pressure of the fit converges"
     )
     labels = [text.get_text() for text in joint.curve.plot()[0].figure.findobj(Text)]
     assert any(text.startswith("bodies slide off, from no slip = 1.37") for text in labels)

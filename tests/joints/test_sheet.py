@@ -453,7 +453,7 @@ def test_nothing_converges_before_its_increments_are_fine():
     system = fo.scenes.PunchOnHalfPlane(elements=8, growth=1.6).condense()
     cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 0.3}, {"Q": -0.3}])
     joint = fo.report(system, cycle, 0.5, steps=2, pages=1)
-    for error, converges in ((0.01, "yes"), (0.1, "once its increments are finer")):
+    for error, converges in ((0.01, "yes"), (0.1, "with finer increments")):
         coarse = replace(joint, steady=replace(joint.steady, step_error=error))
         assert row(coarse.numbers, "number", "motion of the load")["converges"] == converges
         assert any("repeat with steps=4" in s for s in coarse.advice) == (error > 0.05)

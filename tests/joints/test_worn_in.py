@@ -224,5 +224,5 @@ ROUND = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"P": 1.0}, {"Q": -1.0}])
     ],
 )
 def test_other_contacts_are_refused_and_referred_to_wear(asked, said):
-    with pytest.raises(fo.ModelError, match=f"{said}.*follow it by wear"):
+    with pytest.raises(fo.ModelError, match=f"{said}.*use `wear`"):
         fo.worn_in(*asked)

@@ -253,7 +253,7 @@ FAULTS = (
         "loads of open nodes are lost",
         old="r - r @ compliance @ system.S",
         new="r",
-        tests="open_nodes patterns",
+        tests="open_nodes set_search",
     ),
     Fault(
         "limits/question.py",
@@ -387,11 +387,11 @@ FAULTS = (
         "limits/no_limit.py",
         "an objective grows without a word",
         old=(
-            "if chosen:\n    raise ModelError('objective: it grows without end over the safe "
+            "if chosen:\n    raise ModelError('objective: it grows without bound over the safe "
             "slips; subtract a penalty, or bound it by a constraint')"
         ),
         new=(
-            "if False:\n    raise ModelError('objective: it grows without end over the safe "
+            "if False:\n    raise ModelError('objective: it grows without bound over the safe "
             "slips; subtract a penalty, or bound it by a constraint')"
         ),
         tests="own_constraints",
@@ -721,11 +721,11 @@ FAULTS = (
         tests="design",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "nodes that govern are not moved",
         old="motion > share * motion.max()",
         new="motion > np.inf",
-        tests="patterns",
+        tests="set_search",
     ),
     Fault(
         "limits/models.py",
@@ -791,35 +791,35 @@ FAULTS = (
         tests="quick_limits",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "nodes that touch need as much motion as others",
         old="np.where(_touching(limit), SEARCH.governs_touching, SEARCH.governs)",
         new="np.full(question.system.nodes, SEARCH.governs)",
         tests="touching_nodes",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "pressed nodes of small contacts stay closed",
         old="has_gaps or system.nodes <= SEARCH.small",
         new="has_gaps",
         tests="touching_nodes",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "pressed nodes of contacts with gaps stay closed",
         old="has_gaps or system.nodes <= SEARCH.small",
         new="system.nodes <= SEARCH.small",
         tests="touching_nodes",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "pressed nodes of large closed contacts are opened",
         old="has_gaps or system.nodes <= SEARCH.small",
         new="True",
         tests="touching_nodes",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "the set of the mean load is not tried if some slip keeps all nodes closed",
         old="question.violation(0.0, no_slip) <= RESIDUAL",
         new="closed.least <= 0",
@@ -962,7 +962,7 @@ FAULTS = (
     Fault(
         "limits/reasons.py",
         "who asks without events is not told of them",
-        old="ASK_FOR_EVENTS()",
+        old="CALL_WITH_EVENTS()",
         new="''",
         tests="moving_events::test_a_reason_says_where_to_ask_for_events",
     ),
@@ -995,14 +995,14 @@ FAULTS = (
         tests="stays_closed",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "a set that begins above where the best one ends counts",
         old="limit.least > reach * gain",
         new="False and limit.least > reach * gain",
-        tests="patterns",
+        tests="set_search",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "sets beside that of least friction are not looked at",
         old="self.climb(starts[-1])",
         new="None",
@@ -1011,52 +1011,52 @@ FAULTS = (
         ),
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "the mean load opens nothing else with more friction",
         old="(1.0, 1.5, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)",
         new="(1.0, 0.7, 0.5, 0.35, 0.2, 0.1, 0.02)",
         tests=(
-            "patterns::test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction"
+            "set_search::test_the_search_also_begins_with_what_the_mean_load_opens_with_more_friction"
         ),
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "nodes are opened under a static load",
         old="not question.static",
         new="True",
-        tests="patterns",
+        tests="set_search",
     ),
     Fault(
         "limits/question.py",
         "a static load that is listed twice is a cycle",
         old="not any((np.ptp(part, axis=0).any() for part in bonded))",
         new="len(cycle.corners) == 1",
-        tests="patterns::test_a_static_load_opens_no_node_for_a_higher_limit",
+        tests="set_search::test_a_static_load_opens_no_node_for_a_higher_limit",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "sides of the border are not tried",
         old="[np.flatnonzero(border & (open_nodes == state)) for state in (False, True)]",
         new="[np.flatnonzero(border & (open_nodes == state)) for state in ()]",
-        tests="patterns",
+        tests="set_search",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "less friction opens nothing",
         old="share * question.friction",
         new="question.friction",
-        tests="patterns",
+        tests="set_search",
     ),
     Fault(
-        "limits/patterns.py",
+        "limits/set_search.py",
         "a set that begins above the load counts",
         old="np.isnan(limit.load_factor) or limit.least > start_by",
         new="np.isnan(limit.load_factor)",
-        tests="patterns",
+        tests="set_search",
     ),
     Fault(
         "limits/required_friction.py",
-        "the first pattern decides",
+        "the first node_states decides",
         old="not safe_slips.exists(just_below)",
         new="True",
         tests="required_friction",

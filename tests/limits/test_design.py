@@ -235,7 +235,7 @@ def test_a_preload_that_does_nothing_obeys_its_bounds_and_one_of_rounding_is_ref
     for left in (1e-20, 1e-11):
         with pytest.raises(
             fo.ModelError,
-            match=r"preloads: 'idle' makes reactions of .* no more than the rounding of others",
+            match=r"preloads: 'idle' has reactions of .* only rounding relative to the reactions",
         ):
             fo.DesignModel(
                 contact.with_bonded({"idle": left * np.ones(3 * tangents + 3)}),

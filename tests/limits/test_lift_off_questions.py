@@ -9,7 +9,7 @@ import pytest
 
 import frictopt as fo
 from frictopt.limits import SafeSlipModel
-from frictopt.limits.safe_slip import judged
+from frictopt.limits.safe_slip import checked_slip
 from helpers.cases import few
 from helpers.orders import every_order, largest_in_order
 from helpers.separation import pulled_system, rests
@@ -216,12 +216,14 @@ def test_questions_without_events_are_refused(pin):
 
 def test_the_referee_sees_events_elsewhere_and_a_margin_above_the_reserve(pin, monkeypatch):
     asked = []
-    monkeypatch.setattr(judging, "judged", lambda *given: asked.append(given) or judged(*given))
+    monkeypatch.setattr(
+        judging, "checked_slip", lambda *given: asked.append(given) or checked_slip(*given)
+    )
     fo.safe_slip(pin, PIN, 0.8, 3.6, events=True)
     program, margin, load_factor = asked[-1]
-    assert program.way and judged(program, margin, load_factor).residual < 1e-9
+    assert program.way and checked_slip(program, margin, load_factor).residual < 1e-9
     program.way[0].save_value(program.way[0].value - 1e-3)
-    assert judged(program, margin, load_factor).residual > 1e-6
+    assert checked_slip(program, margin, load_factor).residual > 1e-6
     program.way[0].save_value(program.way[0].value + 1e-3)
     margin.save_value(margin.value + 1e-3)
-    assert judged(program, margin, load_factor).residual > 1e-4
+    assert checked_slip(program, margin, load_factor).residual > 1e-4

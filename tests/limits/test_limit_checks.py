@@ -405,7 +405,7 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
     """Residuals of the last safe slip judged (or of another `number`) as it was found, and with the
     first node moved."""
     residuals, module = [], import_module("frictopt.limits.safe_slip")
-    judged = module.judged
+    judged = module.checked_slip
 
     def of_both(program, *given):
         claim, slip = judged(program, *given), np.array(program.x.slip.value)
@@ -414,11 +414,11 @@ def of_moved_slip(monkeypatch, contact, friction, by, *, number=-1, **options):
         program.x.slip.save_value(slip)
         return claim
 
-    monkeypatch.setattr(module, "judged", of_both)
+    monkeypatch.setattr(module, "checked_slip", of_both)
     fo.safe_slip(
         contact, fo.LoadCycle({"P": 1.0}, [{"Q": -1.0}, {"Q": 1.0}]), friction, 0.0, **options
     )
-    monkeypatch.setattr(module, "judged", judged)
+    monkeypatch.setattr(module, "checked_slip", judged)
     return residuals[number]
 
 

@@ -16,7 +16,7 @@ from helpers.oracle import Oracle
 from helpers.separation import THREE, open_contact, open_in_space, pulled_system
 from helpers.systems import CYCLE, system
 from validation.fuzz.embedded import embedded
-from validation.open_patterns import largest_with_open
+from validation.open_sets import largest_with_open
 
 
 @settings(max_examples=few(6))
@@ -329,5 +329,5 @@ def test_open_nodes_may_be_free_aside_where_no_load_takes_them_and_nowhere_else(
             contact, cycle, 0.5, open=[False, True]
         ).load_factor == pytest.approx(0.5, rel=1e-9)
     else:
-        with pytest.raises(fo.ModelError, match="too few closed nodes"):
+        with pytest.raises(fo.ModelError, match="the closed nodes are too few"):
             fo.shakedown_limit(contact, cycle, 0.5, open=[False, True])

@@ -359,7 +359,7 @@ def test_a_strength_that_rules_leaves_friction_no_rate(tangents):
             lambda model: model.load_factor - np.inf * cp.norm1(model.slip),
             "objective: a constant is not finite",
         ),
-        (lambda model: cp.sum(cp.Variable(2)), "objective: it grows without end"),
+        (lambda model: cp.sum(cp.Variable(2)), "objective: it grows without bound"),
     ],
 )
 def test_bad_constraints_and_objectives_are_refused(part, message):

@@ -447,7 +447,7 @@ def test_a_cone_is_cut_between_its_nodes_and_the_longest_slip_is_not_foreshorten
 def test_a_sphere_has_no_map():
     normals = np.r_[np.eye(3), -np.eye(3)]
     ball = fo.ContactSystem(FLAT.S, normals, FLAT.bonded, frames=frames_of(normals))
-    with pytest.raises(fo.ModelError, match="not flat, and its sides face each other or away"):
+    with pytest.raises(fo.ModelError, match="not flat, and its sides face in opposite directions"):
         fo.shakedown_limit(ball, cycle(), F).plot()
 
 

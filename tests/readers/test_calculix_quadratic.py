@@ -159,9 +159,7 @@ def test_a_curved_contact_lets_the_free_body_turn(tmp_path, kind):
 def test_faces_with_free_midside_nodes_make_no_pairs(tmp_path):
     bodies = two_boxes(MeshTri, fo.Material(), bulge=None)
     job = fo.read_calculix(run(tmp_path, deck(bodies, "CPE6"))[0])
-    message = (
-        r"node \d+, amid an edge of a contact face, moves on its own; use job.with_linear_faces\(\)"
-    )
+    message = r"node \d+, a midside node of a contact face, does not follow its corners; use job.with_linear_faces\(\)"
     for ask in (
         lambda: job.pairs("CU", "CL"),
         job.matching_faces,
@@ -175,7 +173,7 @@ def test_faces_with_free_midside_nodes_make_no_pairs(tmp_path):
     )
     with pytest.raises(
         fo.ModelError,
-        match=r"node \d+, amid an edge of a contact face, has no row in the matrix; retain such nodes",
+        match=r"node \d+, a midside node of a contact face, has no row in the matrix; retain such nodes",
     ):
         fo.MatrixJob(job.K[corners][:, corners], job.labels[corners], job.deck).pairs("CU", "CL")
     with pytest.raises(

@@ -130,12 +130,12 @@ def test_wedges_and_pyramids_have_faces_and_nodes_amid_their_edges_make_no_pairs
         if not middles:
             assert sorted(wedges.pairs(face, face + n).tolist()) == [[i, i + n] for i in face]
         elif name == "CPENTA":
-            with pytest.raises(fo.ModelError, match=r"moves on its own; use job\.with_linear"):
+            with pytest.raises(
+                fo.ModelError, match=r"does not follow its corners; use job\.with_linear"
+            ):
                 wedges.pairs(face, face + n)
         else:
-            with pytest.raises(
-                fo.ModelError, match=f"an element {name}{n}, and which of its nodes lie amid edges"
-            ):
+            with pytest.raises(fo.ModelError, match=f"an element {name}{n}, whose midside nodes"):
                 wedges.pairs(face, face + n)
             with pytest.raises(fo.ModelError, match="elements of type"):
                 wedges.force(face, pressure=1.0)
@@ -177,7 +177,9 @@ def test_older_names_of_elements_of_ansys_are_the_same_elements(tmp_path, one, o
         assert {block[0] for block in bar.deck.elements} == {kind}
         levels = np.unique(bar.points[:, 2].round(9))
         faces = [np.flatnonzero(np.isclose(bar.points[:, 2], level)) for level in levels[[-1, -3]]]
-        with pytest.raises(fo.ModelError, match="amid an edge of a contact face, moves on its own"):
+        with pytest.raises(
+            fo.ModelError, match="a midside node of a contact face, does not follow its corners"
+        ):
             bar.pairs(*faces)
 
 
@@ -188,6 +190,6 @@ def test_elements_of_ansys_that_are_not_known_make_no_pairs(tmp_path):
     end, middle = (np.flatnonzero(np.isclose(bar.points[:, 2], z)) for z in (5.0, 4.0))
     with pytest.raises(
         fo.ModelError,
-        match="an element 226 of 20 nodes, and which of its nodes lie amid edges is not known; mesh",
+        match="an element 226 of 20 nodes, whose midside nodes are unknown; mesh",
     ):
         bar.pairs(end, middle)

@@ -229,18 +229,18 @@ BAD = {
     "K: not symmetric, K[0, 1] =": {"K": SKEW},
     "K: entries: nan": {"K": K * np.nan},
     "of K is given twice, to nodes [": {"unknowns": TWICE},
-    "is no node's; give it to one, or name it in held": {"unknowns": LONE},
+    "belongs to no node; assign it to a node, or name it in held": {"unknowns": LONE},
     "generalised: row 3 of K is given twice, to nodes [": {"generalised": [3]},
     "generalised: 48 at index 0; give integers from 0 to 47": {"generalised": [48]},
     "at index (0, 0); give integers from -2 to 47": {"unknowns": ROWS + 0.5},
     "unknowns: shape (4, 2), expected (24, 2)": {"unknowns": ROWS[:4]},
     "held: 10000 at index 0": {"held": [10000]},
-    "loads['a']: acts on rows in `held` alone": {
+    "loads['a']: acts only on rows in `held`": {
         "loads": {"a": np.isin(np.arange(K.shape[0]), GOOD["held"]) * 1.0}
     },
     "bonded: no load case": {"loads": {}},
     "pairs: none": {"pairs": np.zeros((0, 2))},
-    f"pairs: the relative motion of pair 4, of node {PAIRS[2, 0]} of body 1, follows from those of other pairs or from supports; leave it": {
+    f"pairs: the relative motion of pair 4, of node {PAIRS[2, 0]} of body 1, follows from other pairs or from supports; leave the pair": {
         "pairs": PAIRS[[0, 1, 2, 3, 2]],
         "contact": [*"aaaab"],
     },
@@ -282,7 +282,7 @@ BAD = {
         "projection": np.ones((2, 24)),
     },
     "projection: row 0 adds up to 24": {"pairs": PAIRS[:, 0], "projection": np.ones((4, 24))},
-    f"of pair 0, of node {PAIRS[0, 0]} of body 1, follows from those of other pairs or from supports": {
+    f"of pair 0, of node {PAIRS[0, 0]} of body 1, follows from other pairs or from supports": {
         "held": np.r_[GOOD["held"], ROWS[PAIRS[0], 1]]
     },
     "can still move along x and y and turn; add a Support (or rows in `held`)": {"held": []},
@@ -383,7 +383,7 @@ def test_a_pair_of_two_nodes_that_are_held_may_be_left_out():
     )
     assert fo.condense(**good | {"held": held}).nodes == len(left)
     still = np.union1d(held, good["unknowns"][side])
-    with pytest.raises(fo.ModelError, match="follows from those of other pairs or from supports"):
+    with pytest.raises(fo.ModelError, match="follows from other pairs or from supports"):
         fo.condense(**good | {"held": still})
     one_side = np.union1d(good["held"], good["unknowns"][pairs[~left, 1], 0])
     assert fo.condense(**good | {"held": one_side}).nodes == len(left)

@@ -114,7 +114,9 @@ def test_contacts_of_wedges_and_hexahedra_pass_pressure_on(tmp_path, order):
     assert len(job.generalised) > 0
     assert (job.unknowns[np.isin(job.deck.numbers, (9001, 9002))] < 0).all()
     if order == 2:
-        with pytest.raises(fo.ModelError, match=r"moves on its own; use job\.with_linear"):
+        with pytest.raises(
+            fo.ModelError, match=r"does not follow its corners; use job\.with_linear"
+        ):
             job.pairs("LOW1", "UP0")
         job = job.with_linear_faces("LOW1", "UP0")
     pairs = job.pairs("LOW1", "UP0")

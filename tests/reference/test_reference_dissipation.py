@@ -97,7 +97,7 @@ def test_lift_off_ends_the_closed_form_where_the_exact_path_opens():
         )
         assert above and not below and single_node_dissipation(**node, load_factor=0.999 * lift) > 0
         with pytest.raises(
-            ModelError, match=r"load_factor: .*lifts off at one corner, give at most"
+            ModelError, match=r"load_factor: .*lifts off at one corner; give at most"
         ):
             single_node_dissipation(**node, load_factor=1.001 * lift)
 

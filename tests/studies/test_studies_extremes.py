@@ -12,7 +12,7 @@ from validation.extremes.probes import Answer, Probe
 
 pytestmark = pytest.mark.slow
 
-ADVICE = r"hold the punch|hold the body|hold it, or|lower it|bring (the )?stiffness|take a load factor further"
+ADVICE = r"hold the punch|hold the body|hold it, or|lower the friction|reduce the ratio|differ too much|choose a load factor further"
 
 
 @pytest.fixture

@@ -98,7 +98,7 @@ def test_opening_adds_to_the_pin(tables):
 
 
 def test_joints_lift_off_and_what_theory_says_of_it_holds(tables):
-    """The best pattern is no worse than others, nothing rests above gross slip, and the theorem of
+    """The best set is no worse than others, nothing rests above gross slip, and the theorem of
     uncoupled contacts holds."""
     joints, free = tables["lift_off_joints"], tables["lift_off_uncoupled"]
     assert not (joints[["all_closed", "settled"]].gt(joints["shakedown"] * (1 + 1e-9), axis=0)).any(

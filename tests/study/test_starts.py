@@ -37,7 +37,7 @@ def test_slips_come_in_any_row(make):
 
 @refused(
     (lambda: study(no_slip()[0]), "starts: Start"),
-    (lambda: study([*no_slip(), overloads([2.0])]), "a list among starts; .* add lists up"),
+    (lambda: study([*no_slip(), overloads([2.0])]), "a list among starts; .* join lists by"),
     (lambda: study([[0.0, 0.0, 0.0], [0.0]]), r"starts: \[\[0.0, 0.0, 0.0\], \[0.0\]\]"),
     (lambda: study(iter([])), "starts: empty"),
     (lambda: Start("a", "b", seed=2**63), "seed of start 'b': 9223372036854775808"),

@@ -115,7 +115,7 @@ def test_the_residual_of_sweeps_is_that_of_the_referee(seed, nodes, in_space, fr
         axes, scale = contact.tangents + 1, contact.stiffness_scale
         (v, w), (q, p), bonded = parted(u / scale, axes), parted(forces, axes), parted(load, axes)
         shut = contact.with_gap(np.zeros(nodes))
-        verdict = fo.reference.referee(
+        verdict = fo.reference.check_contact_law(
             shut, bonded, friction, v=v, w=w, q=q, p=p, previous_slip=0 * v, force_scale=1.0
         )
         assert verdict.residual == pytest.approx(residual, rel=1e-6, abs=1e-11)
@@ -154,7 +154,7 @@ def test_increments_in_turn_are_those_one_by_one(seed, nodes, in_space, friction
             (v, w), (q, p) = parted(found, contact.tangents + 1), parted(r, contact.tangents + 1)
             state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
             assert (
-                fo.reference.referee(
+                fo.reference.check_contact_law(
                     contact,
                     parted(load, contact.tangents + 1),
                     friction,
@@ -187,7 +187,7 @@ def test_newtons_method_goes_on_from_gaps_and_ends_at_rounding():
     (v, w), (q, p) = parted(u, 3), parted(r, 3)
     state = {"v": v, "w": w + contact.gap, "q": q, "p": p}
     assert (
-        fo.reference.referee(
+        fo.reference.check_contact_law(
             contact, parted(1.01 * load, 3), 0.4, **state, previous_slip=parted(begin, 3)[0]
         ).residual
         < 1e-9
@@ -385,7 +385,7 @@ def test_all_engines_agree_on_the_paper_s_scene(punch, elements):
             assert (one.status == other.status).all() and (one.status == 2).any() == (
                 abs(shear) > 0.2
             )
-        verdict = fo.reference.referee(
+        verdict = fo.reference.check_contact_law(
             contact, load, 0.7, v=one.slip, w=one.gap, q=one.q, p=one.p, previous_slip=slip
         )
         assert verdict.residual == pytest.approx(one.residual, abs=1e-15)

@@ -130,12 +130,17 @@ def test_unknown_loads_are_refused(punch):
     ("q", "p", "friction", "texts"),
     [
         (0.3, 1.0, 0.5, ["presses all nodes and none slips"]),
-        (0.6, 1.0, 0.5, ["2 of 2 nodes", "more friction", "its onset is undefined and given as 0"]),
+        (
+            0.6,
+            1.0,
+            0.5,
+            ["2 of 2 nodes", "more friction", "its onset is undefined and reported as 0"],
+        ),
         (
             0.0,
             -1.0,
             0.5,
-            ["pulls the bodies apart", "turn the sign of the load", "settled, with 2 nodes open"],
+            ["pulls the bodies apart", "change the sign of the load", "settled, with 2 nodes open"],
         ),
         (
             [0.0, 0.0],

@@ -59,7 +59,7 @@ def test_a_thousand_cycles_do_not_drift(punch, paper_cycle):
     drift = state.r - path.bonded - path.system.S @ state.u
     assert np.abs(drift).max() < 1e-11 * path.force
     closed = path.corners[-1]
-    verdict = fo.reference.referee(
+    verdict = fo.reference.check_contact_law(
         path.system,
         (closed[:n], closed[n:]),
         0.7,

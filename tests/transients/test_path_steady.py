@@ -93,7 +93,7 @@ def test_slip_too_small_to_tell_is_said():
     limit = fo.shakedown_limit(contact, CYCLE, 0.4)
     with pytest.raises(
         fo.NoContinuation,
-        match=r"too small .* to distinguish slip from shakedown: take a load factor further from the limit",
+        match=r"too small .* to distinguish slip from shakedown: choose a load factor further from the limit",
     ):
         steady_state(
             contact,

@@ -100,7 +100,7 @@ def test_a_node_that_alone_keeps_the_limit_at_zero_is_named(friction, pressure, 
     asked = fo.ContactSystem(S, [[0, 0, 0], [1, 0, 0]], bonded), fo.LoadCycle({"P": 1.0}, corners)
     limit = fo.ShakedownModel(*asked).of_set(pose(*asked, friction))  # all nodes closed
     assert (limit.load_factor, limit.kind) == (0.0, fo.LimitKind.FINITE)
-    advice = "; a rest with nodes that open and close may exist: pass events=True"
+    advice = "; a state of rest with nodes that open and close may exist: pass events=True"
     assert limit.reason.endswith(why if "no friction" in why else why + advice)
     assert limit.bound == pytest.approx(0.0, abs=1e-12) and set(limit.mechanism["node"]) == {
         int(why[5])

@@ -110,7 +110,8 @@ def test_a_walk_against_a_weak_spring_is_called_a_drift_once_an_extrapolation_fa
     with pytest.raises(fo.NoContinuation) as told:
         fo.steady_state(*problem, steps=4, most_cycles=most)
     drift = re.search(
-        r"differs by only a share of (\S+): .*; guide it by a Support", str(told.value)
+        r"the relative difference of this change is only (\S+): .*; guide it by a Support",
+        str(told.value),
     )
     assert (
         (float(drift[1]) == pytest.approx(decay, rel=0.05))
@@ -152,12 +153,12 @@ TURNING = fo.LoadCycle({"mean": 1.0}, [{"a": 0.1}, {"a": 0.1}], fixed=[{"b": 0.1
     ),
     (
         lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="path"),
-        "engine: 'path'.*the friction circle is curved",
+        "engine: 'path'.*the friction bound in space is a circle",
     ),
     (lambda: fo.steady_state(single(), cycle(), 0.5, 1.0, steps=0), "steps: 0"),
     (
         lambda: fo.march(single(), cycle(), 0.5, 1.0, engine="milp"),
-        "engine: 'milp'.*the friction circle is curved",
+        "engine: 'milp'.*the friction bound in space is a circle",
     ),
     (
         lambda: fo.march(single(), fo.LoadCycle({"X": 0.1}, [{"Y": 1.0}]), 0.5, 1.0),

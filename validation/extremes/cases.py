@@ -14,7 +14,7 @@ from studies.paper import LOADS
 from validation import oracles
 from validation.extremes.designs import design_probes
 from validation.extremes.guarantees import guaranteed_corners, guaranteed_probe, guaranteed_units
-from validation.extremes.patterns import pattern_probes
+from validation.extremes.open_sets import open_set_probes
 from validation.extremes.probes import (
     SHEAR,
     Answer,
@@ -51,7 +51,7 @@ def probes(sizes: Sizes) -> Iterator[Probe]:
         _corners,
         _cycles,
     )
-    for part in (*own, pattern_probes, range_probes, design_probes, space_probes):
+    for part in (*own, open_set_probes, range_probes, design_probes, space_probes):
         yield from part(sizes)
 
 

@@ -13,9 +13,9 @@ from validation import oracles
 from validation.fuzz.cases import Case
 from validation.fuzz.guaranteed import followed, guaranteed, guaranteed_transformed
 from validation.fuzz.known import Known, Missed, NotAsked, Wrong, same, transformed
-from validation.fuzz.patterns import patterns
+from validation.fuzz.open_sets import limits_of_sets
 from validation.fuzz.searches import best_design, found_range, least_slip, limit_after_protocol
-from validation.open_patterns import largest_with_open
+from validation.open_sets import largest_with_open
 
 _WITHIN_STRETCH, _SHORT = (
     4,
@@ -323,7 +323,7 @@ CHECKS: dict[str, Callable[[Known], tuple[float, bool]]] = {
     "guaranteed limit": guaranteed,
     "guaranteed, transformed": guaranteed_transformed,
     "guarantee, followed": followed,
-    "open nodes": patterns,
+    "open nodes": limits_of_sets,
     "best design": best_design,
     "least slip": least_slip,
     "found range": found_range,

@@ -263,8 +263,8 @@ def set_statuses(S, f, state, active, status):
 def solve_rates(S, active, state):
     """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions.
 
-    The inverse has the rounding of its updates. If the equations of the active set show it, the
-    rates are corrected by the same inverse.
+    The inverse has the rounding of its updates. If the equations of the active set have a residual,
+    the rates are corrected with the same inverse.
     """
     n, error, change = active.size[0], active.right, active.column
     load_rate, u_rate, r_rate = state.load_rate, state.u_rate, state.r_rate
@@ -530,10 +530,10 @@ def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, reco
     """Follow the path while the bonded reactions (2N,) change from `bonded` to `ahead`.
 
     It begins at the time `start`, from 0 to 1 on the segment. `state`, `active` and `proof` are
-    changed in place; `force` (N,) is the scale of the nodal forces. If the path goes on within the
-    segment (not `begins`), the statuses agree with the rates already. `record` (rows, 1 + 6N) takes
-    times, u, r, statuses and work at the events; a record without rows takes none. Returns `DONE`
-    or the reason to stop, and the time of the stop.
+    changed in place; `force` (N,) is the scale of the nodal forces. If the path continues within
+    the segment (`begins` is False), the statuses already agree with the rates. `record` (rows, 1 +
+    6N) receives times, u, r, statuses and work at the events; a record without rows receives
+    nothing. Returns `DONE` or the reason to stop, and the time of the stop.
     """
     load_rate, time = state.load_rate, start
     for k in range(len(load_rate)):

@@ -270,8 +270,8 @@ class ExactPath(Transient):
                 "friction is above the critical value there"
             )
         return (
-            "often friction is above the critical value there (a node wedges itself where f "
-            "exceeds A/|B|): lower it"
+            "often friction is above the critical value A/|B| there, so that a node wedges "
+            "itself: lower the friction"
         )
 
 

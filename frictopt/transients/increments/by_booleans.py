@@ -26,12 +26,12 @@ _BOOLEANS = {"forward": 1, "backward": -1, "opened": OPEN}
 
 _WITHIN = "slip increments and gaps up to {motion:.3g} and pressures up to {force:.3g}"
 _TOUCHED = (
-    "mixed-integer increment: the state that was found touches {within}; give a larger reach than "
+    "mixed-integer increment: the computed state reaches {within}; give a larger reach than "
     "{reach:g}"
 )
 _NO_STATE = (
-    "mixed-integer increment: {why}, and Newton's method finds no state either, which is no proof "
-    "that there is none (reach {reach:g}); {remedy}, or give another reach"
+    "mixed-integer increment: {why}, and Newton's method finds no state either; a state may still "
+    "exist (reach {reach:g}); {remedy}, or give another reach"
 )
 
 
@@ -40,9 +40,10 @@ class ExactIncrement(ByProgram):
     """A friction increment by the contact law itself as a mixed-integer program, compiled once.
 
     The program decides the status of every node. A few steps of Newton's method make the state
-    exact. It is checked against the contact law. The objective counts the nodes whose status
-    differs from that by Newton's method. It only guides the search: without it contacts of 40 nodes
-    take minutes. The effort can grow exponentially with the number of nodes whose guess is wrong.
+    exact. The state is checked against the contact law. The objective counts the nodes whose status
+    differs from the status by Newton's method. It only guides the search: without it contacts of 40
+    nodes take minutes. The effort can grow exponentially with the number of nodes whose guess is
+    wrong.
 
     If several states obey the law (above the critical friction), one of them is returned. The
     program takes no user constraints. Theory, eq. (4).
@@ -54,10 +55,10 @@ class ExactIncrement(ByProgram):
     friction
         Coefficient of friction, one or one per node.
     reach
-        Largest motion and pressure that the program considers, above 1, relative to the trial state
-        or to the state by Newton's method if that is larger and obeys the law. Far larger values
-        blur the booleans, which solvers keep to a tolerance. If the program then finds no state,
-        Newton's method follows.
+        Largest motion and pressure that the program considers, above 1. It is relative to the trial
+        state, or to the state by Newton's method if this state is larger and obeys the law. With
+        much larger values, booleans become inaccurate, because solvers satisfy them only to a
+        tolerance. If the program finds no state, Newton's method follows.
 
     Raises
     ------
@@ -107,7 +108,7 @@ class ExactIncrement(ByProgram):
             failure = f"the solvers find no state with {within}"
         else:
             if not found.residual <= RESIDUAL:
-                failure = f"the statuses that were found leave a residual of {found.residual:.1e}"
+                failure = f"the computed statuses have a residual of {found.residual:.1e}"
         # A state touches the end of the reach above this share of the largest motion or pressure.
         touches = 0.999
         if failure:

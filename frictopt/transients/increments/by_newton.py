@@ -133,11 +133,11 @@ class _Nodes:
 class NewtonIncrement(FrictionIncrement, _Nodes):
     """A friction increment by Gauss-Seidel sweeps over the nodes, then by Newton's method.
 
-    The sweeps often reach the state to rounding; the solver of the record is "SWEEPS" then.
+    The sweeps often reach the state to rounding; the solver of the record is then "SWEEPS".
     Otherwise Newton's method on the projected law begins where they end. If it does not converge,
-    it begins without motion, then with other constants of the projection. Last comes a
-    `FrozenBoundIncrement`. If several states obey the law (above the critical friction), one of
-    them is returned. Theory, eq. (4).
+    it begins again without motion, and then with other constants of the projection. The last method
+    is a `FrozenBoundIncrement`. If several states obey the law (above the critical friction), one
+    of them is returned. Theory, eq. (4).
 
     Examples
     --------
@@ -163,8 +163,8 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[Moved]:
         """States after several loads in turn, see `FrictionIncrement`.
 
-        Reactions and gaps continue from the previous state. Once sweeps do not reach a state, open
-        nodes are eliminated as long as they stay open.
+        Each increment begins with the reactions and gaps of the previous state. After sweeps have
+        failed once, open nodes are eliminated as long as they stay open.
         """
         n, S = self.system.nodes, self.system.S
         for load in loads:

@@ -126,19 +126,19 @@ def force_scale(bonded: Array, reactions: Array) -> float:
     return float(np.abs(reactions).mean()) or 1.0
 
 
-def sizes_of(S: Array, own: Array) -> Array:
+def sizes_of(S: Array, own_stiffness: Array) -> Array:
     """(t + 1, N) stiffness of each node against itself.
 
     For its tangents it is the largest one in any direction, and at least that of each direction in
-    `own` (t + 1, N).
+    `own_stiffness` (t + 1, N).
     """
-    axes, n = own.shape
+    axes, n = own_stiffness.shape
     nodes = np.arange(n)
     # (N, t, t) tangential stiffness of each node.
     blocks = S.reshape(axes, n, axes, n)[:-1, nodes, :-1, nodes]
     largest = np.linalg.eigvalsh(blocks)[:, -1]
-    tangential = np.maximum(largest, own[:-1].max(axis=0))
-    return np.vstack([np.tile(tangential, (axes - 1, 1)), own[-1]])
+    tangential = np.maximum(largest, own_stiffness[:-1].max(axis=0))
+    return np.vstack([np.tile(tangential, (axes - 1, 1)), own_stiffness[-1]])
 
 
 class Posed:
@@ -168,7 +168,7 @@ class Posed:
     def result(self, state: State, how: SolveRecord, residual: float | None = None) -> Increment:
         """The state in the units of the caller, with its record.
 
-        The referee computes its residual, unless that is given.
+        The check of the contact law computes its residual, unless it is given.
         """
         owner = self.owner
         system = owner.system
@@ -246,7 +246,7 @@ class FrictionIncrement(ABC):
         NoContinuation
             The load is beyond friction.
         SolverError
-            No answer that passes the referee. That is no proof that no state obeys the law.
+            No answer passes the check of the contact law. A state that obeys the law may exist.
         """
         posed = Posed(self, slip, bonded)
         try:
@@ -278,4 +278,4 @@ class FrictionIncrement(ABC):
 
     @abstractmethod
     def _solved(self, posed: Posed) -> Increment:
-        """The increment as posed, with a residual that the referee accepts."""
+        """The increment as posed, with an accepted residual."""

@@ -46,8 +46,8 @@ SETTINGS = ProgramSettings()
 
 _NO_STATE = (
     "friction increment: no state is found with the friction bound frozen at {bound:.3g} "
-    "mean normal forces in sum (where slip would raise the pressure enough to hold it, another "
-    "increment may find the state); {remedy}"
+    "mean normal forces in sum (if slip raises the pressure enough, another increment may find "
+    "the state); {remedy}"
 )
 _NOT_CONVERGED = (
     "friction increment: did not converge in {sweeps} sweeps with frozen bound; the bound still "
@@ -124,10 +124,10 @@ class FrozenBoundIncrement(ByProgram):
 
     Each sweep solves the program, in the plane by OSQP to three digits. A few steps of Newton's
     method, with the bound free, make the state exact. If the state passes the check of the contact
-    law, it is the result. Otherwise the bound moves to `f p` and the program is solved again, by
-    Clarabel to all digits once sweeps by OSQP change nothing. With strong friction and coupling
-    this need not converge. The `problem` of a result has the bound `f p` of the answer, which
-    solves it.
+    law, it is the result. Otherwise the bound is set to `f p` and the program is solved again. When
+    sweeps by OSQP change nothing more, Clarabel solves the program to all digits. With strong
+    friction and coupling this need not converge. The `problem` of a result has the bound `f p` of
+    the answer, which solves it.
 
     It takes no user constraints: they would act as forces outside the contact law. Theory, eq.
     (11).

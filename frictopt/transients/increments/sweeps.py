@@ -18,9 +18,9 @@ _ROUNDING = 1e-12
 
 @entry_point
 def reactions(S, still, u):
-    """`still + S u`, by the motions that are not zero: an increment has few of them.
+    """`still + S u`, computed from the motions that are not zero.
 
-    S is symmetric: its rows are its columns.
+    An increment has few of them. S is symmetric: its rows are its columns.
     """
     r = still.copy()
     for i in range(len(u)):
@@ -32,12 +32,12 @@ def reactions(S, still, u):
 
 @entry_point
 def increment(S, slopes, constants, augmentation, stiffness, u, r, forces, status):
-    """An increment by sweeps over all nodes, then over those that move, in turn.
+    """An increment by sweeps, alternately over all nodes and over the moving nodes.
 
     It ends when the state obeys the law. The arguments are those of `sweep`; `augmentation` (t + 1,
-    N) is that of the law. `forces` (M,) and `status` (N,) take the reactions and the statuses:
-    slipping nodes exactly on their bound, open ones without reactions. Returns the largest
-    violation of the contact law, as `off_law` has it; inf if a number is not finite.
+    N) is that of the law. `forces` (M,) and `status` (N,) receive the reactions and the statuses:
+    slipping nodes are exactly on their bound, open nodes have no reactions. Returns the largest
+    violation of the contact law, see `off_law`; inf if a number is not finite.
     """
     still, residual = reactions(S, r, -u), np.inf
     for _ in range(10):

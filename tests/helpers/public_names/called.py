@@ -264,8 +264,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"limit": fo.shakedown_limit(**ASKED), "nodes": [0, 1], "programs": 50},
     ),
     "onset": (fo.onset, ASKED),
-    "referee": (
-        fo.reference.referee,
+    "check_contact_law": (
+        fo.reference.check_contact_law,
         {"system": CONTACT, "bonded": BONDED, "friction": FRICTION, **CLAIMED, "force_scale": 1.0},
     ),
     "read_abaqus": (fo.read_abaqus, {"path": "none"}),

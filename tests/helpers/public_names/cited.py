@@ -8,7 +8,7 @@ CITED = {
     "ContactSystem.tension": "bolt",
     "ContactSystem.with_shear_strength": "strength",
     "ContactSystem.with_orthotropic_friction": "ellipse",
-    "reference.referee": "coulomb",
+    "reference.check_contact_law": "coulomb",
     "LoadCycle": "cycle",
     "onset": "onset",
     "shakedown_limit": "shakedown",

@@ -43,7 +43,7 @@ def test_a_lawful_state_passes_in_any_units(seed, scale):
         dict(contact.bonded),
         contact.gap,
     )
-    verdict = fo.reference.referee(
+    verdict = fo.reference.check_contact_law(
         stiff,
         tuple(scale * b for b in bonded),
         F,
@@ -78,10 +78,12 @@ STATE = {"v": [[-0.3, 0.0]], "w": [0.0], "q": [[0.5, 0.0]], "p": [1.0]}
 def test_the_referee_sees_each_violation(line, size, change):
     bonded = NODE.reaction({"P": 1.0, "X": 0.8})
     assert (
-        fo.reference.referee(NODE, bonded, 0.5, **STATE, previous_slip=[[0.0, 0.0]]).residual
+        fo.reference.check_contact_law(
+            NODE, bonded, 0.5, **STATE, previous_slip=[[0.0, 0.0]]
+        ).residual
         < 1e-15
     )
-    verdict = fo.reference.referee(
+    verdict = fo.reference.check_contact_law(
         NODE, bonded, 0.5, **({"previous_slip": [[0.0, 0.0]]} | STATE | change)
     )
     assert getattr(verdict, line) == pytest.approx(size)
@@ -95,7 +97,7 @@ def test_a_small_slip_is_not_blamed_for_rounding_across_it(place, step, across, 
     before = place * (1 + np.pi / 10)
     v = before + np.array([[0.6 * step - 0.8 * across, 0.8 * step + 0.6 * across]])
     q = np.array([[-0.3, -0.4]])
-    verdict = fo.reference.referee(
+    verdict = fo.reference.check_contact_law(
         NODE,
         (q - v, [1.0]),
         0.5,
@@ -116,7 +118,7 @@ def test_slip_in_a_wrong_direction_counts_by_what_mends_it(step, angle):
     same angle."""
     slip = step * np.array([np.cos(angle), np.sin(angle)])
     q = np.array([[-0.5, 0.0]])
-    verdict = fo.reference.referee(
+    verdict = fo.reference.check_contact_law(
         NODE,
         (q - slip, [1.0]),
         0.5,
@@ -136,24 +138,24 @@ def test_many_states_at_once_give_the_worst():
     several = {k: np.array([a, a, a]) for k, a in state.items()}
     several["q"][1, 2] += 3.0
     one = {k: a[1] for k, a in several.items()}
-    verdict = fo.reference.referee(
+    verdict = fo.reference.check_contact_law(
         contact, tuple(np.array([b, b, b]) for b in bonded), F, **several
     )
     assert verdict.bound > 1.0
     assert verdict.residual == pytest.approx(
-        fo.reference.referee(contact, bonded, F, **one).residual, rel=1e-12
+        fo.reference.check_contact_law(contact, bonded, F, **one).residual, rel=1e-12
     )
 
 
 def test_not_a_number_is_never_lawful():
     contact, bonded, state = admissible(7)
     state["q"] = state["q"] * np.nan
-    assert fo.reference.referee(contact, bonded, F, **state).residual == np.inf
+    assert fo.reference.check_contact_law(contact, bonded, F, **state).residual == np.inf
 
 
 def test_different_numbers_of_states_are_refused():
     contact, bonded, state = admissible(8)
     with pytest.raises(fo.ModelError, match=r"arrays of \[2, 3\] states"):
-        fo.reference.referee(
+        fo.reference.check_contact_law(
             contact, bonded, F, **state | {"q": np.zeros((2, 4)), "p": np.zeros((3, 4))}
         )

@@ -7,7 +7,7 @@ import numpy as np
 
 import frictopt as fo
 from validation.fuzz.known import Known, Missed, NotAsked, Wrong
-from validation.open_patterns import largest_with_open
+from validation.open_sets import largest_with_open
 
 _FEW = 4  # nodes up to which it is asked, of a part of the cases
 _ALIKE = (
@@ -21,7 +21,7 @@ _BELOW = (
 )
 
 
-def patterns(known: Known) -> tuple[float, bool]:
+def limits_of_sets(known: Known) -> tuple[float, bool]:
     """Against transients from its state, and against all sets that stay open."""
     case = known.case
     if case.system.nodes > _FEW or case.seed % 8:

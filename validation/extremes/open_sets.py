@@ -9,12 +9,12 @@ import frictopt as fo
 from studies.paper import LOADS
 from validation import oracles
 from validation.extremes.probes import Answer, Probe, Sizes
-from validation.open_patterns import largest_with_open
+from validation.open_sets import largest_with_open
 
 _LP = "plain linear program with its open nodes, scipy"
 
 
-def pattern_probes(sizes: Sizes) -> Iterator[Probe]:
+def open_set_probes(sizes: Sizes) -> Iterator[Probe]:
     """All questions about limits with open nodes: of a rounded punch of at most 9 nodes."""
     punch = fo.scenes.PunchOnHalfPlane(
         elements=min(8, 3 * sizes.elements // 4), grading=3.0, growth=1.3

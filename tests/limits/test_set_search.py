@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 import frictopt as fo
 from frictopt.limits import pose, with_open
-from frictopt.limits.patterns import _settled
+from frictopt.limits.set_search import _settled
 from frictopt.solve import interior_point
 from helpers import spatial
 from helpers.cases import few
 from helpers.separation import pulled_system, rests
 from helpers.systems import CYCLE, NODE, explained, random_system, system
-from validation.open_patterns import largest_with_open
+from validation.open_sets import largest_with_open
 
 ROUNDED = [  # elements, rounding, open nodes at each side, limit with them open
     (24, 20.0, 4, 0.7821287715),
@@ -112,7 +112,7 @@ def test_small_contacts_against_every_set_of_open_nodes(seed, cycle, most):
 
 
 @pytest.mark.parametrize("seed", few(range(1000, 1008)))
-def test_a_pattern_is_not_below_what_the_mean_load_opens_nor_a_set_next_to_it_and_rests(seed):
+def test_a_set_is_not_below_what_the_mean_load_opens_nor_a_set_next_to_it_and_rests(seed):
     contact, friction = random_question(seed, 3, 7)
     limit = fo.shakedown_limit(contact, CYCLE, friction)
     if not np.isfinite(limit.load_factor):
@@ -175,7 +175,7 @@ def test_required_friction_is_the_threshold_of_the_limit(load_factor, punch, pap
     assert below < load_factor < above
 
 
-def test_a_load_below_the_least_of_the_best_pattern_rests_with_other_nodes_open():
+def test_a_load_below_the_least_of_the_best_set_rests_with_other_nodes_open():
     """With friction 0.3 the closed contact rests from 0.31 to 1.83, that with node 0 open up to
     0.73: all up to 1.83 are safe."""
     S = np.array(

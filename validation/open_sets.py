@@ -56,14 +56,14 @@ def largest_with_open(
     return most * float(answer.x[0]), u[:, 0], np.maximum(u[:, 1], 0.0)
 
 
-def every_pattern(
+def every_set(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, most: float
 ) -> list[tuple[float, Any, Any]]:
-    """The same for every pattern of open nodes that has one, largest load factor first."""
+    """The same for every set of open nodes that has one, largest load factor first."""
     shape = len(cycle.corners), system.nodes
-    patterns = (
-        np.array(pattern).reshape(shape)
-        for pattern in product((False, True), repeat=shape[0] * shape[1])
+    sets = (
+        np.array(chosen).reshape(shape)
+        for chosen in product((False, True), repeat=shape[0] * shape[1])
     )
-    found = [largest_with_open(system, cycle, friction, opened, most) for opened in patterns]
+    found = [largest_with_open(system, cycle, friction, opened, most) for opened in sets]
     return sorted((claim for claim in found if claim is not None), key=lambda claim: -claim[0])

@@ -62,7 +62,7 @@ SEARCH = SearchSettings()
 L = TypeVar("L", bound=ShakedownAnswer)
 
 
-def best_pattern(
+def best_open_set(
     limit_of: Callable[[Question, float], L],
     closed: L,
     start_by: float,
@@ -92,7 +92,7 @@ def best_pattern(
         return closed
 
     with progress_bar(True, "open nodes", "program") as bar:
-        search = _PatternSearch(limit_of, answer, closed, start_by, enough, may_change, bar)
+        search = _SetSearch(limit_of, answer, closed, start_by, enough, may_change, bar)
         search.climb(closed)
         if tends_to_open or not settles_closed:
             safe = _counts(search.best, start_by)
@@ -105,7 +105,7 @@ def _counts(limit: ShakedownAnswer, start_by: float) -> bool:
     return not (np.isnan(limit.load_factor) or limit.least > start_by)
 
 
-class _PatternSearch(Generic[L]):
+class _SetSearch(Generic[L]):
     """The sets that have been tried, and the best limit so far, which an interrupt keeps."""
 
     def __init__(

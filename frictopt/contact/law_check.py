@@ -1,4 +1,4 @@
-"""The referee: how much a state violates each equation of the contact law.
+"""The check of the contact law: how much a state violates each equation of the contact law.
 
 Flicek et al. 2015, section 2.
 """
@@ -32,7 +32,7 @@ class Verdict(Kept):
     direction
         Friction that does not oppose the slip since the previous state: the smallest change of the
         slip increment, of q, or of both, after which q lies on the bound and opposes the slip. A
-        slip of at most 1e-10 of the largest motion of the state is rounding and counts as none.
+        slip of at most 1e-10 of the largest motion of the state is rounding and counts as zero.
 
     Examples
     --------
@@ -60,7 +60,7 @@ class Verdict(Kept):
 
 
 @warns_of_odd_values
-def referee(
+def check_contact_law(
     system: ContactSystem,
     bonded: tuple[ArrayLike, ArrayLike],
     friction: ArrayLike,
@@ -82,7 +82,7 @@ def referee(
         The contact and its coefficient of friction, one or one per node.
     bonded
         `(q^w, p^w)`, bonded reactions of the load of that state, force: q (N,) in the plane and (N,
-        2) in space, p (N,). For T states a first axis of length T is added.
+        2) in space, p (N,). For T states, each array has an additional first axis of length T.
     v, w, q, p
         Slip, gap and reactions of the state, in the shapes of `bonded`; `w` includes the initial
         gap.
@@ -106,9 +106,9 @@ def referee(
 
     A state that sticks beyond its friction bound, and the one that slips:
 
-    >>> fo.reference.referee(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])
+    >>> fo.reference.check_contact_law(node, bonded, 0.5, v=[0.0], w=[0.0], q=[0.8], p=[1.0])
     Verdict(residual=0.3, equilibrium=0, contact=0, bound=0.3, direction=0)
-    >>> fo.reference.referee(
+    >>> fo.reference.check_contact_law(
     ...     node, bonded, 0.5, v=[-0.3], w=[0.0], q=[0.5], p=[1.0]
     ... ).residual < 1e-12
     True
@@ -191,7 +191,8 @@ def off_law(
 
     The error of the direction of friction is the smallest of three changes: set the slip increment
     to zero; move q to the bound, opposite to the slip; or remove the part of the slip normal to q
-    and move q to the bound. The third one is needed in space, where rounding turns small slips.
+    and move q to the bound. The third change is needed in space, where rounding changes the
+    direction of small slips.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         length = force / system.stiffness_scale
@@ -211,7 +212,7 @@ def off_law(
         bound = law.bound(p, force)
         over = size - bound
 
-        # Slips that are rounding of the motions of their state count as none.
+        # If a slip is only rounding of the motions of its state, it counts as zero.
         rounding = CONDENSATION * np.abs(u).max(axis=(1, 2), initial=0.0)[:, None]
         slid = np.linalg.norm(increment, axis=1)
         turned = np.linalg.norm(q + bound[:, None] * _unit(increment, slid), axis=1)
