@@ -19,11 +19,16 @@ from .sentences import (
     BOTH_BOUNDS,
     BOUND_COVERS,
     BOUNDS_IN_SPACE,
+    CLOSES_ABOVE,
     CLOSES_OTHERWISE,
     CRITICAL,
+    FIRST_REST,
     FROM_EVERY_START,
     HIGHEST,
+    IN_ANOTHER_ORDER,
+    IN_THIS_ORDER,
     INFINITE,
+    LIFTED_OFF,
     LIFTING,
     MOVES,
     NO_BOUND,
@@ -57,7 +62,7 @@ def nothing_with_events(limit: ShakedownAnswer) -> str:
 def shakedown_reason(limit: ShakedownAnswer) -> str:
     """Why a shakedown limit is what it is."""
     grows = limit.kind is LimitKind.UNBOUNDED
-    if limit._question.moves and not grows:
+    if limit._question.moves and not grows and not limit._why:
         return _reason_of_moving(limit)
     if limit._why and not grows:
         reason = limit._why
@@ -98,6 +103,31 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
         return NOTHING_RESTS(above=" above 0", cause=cause)
     moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
     return MOVES(nodes=_named(moving), below=below)
+
+
+def reason_of_first_rest(limit: ShakedownAnswer, following: MovingAreas | None) -> str:
+    """The reason of a limit above which another order of openings and closings may follow.
+
+    `following` are the areas just above the limit, if the order changes there. The reason is empty
+    if nodes stay as they are below and above the limit.
+    """
+    question = limit._question
+    if limit.kind is not LimitKind.FINITE:
+        return ""
+    _, below = _start(limit)
+    if following is not None:
+        node = following.slipping(1)
+        node = following.slipping(0) if node is None else node
+        cause = IN_ANOTHER_ORDER()
+        if node is not None:
+            cause = CLOSES_ABOVE(node=node, contact=in_contact(question.system, node))
+    elif isinstance(question, MovingAreas):
+        lifted = limit.load_factor >= question.path.high
+        moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
+        cause = LIFTED_OFF() if lifted else IN_THIS_ORDER(nodes=_named(moving))
+    else:
+        return ""
+    return FIRST_REST(cause=cause, below=below)
 
 
 def _named(nodes: Integers) -> str:

@@ -129,6 +129,31 @@ OBSERVED = Sentence(
     assumes="nodes open and close in each cycle, and some slide meets no stiffness",
 )
 
+# Uncoupled contacts whose normal loads are scaled, too
+
+FIRST_REST = Sentence(
+    "no state of rest exists just above it, for all openings and closings, because the contact is "
+    "uncoupled (B = 0){cause}; `intervals` has all load factors with a state of rest{below}",
+    assumes="B = 0, the load factor scales normal loads, fixed loads are the same at all corners, "
+    "and the limit ends the first load factors with a state of rest",
+)
+IN_THIS_ORDER = Sentence(
+    ": the loads open and close {nodes} in each cycle",
+    assumes="nodes come and go in the same order below and just above the limit",
+)
+IN_ANOTHER_ORDER = Sentence(
+    ": above it the loads open and close nodes in another order, with which no slip is safe",
+    assumes="the order changes at the limit, and the program of the next order proves it",
+)
+CLOSES_ABOVE = Sentence(
+    ": above it node {node}{contact} closes and opens under different shear loads in each cycle",
+    assumes="the order changes at the limit, and the equations of the next rim have no solution",
+)
+LIFTED_OFF = Sentence(
+    ": above it the loads lift a body off",
+    assumes="the normal problem has no solution above the limit",
+)
+
 # Guaranteed limits
 
 CRITICAL = Sentence(
