@@ -401,6 +401,12 @@ CLAIMS = (
         also="states of rest just above it, for all openings and closings; `covers`, `intervals`",
     ),
     Claim(
+        "sentences.NO_REST_THERE sentences.TOO_LITTLE_FRICTION sentences.NONE_STOPS_IT",
+        by="`SafeSlip`, `RequiredFriction`",
+        source='theorem (theory, "Contact areas that move"), multipliers, and least squares',
+        tests="test_moving_safe_slip::test_a_rolling_cylinder_has_a_safe_slip_up_to_its_limit test_moving_safe_slip::test_with_a_phase_no_friction_is_enough",
+    ),
+    Claim(
         "sentences.OBSERVED",
         by="`GuaranteedLimit`",
         source="transients",

@@ -29,7 +29,7 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   pressures in `normal_path.py`, the shear of the nodes that come and go in `rim.py`, and the limit
   of all states of rest in `moving_limit.py`. If normal loads are scaled, too: the path as a
   function of the load factor in `path_pieces.py`, and all load factors with a state of rest in
-  `rest_intervals.py`.
+  `rest_intervals.py`; safe slips at a load factor in `moving_safe_slip.py`.
 - `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the
   guaranteed limit.
 - `best_pressed.py`, `least_slip.py`, `safe_vertices.py`, `region_rays.py`, `design_program.py`,

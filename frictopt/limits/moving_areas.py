@@ -106,6 +106,15 @@ class MovingAreas(Question):
         off = np.abs(self.unsolved[part]).max(axis=(0, 1), initial=0.0)
         return int(self.rim.nodes[off.argmax()]) if off.any() else None
 
+    def slipping_at(self, load_factor: float) -> int | None:
+        """The rim node that slips in each cycle at a load factor, whatever friction is, if any."""
+        constant, rate = self.unsolved
+        off = np.abs(constant + load_factor * rate)
+        size = np.abs(constant).max(initial=0.0) + load_factor * np.abs(rate).max(initial=0.0)
+        if not off.max(initial=0.0) > RESIDUAL * size:
+            return None
+        return int(self.rim.nodes[off.max(axis=(0, 1)).argmax()])
+
     def _states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions (M, t + 1, N) at the instants, with all rounding."""
         inner, rim = self.entries

@@ -139,11 +139,7 @@ def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
 
     SolverError if the states at the instants violate the contact law by more than 1e-9.
     """
-    nodes = np.arange(areas.system.nodes)
-    moves = np.zeros((len(areas.path.leg), *areas.r1.shape[1:]))
-    for j, at in enumerate(instants):
-        moves[at, :, nodes] += limit._motion.moves[j].T
-    motion = Mechanism(moves, areas.friction)
+    motion = at_all_instants(limit._motion, areas, instants)
     slip = limit.slip
     record = limit.record
     if limit.kind is LimitKind.FINITE:
@@ -159,3 +155,12 @@ def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
     told_at = limit.load_factor if limit.kind is LimitKind.FINITE else areas.told_at
     areas = replace(areas, told_at=told_at)
     return replace(limit, slip=slip, record=record, _question=areas, _motion=motion)
+
+
+def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -> Mechanism:
+    """The mechanism of an ordinary question, with its motions at the instants."""
+    nodes = np.arange(areas.system.nodes)
+    moves = np.zeros((len(areas.path.leg), *areas.r1.shape[1:]))
+    for j, at in enumerate(instants):
+        moves[at, :, nodes] += motion.moves[j].T
+    return Mechanism(moves, areas.friction)

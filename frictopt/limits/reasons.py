@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base import ROUNDING, Integers, LimitKind, number_of
-from ..contact import other_laws
+from ..base import ROUNDING, Array, Integers, LimitKind, number_of, place
+from ..contact import ContactSystem, other_laws
 from ..contact.diagnosis import in_contact
 from ..transients.mean_load import unscaled_diagnosis
+from .answered import Proven
 from .critical_search import NodeClaim
 from .load_path import may_open_and_close, path_of
 from .moving_areas import MovingAreas
@@ -35,6 +36,9 @@ from .sentences import (
     NO_EVENTS,
     NO_FRICTION,
     NO_PRESSURE,
+    NO_REST_THERE,
+    NO_SLIP_IS_SAFE,
+    NOR_WITH_SOME_OPEN,
     NOTHING_RESTS,
     NOTHING_SAFE,
     OBSERVED,
@@ -42,10 +46,13 @@ from .sentences import (
     ONLY_SLIP_PRESSES,
     OTHERS_OPEN,
     SAME_LIMIT,
+    SLIP_IS_SAFE,
+    SLIP_WITH_EVENTS,
     SLIPS_AT_ANY,
     SLIPS_BUT_AT_ONE,
     START_UNKNOWN,
     STATIC,
+    TOO_LITTLE_FRICTION,
     TOO_LITTLE_PRESSURE,
     UNLOADED,
     UNSAFE_BELOW,
@@ -348,3 +355,48 @@ def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
         return True
     question = shakedown._question
     return bool((question.r0 + load_factor * question.r1)[:, -1].min() < 0)
+
+
+def safe_slip_reason(safe: Proven, exists: bool) -> str:
+    """Effect of a safe slip, or why none is safe, in words."""
+    question = safe._question
+    bounds = list(safe.constraints)
+    if question.slip_bound is not None:
+        bounds.insert(0, "the slip bound")
+    within = f" within {' and '.join(bounds)}" if bounds else ""
+    opened = int(safe.open.sum())
+
+    if not exists:
+        if isinstance(question, MovingAreas):
+            return NO_REST_THERE(cause=_cause_of_slip(question, safe.load_factor))
+        pattern = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.pattern
+        mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
+        return NO_SLIP_IS_SAFE(within=within, pattern=pattern, mean=mean)
+    moving = safe.events["node"].nunique()
+    if moving:
+        return SLIP_WITH_EVENTS(within=within, count=moving)
+    if opened:
+        closed = f"{safe.system.nodes - opened} of {safe.system.nodes} nodes"
+        return SLIP_IS_SAFE(within=within, closed=closed, opened=", and the others open")
+    return SLIP_IS_SAFE(within=within, closed="every node", opened="")
+
+
+def _cause_of_slip(areas: MovingAreas, load_factor: float) -> str:
+    """Why nothing rests at a load factor: the node that slips, whatever friction is, if any."""
+    node = areas.slipping_at(load_factor)
+    if node is None:
+        return TOO_LITTLE_FRICTION()
+    return CLOSES_OTHERWISE(node=node, contact=in_contact(areas.system, node))
+
+
+def where(system: ContactSystem, nodes: Array, most_places: int) -> str:
+    """The places of some nodes, in words; only the first ones if there are many."""
+    if system.tangents == 1:
+        start = "x ="
+        places = [f"{x:.4g}" for x in system.x[nodes]]
+    else:
+        start = "at"
+        places = [place(point) for point in system.points[nodes]]
+    if len(places) > most_places:
+        places = [*places[:most_places], "..."]
+    return f"{start} {', '.join(places)}"

@@ -220,6 +220,21 @@ NOR_WITH_SOME_OPEN = Sentence(
     assumes=_NODES_AS_THEY_ARE,
 )
 
+_LOADS_DECIDE = (
+    "B = 0, all nodes have friction, nodes open and close at this load factor, without slip bound "
+    "and constraints of the user"
+)
+NO_REST_THERE = Sentence(
+    "no state of rest exists at this load factor, for all openings and closings: the contact is "
+    "uncoupled (B = 0), and {cause}",
+    assumes=_LOADS_DECIDE,
+)
+TOO_LITTLE_FRICTION = Sentence(
+    "friction holds no slip at all instants; shakedown_limit gives the load factors with a state "
+    "of rest",
+    assumes=_LOADS_DECIDE,
+)
+
 # Required friction
 
 _NODES_CLOSED = "all nodes closed; with open ones no friction may be needed"
@@ -243,6 +258,7 @@ NONE_IS_ENOUGH = Sentence(
     "no friction is enough to keep all nodes closed: {why}",
     assumes=_NODES_CLOSED,
 )
+NONE_STOPS_IT = Sentence("no friction is enough: {why}", assumes=_LOADS_DECIDE)
 LOADS_OPEN = Sentence(
     "under any residual slip{within}, the loads open one of these nodes ({where}) at some "
     "corner: press them",

@@ -116,6 +116,20 @@ FAULTS = (
         tests="claims",
     ),
     Fault(
+        "limits/moving_areas.py",
+        "a rim that slips at a load factor is not seen",
+        old="off.max(initial=0.0) > RESIDUAL * size",
+        new="off.max(initial=0.0) > size",
+        tests="moving_safe_slip",
+    ),
+    Fault(
+        "limits/moving_safe_slip.py",
+        "the areas are those of another load factor",
+        old="areas_at(question, load_factor)",
+        new="areas_at(question, 0.5 * load_factor)",
+        tests="moving_safe_slip",
+    ),
+    Fault(
         "limits/shakedown_answer.py",
         "called proven on bodies that slide freely",
         old="not self._question.moves or is_held(self._question)",
