@@ -393,7 +393,7 @@ CLAIMS = (
         tests="test_moving_areas::test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none",
     ),
     Claim(
-        "sentences.FIRST_REST sentences.IN_THIS_ORDER sentences.IN_ANOTHER_ORDER sentences.CLOSES_ABOVE sentences.LIFTED_OFF",
+        "sentences.LAST_REST sentences.IN_THIS_ORDER sentences.IN_ANOTHER_ORDER sentences.CLOSES_ABOVE sentences.LIFTED_OFF",
         by="`ShakedownLimit`, theory, validity",
         holds_if="B = 0 up to rounding; all nodes have friction; the same fixed loads at all corners; no slip bound, constraints or given open nodes; a piece of load factors shorter than 1e-6 of the load factor and its unit is not seen",
         source='theorem (theory, "Normal loads that are scaled, too"), multipliers in each piece, and the contact law at all instants',

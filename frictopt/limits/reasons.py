@@ -23,12 +23,12 @@ from .sentences import (
     CLOSES_ABOVE,
     CLOSES_OTHERWISE,
     CRITICAL,
-    FIRST_REST,
     FROM_EVERY_START,
     HIGHEST,
     IN_ANOTHER_ORDER,
     IN_THIS_ORDER,
     INFINITE,
+    LAST_REST,
     LIFTED_OFF,
     LIFTING,
     MOVES,
@@ -112,7 +112,7 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
     return MOVES(nodes=_named(moving), below=below)
 
 
-def reason_of_first_rest(limit: ShakedownAnswer, following: MovingAreas | None) -> str:
+def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None) -> str:
     """The reason of a limit above which another order of openings and closings may follow.
 
     `following` are the areas just above the limit, if the order changes there. The reason is empty
@@ -134,7 +134,7 @@ def reason_of_first_rest(limit: ShakedownAnswer, following: MovingAreas | None) 
         cause = LIFTED_OFF() if lifted else IN_THIS_ORDER(nodes=_named(moving))
     else:
         return ""
-    return FIRST_REST(cause=cause, below=below)
+    return LAST_REST(cause=cause, below=below)
 
 
 def _named(nodes: Integers) -> str:

@@ -19,7 +19,7 @@ from .moving_areas import MovingAreas, areas_near, knows_all_patterns, moving_ar
 from .moving_limit import on_all_instants, ordinary_question
 from .normal_path import NoPath
 from .question import Question, with_open
-from .reasons import reason_of_first_rest
+from .reasons import reason_of_last_rest
 from .shakedown_answer import ShakedownAnswer
 
 L = TypeVar("L", bound=ShakedownAnswer)
@@ -66,12 +66,11 @@ class Rest(Generic[L]):
         return self.largest >= self.areas.path.high
 
 
-def pieces(question: Question) -> Iterator[MovingAreas]:
-    """The pieces of all load factors, from 0 on, up to the one at which a body lifts off.
+def pieces(question: Question, begin: float = 0.0) -> Iterator[MovingAreas]:
+    """The pieces of the load factors above `begin`, until a body lifts off.
 
     SolverError if the pieces do not end.
     """
-    begin = 0.0
     nodes = question.system.nodes
     for _ in range(WALK.pieces * nodes * len(question.r1)):
         step = WALK.step * (begin + question.load_unit)
@@ -95,9 +94,16 @@ def pieces(question: Question) -> Iterator[MovingAreas]:
 
 def rests(question: Question, limit_of: LimitOf[L]) -> Iterator[Rest[L]]:
     """The intervals of load factors with states of rest, in their order."""
+    no_slip = np.zeros(question.system.slip_shape)
+    return _rests(question, pieces(question), no_slip, limit_of)
+
+
+def _rests(
+    question: Question, some: Iterator[MovingAreas], slip: Array, limit_of: LimitOf[L]
+) -> Iterator[Rest[L]]:
+    """The intervals of load factors with states of rest in some pieces that follow each other."""
     current: Rest[L] | None = None
-    slip = np.zeros(question.system.slip_shape)
-    for areas in pieces(question):
+    for areas in some:
         found = _rest_in(question, areas, slip, limit_of)
         if current is not None:
             if found is None or not _joins(current, found):
@@ -169,20 +175,44 @@ def _rim_may_rest(areas: MovingAreas) -> bool:
     return bool(areas.path.low <= at <= areas.path.high and left <= np.sqrt(RESIDUAL) * size)
 
 
-def limit_of_all_patterns(question: Question, limit_of: LimitOf[L]) -> L | None:
-    """The limit whatever opens and closes, if loads alone decide that; else None.
+def limit_of_moving_areas(question: Question, limit_of: LimitOf[L]) -> L | None:
+    """The limit of all states of rest, if normal loads alone open and close nodes; else None.
 
-    If the load factor scales shear alone, it is that of all states of rest. If it scales normal
-    loads, too, it is the end of the first load factors with a state of rest.
+    See `moving_areas`. The contact is uncoupled then, and the load factor scales shear alone.
     """
     areas = moving_areas(question)
-    if areas is not None:
-        ordinary, instants = ordinary_question(areas)
-        return on_all_instants(limit_of(ordinary, np.inf), areas, instants)
-    if not knows_all_pieces(question):
+    if areas is None:
         return None
-    rest = next(rests(question, limit_of), None)
-    return None if rest is None else _limit_of_rest(question, rest, limit_of)
+    ordinary, instants = ordinary_question(areas)
+    return on_all_instants(limit_of(ordinary, np.inf), areas, instants)
+
+
+def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
+    """The end of the interval of load factors with states of rest that contains a limit.
+
+    `limit` has nodes that stay as they are. If it has no load factor, the first interval counts.
+    """
+    end = limit.load_factor
+    if not knows_all_pieces(question) or end == np.inf:
+        return limit
+    if np.isnan(end):
+        rest = next(rests(question, limit_of), None)
+        return limit if rest is None else _limit_of_rest(question, rest, limit_of)
+    return _extended(question, limit, limit_of)
+
+
+def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
+    """A finite limit, or the end of the states of rest that go on above it."""
+    end = limit.load_factor
+    following = next(pieces(question, end), None)
+    if following is None or following.path.low < end - WALK.step * (end + question.load_unit):
+        # The order of openings and closings is the same above the limit.
+        return limit
+    above = _rests(question, pieces(question, end), limit.slip, limit_of)
+    rest = next(above, None)
+    if rest is None or rest.least > end + 2 * WALK.step * (end + question.load_unit):
+        return replace(limit, _why=reason_of_last_rest(limit, following))
+    return _limit_of_rest(question, replace(rest, least=limit.least), limit_of)
 
 
 def _limit_of_rest(question: Question, rest: Rest[L], limit_of: LimitOf[L]) -> L:
@@ -194,7 +224,7 @@ def _limit_of_rest(question: Question, rest: Rest[L], limit_of: LimitOf[L]) -> L
         _, instants = ordinary_question(rest.areas)
         limit = on_all_instants(limit, rest.areas, instants)
     limit = replace(limit, least=rest.least)
-    return replace(limit, _why=reason_of_first_rest(limit, rest.following))
+    return replace(limit, _why=reason_of_last_rest(limit, rest.following))
 
 
 def all_intervals(question: Question, limits: Any) -> Array:

@@ -131,11 +131,11 @@ OBSERVED = Sentence(
 
 # Uncoupled contacts whose normal loads are scaled, too
 
-FIRST_REST = Sentence(
+LAST_REST = Sentence(
     "no state of rest exists just above it, for all openings and closings, because the contact is "
     "uncoupled (B = 0){cause}; `intervals` has all load factors with a state of rest{below}",
     assumes="B = 0, the load factor scales normal loads, fixed loads are the same at all corners, "
-    "and the limit ends the first load factors with a state of rest",
+    "and the limit ends an interval of load factors with states of rest",
 )
 IN_THIS_ORDER = Sentence(
     ": the loads open and close {nodes} in each cycle",

@@ -32,6 +32,7 @@ from ..base.checks import flag, flags
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
+from . import rest_intervals
 from .answered import answered
 from .best_set import best_set
 from .models import least_load, shakedown
@@ -42,7 +43,6 @@ from .order_search import check_events
 from .programs import Program
 from .question import Question, pose, with_open
 from .reasons import shakedown_reason
-from .rest_intervals import all_intervals, limit_of_all_patterns
 from .safe_model import SafeModel
 from .sentences import CHOSEN
 from .shakedown_answer import ShakedownAnswer
@@ -136,10 +136,12 @@ class ShakedownLimits(SafeModel):
         With `events` some nodes may open and close in each cycle.
         """
         restricted = bool(user_rows) or objective is not None or open is not None
-        with_events = flag("events", events)
-        known = None if restricted else self.of_all_patterns(question)
-        if known is not None and (known._all_states or not with_events):
-            return known
+        events = flag("events", events)
+        moving = None
+        if not restricted:
+            moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
+        if moving is not None:
+            return moving
         check_events(events, question, restricted)
         if open is not None:
             opened = with_open(question, flags("open", open, question.system.nodes))
@@ -150,15 +152,21 @@ class ShakedownLimits(SafeModel):
                 )
             return self.of_set(opened, user_rows, objective)
         limit = self.of_any_set(question, user_rows, objective)
-        if events:
-            limit = self.of_any_order(limit)
-        if known is not None and not limit.load_factor >= known.load_factor * (1 - RESIDUAL):
+        if restricted:
+            return limit
+        known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
+        if not events:
             return known
-        return limit
+        ordered = self.of_any_order(limit)
+        goes_on = not ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
+        return known if goes_on and known is not limit else ordered
 
     def of_all_patterns(self, question: Question) -> ShakedownLimit | None:
-        """The limit whatever opens and closes, if loads alone decide that; else None."""
-        return limit_of_all_patterns(question, self._up_to)
+        """The limit for all openings and closings, if loads alone decide them; else None."""
+        moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
+        if moving is None and rest_intervals.knows_all_pieces(question):
+            return rest_intervals.up_to_last_rest(question, self.of_any_set(question), self._up_to)
+        return moving
 
     def _up_to(self, question: Question, largest: float = np.inf) -> ShakedownLimit:
         """The limit of a question of its own, or `largest` if it is less."""
@@ -406,7 +414,7 @@ class ShakedownLimit(ShakedownAnswer):
         [[0.0, 0.4545], [1.0, inf]]
         """
         question = pose(self.system, self.cycle, self.friction)
-        return frozen(all_intervals(question, ShakedownLimits._on(question, None)))
+        return frozen(rest_intervals.all_intervals(question, ShakedownLimits._on(question, None)))
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.
