@@ -188,21 +188,25 @@ def limit_of_moving_areas(question: Question, limit_of: LimitOf[L]) -> L | None:
 
 
 def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
-    """The end of the interval of load factors with states of rest that contains a limit.
+    """The end of the first interval of load factors with states of rest.
 
-    `limit` has nodes that stay as they are. If it has no load factor, the first interval counts.
+    `limit` has nodes that stay as they are. It stays if it is not covered by `knows_all_pieces`, or
+    if neither the mean load nor a small cyclic load presses a node.
     """
-    end = limit.load_factor
-    if not knows_all_pieces(question) or end == np.inf:
+    if not knows_all_pieces(question):
         return limit
-    if np.isnan(end):
-        rest = next(rests(question, limit_of), None)
-        return limit if rest is None else _limit_of_rest(question, rest, limit_of)
-    return _extended(question, limit, limit_of)
+    if limit.least == 0:
+        return limit if limit.load_factor == np.inf else _extended(question, limit, limit_of)
+    # The limit is that of a later interval, or there is none.
+    first = next(pieces(question), None)
+    if first is None or first.open_nodes.all():
+        return limit
+    rest = next(rests(question, limit_of), None)
+    return limit if rest is None else _limit_of_rest(question, rest, limit_of)
 
 
 def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
-    """A finite limit, or the end of the states of rest that go on above it."""
+    """A finite limit from 0 on, or the end of the states of rest that go on above it."""
     end = limit.load_factor
     following = next(pieces(question, end), None)
     if following is None or following.path.low < end - WALK.step * (end + question.load_unit):

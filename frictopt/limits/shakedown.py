@@ -19,7 +19,6 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import (
-    RESIDUAL,
     Array,
     LimitKind,
     SolveRecord,
@@ -85,7 +84,8 @@ def shakedown_limit(
     events
         Whether nodes may also open and close in each cycle (`ShakedownLimit.events`). Their order
         is searched by pivots and transients, which takes some seconds. If the load does not return
-        along the same path, events gain nothing, and no order is searched. Not allowed with a slip
+        along the same path, events gain nothing, and no order is searched; nor if the contact is
+        uncoupled, and the limit holds for all openings and closings anyway. Not allowed with a slip
         bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
@@ -154,12 +154,9 @@ class ShakedownLimits(SafeModel):
         limit = self.of_any_set(question, user_rows, objective)
         if restricted:
             return limit
-        known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
-        if not events:
-            return known
-        ordered = self.of_any_order(limit)
-        goes_on = not ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
-        return known if goes_on and known is not limit else ordered
+        if rest_intervals.knows_all_pieces(question):
+            return rest_intervals.up_to_last_rest(question, limit, self._up_to)
+        return self.of_any_order(limit) if events else limit
 
     def of_all_patterns(self, question: Question) -> ShakedownLimit | None:
         """The limit for all openings and closings, if loads alone decide them; else None."""
@@ -380,11 +377,11 @@ class ShakedownLimit(ShakedownAnswer):
     >>> arrays = fo.reference.half_plane_contact(20, half_length=1.6, E_star=1.0, R=1.0)
     >>> cylinder = fo.ContactSystem.from_blocks(**arrays)
     >>> in_phase = fo.LoadCycle({"P": 1.0}, [{"P": 0.5, "Q": 0.1}, {"P": -0.5, "Q": -0.1}])
-    >>> limit = fo.shakedown_limit(cylinder, in_phase, friction=0.4, events=True)
+    >>> limit = fo.shakedown_limit(cylinder, in_phase, friction=0.4)
     >>> round(limit.load_factor, 6), round(0.4 / (0.4 * 0.5 + 0.1), 6)
     (1.333333, 1.333333)
     >>> limit.events["event"].value_counts().to_dict()
-    {'opens': 10}
+    {'opens': 10, 'closes': 10}
     """
 
     @cached_property
@@ -399,8 +396,9 @@ class ShakedownLimit(ShakedownAnswer):
         The states of rest count whatever opens and closes, without slip bound and constraints. If
         the load factor scales normal loads of an uncoupled contact, it may slip above the limit,
         and rest again at higher load factors (theory, "Normal loads that are scaled, too").
-        ModelError if slip changes pressures, a node has no friction, or fixed parts differ while
-        normal loads are scaled: then only `least` and `load_factor` are known. SolverError if no
+        A contact that nothing presses at first rests without a limit. ModelError if slip changes
+        pressures, a node has no friction, or fixed parts differ while normal loads are scaled: then
+        only `least` and `load_factor` are known. SolverError if no
         solver's answer passes the checks.
 
         Examples
