@@ -102,6 +102,27 @@ FAULTS = (
         tests="rest_intervals",
     ),
     Fault(
+        "limits/rest_intervals.py",
+        "the limit of a later interval counts",
+        old="if limit.least == 0:",
+        new="if limit.least >= 0:",
+        tests="rest_intervals",
+    ),
+    Fault(
+        "limits/rest_intervals.py",
+        "a contact that nothing presses has a limit",
+        old="first.open_nodes.all()",
+        new="False",
+        tests="patterns",
+    ),
+    Fault(
+        "limits/region_rays.py",
+        "a region has nodes that open and close",
+        old="limits.of_any_set(question)",
+        new="limits.of_pattern(question, None, events=False)",
+        tests="open_nodes",
+    ),
+    Fault(
         "limits/moving_limit.py",
         "pressures do not change with the load factor",
         old="np.r_[q[1, j].ravel(), pressure[1, j]]",

@@ -149,8 +149,8 @@ def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
 
 def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
     """Two nodes in space that do not feel each other: the mean load opens the first by 0.1, and the
-    second one rests under any cyclic load. From 0.1 on the first one closes, with a shear of 0.1
-    times its pressure: it holds."""
+    second one, whose shear is 0.1 times its pressure, rests under any cyclic load. From 0.1 on the
+    first one closes, without shear."""
     still, shear = np.zeros((2, 2)), np.array([[0.0, 0.0], [0.1, 0.0]])
     bonded = {
         "mean": (still, np.array([-0.1, 0.0])),
@@ -163,8 +163,7 @@ def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
     best = limits.of_any_set(pose(contact, cycle, 0.5))
     assert best.load_factor == pytest.approx(0.1) and best.open.tolist() == [True, False]
     assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == np.inf
-    weak = fo.shakedown_limit(contact, cycle, 0.09)
-    assert weak.load_factor == pytest.approx(0.1) and weak.least == 0
+    assert fo.shakedown_limit(contact, cycle, 0.09).load_factor == 0
 
 
 def test_an_open_node_may_slip_farther_than_the_largest_slip():
