@@ -19,6 +19,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import (
+    RESIDUAL,
     Array,
     LimitKind,
     SolveRecord,
@@ -84,8 +85,7 @@ def shakedown_limit(
     events
         Whether nodes may also open and close in each cycle (`ShakedownLimit.events`). Their order
         is searched by pivots and transients, which takes some seconds. If the load does not return
-        along the same path, events gain nothing, and no order is searched; nor if the contact is
-        uncoupled, and the limit holds for all openings and closings anyway. Not allowed with a slip
+        along the same path, events gain nothing, and no order is searched. Not allowed with a slip
         bound, or constraints.
     slip_bound, simplify, solver
         See `ShakedownModel`.
@@ -154,9 +154,12 @@ class ShakedownLimits(SafeModel):
         limit = self.of_any_set(question, user_rows, objective)
         if restricted:
             return limit
-        if rest_intervals.knows_all_pieces(question):
-            return rest_intervals.up_to_last_rest(question, limit, self._up_to)
-        return self.of_any_order(limit) if events else limit
+        known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
+        if not events or (known is not limit and limit.least != 0):
+            return known
+        ordered = self.of_any_order(limit)
+        goes_on = not ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
+        return known if goes_on and known is not limit else ordered
 
     def of_all_patterns(self, question: Question) -> ShakedownLimit | None:
         """The limit for all openings and closings, if loads alone decide them; else None."""
