@@ -49,7 +49,12 @@ class MovingAreas(Question):
         question = Question.from_kept({**inputs, "open_nodes": none_open})
         near = fields.get("near", 0.0)
         areas_of = areas_at if fields.get("alone", True) else areas_near
-        return replace(areas_of(question, near), told_at=fields.get("told_at", near))
+        areas = replace(areas_of(question, near), told_at=fields.get("told_at", near))
+        for part in (areas, areas.path, areas.at_instant, areas.rim):
+            for value in vars(part).values():
+                if isinstance(value, np.ndarray):
+                    value.flags.writeable = False
+        return areas
 
     moves: ClassVar[bool] = True
 
