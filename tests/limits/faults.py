@@ -90,8 +90,8 @@ FAULTS = (
     Fault(
         "limits/rest_intervals.py",
         "a slip that is safe at the beginning of a piece is safe at its end",
-        old="for end in (low, high)",
-        new="for end in (low, low)",
+        old="max(areas.violation(end, slip) for end in (low, high))",
+        new="areas.violation(low, slip)",
         tests="rest_intervals",
     ),
     Fault(
@@ -104,8 +104,8 @@ FAULTS = (
     Fault(
         "limits/rest_intervals.py",
         "the limit of a later interval counts",
-        old="if limit.least == 0:",
-        new="if limit.least >= 0:",
+        old="limit.least == 0",
+        new="limit.least >= 0",
         tests="rest_intervals",
     ),
     Fault(
