@@ -399,7 +399,7 @@ class ShakedownLimit(ShakedownAnswer):
         The states of rest count whatever opens and closes, without slip bound and constraints. If
         the load factor scales normal loads of an uncoupled contact, it may slip above the limit,
         and rest again at higher load factors (theory, "Normal loads that are scaled, too").
-        A contact that nothing presses at first rests without a limit. ModelError if slip changes
+        A contact without pressure at all corners counts as at rest. ModelError if slip changes
         pressures, a node has no friction, or fixed parts differ while normal loads are scaled: then
         only `least` and `load_factor` are known. SolverError if no
         solver's answer passes the checks.
