@@ -393,6 +393,20 @@ CLAIMS = (
         tests="test_moving_areas::test_held_shear_that_differs_leaves_all_load_factors_or_one_or_none",
     ),
     Claim(
+        "sentences.LAST_REST sentences.IN_THIS_ORDER sentences.IN_ANOTHER_ORDER sentences.CLOSES_ABOVE sentences.LIFTED_OFF",
+        by="`ShakedownLimit`, theory, validity",
+        holds_if="B = 0 up to rounding; all nodes have friction; the same fixed loads at all corners; no slip bound, constraints or given open nodes; a piece of load factors shorter than 1e-6 of the load factor and its unit is not seen",
+        source='theorem (theory, "Normal loads that are scaled, too"), multipliers in each piece, and the contact law at all instants',
+        tests="test_rest_intervals::test_random_contacts_rest_inside_of_their_intervals_and_slip_outside test_rest_intervals::test_in_phase_a_cylinder_rests_up_to_gross_slip test_rest_intervals::test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_opens test_rest_intervals::test_a_body_that_lifts_off_ends_the_load_factors",
+        also="states of rest just above it, for all openings and closings; `covers`, `intervals`",
+    ),
+    Claim(
+        "sentences.NO_REST_THERE sentences.TOO_LITTLE_FRICTION sentences.NONE_STOPS_IT",
+        by="`SafeSlip`, `RequiredFriction`",
+        source='theorem (theory, "Contact areas that move"), multipliers, and least squares',
+        tests="test_moving_safe_slip::test_a_rolling_cylinder_has_a_safe_slip_up_to_its_limit test_moving_safe_slip::test_with_a_phase_no_friction_is_enough",
+    ),
+    Claim(
         "sentences.OBSERVED",
         by="`GuaranteedLimit`",
         source="transients",

@@ -27,7 +27,9 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   they can; `order_search.py`, `settled_order.py`: the search of their order.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of
   pressures in `normal_path.py`, the shear of the nodes that come and go in `rim.py`, and the limit
-  of all states of rest in `moving_limit.py`.
+  of all states of rest in `moving_limit.py`. If normal loads are scaled, too: the path as a
+  function of the load factor in `path_pieces.py`, and all load factors with a state of rest in
+  `rest_intervals.py`; safe slips at a load factor in `moving_safe_slip.py`.
 - `critical_state.py`, `critical_bounds.py`, `critical_search.py`: the critical nodes of the
   guaranteed limit.
 - `best_pressed.py`, `least_slip.py`, `safe_vertices.py`, `region_rays.py`, `design_program.py`,
@@ -43,10 +45,12 @@ from .gross_slip import GrossSlip, gross_slip, gross_slip_of_statics
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .guaranteed_model import GuaranteedModel
 from .least_slip import LeastSlip
-from .moving_areas import moving_areas
+from .moving_areas import areas_near, moving_areas
 from .normal_path import NoPath, normal_path
+from .path_pieces import piece_at
 from .question import Question, pose, with_open
 from .required_friction import RequiredFriction, required_friction
+from .rest_intervals import pieces
 from .safe_region import SafeRegion, safe_region
 from .safe_slip import SafeSlip, SafeSlipModel, safe_slip
 from .safe_vertices import safe_vertices

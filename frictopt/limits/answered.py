@@ -385,8 +385,9 @@ class Rated(Proven):
         largest rate. The rates of a guaranteed limit belong to the critical state of `node`. The
         limit has a kink if several nodes, such as mirror images, are critical at once, or at more
         corners than needed; then the rate is that of one side. NaN without a finite limit, if a
-        guaranteed limit is `least`, and under user constraints: these may depend on the
-        loads.
+        guaranteed limit is `least`, and under user constraints: these may depend on the loads. NaN,
+        too, if loads alone open and close nodes in each cycle (`events`): the loads then move the
+        events, which the mechanism does not know.
         """
         cycle = self.cycle
         moves = self._question.by_corner(self._motion.moves)  # (K, t + 1, N)

@@ -245,9 +245,9 @@ class GuaranteedLimits(SafeModel):
 
         Otherwise the limit with the open nodes of the best shakedown limit.
         """
-        moving = None if user_rows else self._shakedown.of_moving_areas(question)
-        if moving is not None:
-            return _uncoupled_result(moving)
+        known = None if user_rows else self._shakedown.of_all_openings(question)
+        if known is not None:
+            return _uncoupled_result(known)
         shakedown = self._shakedown.of_set(question, user_rows)
         if shakedown.kind is LimitKind.NO_SAFE_SLIP or shakedown.least > 0:
             shakedown = self._shakedown.of_any_set(question, user_rows)

@@ -11,7 +11,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from ..base import ROUNDING, Array, Booleans
+from ..base import RESIDUAL, ROUNDING, Array, Booleans
 from ..contact import LoadCycle
 from .programs import outer_corners
 from .question import Question
@@ -79,6 +79,14 @@ def meets_mean_load(question: Question, path: LoadPath) -> bool:
     first, last = (question.bonded[1][k] for k in path.stops)
     sizes = np.linalg.norm(first), np.linalg.norm(last)
     return bool(np.abs(sizes[1] * first + sizes[0] * last).max() <= ROUNDING * sizes[0] * sizes[1])
+
+
+def has_static_shear(question: Question, load_factor: float) -> bool:
+    """Whether the shear force of each node is the same at all corners."""
+    static = question.r0[:, :-1]
+    cyclic = load_factor * question.r1[:, :-1]
+    largest = max(np.abs(static).max(), np.abs(cyclic).max())
+    return bool(np.ptp(static + cyclic, axis=0).max() <= RESIDUAL * largest)
 
 
 def may_open_and_close(question: Question, path: LoadPath | None) -> bool:

@@ -9,7 +9,7 @@ all nodes at all instants follows from the load factor and the slip of the nodes
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -18,7 +18,8 @@ import numpy as np
 from ..base import CONDENSATION, NO_COUPLING, RESIDUAL, ROUNDING, Array, Booleans, Integers, kept
 from ..contact import LoadCycle, off_law, other_laws
 from .lift_off import fields_of
-from .normal_path import NoPath, NormalPath, normal_path
+from .normal_path import NoPath, normal_path
+from .path_pieces import PathPiece, piece_at, piece_of_path
 from .question import Question
 from .rim import Rim, Statuses, rim_of
 
@@ -32,19 +33,35 @@ class MovingAreas(Question):
     those of the closed contact.
     """
 
-    path: NormalPath
-    at_instant: Statuses
+    path: PathPiece
     rim: Rim
+    alone: bool  # whether the path is the same at all load factors, or asked at `near` alone
+    near: float  # the load factor at which the path was made
+    told_at: float  # the load factor at which places of events are told
+
+    KEPT_FIELDS: ClassVar[tuple[str, ...]] = (*Question.KEPT_FIELDS, "near", "told_at", "alone")
 
     @classmethod
     def from_kept(cls, fields: Mapping[str, Any]) -> MovingAreas:
         """See `Question.from_kept`."""
-        none_open = np.zeros_like(fields["open_nodes"])
-        areas = moving_areas(Question.from_kept({**fields, "open_nodes": none_open}))
-        assert areas is not None  # it was one when it was kept
+        inputs = {name: fields[name] for name in Question.KEPT_FIELDS}
+        none_open = np.zeros_like(inputs["open_nodes"])
+        question = Question.from_kept({**inputs, "open_nodes": none_open})
+        near = fields.get("near", 0.0)
+        areas_of = areas_at if fields.get("alone", True) else areas_near
+        areas = replace(areas_of(question, near), told_at=fields.get("told_at", near))
+        for part in (areas, areas.path, areas.at_instant, areas.rim):
+            for value in vars(part).values():
+                if isinstance(value, np.ndarray):
+                    value.flags.writeable = False
         return areas
 
     moves: ClassVar[bool] = True
+
+    @property
+    def at_instant(self) -> Statuses:
+        """The nodes that press around each instant."""
+        return self.path.at_instant
 
     @cached_property
     def stays(self) -> Booleans:
@@ -64,12 +81,16 @@ class MovingAreas(Question):
         """Compliance of the rim. No other node resists a free slide of a body that is all rim."""
         _, rim = self.entries
         values, vectors = np.linalg.eigh(self.A[np.ix_(rim, rim)])
-        held = values > CONDENSATION * max(values[-1], np.finfo(float).tiny)
+        held = values > CONDENSATION * values.max(initial=np.finfo(float).tiny)
         return np.asarray((vectors[:, held] / values[held]) @ vectors[:, held].T)
 
-    def by_instant(self, reactions: Array) -> Array:
-        """(M, t + 1, N) reactions at the instants, of reactions at the corners."""
-        return self.path.at_instants(np.broadcast_to(reactions, self.r1.shape))
+    @cached_property
+    def bonded_at_instants(self) -> Array:
+        """(2, M, t + 1, N) bonded reactions at the instants.
+
+        Index 0 is the part at load factor 0, index 1 the rate with the load factor.
+        """
+        return self.path.loads(np.broadcast_to(self.r0, self.r1.shape), self.r1)
 
     @cached_property
     def unsolved(self) -> Array:
@@ -77,8 +98,8 @@ class MovingAreas(Question):
 
         Index 0 is the part at load factor 0, index 1 the rate with the load factor.
         """
-        loads = [self.by_instant(self.r0)[:, :-1], self.by_instant(self.r1)[:, :-1]]
-        sizes = [max(float(np.abs(loads[0]).max()), self.force), float(np.abs(loads[1]).max())]
+        sizes = np.abs(self.bonded_at_instants[:, :, :-1]).max(axis=(1, 2, 3))
+        sizes[0] = max(sizes[0], self.force)
         real = np.abs(self.rim.residual) > RESIDUAL * np.reshape(sizes, (2, 1, 1, 1))
         return np.where(real, self.rim.residual, 0.0)
 
@@ -90,6 +111,15 @@ class MovingAreas(Question):
         off = np.abs(self.unsolved[part]).max(axis=(0, 1), initial=0.0)
         return int(self.rim.nodes[off.argmax()]) if off.any() else None
 
+    def slipping_at(self, load_factor: float) -> int | None:
+        """The rim node that slips in each cycle at a load factor, whatever friction is, if any."""
+        constant, rate = self.unsolved
+        off = np.abs(constant + load_factor * rate)
+        size = np.abs(constant).max(initial=0.0) + load_factor * np.abs(rate).max(initial=0.0)
+        if not off.max(initial=0.0) > RESIDUAL * size:
+            return None
+        return int(self.rim.nodes[off.max(axis=(0, 1)).argmax()])
+
     def _states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions (M, t + 1, N) at the instants, with all rounding."""
         inner, rim = self.entries
@@ -99,19 +129,19 @@ class MovingAreas(Question):
         u = np.zeros((len(self.path.leg), len(self.S)))
         u[:, inner] = stuck
         u[:, rim] = follow + motion.reshape(len(motion), -1)
-        u[:, -self.system.nodes :] = self.path.gap
+        u[:, -self.system.nodes :] = self.path.gap[0] + load_factor * self.path.gap[1]
         r = self.at_instants(load_factor) + u @ self.system.S
         return u, r
 
     def instants(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the instants; see `Question.instants`."""
         u, r = (part.reshape(-1, *self.r1.shape[1:]) for part in self._states(load_factor, slip))
-        return u, r * (self.path.pressure > 0)[:, None]
+        return u, r * self.path.presses[:, None]
 
     def states(self, load_factor: float, slip: Array) -> tuple[Array, Array]:
         """Motions and reactions at the corners."""
         u, r = self.instants(load_factor, slip)
-        at_corner = self.path.part == 0
+        at_corner = self.path.at_corner
         return u[at_corner], r[at_corner]
 
     def completed(self, load_factor: float, slip: Array) -> Array:
@@ -121,8 +151,8 @@ class MovingAreas(Question):
 
     def at_instants(self, load_factor: float) -> Array:
         """See `Question.at_instants`."""
-        r = self.by_instant(self.r0 + load_factor * self.r1)
-        return r.reshape(len(r), -1)
+        at_zero, rate = self.bonded_at_instants
+        return np.asarray(at_zero + load_factor * rate).reshape(len(rate), -1)
 
     @property
     def statuses(self) -> tuple[Booleans, Booleans]:
@@ -134,12 +164,13 @@ class MovingAreas(Question):
         """Loads of the cycle at the corners and events, at load factor 1."""
         corners = self.cycle.corners
         fixed = self.cycle.fixed or tuple({} for _ in corners)
+        parts = self.path.part(self.told_at).tolist()
         blends = []
         for loads in (corners, fixed):
             blends.append(
                 [
                     _blend(loads[k], loads[(k + 1) % len(loads)], part)
-                    for k, part in zip(self.path.leg.tolist(), self.path.part.tolist(), strict=True)
+                    for k, part in zip(self.path.leg.tolist(), parts, strict=True)
                 ]
             )
         return LoadCycle(self.cycle.mean, blends[0], fixed=blends[1]).corner_names
@@ -151,7 +182,7 @@ class MovingAreas(Question):
         A node that carries pressure before an event opens there.
         """
         rows = []
-        places = (self.path.leg + self.path.part).tolist()
+        places = (self.path.leg + self.path.part(self.told_at)).tolist()
         for m, node in np.argwhere(self.at_instant.touching).tolist():
             event = "opens" if self.at_instant.before[m, node] else "closes"
             rows.append((node, event, places[m], self.names[m]))
@@ -160,7 +191,7 @@ class MovingAreas(Question):
     @property
     def open_share(self) -> Array:
         """(N,) part of the cycle in which each node is open; every leg counts the same."""
-        places = self.path.leg + self.path.part
+        places = self.path.leg + self.path.part(self.told_at)
         lasting = np.diff(places, append=len(self.r1))
         return np.asarray(lasting @ ~self.at_instant.after / len(self.r1))
 
@@ -188,7 +219,7 @@ class MovingAreas(Question):
         nodes = self.system.nodes
         slid = np.abs(np.roll(u, -1, axis=0) - u)[:, :-nodes].reshape(len(u), -1, nodes)
         pressure = between[2][:, -nodes:]
-        pressed = pressure > CONDENSATION * float(np.abs(self.bonded[0][:, -nodes:]).max())
+        pressed = pressure > CONDENSATION * float(np.abs(states[0][:, -nodes:]).max())
         slid_while_pressed = slid.max(axis=1) * pressed
         worst.append(float(slid_while_pressed.max()) * self.system.stiffness_scale / self.force)
         return float(np.nan_to_num(np.max(worst), nan=np.inf))
@@ -212,20 +243,23 @@ def uncoupled(question: Question) -> bool:
     return not (coupling > NO_COUPLING * scale).any()
 
 
-def scales_shear_alone(question: Question) -> bool:
-    """Whether neither load factor nor slip changes a pressure, under Coulomb's law alone.
+def holds_for_all_openings(question: Question) -> bool:
+    """Whether slip changes no pressure, under Coulomb's law alone and without a slip bound.
 
-    Then the normal loads alone decide which nodes press. All nodes have friction: one without would
-    have to keep its slip in an ordinary question, which a state of rest does not ask of it.
+    Then loads alone decide which nodes press. All nodes have friction: one without would have to
+    keep its slip in an ordinary question, which a state of rest does not ask of it.
     """
     if question.slip_bound is not None or not question.friction.all():
         return False
-    if other_laws(question.system):
-        return False
+    return not other_laws(question.system) and uncoupled(question)
+
+
+def scales_shear_alone(question: Question) -> bool:
+    """Whether neither load factor nor slip changes a pressure, see `holds_for_all_openings`."""
     normal = np.abs(question.bonded[1][:, -question.system.nodes :]).max()
     if normal > ROUNDING * np.abs(question.bonded[1]).max():
         return False
-    return uncoupled(question)
+    return holds_for_all_openings(question)
 
 
 def has_all_states(question: Question) -> bool:
@@ -233,9 +267,9 @@ def has_all_states(question: Question) -> bool:
 
     So it is if the load factor scales shear alone, and each closed node always has pressure.
     """
-    if question.moves:
-        return True
-    if question.events or not scales_shear_alone(question):
+    if question.events or question.moves:
+        return isinstance(question, MovingAreas) and question.alone
+    if not scales_shear_alone(question):
         return False
     pressure = np.broadcast_to(question.r0, question.r1.shape)[:, -1]
     pressed = pressure + np.roll(pressure, -1, axis=0) > CONDENSATION * question.force
@@ -250,16 +284,36 @@ def moving_areas(question: Question) -> MovingAreas | None:
     """
     if question.r0[:, -1].min() > 0 or not scales_shear_alone(question):
         return None
-    nodes = question.system.nodes
-    corners = np.broadcast_to(question.r0, question.r1.shape)
     try:
-        path = normal_path(question.system.C, corners[:, -1])
-        statuses = Statuses.of(path)
-        if not statuses.touching.any():
-            return None
-        shear = np.stack([path.at_instants(r)[:, :-1] for r in (corners, question.r1)])
-        rim = rim_of(question.S[:-nodes, :-nodes], shear, statuses)
+        areas = areas_at(question, 0.0)
     except NoPath:
         return None
-    fields = fields_of(question) | {"open_nodes": ~statuses.after.any(axis=0)}
-    return MovingAreas(**fields, path=path, at_instant=statuses, rim=rim)
+    return areas if areas.at_instant.touching.any() else None
+
+
+def areas_at(question: Question, load_factor: float) -> MovingAreas:
+    """The areas at one load factor. NoPath if nothing holds the open nodes.
+
+    If the load factor scales shear alone, they are those at every load factor.
+    """
+    corners = (question.r0 + load_factor * question.r1)[:, -1]
+    path = piece_of_path(normal_path(question.system.C, corners))
+    return _areas(question, path, True, load_factor)
+
+
+def areas_near(question: Question, load_factor: float) -> MovingAreas:
+    """The areas as functions of the load factor, in the piece around one above 0.
+
+    The loads at load factor 0 are the same at all corners. NoPath if nothing holds the open nodes.
+    """
+    at_zero, scaled = question.r0[0, -1], question.r1[:, -1]
+    path = piece_at(question.system.C, at_zero, scaled, load_factor)
+    return _areas(question, path, False, load_factor)
+
+
+def _areas(question: Question, path: PathPiece, alone: bool, near: float) -> MovingAreas:
+    nodes = question.system.nodes
+    shear = path.loads(np.broadcast_to(question.r0, question.r1.shape), question.r1)[:, :, :-1]
+    rim = rim_of(question.S[:-nodes, :-nodes], shear, path.at_instant)
+    fields = fields_of(question) | {"open_nodes": ~path.at_instant.after.any(axis=0)}
+    return MovingAreas(**fields, path=path, rim=rim, alone=alone, near=near, told_at=near)

@@ -40,16 +40,16 @@ def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
     instants = np.transpose(repeated)
 
     nodes = np.arange(len(by_node))
-    pressure = areas.path.pressure[instants, nodes]
+    pressure = areas.path.pressure[:, instants, nodes]  # (2, J, N)
     q = np.moveaxis(shear, 2, -1)[:, instants, nodes].swapaxes(2, 3)  # (2, J, t, N)
     # A node without rows is as if it were pressed without shear.
     idle = ~rows.any(axis=0)
     q[..., idle] = 0.0
-    pressure[:, idle] = areas.force
+    pressure[..., idle] = np.reshape((areas.force, 0.0), (2, 1, 1))
     loads = dict[str, Array]()
     for j in range(longest):
-        loads[f"fixed[{j}]"] = np.r_[q[0, j].ravel(), pressure[j]]
-        loads[f"scaled[{j}]"] = np.r_[q[1, j].ravel(), np.zeros(len(nodes))]
+        loads[f"fixed[{j}]"] = np.r_[q[0, j].ravel(), pressure[0, j]]
+        loads[f"scaled[{j}]"] = np.r_[q[1, j].ravel(), pressure[1, j]]
     system = areas.system
     reduced = ContactSystem(
         _stiffness(areas),
@@ -82,7 +82,7 @@ def _shear(areas: MovingAreas) -> Array:
     equations of the rim leave are scaled to the size of the loads: they must be zero, however small
     they are.
     """
-    loads = np.stack([areas.by_instant(r) for r in (areas.r0, areas.r1)])[:, :, :-1]
+    loads = areas.bonded_at_instants[:, :, :-1]
     motion = np.zeros_like(loads)
     motion[..., areas.rim.nodes] = areas.rim.motion
     moved = motion.reshape(*motion.shape[:2], -1) @ areas.A
@@ -120,13 +120,17 @@ def _decisive(areas: MovingAreas, shear: Array, rows: Array, node: int) -> Integ
     instants = np.flatnonzero(rows)
     if not len(instants):
         return np.zeros(1, dtype=int)
-    pressure = areas.path.pressure[instants, node]
+    pressure = areas.path.pressure[:, instants, node].T
     forces = shear[..., node][:, instants].swapaxes(0, 1).reshape(len(instants), -1)
-    if not np.ptp(forces, axis=0).any():
-        return instants[[pressure.argmin()]]
-    # The hull with a point of high pressure has only the vertices of less pressure, and this point.
-    high = np.r_[forces.mean(axis=0), pressure.max() + np.ptp(pressure) + areas.force]
-    vertices = np.array(vertices_of_hull(np.vstack([np.c_[forces, pressure], high])))
+    points = np.c_[forces, pressure]
+    if areas.alone:
+        if not np.ptp(forces, axis=0).any():
+            return instants[[pressure[:, 0].argmin()]]
+        # The hull with a point of high pressure has the vertices of less pressure, and this point.
+        high = points.mean(axis=0)
+        high[-2] = pressure.max() + np.ptp(pressure[:, 0]) + areas.force
+        points = np.vstack([points, high])
+    vertices = np.array(vertices_of_hull(points))
     return np.asarray(instants[vertices[vertices < len(instants)]])
 
 
@@ -135,11 +139,7 @@ def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
 
     SolverError if the states at the instants violate the contact law by more than 1e-9.
     """
-    nodes = np.arange(areas.system.nodes)
-    moves = np.zeros((len(areas.path.leg), *areas.r1.shape[1:]))
-    for j, at in enumerate(instants):
-        moves[at, :, nodes] += limit._motion.moves[j].T
-    motion = Mechanism(moves, areas.friction)
+    motion = at_all_instants(limit._motion, areas, instants)
     slip = limit.slip
     record = limit.record
     if limit.kind is LimitKind.FINITE:
@@ -152,4 +152,15 @@ def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
             )
         slip = areas.completed(limit.load_factor, slip)
         record = replace(record, residual=max(residual, record.residual))
+    told_at = limit.load_factor if limit.kind is LimitKind.FINITE else areas.told_at
+    areas = replace(areas, told_at=told_at)
     return replace(limit, slip=slip, record=record, _question=areas, _motion=motion)
+
+
+def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -> Mechanism:
+    """The mechanism of an ordinary question, with its motions at the instants."""
+    nodes = np.arange(areas.system.nodes)
+    moves = np.zeros((len(areas.path.leg), *areas.r1.shape[1:]))
+    for j, at in enumerate(instants):
+        moves[at, :, nodes] += motion.moves[j].T
+    return Mechanism(moves, areas.friction)

@@ -72,12 +72,12 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
     for k, first in enumerate(corners):
         change = corners[(k + 1) % len(corners)] - first
         part = 0.0
-        pressure, gap = problem.clean(*_states(C, first, opened))
+        pressure, gap = problem.clean(*states(C, first, opened))
         for _ in range(PATH.steps * len(first) + 1):
             instants.append((k, part, pressure, gap))
             opened = problem.open_nodes_after(pressure, gap, change)
             # On this piece of the leg both are linear.
-            pressures, gaps = _states(C, np.stack([first, change]), opened)
+            pressures, gaps = states(C, np.stack([first, change]), opened)
             part += _to_next_event((pressure, pressures[1]), (gap, gaps[1]))
             if part >= 1 - PATH.at_corner:
                 break
@@ -150,7 +150,7 @@ def follow(stiffness: Array, forces: Array) -> Array:
     return np.asarray(cho_solve((factor, lower), forces, check_finite=False))
 
 
-def _states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]:
+def states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]:
     """Pressures and gaps (or their rates) with given open nodes, of whatever sign.
 
     Reactions (..., N) give pressures and gaps of the same shape.
@@ -175,7 +175,7 @@ def _open_nodes(C: Array, reactions: Array, force: float, length: float) -> Bool
     fewest = count + 1
     patience = PATH.patience
     for _ in range(PATH.steps * count):
-        pressure, gap = _states(C, reactions, opened)
+        pressure, gap = states(C, reactions, opened)
         wrong = np.where(opened, gap < -length, pressure < -force)
         wrongs = int(wrong.sum())
         if not wrongs:

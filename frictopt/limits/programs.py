@@ -35,7 +35,8 @@ _FREE: WeakKeyDictionary[ContactSystem, dict[bytes, tuple[Array, Array]]] = Weak
 def free_slips(question: Question) -> tuple[Array, Array]:
     """Slips (t N, k) that nothing resists, and the compliance (t N, t N) of all other slips."""
     by_open_nodes = _FREE.setdefault(question.system, {})
-    key = question.open_nodes.tobytes()
+    # The arrays of moving areas are those of the closed contact, whichever nodes never press.
+    key = b"" if question.compliance is None else question.open_nodes.tobytes()
     if key not in by_open_nodes:
         stiffness = np.sqrt(question.system.own_stiffness)
         along, across = np.split(stiffness, [-question.system.nodes])

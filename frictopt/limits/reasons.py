@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base import ROUNDING, Integers, LimitKind, number_of
-from ..contact import other_laws
+from ..base import ROUNDING, Array, Integers, LimitKind, number_of, place
+from ..contact import ContactSystem, other_laws
 from ..contact.diagnosis import in_contact
 from ..transients.mean_load import unscaled_diagnosis
+from .answered import Proven
 from .critical_search import NodeClaim
 from .load_path import may_open_and_close, path_of
 from .moving_areas import MovingAreas
@@ -19,28 +20,39 @@ from .sentences import (
     BOUND_COVERS,
     BOUNDS_IN_SPACE,
     CALL_WITH_EVENTS,
+    CLOSES_ABOVE,
     CLOSES_OTHERWISE,
     CRITICAL,
     FROM_EVERY_START,
     HIGHER_WITH_OTHERS_OPEN,
     HIGHEST,
+    IN_ANOTHER_ORDER,
+    IN_THIS_ORDER,
     INFINITE,
+    LAST_REST,
+    LIFTED_OFF,
     LIFTING,
     MOVES,
     NO_BOUND,
     NO_EVENTS,
     NO_FRICTION,
     NO_PRESSURE,
+    NO_REST_THERE,
+    NO_SLIP_IS_SAFE,
     NO_STATE_OF_REST,
+    NOR_WITH_SOME_OPEN,
     NOTHING_SAFE,
     OBSERVED,
     ONLY_AT_LEAST,
     ONLY_SLIP_PRESSES,
     SAME_LIMIT,
+    SLIP_IS_SAFE,
+    SLIP_WITH_EVENTS,
     SLIPS_AT_ANY,
     SLIPS_BUT_AT_ONE,
     START_UNKNOWN,
     STATIC,
+    TOO_LITTLE_FRICTION,
     TOO_LITTLE_PRESSURE,
     UNLOADED,
     UNSAFE_BELOW,
@@ -57,7 +69,7 @@ def nothing_with_events(limit: ShakedownAnswer) -> str:
 def shakedown_reason(limit: ShakedownAnswer) -> str:
     """Why a shakedown limit is what it is."""
     grows = limit.kind is LimitKind.UNBOUNDED
-    if limit._question.moves and not grows:
+    if limit._question.moves and not grows and not limit._why:
         return _reason_of_moving(limit)
     if limit._why and not grows:
         reason = limit._why
@@ -100,6 +112,31 @@ def _reason_of_moving(limit: ShakedownAnswer) -> str:
         return NO_STATE_OF_REST(above=" above 0", cause=cause)
     moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
     return MOVES(nodes=_named(moving), below=below)
+
+
+def reason_of_last_rest(limit: ShakedownAnswer, following: MovingAreas | None) -> str:
+    """The reason of a limit above which another order of openings and closings may follow.
+
+    `following` are the areas just above the limit, if the order changes there. The reason is empty
+    if nodes stay as they are below and above the limit.
+    """
+    question = limit._question
+    if limit.kind is not LimitKind.FINITE:
+        return ""
+    _, below = _start(limit)
+    if following is not None:
+        node = following.slipping(1)
+        node = following.slipping(0) if node is None else node
+        cause = IN_ANOTHER_ORDER()
+        if node is not None:
+            cause = CLOSES_ABOVE(node=node, contact=in_contact(question.system, node))
+    elif isinstance(question, MovingAreas):
+        lifted = limit.load_factor >= question.path.high
+        moving = np.flatnonzero(question.at_instant.touching.any(axis=0))
+        cause = LIFTED_OFF() if lifted else IN_THIS_ORDER(nodes=_named(moving))
+    else:
+        return ""
+    return LAST_REST(cause=cause, below=below)
 
 
 def _named(nodes: Integers) -> str:
@@ -320,3 +357,48 @@ def _may_lift(shakedown: ShakedownAnswer, load_factor: float) -> bool:
         return True
     question = shakedown._question
     return bool((question.r0 + load_factor * question.r1)[:, -1].min() < 0)
+
+
+def safe_slip_reason(safe: Proven, exists: bool) -> str:
+    """Effect of a safe slip, or why none is safe, in words."""
+    question = safe._question
+    bounds = list(safe.constraints)
+    if question.slip_bound is not None:
+        bounds.insert(0, "the slip bound")
+    within = f" within {' and '.join(bounds)}" if bounds else ""
+    opened = int(safe.open.sum())
+
+    if not exists:
+        if isinstance(question, MovingAreas):
+            return NO_REST_THERE(cause=_cause_of_slip(question, safe.load_factor))
+        node_states = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.node_states
+        mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
+        return NO_SLIP_IS_SAFE(within=within, node_states=node_states, mean=mean)
+    moving = safe.events["node"].nunique()
+    if moving:
+        return SLIP_WITH_EVENTS(within=within, count=moving)
+    if opened:
+        closed = f"{safe.system.nodes - opened} of {safe.system.nodes} nodes"
+        return SLIP_IS_SAFE(within=within, closed=closed, opened=", and the others open")
+    return SLIP_IS_SAFE(within=within, closed="every node", opened="")
+
+
+def _cause_of_slip(areas: MovingAreas, load_factor: float) -> str:
+    """Why nothing rests at a load factor: the node that slips, whatever friction is, if any."""
+    node = areas.slipping_at(load_factor)
+    if node is None:
+        return TOO_LITTLE_FRICTION()
+    return CLOSES_OTHERWISE(node=node, contact=in_contact(areas.system, node))
+
+
+def where(system: ContactSystem, nodes: Array, most_places: int) -> str:
+    """The places of some nodes, in words; only the first ones if there are many."""
+    if system.tangents == 1:
+        start = "x ="
+        places = [f"{x:.4g}" for x in system.x[nodes]]
+    else:
+        start = "at"
+        places = [place(point) for point in system.points[nodes]]
+    if len(places) > most_places:
+        places = [*places[:most_places], "..."]
+    return f"{start} {', '.join(places)}"

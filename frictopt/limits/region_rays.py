@@ -16,7 +16,7 @@ from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from .answered import Mechanism
 from .question import Question, pose, with_open
-from .shakedown import ShakedownLimit, shakedown_limit
+from .shakedown import ShakedownLimit, ShakedownLimits
 
 _MANY_SIDES = (
     "safe region: more than {most} sides; {advice}, or compute the limit of each ratio of the "
@@ -86,8 +86,7 @@ class Rays:
             plane = self.system.tangents == 1
             advice = "coarsen the contact" if plane else "give a larger tolerance"
             raise SolverError(_MANY_SIDES.format(most=most_sides, advice=advice))
-        cycle = domain(self.mean, self.parts, (first, second))
-        limit = shakedown_limit(self.system, cycle, self.friction, open=self.open_nodes)
+        limit = self._limit(domain(self.mean, self.parts, (first, second)))
         self.limits.append(limit)
         self.bar.update()
 
@@ -108,6 +107,17 @@ class Rays:
         motion = _at_governing_corners(limit._motion, units)
         line = np.array([motion.drive(unit) for unit in units])
         return BorderPoint(reach * np.array([first, second]), limit, line, float(bound), motion)
+
+    def _limit(self, cycle: LoadCycle) -> ShakedownLimit:
+        """The limit with the open nodes of all rays, or of the best set.
+
+        Nodes that open and close have other mechanisms, whose lines do not bound a region.
+        """
+        question = pose(self.system, cycle, self.friction, question_name="shakedown_limit")
+        limits = ShakedownLimits._on(question, None)
+        if self.open_nodes is None:
+            return limits.of_any_set(question)
+        return limits.of_question(question, self.open_nodes, events=False)
 
     def along_axes(self) -> tuple[BorderPoint, BorderPoint]:
         """The ends of the rays of each load alone."""

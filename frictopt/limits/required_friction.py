@@ -11,14 +11,13 @@ import pandas as pd
 
 from ..base import (
     RESIDUAL,
-    Array,
     Bar,
     Booleans,
+    SolveRecord,
     finite_number,
     flag,
     frozen,
     number_of,
-    place,
     progress_bar,
     warns_of_odd_values,
 )
@@ -27,7 +26,10 @@ from ..errors import SolverError
 from .answered import Answered
 from .best_pressed import best_pressed
 from .lift_off import LiftOff, Order
+from .load_path import has_static_shear
+from .moving_safe_slip import moving_areas_at
 from .question import Question, with_open
+from .reasons import where
 from .safe_slip import SafeSlip, SafeSlipModel
 from .sentences import (
     ENOUGH_WITH_EVENTS,
@@ -35,6 +37,7 @@ from .sentences import (
     LOADS_OPEN,
     NONE_IS_ENOUGH,
     NONE_NEEDED,
+    NONE_STOPS_IT,
 )
 
 _NONE_FOUND = (
@@ -156,7 +159,8 @@ def required_friction(
     load_factor
         Load factor, >= 0.
     events
-        See `shakedown_limit`. With events each friction tried needs a new search.
+        See `shakedown_limit`. With events each friction tried needs a new search. If slip changes
+        no pressure (B = 0), loads alone open and close nodes, and this is always asked.
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`.
 
@@ -186,9 +190,11 @@ def required_friction(
         safe_slips = SafeSlips(model, load_factor, with_events, bar)
 
         # A slip can remove the shear at all corners only if the shear is the same at all corners.
-        if _has_static_shear(safe_slips.question, load_factor) and safe_slips.exists(0.0):
+        if has_static_shear(safe_slips.question, load_factor) and safe_slips.exists(0.0):
             return _none_needed(safe_slips)
 
+        if safe_slips.areas is not None and safe_slips.areas.slipping_at(load_factor) is not None:
+            return _slips_at_any(safe_slips)
         enough = next((friction for friction in SEARCH.tried if safe_slips.exists(friction)), None)
         if enough is None:
             return _none_is_enough(safe_slips, slip_bound)
@@ -211,6 +217,8 @@ class SafeSlips:
         self.question: Question = model._question
         self.load_factor = load_factor
         self.started = perf_counter()
+        # The same for every friction above 0.
+        self.areas = moving_areas_at(model._question, load_factor)
         self._bar = bar
         self._model = model
         self._events = events
@@ -227,7 +235,7 @@ class SafeSlips:
         `open_nodes=None`: the open nodes are searched until a slip is safe. With events they are
         always searched.
         """
-        if self._events:
+        if self._events or self.areas is not None:
             open_nodes = None
         key = friction, b"" if open_nodes is None else open_nodes.tobytes()
         if key not in self._solved:
@@ -273,14 +281,6 @@ class SafeSlips:
         solved = sorted(self._solved.items())
         rows = [(friction, safe.exists, safe.margin) for (friction, _), safe in solved]
         return pd.DataFrame(rows, columns=["friction", "safe", "margin"])
-
-
-def _has_static_shear(question: Question, load_factor: float) -> bool:
-    """Whether the shear force of each node is the same at all corners."""
-    static = question.r0[:, :-1]
-    cyclic = load_factor * question.r1[:, :-1]
-    largest = max(np.abs(static).max(), np.abs(cyclic).max())
-    return bool(np.ptp(static + cyclic, axis=0).max() <= RESIDUAL * largest)
 
 
 def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
@@ -373,10 +373,12 @@ def _answer(
 ) -> RequiredFriction:
     opened = int(too_little.open.sum())
     node_states = "all nodes closed"
-    if opened:
+    if safe_slips.areas is not None:
+        node_states = "for all openings and closings"
+    elif opened:
         node_states = f"{number_of(opened, 'node')} open and the others closed"
     reason = LESS_IS_NOT_SAFE(within=safe_slips.within, node_states=node_states)
-    if not enough.events.empty:
+    if safe_slips.areas is None and not enough.events.empty:
         reason += ENOUGH_WITH_EVENTS()
     record = replace(
         enough.record,
@@ -391,7 +393,7 @@ def _answer(
         _question=enough._question,
         required=above,
         bound=below,
-        mechanism=too_little._motion.table(enough.system, enough.cycle.corner_names),
+        mechanism=too_little._motion.table(enough.system, too_little._question.names),
         reason=reason,
     )
 
@@ -412,37 +414,41 @@ def _none_needed(safe_slips: SafeSlips) -> RequiredFriction:
     )
 
 
+def _slips_at_any(safe_slips: SafeSlips) -> RequiredFriction:
+    """The answer inf, if some node closes under another shear load than it opens."""
+    safe = safe_slips.at(SEARCH.tried[0])
+    question = safe._question
+    mechanism = safe._motion.table(question.system, question.names)
+    return _infinite(safe_slips, question, safe.record, mechanism, NONE_STOPS_IT(why=safe.reason))
+
+
 def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:
     """The answer inf, if a mechanism proves that the loads open a node under any slip."""
     question = safe_slips.question
     system = question.system
-    load_factor = safe_slips.load_factor
-    pressed, record = best_pressed(system, question.cycle, load_factor, slip_bound)
+    pressed, record = best_pressed(system, question.cycle, safe_slips.load_factor, slip_bound)
     if not pressed.impossible:
         raise SolverError(_NONE_FOUND.format(largest=SEARCH.tried[-1], least=pressed.least))
     mechanism = pressed.motion.table(system, question.cycle.corner_names)
     nodes = mechanism["node"].unique()
-    why = LOADS_OPEN(within=safe_slips.within, where=_where(system, nodes))
+    why = LOADS_OPEN(within=safe_slips.within, where=where(system, nodes, SEARCH.most_places))
+    return _infinite(safe_slips, question, record, mechanism, NONE_IS_ENOUGH(why=why))
+
+
+def _infinite(
+    safe_slips: SafeSlips,
+    question: Question,
+    record: SolveRecord,
+    mechanism: pd.DataFrame,
+    reason: str,
+) -> RequiredFriction:
     return RequiredFriction(
-        load_factor=load_factor,
-        slip=frozen(np.full(system.slip_shape, np.nan)),
+        load_factor=safe_slips.load_factor,
+        slip=frozen(np.full(question.system.slip_shape, np.nan)),
         record=replace(record, seconds=perf_counter() - safe_slips.started),
         _question=replace(question, friction=question.friction * np.inf),
         required=np.inf,
         bound=np.inf,
         mechanism=mechanism,
-        reason=NONE_IS_ENOUGH(why=why),
+        reason=reason,
     )
-
-
-def _where(system: ContactSystem, nodes: Array) -> str:
-    """The places of some nodes, in words; only the first ones if there are many."""
-    if system.tangents == 1:
-        start = "x ="
-        places = [f"{x:.4g}" for x in system.x[nodes]]
-    else:
-        start = "at"
-        places = [place(point) for point in system.points[nodes]]
-    if len(places) > SEARCH.most_places:
-        places = [*places[: SEARCH.most_places], "..."]
-    return f"{start} {', '.join(places)}"

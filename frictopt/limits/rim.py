@@ -95,7 +95,7 @@ def rim_of(A: Array, shear: Array, statuses: Statuses) -> Rim:
     slips = equations.solved()
     motion = np.zeros_like(loads)
     for m in range(len(statuses.after)):
-        motion[:, m] = equations.motion(m, slips).reshape(-1, *loads.shape[2:])
+        motion[:, m] = equations.motion(m, slips).reshape(motion[:, m].shape)
     flat = motion.reshape(*motion.shape[:2], -1)
     forces = loads + (flat @ equations.A).reshape(motion.shape)
     forces *= ~statuses.free[:, None, nodes]

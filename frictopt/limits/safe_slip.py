@@ -16,22 +16,17 @@ from ..base import ROUNDING, SolveRecord, finite_number, listed, progress_bar, w
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
-from ..transients.mean_load import unscaled_diagnosis
 from . import models
 from .answered import Proven, answered
 from .lift_off import LiftOff
 from .models import Row
+from .moving_safe_slip import safe_with_moving_areas
 from .order_search import check_events
 from .ordered import Ordered
 from .programs import Program
 from .question import Question, with_open
+from .reasons import safe_slip_reason
 from .safe_model import SafeModel, in_turn
-from .sentences import (
-    NO_SLIP_IS_SAFE,
-    NOR_WITH_SOME_OPEN,
-    SLIP_IS_SAFE,
-    SLIP_WITH_EVENTS,
-)
 from .shakedown import ShakedownLimit
 from .shakedown_model import ShakedownModel
 
@@ -95,24 +90,7 @@ class SafeSlip(Proven):
     @cached_property
     def reason(self) -> str:
         """Effect of the slip, or diagnosis of the mean load if no slip is safe, in words."""
-        question = self._question
-        bounds = list(self.constraints)
-        if question.slip_bound is not None:
-            bounds.insert(0, "the slip bound")
-        within = f" within {' and '.join(bounds)}" if bounds else ""
-        opened = int(self.open.sum())
-
-        if not self.exists:
-            node_states = NOR_WITH_SOME_OPEN(opened=opened) if opened else question.node_states
-            mean = unscaled_diagnosis(question.system, question.cycle, question.friction)
-            return NO_SLIP_IS_SAFE(within=within, node_states=node_states, mean=mean)
-        moving = self.events["node"].nunique()
-        if moving:
-            return SLIP_WITH_EVENTS(within=within, count=moving)
-        if opened:
-            closed = f"{self.system.nodes - opened} of {self.system.nodes} nodes"
-            return SLIP_IS_SAFE(within=within, closed=closed, opened=", and the others open")
-        return SLIP_IS_SAFE(within=within, closed="every node", opened="")
+        return safe_slip_reason(self, self.exists)
 
     @cached_property
     def certificate(self) -> pd.DataFrame | None:
@@ -225,10 +203,17 @@ class SafeSlipModel(SafeModel):
         """Safe slip with all nodes closed, otherwise with the open nodes of a limit.
 
         The limit is the best limit of the search, or the first limit that reaches `enough`. With
-        `events`, nodes may then also open and close in each cycle.
+        `events`, nodes may then also open and close in each cycle. If loads alone open and close
+        nodes, they do so in any case.
         """
         check_events(events, question, bool(user_rows))
         load_factor = self._checked_load_factor(question, load_factor)
+        if not user_rows:
+            moving: SafeSlip | None = safe_with_moving_areas(
+                question, load_factor, self._of_ordinary
+            )
+            if moving is not None:
+                return moving
         closed = self._if_closed(question, load_factor, user_rows)
         if closed is not None and closed.exists:
             return closed
@@ -251,6 +236,13 @@ class SafeSlipModel(SafeModel):
             with suppress(SolverError):
                 return self._of_order(ordered, load_factor)
         return safe
+
+    def _of_ordinary(self, question: Question, load_factor: float) -> SafeSlip:
+        """The safe slip of a question of its own, see `safe_with_moving_areas`."""
+        model = SafeSlipModel(
+            question.system, question.cycle, simplify=question.simplify, solver=self._solver
+        )
+        return model.of_set(model._posed(question.friction), load_factor)
 
     def _checked_load_factor(self, question: Question, load_factor: float) -> float:
         load_factor = finite_number("load_factor", load_factor, least=0.0)
@@ -386,7 +378,8 @@ def safe_slip(
         Load factor, >= 0.
     events
         Whether nodes may also open and close in each cycle, see `shakedown_limit`, if no slip is
-        safe with nodes that stay as they are.
+        safe with nodes that stay as they are. If slip changes no pressure (B = 0) and all nodes
+        have friction, loads alone open and close nodes, and this is always asked.
 
     Raises
     ------

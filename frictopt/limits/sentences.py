@@ -133,6 +133,31 @@ OBSERVED = Sentence(
     assumes="nodes open and close in each cycle, and no stiffness resists some slide",
 )
 
+# Uncoupled contacts whose normal loads are scaled, too
+
+LAST_REST = Sentence(
+    "no state of rest exists just above it, for all openings and closings, because the contact is "
+    "uncoupled (B = 0){cause}; `intervals` has all load factors with a state of rest{below}",
+    assumes="B = 0, the load factor scales normal loads, fixed loads are the same at all corners, "
+    "and the limit ends an interval of load factors with states of rest",
+)
+IN_THIS_ORDER = Sentence(
+    ": the loads open and close {nodes} in each cycle",
+    assumes="nodes come and go in the same order below and just above the limit",
+)
+IN_ANOTHER_ORDER = Sentence(
+    ": above it the loads open and close nodes in another order, with which no slip is safe",
+    assumes="the order changes at the limit, and the program of the next order proves it",
+)
+CLOSES_ABOVE = Sentence(
+    ": above it node {node}{contact} closes and opens under different shear loads in each cycle",
+    assumes="the order changes at the limit, and the equations of the next rim have no solution",
+)
+LIFTED_OFF = Sentence(
+    ": above it the loads lift a body off",
+    assumes="the normal problem has no solution above the limit",
+)
+
 # Guaranteed limits
 
 CRITICAL = Sentence(
@@ -199,6 +224,21 @@ NOR_WITH_SOME_OPEN = Sentence(
     assumes=_NODES_AS_THEY_ARE,
 )
 
+_LOADS_DECIDE = (
+    "B = 0, all nodes have friction, nodes open and close at this load factor, without slip bound "
+    "and constraints of the user"
+)
+NO_REST_THERE = Sentence(
+    "no state of rest exists at this load factor, for all openings and closings: the contact is "
+    "uncoupled (B = 0), and {cause}",
+    assumes=_LOADS_DECIDE,
+)
+TOO_LITTLE_FRICTION = Sentence(
+    "friction holds no slip at all instants; shakedown_limit gives the load factors with a state "
+    "of rest",
+    assumes=_LOADS_DECIDE,
+)
+
 # Required friction
 
 _NODES_CLOSED = "all nodes are closed; with open nodes, friction may not be needed"
@@ -221,6 +261,7 @@ NONE_IS_ENOUGH = Sentence(
     "no friction is enough to keep all nodes closed: {why}",
     assumes=_NODES_CLOSED,
 )
+NONE_STOPS_IT = Sentence("no friction is enough: {why}", assumes=_LOADS_DECIDE)
 LOADS_OPEN = Sentence(
     "under any residual slip{within}, the loads open one of these nodes ({where}) at some "
     "corner: press them",

@@ -19,9 +19,12 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import (
+    RESIDUAL,
+    Array,
     LimitKind,
     SolveRecord,
     frame,
+    frozen,
     progress_bar,
     warns_of_odd_values,
 )
@@ -29,11 +32,10 @@ from ..base.checks import flag, flags
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.compiled import Proof
+from . import rest_intervals
 from .answered import answered
 from .best_set import best_set
 from .models import least_load, shakedown
-from .moving_areas import moving_areas
-from .moving_limit import on_all_instants, ordinary_question
 from .no_limit import NoLimit, constraint_names, no_limit
 from .open_nodes import is_safe_at_mean_load
 from .order_limits import best_with_events
@@ -64,11 +66,12 @@ def shakedown_limit(
     Safe means: every node sticks at every corner of the cycle, or is open during the whole cycle
     (`ShakedownLimit.open`). With `events`, nodes may also be open during a part of the cycle. The
     open nodes are searched near the settled mean load. With other nodes open, a contact may shake
-    down above the limit. If the contact is uncoupled (B = 0) and the load factor scales only shear,
-    only normal loads open and close nodes. Then the limit holds for all states of rest, for all
-    openings and closings (theory, "Contact areas that move"). Ctrl-C in a search raises
-    KeyboardInterrupt with an attribute `limit`, the best limit so far. Theory, eq. (7); Flicek et
-    al. 2015, section 4; Bjorkman & Klarbring 1987.
+    down above the limit. If the contact is uncoupled (B = 0), only loads open and close nodes. Then
+    the limit holds for all openings and closings (theory, "Contact areas that move"). If the load
+    factor scales normal loads, too, the contact may shake down again above the limit, see
+    `ShakedownLimit.intervals`. Ctrl-C in a search raises KeyboardInterrupt with an attribute
+    `limit`, the best limit so far. Theory, eq. (7); Flicek et al. 2015, section 4; Bjorkman &
+    Klarbring 1987.
 
     Parameters
     ----------
@@ -133,11 +136,12 @@ class ShakedownLimits(SafeModel):
         With `events` some nodes may open and close in each cycle.
         """
         restricted = bool(user_rows) or objective is not None or open is not None
+        events = flag("events", events)
+        moving = None
         if not restricted:
-            moving = self.of_moving_areas(question)
-            if moving is not None:
-                flag("events", events)
-                return moving
+            moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
+        if moving is not None:
+            return moving
         check_events(events, question, restricted)
         if open is not None:
             opened = with_open(question, flags("open", open, question.system.nodes))
@@ -148,19 +152,27 @@ class ShakedownLimits(SafeModel):
                 )
             return self.of_set(opened, user_rows, objective)
         limit = self.of_any_set(question, user_rows, objective)
-        return self.of_any_order(limit) if events else limit
+        if restricted:
+            return limit
+        known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
+        if not events or (known is not limit and limit.least != 0):
+            return known
+        ordered = self.of_any_order(limit)
+        goes_on = not ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
+        return known if goes_on and known is not limit else ordered
 
-    def of_moving_areas(self, question: Question) -> ShakedownLimit | None:
-        """The limit of all states of rest, if normal loads alone open and close nodes; else None.
+    def of_all_openings(self, question: Question) -> ShakedownLimit | None:
+        """The limit for all openings and closings, if loads alone decide them; else None."""
+        moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
+        if moving is None and rest_intervals.knows_all_pieces(question):
+            return rest_intervals.up_to_last_rest(question, self.of_any_set(question), self._up_to)
+        return moving
 
-        See `moving_areas`. The contact is uncoupled then, and the load factor scales shear alone.
-        """
-        areas = moving_areas(question)
-        if areas is None:
-            return None
-        ordinary, instants = ordinary_question(areas)
-        limit = ShakedownLimits._on(ordinary, self._solver).of_set(ordinary)
-        return on_all_instants(limit, areas, instants)
+    def _up_to(self, question: Question, largest: float = np.inf) -> ShakedownLimit:
+        """The limit of a question of its own, or `largest` if it is less."""
+        limits = ShakedownLimits._on(question, self._solver)
+        rows = [limits.load_factor <= largest] if np.isfinite(largest) else []
+        return replace(limits.of_set(question, rows), constraints=())
 
     def of_any_set(
         self,
@@ -370,17 +382,42 @@ class ShakedownLimit(ShakedownAnswer):
     >>> arrays = fo.reference.half_plane_contact(20, half_length=1.6, E_star=1.0, R=1.0)
     >>> cylinder = fo.ContactSystem.from_blocks(**arrays)
     >>> in_phase = fo.LoadCycle({"P": 1.0}, [{"P": 0.5, "Q": 0.1}, {"P": -0.5, "Q": -0.1}])
-    >>> limit = fo.shakedown_limit(cylinder, in_phase, friction=0.4, events=True)
+    >>> limit = fo.shakedown_limit(cylinder, in_phase, friction=0.4)
     >>> round(limit.load_factor, 6), round(0.4 / (0.4 * 0.5 + 0.1), 6)
     (1.333333, 1.333333)
     >>> limit.events["event"].value_counts().to_dict()
-    {'opens': 10}
+    {'opens': 10, 'closes': 10}
     """
 
     @cached_property
     def reason(self) -> str:
         """Explanation of the limit in words."""
         return shakedown_reason(self)
+
+    @cached_property
+    def intervals(self) -> Array:
+        """(n, 2) all load factors with a state of rest: from column 0 to column 1 of each row.
+
+        The states of rest count whatever opens and closes, without slip bound and constraints. If
+        the load factor scales normal loads of an uncoupled contact, it may slip above the limit,
+        and rest again at higher load factors (theory, "Normal loads that are scaled, too").
+        A contact without pressure at all corners counts as at rest. ModelError if slip changes
+        pressures, a node has no friction, or fixed parts differ while normal loads are scaled: then
+        only `least` and `load_factor` are known. SolverError if no
+        solver's answer passes the checks.
+
+        Examples
+        --------
+        >>> import frictopt as fo
+        >>> loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+        >>> path = [(0, 0), (-1, 0), (-2, 0.1), (-2, -0.1), (-1, 0)]
+        >>> cycle = fo.LoadCycle({"P": 1.0}, [{"P": p, "Q": q} for p, q in path])
+        >>> fo.shakedown_limit(node, cycle, friction=0.5).intervals.round(4).tolist()
+        [[0.0, 0.4545], [1.0, inf]]
+        """
+        question = pose(self.system, self.cycle, self.friction)
+        return frozen(rest_intervals.all_intervals(question, ShakedownLimits._on(question, None)))
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.

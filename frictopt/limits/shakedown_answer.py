@@ -61,6 +61,11 @@ class ShakedownAnswer(Rated):
         """The states of rest for which `bound` holds, in words."""
         if self._all_states:
             return "all states of rest, for all openings and closings"
+        if self._question.moves:
+            return (
+                "states of rest just above it, for all openings and closings; at higher load "
+                "factors the contact may shake down again (`intervals`)"
+            )
         if self._question.both_vary:
             return (
                 f"no states, because it is infinite: even{self._question.node_states} the "

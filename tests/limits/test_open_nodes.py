@@ -149,7 +149,8 @@ def test_a_limit_in_space_is_that_of_the_best_of_all_sets(seed):
 
 def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
     """Two nodes in space that do not feel each other: the mean load opens the first by 0.1, and the
-    second one rests under any cyclic load."""
+    second one, whose shear is 0.1 times its pressure, rests under any cyclic load. From 0.1 on the
+    first one closes, without shear."""
     still, shear = np.zeros((2, 2)), np.array([[0.0, 0.0], [0.1, 0.0]])
     bonded = {
         "mean": (still, np.array([-0.1, 0.0])),
@@ -157,10 +158,12 @@ def test_closed_nodes_without_mean_load_rest_until_a_gap_closes():
         "lift": (-shear, np.array([-1.0, 1.0])),
     }
     contact = fo.ContactSystem(np.eye(6), [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], bonded)
-    best = fo.shakedown_limit(
-        contact, fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}]), 0.5
-    )
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"press": 1.0}, {"lift": 1.0}])
+    limits = fo.ShakedownModel(contact, cycle)
+    best = limits.of_any_set(pose(contact, cycle, 0.5))
     assert best.load_factor == pytest.approx(0.1) and best.open.tolist() == [True, False]
+    assert fo.shakedown_limit(contact, cycle, 0.5).load_factor == np.inf
+    assert fo.shakedown_limit(contact, cycle, 0.09).load_factor == 0
 
 
 def test_an_open_node_may_slip_farther_than_the_largest_slip():

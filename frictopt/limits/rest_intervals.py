@@ -1,0 +1,261 @@
+"""Load factors at which an uncoupled contact rests, if the load factor scales normal loads, too.
+
+If slip changes no pressure (B = 0), loads alone open and close nodes. The axis of the load factor
+falls into pieces with one order of openings and closings each (`path_pieces.py`). In a piece the
+rim and an ordinary question, whose loads are affine in the load factor, give one interval with
+states of rest, or none (theory, "Normal loads that are scaled, too"). `rests` joins them; the end
+of the first one is the shakedown limit.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from ..base import RESIDUAL, Array, LimitKind
+from ..errors import ModelError, SolverError
+from .moving_areas import MovingAreas, areas_near, holds_for_all_openings, moving_areas
+from .moving_limit import on_all_instants, ordinary_question
+from .normal_path import NoPath
+from .question import Question, with_open
+from .reasons import reason_of_last_rest
+from .shakedown_answer import ShakedownAnswer
+
+L = TypeVar("L", bound=ShakedownAnswer)
+
+
+@dataclass(frozen=True)
+class IntervalSettings:
+    """Numbers of the walk along the load factors."""
+
+    # A piece is asked at this distance above its beginning, relative to the load factor plus its
+    # unit. A piece, or a hole between two intervals, that is shorter is not seen.
+    step: float = 1e-6
+    # Largest number of pieces, times nodes and corners: a node changes the order at few places.
+    pieces: int = 50
+    # Largest number of halvings of a step that has jumped over a short piece.
+    halvings: int = 8
+
+
+WALK = IntervalSettings()
+
+# The limit of an ordinary question, up to a load factor.
+LimitOf = Callable[[Question, float], L]
+
+
+@dataclass(frozen=True, eq=False)
+class Rest(Generic[L]):
+    """Load factors with a state of rest, from `least` to `largest`.
+
+    `areas` is the piece in which they end; `limit` is that of its ordinary question, None if no
+    program was needed. `following` is the next piece, if they end with theirs, and there is one: it
+    begins with load factors that have no state of rest.
+    """
+
+    least: float
+    largest: float
+    slip: Array
+    areas: MovingAreas
+    limit: L | None
+    following: MovingAreas | None = None
+
+    @property
+    def ends_with_piece(self) -> bool:
+        """Whether the rests reach the end of their piece."""
+        return self.largest >= self.areas.path.high
+
+
+def pieces(question: Question, begin: float = 0.0) -> Iterator[MovingAreas]:
+    """The pieces of the load factors above `begin`, until a body lifts off.
+
+    SolverError if the pieces do not end.
+    """
+    nodes = question.system.nodes
+    for _ in range(WALK.pieces * nodes * len(question.r1)):
+        step = WALK.step * (begin + question.load_unit)
+        for _ in range(WALK.halvings):
+            try:
+                areas = areas_near(question, begin + step)
+            except NoPath:
+                return
+            if areas.path.low <= begin + WALK.step**2 * question.load_unit:
+                break
+            step /= 2
+        yield areas
+        if np.isinf(areas.path.high):
+            return
+        begin = max(areas.path.high, begin + step)
+    raise SolverError(
+        "the load factors at which nodes open and close in another order do not end; check for "
+        "reactions of very different sizes"
+    )
+
+
+def rests(question: Question, limit_of: LimitOf[L]) -> Iterator[Rest[L]]:
+    """The intervals of load factors with states of rest, in their order."""
+    no_slip = np.zeros(question.system.slip_shape)
+    return _rests(question, pieces(question), no_slip, limit_of)
+
+
+def _rests(
+    question: Question, some: Iterator[MovingAreas], slip: Array, limit_of: LimitOf[L]
+) -> Iterator[Rest[L]]:
+    """The intervals of load factors with states of rest in some pieces that follow each other."""
+    current: Rest[L] | None = None
+    for areas in some:
+        found = _rest_in(question, areas, slip, limit_of)
+        if current is not None:
+            if found is None or not _joins(current, found):
+                yield replace(current, following=areas)
+            else:
+                found = replace(found, least=current.least)
+        current = found
+        if current is not None:
+            slip = current.slip
+            if not current.ends_with_piece:
+                yield current
+                current = None
+    if current is not None:
+        yield current
+
+
+def _joins(current: Rest[L], following: Rest[L]) -> bool:
+    """Whether rests go on in the next piece."""
+    hole = following.least - current.largest
+    return hole <= 2 * WALK.step * (current.largest + current.areas.load_unit)
+
+
+def _rest_in(
+    question: Question, areas: MovingAreas, slip: Array, limit_of: LimitOf[L]
+) -> Rest[L] | None:
+    """The load factors of rest in a piece; None if nothing rests.
+
+    If the slip of the last piece is safe at both ends, it is safe between them, without a program.
+    """
+    low, high = areas.path.low, areas.path.high
+    if not _rim_may_rest(areas):
+        return None
+    if np.isfinite(high) and not areas.unsolved.any():
+        if max(areas.violation(end, slip) for end in (low, high)) <= RESIDUAL:
+            return Rest(low, high, slip, areas, None)
+    limit = limit_of(_ordinary(question, areas), np.inf)
+    if limit.kind is LimitKind.NO_SAFE_SLIP:
+        return None
+    least = max(limit.least, low)
+    largest = min(limit.load_factor, high)
+    if np.isfinite(largest):
+        rounding = RESIDUAL * (largest + areas.load_unit)
+        largest = high if largest >= high - rounding else largest
+        least = low if least <= low + rounding else least
+    if not least <= largest:
+        return None
+    if limit.kind is LimitKind.FINITE:
+        slip = limit.slip
+    return Rest(least, largest, slip, areas, limit)
+
+
+def _ordinary(question: Question, areas: MovingAreas) -> Question:
+    """The ordinary question of a piece. If no node comes or goes, some nodes stay open."""
+    if not areas.at_instant.touching.any():
+        opened = with_open(question, areas.open_nodes)
+        if opened is not None:
+            return opened
+    return ordinary_question(areas)[0]
+
+
+def _rim_may_rest(areas: MovingAreas) -> bool:
+    """Whether the forces that the equations of the rim leave are zero somewhere in the piece."""
+    constant, rate = areas.unsolved
+    if not rate.any():
+        return not constant.any()
+    at = -float((constant * rate).sum() / (rate * rate).sum())
+    left = np.abs(constant + at * rate).max()
+    size = np.abs(constant).max() + abs(at) * np.abs(rate).max()
+    return bool(areas.path.low <= at <= areas.path.high and left <= np.sqrt(RESIDUAL) * size)
+
+
+def limit_of_moving_areas(question: Question, limit_of: LimitOf[L]) -> L | None:
+    """The limit of all states of rest, if normal loads alone open and close nodes; else None.
+
+    See `moving_areas`. The contact is uncoupled then, and the load factor scales shear alone.
+    """
+    areas = moving_areas(question)
+    if areas is None:
+        return None
+    ordinary, instants = ordinary_question(areas)
+    return on_all_instants(limit_of(ordinary, np.inf), areas, instants)
+
+
+def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
+    """The end of the first interval of load factors with states of rest.
+
+    `limit` has nodes that stay as they are. It stays if it is not covered by `knows_all_pieces`, or
+    if neither the mean load nor a small cyclic load presses a node.
+    """
+    if not knows_all_pieces(question):
+        return limit
+    if limit.least == 0:
+        return limit if limit.load_factor == np.inf else _extended(question, limit, limit_of)
+    # The limit is that of a later interval, or there is none.
+    first = next(pieces(question), None)
+    if first is None or first.open_nodes.all():
+        return limit
+    rest = next(rests(question, limit_of), None)
+    return limit if rest is None else _limit_of_rest(question, rest, limit_of)
+
+
+def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
+    """A finite limit from 0 on, or the end of the states of rest that go on above it."""
+    end = limit.load_factor
+    following = next(pieces(question, end), None)
+    if following is None or following.path.low < end - WALK.step * (end + question.load_unit):
+        # The order of openings and closings is the same above the limit.
+        return limit
+    above = _rests(question, pieces(question, end), limit.slip, limit_of)
+    rest = next(above, None)
+    if rest is None or rest.least > end + 2 * WALK.step * (end + question.load_unit):
+        return replace(limit, _why=reason_of_last_rest(limit, following))
+    return _limit_of_rest(question, replace(rest, least=limit.least), limit_of)
+
+
+def _limit_of_rest(question: Question, rest: Rest[L], limit_of: LimitOf[L]) -> L:
+    """The limit at the end of an interval with states of rest."""
+    limit = rest.limit
+    if limit is None or limit.load_factor > rest.largest:
+        limit = limit_of(_ordinary(question, rest.areas), rest.largest)
+    if rest.areas.at_instant.touching.any():
+        _, instants = ordinary_question(rest.areas)
+        limit = on_all_instants(limit, rest.areas, instants)
+    limit = replace(limit, least=rest.least)
+    return replace(limit, _why=reason_of_last_rest(limit, rest.following))
+
+
+def all_intervals(question: Question, limits: Any) -> Array:
+    """(n, 2) all load factors with a state of rest; see `ShakedownLimit.intervals`.
+
+    `limits` are the shakedown limits of the question.
+    """
+    if knows_all_pieces(question):
+        found = [(rest.least, rest.largest) for rest in rests(question, limits._up_to)]
+        return np.array(found).reshape(-1, 2)
+    limit = limits.of_question(question, None, False)
+    if not limit._all_states:
+        raise ModelError(
+            "intervals: nodes may open and close in states of rest that no theorem covers. The "
+            "theorems need a contact in which slip changes no pressure, Coulomb's law with "
+            "friction at all nodes, and the same fixed loads at all corners if normal loads are "
+            "scaled; `least` and `load_factor` belong to the openings of the limit"
+        )
+    known = [] if np.isnan(limit.load_factor) else [(limit.least, limit.load_factor)]
+    return np.array(known, dtype=float).reshape(-1, 2)
+
+
+def knows_all_pieces(question: Question) -> bool:
+    """Whether the load factor scales normal loads of an uncoupled contact, and nothing else varies.
+
+    See `holds_for_all_openings`. Loads at load factor 0 are the same at all corners.
+    """
+    if question.fixed or not question.bonded[1][:, -question.system.nodes :].any():
+        return False
+    return holds_for_all_openings(question)

@@ -1,0 +1,106 @@
+"""Safe slips and required friction of uncoupled contacts whose areas open and close, by closed forms
+and by transients."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import frictopt as fo
+from helpers.cases import few
+from validation.moving_areas import contact, ends
+from validation.moving_events import FRICTION, IN_PHASE, PRESS, ROLLS, cylinder
+from validation.rest_intervals import contact as scaled_contact
+
+F = FRICTION
+
+
+def out_of_phase(degrees):
+    angles = 2 * np.pi * np.arange(8) / 8
+    pressed = 0.2 * PRESS * np.cos(angles + np.deg2rad(degrees))
+    return fo.LoadCycle(
+        {"P": PRESS},
+        [{"Q": 0.4 * PRESS * float(np.cos(angle))} for angle in angles],
+        fixed=[{"P": float(part)} for part in pressed],
+    )
+
+
+def test_a_rolling_cylinder_has_a_safe_slip_up_to_its_limit():
+    system = cylinder(20, 1.8)
+    limit = fo.shakedown_limit(system, ROLLS, F)
+    below = fo.safe_slip(system, ROLLS, F, 0.99 * limit.load_factor)
+    above = fo.safe_slip(system, ROLLS, F, 1.01 * limit.load_factor)
+    assert below.exists and below.margin == pytest.approx(below.bound, abs=1e-9)
+    assert len(below.events) and "nodes that open and close" in below.reason
+    assert not above.exists and above.margin < 0 and len(above.certificate)
+    assert "no state of rest exists at this load factor" in above.reason
+    steady = fo.steady_state(
+        system, ROLLS, F, below.load_factor, initial_state=below.state, progress=False
+    )
+    assert steady.outcome is fo.Outcome.SHAKEDOWN
+
+
+def test_the_required_friction_of_static_shear_and_of_loads_in_phase():
+    """The limit of both is proportional to friction."""
+    for half_length, cycle in ((1.8, ROLLS), (1.6, IN_PHASE)):
+        system = cylinder(16, half_length)
+        limit = fo.shakedown_limit(system, cycle, F).load_factor
+        required = fo.required_friction(system, cycle, 0.6 * limit)
+        assert required.required == pytest.approx(0.6 * F, rel=1e-6)
+        assert required.bound == pytest.approx(0.6 * F, rel=1e-6)
+        assert "for all openings and closings" in required.reason and len(required.mechanism)
+
+
+def test_with_a_phase_no_friction_is_enough():
+    system = cylinder(16, 1.6)
+    required = fo.required_friction(system, out_of_phase(45.0), 0.05)
+    assert (
+        required.required == np.inf
+        and "closes and opens under different shear loads" in required.reason
+    )
+    assert not fo.safe_slip(system, out_of_phase(45.0), 50.0, 0.05).exists
+    assert fo.safe_slip(system, out_of_phase(45.0), F, 0.0).exists
+
+
+def test_one_node_with_scaled_normal_loads_by_hand():
+    """It rests up to 1 / 2.2, and from 1 on, where it is open while its shear turns."""
+    node = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
+    loads = [(0.0, 0.0), (-1.0, 0.0), (-2.0, 0.1), (-2.0, -0.1), (-1.0, 0.0)]
+    cycle = fo.LoadCycle({"P": 1.0}, [{"P": p, "Q": q} for p, q in loads])
+    rests = [fo.safe_slip(node, cycle, 0.5, lam).exists for lam in (0.45, 0.46, 0.9, 1.01, 3.0)]
+    assert rests == [True, False, False, True, True]
+    # At 0.4 it is closed, and needs 0.04 of 0.2.
+    assert fo.required_friction(node, cycle, 0.4).required == pytest.approx(0.2, rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", few(range(9500, 9512)))
+def test_where_a_slip_is_safe_every_start_comes_to_rest_and_nowhere_else(seed):
+    case = (contact if seed % 2 else scaled_contact)(seed)
+    for load_factor in (0.2, 0.7, 1.5):
+        safe = fo.safe_slip(case.system, case.cycle, case.friction, load_factor)
+        if abs(safe.margin) < 0.01:
+            continue
+        found = ends(case, load_factor, 3, seed)
+        assert (set(found) == {"SHAKEDOWN"}) == safe.exists, (load_factor, safe.margin, found)
+
+
+def test_fixed_parts_may_differ_while_normal_loads_are_scaled():
+    case = scaled_contact(9520)
+    corners = list(case.cycle.corners)
+    fixed = [*corners[1:], corners[0]]
+    fixed = [{name: 0.2 * value for name, value in part.items()} for part in fixed]
+    mixed = fo.LoadCycle(case.cycle.mean, corners, fixed)
+    for load_factor in (0.1, 0.5, 1.5):
+        safe = fo.safe_slip(case.system, mixed, case.friction, load_factor)
+        found = ends(replace(case, cycle=mixed), load_factor, 3)
+        assert (set(found) == {"SHAKEDOWN"}) == safe.exists, (load_factor, safe.margin, found)
+
+
+def test_a_file_keeps_the_safe_slip(tmp_path):
+    system = cylinder(16, 1.8)
+    safe = fo.safe_slip(system, ROLLS, F, 0.1)
+    safe.save(tmp_path / "safe.npz")
+    again = fo.results.load(tmp_path / "safe.npz")
+    assert again.reason == safe.reason and again.events.equals(safe.events)

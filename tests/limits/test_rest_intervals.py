@@ -1,0 +1,267 @@
+"""Uncoupled contacts whose normal loads are scaled, too: the load factors at which they rest, by
+closed forms, by plain programs, by other searches, and by transients from several starts."""
+
+import pickle
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import frictopt as fo
+from frictopt.limits import NoPath, areas_near, normal_path, piece_at, pieces, pose
+from frictopt.reference import half_plane_contact
+from helpers.cases import few
+from validation.fuzz.embedded import embedded
+from validation.rest_intervals import contact, judged
+
+P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
+F = 0.4
+
+
+def node(A=1.0, C=1.0):
+    return fo.ContactSystem.from_blocks(
+        [[A]], [[0.0]], [[C]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
+
+
+def path(*loads):
+    return fo.LoadCycle({"P": 1.0}, [{"P": p, "Q": q} for p, q in loads])
+
+
+LOOP = path((0.0, 0.0), (-1.0, 0.0), (-2.0, 0.1), (-2.0, -0.1), (-1.0, 0.0))
+
+
+def cylinder(cells):
+    return fo.ContactSystem.from_blocks(**half_plane_contact(cells, 1.6, 1.0, R=1.0))
+
+
+def harmonic(phase, shear=0.1, corners=8):
+    """Normal load of P +- P / 2 that leads the shear by a phase in degrees; both are scaled."""
+    angles = 2 * np.pi * np.arange(corners) / corners
+    pressed = 0.5 * np.cos(angles + np.deg2rad(phase))
+    return fo.LoadCycle(
+        {"P": P},
+        [
+            {"P": P * float(p), "Q": shear * P * float(q)}
+            for p, q in zip(pressed, np.cos(angles), strict=True)
+        ],
+    )
+
+
+def test_one_node_rests_on_two_intervals():
+    """By hand: its friction ends the first one; from 1 on it is open where its shear turns."""
+    limit = fo.shakedown_limit(node(), LOOP, 0.5)
+    assert limit.load_factor == pytest.approx(1 / 2.2) and not limit.proven
+    assert_allclose(limit.intervals, [[0, 1 / 2.2], [1, np.inf]], rtol=1e-9)
+    assert fo.guaranteed_limit(node(), LOOP, 0.5).load_factor == limit.load_factor
+
+
+def test_one_node_slips_from_the_load_on_at_which_it_opens():
+    """At 1 it opens, and from there on it opens under another shear than it closes."""
+    cycle = path((-1.0, 0.01), (0.0, 0.0), (-1.0, -0.01), (0.0, 0.0))
+    limit = fo.shakedown_limit(node(), cycle, 0.5)
+    assert limit.load_factor == pytest.approx(1 / 1.02)
+    loop = path((0.0, 0.0), (-1.0, 0.01), (-1.0, -0.01))
+    early = fo.shakedown_limit(node(), loop, 100.0)
+    assert early.load_factor == pytest.approx(1 / 1.0001)
+    assert_allclose(early.intervals, [[0, early.load_factor]])
+
+
+def test_a_node_that_opens_on_a_line_rests_at_every_load():
+    """To and fro it opens and closes at one load; how far it slips while open is no matter."""
+    limit = fo.shakedown_limit(node(A=3.0), path((2.0, 0.5), (-2.0, -0.5)), 0.9)
+    assert limit.load_factor == np.inf and "every load factor" in limit.reason
+    assert limit.intervals.tolist() == [[0.0, np.inf]]
+    # Below 1 / 2 it stays closed: |lam + x| <= f (1 + 2 lam) and |x - lam| <= f (1 - 2 lam). From
+    # 1 / 2 on it carries lam + 1 / 2 at the first corner.
+    weak = fo.shakedown_limit(node(A=3.0), path((2.0, 1.0), (-2.0, -1.0)), 0.45)
+    assert_allclose(weak.intervals, [[0, 0.45]], rtol=1e-9)
+    again = fo.shakedown_limit(node(A=3.0), path((2.0, 1.0), (-2.0, -1.0)), 0.49)
+    assert again.load_factor == pytest.approx(0.49)
+
+
+@pytest.mark.parametrize("cells", few([20, 40], least=1))
+def test_in_phase_a_cylinder_rests_up_to_gross_slip(cells):
+    system = cylinder(cells)
+    known = F / (F * 0.5 + 0.1)
+    for cycle in (harmonic(0.0), harmonic(0.0, corners=2)):
+        limit = fo.shakedown_limit(system, cycle, F)
+        assert limit.load_factor == pytest.approx(known, rel=1e-9) and limit.least == 0
+        assert limit.proven and limit.bound_for_all == pytest.approx(known)
+        assert limit.covers.startswith("states of rest just above it, for all openings")
+        assert set(limit.events["event"]) == {"opens", "closes"}
+        assert_allclose(limit.intervals, [[0, known]], rtol=1e-9)
+    guaranteed = fo.guaranteed_limit(system, harmonic(0.0), F)
+    assert guaranteed.load_factor == pytest.approx(known) and not guaranteed.proven
+
+
+def open_nodes(C, reactions):
+    """The open nodes of a line contact: opening one only takes pressure off the others."""
+    opened = reactions < 0
+    while True:
+        gap = np.zeros(len(C))
+        gap[opened] = np.linalg.solve(C[np.ix_(opened, opened)], -reactions[opened])
+        pulled = (reactions + C @ gap < -1e-12) & ~opened
+        if not pulled.any():
+            return opened
+        opened |= pulled
+
+
+@pytest.mark.parametrize("phase", few([10, 45, 90], least=1))
+def test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_opens(phase):
+    system = cylinder(20)
+    cycle = harmonic(phase)
+    question = pose(system, cycle, F)
+    low, high = 0.0, 1.0
+    always = open_nodes(system.C, question.r0[0, -1])
+    while high - low > 1e-9:
+        middle = (low + high) / 2
+        corners = (question.r0 + middle * question.r1)[:, -1]
+        same = all((open_nodes(system.C, corner) == always).all() for corner in corners)
+        low, high = (middle, high) if same else (low, middle)
+    limit = fo.shakedown_limit(system, cycle, F)
+    assert limit.load_factor == pytest.approx(low, rel=1e-6)
+    assert "closes and opens under different shear loads" in limit.reason
+    assert_allclose(limit.intervals, [[0, limit.load_factor]])
+    steady = fo.steady_state(system, cycle, F, 1.05 * limit.load_factor)
+    assert steady.outcome is fo.Outcome.CYCLIC_SLIP
+
+
+@pytest.mark.parametrize("seed", few([*range(9000, 9012)]))
+def test_random_contacts_rest_inside_of_their_intervals_and_slip_outside(seed):
+    *_, wrong = judged(seed)
+    assert not wrong
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", few(range(9100, 9140)))
+def test_more_random_contacts_rest_inside_of_their_intervals(seed):
+    *_, wrong = judged(seed)
+    assert not wrong
+
+
+@pytest.mark.parametrize("seed", few(range(9200, 9218, 3)))
+def test_to_and_fro_the_search_of_events_has_the_same_limit(seed):
+    case = contact(seed)
+    assert case.kind == "to and fro"
+    limit = fo.shakedown_limit(case.system, case.cycle, case.friction)
+    limits = fo.ShakedownModel(case.system, case.cycle)
+    searched = limits.of_any_order(limits.of_any_set(pose(case.system, case.cycle, case.friction)))
+    assert searched.load_factor == pytest.approx(limit.load_factor, rel=1e-7)
+
+
+@pytest.mark.parametrize("seed", few(range(9300, 9312)))
+def test_a_contact_in_the_plane_has_its_intervals_in_space(seed):
+    case = contact(seed)
+    plane = fo.shakedown_limit(case.system, case.cycle, case.friction)
+    turned, _ = embedded(case.system, np.random.default_rng([7509, seed]))
+    space = fo.shakedown_limit(turned, case.cycle, case.friction)
+    assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-7)
+    assert_allclose(space.intervals, plane.intervals, rtol=1e-6, atol=1e-8)
+
+
+@pytest.mark.parametrize("seed", few(range(18)))
+def test_pressures_and_gaps_of_a_piece_are_those_of_each_load_factor(seed):
+    case = contact(9400 + seed)
+    question = pose(case.system, case.cycle, case.friction)
+    at_zero, scaled = question.r0[0, -1], question.r1[:, -1]
+    rng = np.random.default_rng(seed)
+    before = 0.0
+    for areas in pieces(question):
+        piece = areas.path
+        # Pieces follow each other without a hole.
+        assert piece.low == pytest.approx(before, abs=1e-6)
+        before = piece.high
+        end = min(piece.high, 2 * piece.low + 1)
+        load_factor = piece.low + rng.uniform(0.05, 0.95) * (end - piece.low)
+        if end - piece.low < 1e-4:
+            continue
+        path = normal_path(case.system.C, at_zero + load_factor * scaled)
+        events = (path.part == 0) | (np.roll(path.presses, 1, axis=0) ^ path.presses).any(axis=1)
+        assert_allclose(piece.part(load_factor), path.part[events], atol=1e-7)
+        values = ((piece.pressure, path.pressure), (piece.gap, path.gap))
+        for affine, known in values:
+            assert_allclose(affine[0] + load_factor * affine[1], known[events], atol=1e-8)
+    assert before == np.inf
+
+
+def test_a_body_that_lifts_off_ends_the_load_factors():
+    system = cylinder(8)
+    question = pose(system, harmonic(0.0, shear=0.0), F)
+    assert max(areas.path.high for areas in pieces(question)) == pytest.approx(2.0)
+    with pytest.raises(NoPath):
+        piece_at(system.C, question.r0[0, -1], question.r1[:, -1], 2.1)
+    limit = fo.shakedown_limit(system, harmonic(0.0, shear=0.0), F)
+    assert limit.load_factor == pytest.approx(2.0) and "lift a body off" in limit.reason
+
+
+def moving_case():
+    """A contact with nodes that come and go at its limit."""
+    system, cycle = cylinder(12), harmonic(0.0, corners=2)
+    return system, cycle, fo.shakedown_limit(system, cycle, F)
+
+
+def test_the_state_of_the_limit_rests_and_files_keep_it(tmp_path):
+    system, cycle, limit = moving_case()
+    below = 0.999 * limit.load_factor
+    steady = fo.steady_state(system, cycle, F, below, initial_slip=limit.slip)
+    assert steady.outcome is fo.Outcome.SHAKEDOWN
+    partly = (limit.open_share > 0) & (limit.open_share < 1)
+    assert partly.any() and set(np.flatnonzero(partly)) == set(limit.events["node"])
+    limit.save(tmp_path / "limit.npz")
+    for again in (fo.results.load(tmp_path / "limit.npz"), pickle.loads(pickle.dumps(limit))):
+        assert again.reason == limit.reason and again.covers == limit.covers
+        assert again.events.equals(limit.events)
+        assert_allclose(again.open_share, limit.open_share)
+
+
+def test_the_rate_with_friction_is_that_of_differences():
+    system, cycle, limit = moving_case()
+    step = 1e-6
+    slope = (fo.shakedown_limit(system, cycle, F + step).load_factor - limit.load_factor) / step
+    assert limit.friction_rate.sum() == pytest.approx(slope, rel=1e-4)
+
+
+def test_the_events_are_those_at_the_limit():
+    system, cycle, limit = moving_case()
+    question = pose(system, cycle, F)
+    corners = (question.r0 + limit.load_factor * question.r1)[:, -1]
+    path = normal_path(system.C, corners)
+    switches = np.roll(path.presses, 1, axis=0) ^ path.presses
+    places = (path.leg + path.part)[switches.any(axis=1)]
+    assert_allclose(np.unique(limit.events["way"]), places, atol=1e-7)
+    areas = areas_near(question, limit.load_factor * (1 - 1e-6))
+    assert areas.violation(limit.load_factor, limit.slip) < 1e-9
+    assert areas.violation(1.01 * limit.load_factor, limit.slip) > 1e-6
+
+
+def test_closed_contacts_keep_their_limit():
+    flat = fo.ContactSystem.from_blocks(**half_plane_contact(8, 1.0, 1.0))
+    cycle = fo.LoadCycle({"P": P}, [{"Q": -0.3, "P": 0.1}, {"Q": 0.3, "P": -0.2}])
+    limit = fo.shakedown_limit(flat, cycle, F)
+    closed = fo.shakedown_limit(flat, cycle, F, open=np.zeros(8, dtype=bool))
+    assert limit.load_factor == closed.load_factor and limit.reason == closed.reason
+    assert_allclose(limit.intervals[0], [0, limit.load_factor])
+
+
+def test_intervals_of_shear_alone_of_static_loads_and_of_coupled_contacts():
+    shear = fo.LoadCycle({"P": P}, [{"Q": -0.3}, {"Q": 0.3}])
+    limit = fo.shakedown_limit(cylinder(8), shear, F)
+    assert limit.intervals.tolist() == [[limit.least, limit.load_factor]]
+    static = fo.shakedown_limit(node(), path((-2.0, 0.3)), F)
+    assert static.load_factor == np.inf and static.intervals.tolist() == [[0.0, np.inf]]
+    coupled = fo.ContactSystem.from_blocks(
+        [[2.0]], [[0.5]], [[2.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
+    with pytest.raises(fo.ModelError, match="intervals: nodes may open and close"):
+        _ = fo.shakedown_limit(coupled, LOOP, 0.5).intervals
+
+
+def test_held_loads_that_begin_too_large_are_safe_later():
+    """A free body that slides under its mean shear until the cyclic load presses it."""
+    system = cylinder(8)
+    cycle = fo.LoadCycle({"P": P, "Q": 0.5 * P}, [{"P": 2 * P}, {"P": 4 * P}])
+    limit = fo.shakedown_limit(system, cycle, F)
+    # 0.5 = f (1 + 2 lam) at the corner with less pressure.
+    assert limit.intervals[0, 0] == pytest.approx((0.5 / F - 1) / 2)
+    assert limit.least == pytest.approx(limit.intervals[0, 0]) and limit.load_factor == np.inf
