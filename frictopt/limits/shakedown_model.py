@@ -82,8 +82,8 @@ class ShakedownModel(ShakedownLimits):
         friction, open, events, progress
             See `shakedown_limit`.
         cycle
-            Another load cycle with as many corners as that of the model, for other mean loads or
-            amplitudes. None: that of the model.
+            Another load cycle with as many corners as the load cycle of the model, for other mean
+            loads or amplitudes. None: the load cycle of the model.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
             and on your own variables. They are linear, or use abs, max, norms and the like, which
