@@ -58,6 +58,23 @@ def test_sweep_of_50_against_single_solves(compare, system, cycle):
     )
 
 
+def test_other_loads_on_one_model_against_models_of_their_own(compare, system, cycle):
+    """Mean loads, amplitudes and friction, closed; `cycle=` compiles nothing anew."""
+    model = fo.ShakedownModel(system, cycle)
+    none_open = np.zeros(system.nodes, dtype=bool)
+    asked = [
+        (fo.LoadCycle({"P": P}, [{"sigma": -amplitude, "Q": 0.05}, {"sigma": amplitude}]), friction)
+        for P, amplitude, friction in [(1.0, 1.0, 0.4), (0.7, 1.3, 0.6), (1.5, 0.8, 0.9)]
+    ]
+    assert (
+        compare(
+            lambda: [model.solve(f, cycle=other, open=none_open) for other, f in asked],
+            lambda: [fo.shakedown_limit(system, other, f, open=none_open) for other, f in asked],
+        )
+        < 0.7
+    )
+
+
 def test_sweep_with_its_search_against_the_closed_contact(compare, system, cycle):
     """Eight frictions, for six of which some node tends to open, over as many closed limits."""
     frictions = np.linspace(0.3, 1.2, 8)

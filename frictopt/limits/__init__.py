@@ -10,7 +10,8 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 - `question.py`: a question as data: all its arrays, and the check of its answers; `units.py`: the
   units of its unknowns.
 - `models.py`: all programs, as cvxpy expressions in the symbols of the paper.
-- `programs.py`: the rows of a question, compiled, and its solution read back.
+- `programs.py`: the rows of a question, compiled, and its solution read back;
+  `load_parameters.py`: its loads as parameters.
 - `safe_model.py`: the models that users extend by constraints of their own.
 - `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
   `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py` and

@@ -102,8 +102,8 @@ def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = 
     """The rows of a state of rest without friction, at corners of a load cycle.
 
     `contact` has the matrices `A`, `B`, and `W` of its gaps, and `loads(k)`: name -> reactions q0,
-    p0, q1, p1 and gaps w0, w1 at corner k. `more[k]`: terms of q, p (and the gaps) at corner k that
-    unknown loads add.
+    p0, q1, p1 and gaps w0, w1 at corner k, arrays or parameters. `more[k]`: terms of q, p (and the
+    gaps) at corner k that unknown loads add.
     """
     slip = vec(x.slip)
     w_r = cp.Variable(len(contact.W), name=f"w_r{x.suffix}")
@@ -127,7 +127,8 @@ def _loaded(
 ) -> list[cp.Expression]:
     """Shear forces, normal forces and gaps under the loads of a corner, with unknown terms."""
     q0, p0, q1, p1, w0, w1 = (
-        constant(value, suffixed(name, x.suffix)) for name, value in loads.items()
+        value if isinstance(value, cp.Parameter) else constant(value, suffixed(name, x.suffix))
+        for name, value in loads.items()
     )
     parts = [
         q0 + times(x.load_factor, q1) + x.q_r,

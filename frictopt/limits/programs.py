@@ -25,6 +25,7 @@ from ..solve.chain import Chain
 from ..solve.compiled import Change, by_inverse, unresisted
 from ..solve.problem import Problem, dual_of, set_no_optimum
 from .answered import Mechanism
+from .load_parameters import LoadParameters
 from .models import More, Row, Unknowns, constant, label, rest, stuck, unknowns, within
 from .question import Question
 
@@ -73,6 +74,8 @@ class Program:
     f: cp.Parameter
     corners: list[int]  # those that have rows
     rows: list[Row]  # without constraints of the user
+    # The loads, if they are parameters.
+    loads: LoadParameters | None = None
     user_rows: Mapping[str, Row] = field(default_factory=dict)  # by label
     chain: Chain = field(init=False)
 
@@ -139,6 +142,8 @@ class Program:
             self.chain.changes = [tractions(question, self.dense)]
         self.question = question
         self.f.value = question.friction
+        if self.loads is not None:
+            self.loads.take(question)
         self.chain.unit = unit
         self.chain.units |= self.units
 
@@ -248,15 +253,17 @@ def listed_rows(
     every: bool = False,
     friction: Callable[..., list[Row]] | None = None,
     more: More | None = None,
+    loads: LoadParameters | None = None,
 ) -> Program:
     """The rows of a question, without a goal.
 
     They are those at the vertices of the hull of the corners; `every`: at all corners. `friction`
-    lists other rows in the place of `models.stuck`. `more`: see `models.rest`.
+    lists other rows in the place of `models.stuck`. `more`: see `models.rest`. `loads`: the loads
+    of the question as parameters.
     """
     corners = list(range(len(question.r1))) if every else listed_corners(question)
     x = replace(x)  # with gaps of its own
-    rows = rest(question, x, corners, more)
+    rows = rest(loads or question, x, corners, more)
     if friction is None:
         rows += stuck(x, f, corners, law=question.law)
     else:
@@ -264,7 +271,7 @@ def listed_rows(
     if question.slip_bound is not None:
         rows += within(x, constant(question.slip_bound, f"slip_bound{x.suffix}"))
     f.value = question.friction
-    return Program(question, x, f, corners, rows)
+    return Program(question, x, f, corners, rows, loads)
 
 
 def listed_corners(question: Question) -> list[int]:

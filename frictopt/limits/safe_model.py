@@ -17,8 +17,16 @@ from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError
 from ..solve.solvers import LP, SOCP, solver_order
 from .answered import Answered
+from .load_parameters import LoadParameters
 from .models import Row, constant, defines, printed_as, unknowns, vec
-from .programs import Program, check_rows, check_values, labelled_rows, listed_rows
+from .programs import (
+    Program,
+    check_rows,
+    check_values,
+    labelled_rows,
+    listed_corners,
+    listed_rows,
+)
 from .question import Question, motion_of_open_nodes, pose, with_friction
 
 A = TypeVar("A", bound=Answered)
@@ -45,6 +53,8 @@ class SafeModel:
 
     # Whether the load factor is given.
     _given = False
+    # Whether a program serves all load cycles with the same number of corners.
+    _any_cycle = False
     # Name of the public question, which may know laws other than Coulomb's.
     _public_question = "this question"
 
@@ -151,7 +161,7 @@ class SafeModel:
         unit: float,
         **listing: Any,
     ) -> Program:
-        """The program of a goal, compiled once for all frictions.
+        """The program of a goal, compiled once for all frictions, and perhaps for all load cycles.
 
         `user_rows` and `objective` are constraints and an objective of the user. `listing`: options
         of `listed_rows`.
@@ -159,9 +169,14 @@ class SafeModel:
         extended = bool(user_rows) or objective is not None
         open_nodes = question.open_nodes.tobytes()
         kind = extended, bool(question.open_nodes.any())
-        key = kind, name, open_nodes, objective is None, *map(id, user_rows), id(objective)
+        corners = question.fixed, *listed_corners(question)
+        key = kind, name, open_nodes, corners, *map(id, user_rows), id(objective)
+        if extended and question.open_nodes.any():
+            # Rows of the user may contain the slip of open nodes, which depends on the mean load.
+            key = *key, id(question.cycle)
         if key not in self._programs:
-            listed = listed_rows(question, self._x, self._f, every=extended, **listing)
+            loads = LoadParameters(question) if self._any_cycle else None
+            listed = listed_rows(question, self._x, self._f, every=extended, loads=loads, **listing)
             listed.user_rows = labelled_rows(user_rows, self._unknowns)
             if extended and question.compliance is not None:
                 listed.rows += self._rest_rows(question)

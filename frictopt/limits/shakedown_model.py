@@ -11,13 +11,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import listed, progress_bar, warns_of_odd_values
+from ..base import listed, number_of, progress_bar, warns_of_odd_values
+from ..contact import LoadCycle, checked_cycle
+from ..errors import ModelError
+from .question import Question, pose
 from .safe_model import in_turn
 from .shakedown import ShakedownLimit, ShakedownLimits
 
 
 class ShakedownModel(ShakedownLimits):
-    """The shakedown limit of one system under one load cycle for any friction, compiled once.
+    """The shakedown limit of one system for any friction and loads, compiled once.
 
     Theory, eq. (7).
 
@@ -52,7 +55,12 @@ class ShakedownModel(ShakedownLimits):
     [0.313636, 0.535714]
     >>> round(model.solve(0.5, constraints=[model.slip[0] >= 0.1]).load_factor, 6)
     0.502381
+    >>> pressed_more = fo.LoadCycle({"P": 2.0}, [{"Q": -1.0}, {"Q": 1.0}])
+    >>> round(model.solve(0.5, cycle=pressed_more).load_factor, 6)
+    1.071429
     """
+
+    _any_cycle = True
 
     @warns_of_odd_values
     @in_turn
@@ -62,6 +70,7 @@ class ShakedownModel(ShakedownLimits):
         constraints: Sequence[cp.Constraint] = (),
         objective: cp.Expression | None = None,
         *,
+        cycle: LoadCycle | None = None,
         open: ArrayLike | None = None,
         events: bool = False,
         progress: bool = True,
@@ -72,6 +81,9 @@ class ShakedownModel(ShakedownLimits):
         ----------
         friction, open, events, progress
             See `shakedown_limit`.
+        cycle
+            Another load cycle with as many corners as the load cycle of the model, for other mean
+            loads or amplitudes. None: the load cycle of the model.
         constraints
             cvxpy constraints on `slip`, `load_factor`, `q` and `p` of this model, in your units,
             and on your own variables. They may be linear, or use abs, max, norms and similar
@@ -87,14 +99,33 @@ class ShakedownModel(ShakedownLimits):
         Raises
         ------
         ModelError, SolverError
-            Bad friction; open nodes that the closed nodes do not hold; constraints or an objective
-            that are not convex, need other cones, or belong to another model; an objective without
-            a largest value; no solver gave an answer that passes the checks.
+            Bad friction; a load cycle with another number of corners; open nodes that the closed
+            nodes do not hold; constraints or an objective that are not convex, need other cones, or
+            belong to another model; an objective without a largest value; no solver gave an answer
+            that passes the checks.
         """
         user_rows = listed("constraints", constraints)
         with progress_bar(progress, "shakedown limit"):
-            question = self._posed(friction)
+            question = self._posed(friction) if cycle is None else self._posed_on(cycle, friction)
             return self._shown(self.of_question(question, open, events, user_rows, objective))
+
+    def _posed_on(self, cycle: LoadCycle, friction: Any) -> Question:
+        """The question of the model with another load cycle."""
+        first = self._question
+        count = len(checked_cycle(cycle).corners)
+        if count != len(first.cycle.corners):
+            raise ModelError(
+                f"cycle: {number_of(count, 'corner')}, the model has "
+                f"{len(first.cycle.corners)}; give as many, or make a model of this load cycle"
+            )
+        return pose(
+            first.system,
+            cycle,
+            friction,
+            simplify=first.simplify,
+            slip_bound=first.slip_bound,
+            question_name=self._public_question,
+        )
 
     @warns_of_odd_values
     def sweep(
