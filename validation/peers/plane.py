@@ -133,9 +133,7 @@ def _cylinder(parameters: Parameters) -> Contact:
     exact = CYLINDER.dissipation(SHEAR)
     ours, peers = [], []
     for cells in parameters.cylinder_cells:
-        followed = partial(
-            fo.march, cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=2
-        )
+        followed = partial(fo.march, cylinder(cells), CYLINDER_LOADS, CYLINDER.f, SHEAR, cycles=2)
         setting = f"{cells}"
         error = relative(exact, last_work)
         ours.append(Method("frictopt, exact path", "cells", setting, followed, error))
@@ -189,4 +187,4 @@ def _lemke(cells: int, loads: list[Array], increments: int) -> float:
 
 
 def _error_of_works(exact: float, count: int, answer: Mapping[str, Any]) -> float:
-    return abs(sum(answer["works"][-count:]) / exact - 1)
+    return float(abs(sum(answer["works"][-count:]) / exact - 1))

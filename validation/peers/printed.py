@@ -15,7 +15,13 @@ import frictopt as fo
 from studies.paper import LOADS
 from validation.error_vs_time import parameters as of_times
 from validation.error_vs_time import transients
-from validation.error_vs_time.bare_lp import SIMPLEX, LinearProgram, clarabel_cone, highs, highs_cost
+from validation.error_vs_time.bare_lp import (
+    SIMPLEX,
+    LinearProgram,
+    clarabel_cone,
+    highs,
+    highs_cost,
+)
 from validation.error_vs_time.limits import exact_largest_margin, exact_limit
 from validation.error_vs_time.methods import Method, installed, relative
 from validation.peers.parameters import Parameters

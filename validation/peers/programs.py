@@ -44,9 +44,7 @@ KRATOS = Peer(
     "pip install KratosContactStructuralMechanicsApplication==10.4.4 "
     "KratosLinearSolversApplication==10.4.4",
 )
-SICONOS = Peer(
-    "Siconos", "siconos.numerics", "python3-siconos", "apt-get install python3-siconos"
-)
+SICONOS = Peer("Siconos", "siconos.numerics", "python3-siconos", "apt-get install python3-siconos")
 GETFEM = Peer("GetFEM", "getfem", "python3-getfem", "apt-get install python3-getfem")
 PEERS = (TAMAAS, KRATOS, SICONOS, GETFEM)
 
@@ -122,9 +120,7 @@ def _imports(python: str, module: str) -> bool:
         return False
 
 
-def _run(
-    command: Sequence[str], text: str, seconds: float
-) -> "subprocess.CompletedProcess[str]":
+def _run(command: Sequence[str], text: str, seconds: float) -> "subprocess.CompletedProcess[str]":
     """Run a command with one thread, without the folders of modules of this process."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")

@@ -42,7 +42,7 @@ def pressure(r: Array) -> Array:
 def shear(r: Array) -> Array:
     """Shear of Cattaneo and Mindlin over f times the peak pressure."""
     stick = (1 - SHARE) ** (1 / 3)
-    return pressure(r) - stick * ellipse(r, stick)
+    return np.asarray(pressure(r) - stick * ellipse(r, stick))
 
 
 def norm_error(found: Array, exact: Array) -> float:
@@ -74,8 +74,7 @@ def _peak(cells: int, nu: float) -> float:
 
 
 def _sheared_once(cells: int, nu: float) -> tuple[Array, Array]:
-    """Distance of the cells from the middle, and shear along the force over f times the peak
-    pressure."""
+    """Distance of cells from the middle, and shear along the force over f times the peak pressure."""
     system = _grid(cells, nu)
     cycle = fo.LoadCycle({"approach": 1 / RADIUS}, [{"x": 1.0}, {"x": -1.0}])
     path = fo.march(system, cycle, FRICTION, _far(nu), cycles=1, steps=1)
@@ -123,9 +122,7 @@ def _of_tamaas(cells: int, a: float) -> dict[str, Any]:
     return {"cells": cells, "a": a, "R": 4.0}
 
 
-def _error_of_tamaas(
-    a: float, exact: Any, friction: float, answer: Mapping[str, Any]
-) -> float:
+def _error_of_tamaas(a: float, exact: Any, friction: float, answer: Mapping[str, Any]) -> float:
     """Error of the tractions of tamaas, which have E / (1 - nu^2) = 1 and the radius 4."""
     found = np.abs(answer["traction"]) / (friction * 2 * a / (pi * 4.0))
     return norm_error(found, exact(np.array(answer["r"]) / a))

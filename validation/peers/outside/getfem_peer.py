@@ -7,6 +7,7 @@ rigid ground. Both sides carry the shear of the closed form, so that stress is u
 import json
 import sys
 import time
+from typing import Any
 
 import getfem
 import numpy as np
@@ -18,7 +19,7 @@ class Block:
     GetFEM counts slip from the mesh, unless the last displacement is given as `wt`.
     """
 
-    def __init__(self, asked):
+    def __init__(self, asked: dict[str, Any]) -> None:
         self.asked = asked
         along = np.linspace(0.0, 1.0, asked["elements"] + 1)
         mesh = getfem.Mesh("cartesian", along, along)
@@ -57,7 +58,7 @@ class Block:
         self.model, self.rule, self.ground = model, rule, ground
         self.kept = [mesh, vectors, scalars]
 
-    def force(self, top, side):
+    def force(self, top: list[float], side: float) -> float:
         """Shear force at the ground with the top moved by (x, y) and this shear on the sides."""
         model = self.model
         model.set_variable("moved", top)
@@ -69,7 +70,7 @@ class Block:
         return float(getfem.asm("generic", self.rule, 0, "traction(1)", self.ground, model))
 
 
-def shears(asked):
+def shears(asked: dict[str, Any]) -> list[float]:
     """The force after each step."""
     block = Block(asked)
     return [block.force([x, -asked["down"]], side) for x, side in asked["steps"]]

@@ -10,6 +10,7 @@ import os
 import sys
 import tempfile
 import time
+from typing import Any
 
 import KratosMultiphysics as Kratos
 from KratosMultiphysics.StructuralMechanicsApplication import structural_mechanics_analysis
@@ -17,7 +18,9 @@ from KratosMultiphysics.StructuralMechanicsApplication import structural_mechani
 ELEMENT = "SmallDisplacementElement2D4N"
 
 
-def grid(columns, rows, left, bottom, size, first):
+def grid(
+    columns: int, rows: int, left: float, bottom: float, size: float, first: int
+) -> tuple[list[Any], list[Any]]:
     """Nodes (number, x, y) of a grid of squares, and its elements as four numbers of nodes."""
     nodes = [
         (first + i + j * (columns + 1), left + i * size, bottom + j * size)
@@ -32,7 +35,7 @@ def grid(columns, rows, left, bottom, size, first):
     return nodes, elements
 
 
-def block(name, words, rows):
+def block(name: str, words: str, rows: list[Any]) -> str:
     """A block of Kratos' format of meshes."""
     lines = "\n".join(" ".join(map(str, row)) for row in rows)
     return f"Begin {name} {words}\n{lines}\nEnd {name}\n"
@@ -41,7 +44,7 @@ def block(name, words, rows):
 class Mesh:
     """Both blocks, the sides of the upper one, and both faces."""
 
-    def __init__(self, elements):
+    def __init__(self, elements: int) -> None:
         n = elements
         self.size = 1.0 / n
         beside = max(1, n // 4)  # elements by which the ground is wider, on each side
@@ -75,7 +78,7 @@ class Mesh:
         self.text = text
 
 
-def materials(asked):
+def materials(asked: dict[str, Any]) -> dict[str, Any]:
     """The materials of both blocks, with the friction of the pair."""
     variables = {
         "DENSITY": 1.0,
@@ -94,7 +97,7 @@ def materials(asked):
     }
 
 
-def settings(asked):
+def settings(asked: dict[str, Any]) -> dict[str, Any]:
     """The project of Kratos: a static analysis with frictional mortar contact."""
     contact = {
         "python_module": "alm_contact_process",
@@ -110,7 +113,7 @@ def settings(asked):
     }
     tolerance = asked["tolerance"]
     names = ("displacement", "residual")
-    solver = {
+    solver: dict[str, Any] = {
         "solver_type": "Static",
         "model_part_name": "Structure",
         "domain_size": 2,
@@ -146,35 +149,41 @@ def settings(asked):
     }
 
 
-class Analysis(structural_mechanics_analysis.StructuralMechanicsAnalysis):
+class Analysis(structural_mechanics_analysis.StructuralMechanicsAnalysis):  # type: ignore[misc]
     """The analysis with the supports and loads of each step."""
 
-    def __init__(self, model, project, asked, mesh):
+    def __init__(self, model: Any, project: Any, asked: dict[str, Any], mesh: Mesh) -> None:
         super().__init__(model, project)
-        self.asked, self.mesh, self.shears = asked, mesh, []
+        self.asked, self.mesh = asked, mesh
+        self.shears: list[float] = []
 
-    def _part(self):
+    def _part(self) -> Any:
         return self.model["Structure"]
 
-    def ApplyBoundaryConditions(self):
+    def ApplyBoundaryConditions(self) -> None:
+        """Hold the nodes of the ground, move the top, and load the sides."""
         super().ApplyBoundaryConditions()
         part = self._part()
         x, side = self.asked["steps"][len(self.shears)]
-        for nodes, place in ((self.mesh.held, (0.0, 0.0)), (self.mesh.top, (x, -self.asked["down"]))):
+        for nodes, place in (
+            (self.mesh.held, (0.0, 0.0)),
+            (self.mesh.top, (x, -self.asked["down"])),
+        ):
             for number in nodes:
                 node = part.GetNode(number)
-                for name, value in zip(("DISPLACEMENT_X", "DISPLACEMENT_Y"), place):
+                for name, value in zip(("DISPLACEMENT_X", "DISPLACEMENT_Y"), place, strict=True):
                     variable = Kratos.KratosGlobals.GetVariable(name)
                     node.Fix(variable)
                     node.SetSolutionStepValue(variable, value)
         load = Kratos.KratosGlobals.GetVariable("POINT_LOAD_Y")
         for nodes, sign in ((self.mesh.left, -1.0), (self.mesh.right, 1.0)):
-            for place, number in enumerate(nodes):
-                share = 0.5 if place in (0, len(nodes) - 1) else 1.0
+            for rank, number in enumerate(nodes):
+                share = 0.5 if rank in (0, len(nodes) - 1) else 1.0
                 force = sign * side * self.mesh.size * share
                 part.GetNode(number).SetSolutionStepValue(load, force)
 
-    def FinalizeSolutionStep(self):
+    def FinalizeSolutionStep(self) -> None:
+        """Note the shear force."""
         super().FinalizeSolutionStep()
         reaction = Kratos.KratosGlobals.GetVariable("REACTION_X")
         part = self._part()
@@ -182,7 +191,7 @@ class Analysis(structural_mechanics_analysis.StructuralMechanicsAnalysis):
         self.shears.append(-sum(forces))
 
 
-def shears(asked):
+def shears(asked: dict[str, Any]) -> list[float]:
     """The force on the ground after each step."""
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

@@ -7,12 +7,15 @@ call of a driver of Siconos, on the matrices and loads of frictopt, from the sli
 import json
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import siconos.numerics as siconos
 
+Array = np.ndarray[Any, Any]
 
-def complementarity(asked, S, loads):
+
+def complementarity(asked: dict[str, Any], S: Array, loads: Array) -> list[float]:
     """Work of friction of each increment, as linear complementarity problems in the plane.
 
     The unknowns are the gaps and the slips to both sides, in the stiffness form, which needs no
@@ -20,7 +23,9 @@ def complementarity(asked, S, loads):
     """
     n, f = len(S) // 2, asked["friction"]
     A, B, C = S[:n, :n], S[n:, :n], S[n:, n:]
-    M = np.block([[C, B, -B], [f * C + B.T, A + f * B, -A - f * B], [f * C - B.T, f * B - A, A - f * B]])
+    M = np.block(
+        [[C, B, -B], [f * C + B.T, A + f * B, -A - f * B], [f * C - B.T, f * B - A, A - f * B]]
+    )
     unit = asked["force"] / np.abs(S).max()
     M = M * (unit / asked["force"])
     options = siconos.SolverOptions(getattr(siconos, asked["solver"]))
@@ -43,7 +48,7 @@ def complementarity(asked, S, loads):
     return works
 
 
-def cones(asked, S, loads):
+def cones(asked: dict[str, Any], S: Array, loads: Array) -> list[float]:
     """Work of friction of each increment, as friction-contact problems in space."""
     n, f = len(S) // 3, asked["friction"]
     order = np.arange(3 * n).reshape(3, n)[[2, 0, 1]].T.ravel()  # normal, then two tangents
@@ -72,7 +77,6 @@ if __name__ == "__main__":
     asked = json.load(sys.stdin)
     S, loads = np.array(asked["S"]), np.array(asked["loads"])
     follow = cones if asked["space"] else complementarity
-    follow(asked, S, loads)
     started = time.process_time()
     works = follow(asked, S, loads)
     print(json.dumps({"works": works, "seconds": time.process_time() - started}))

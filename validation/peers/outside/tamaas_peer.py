@@ -8,14 +8,17 @@ incompressible, so that pressure and shear do not couple, as in the closed forms
 import json
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import tamaas as tm
 
+Array = np.ndarray[Any, Any]
+
 NU = 0.5
 
 
-def sphere(asked):
+def sphere(asked: dict[str, Any]) -> tuple[Any, Array, float, Array]:
     """Model of the half-space, gap of the sphere, and its load, with a contact of radius `a`."""
     cells, a, radius = asked["cells"], asked["a"], asked["R"]
     kind = tm.model_type.surface_2d if asked["shear"] else tm.model_type.basic_2d
@@ -28,7 +31,7 @@ def sphere(asked):
     return model, surface, 4 * a**3 / (3 * radius), np.hypot(x, y)
 
 
-def pressed(asked):
+def pressed(asked: dict[str, Any]) -> tuple[Array, Array]:
     """Pressures of a sphere that is pressed, and the distance of each cell from its middle."""
     model, surface, load, r = sphere(asked)
     solver = tm.PolonskyKeerRey(model, surface, asked["tolerance"])
@@ -39,7 +42,7 @@ def pressed(asked):
     return np.array(model.traction), r
 
 
-def sheared(asked):
+def sheared(asked: dict[str, Any]) -> tuple[Array, Array]:
     """Shear along the force and pressure of a sphere that is pressed and sheared at once."""
     model, surface, load, r = sphere(asked)
     method = getattr(tm, asked["method"])
