@@ -38,7 +38,7 @@ class Parameters:
 
 
 FULL = Parameters()
-QUICK = Parameters(cells=41, many=8, lap_elements=40, lap_thickness=0.1)
+QUICK = Parameters(cells=41, many=8, lap_elements=60, lap_thickness=0.03)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,8 @@ def test_a_peer_is_compared_with_our_fastest_answer_that_is_as_exact():
     assert seconds_of_ours(ours, 1e-2) == 1.0
     assert seconds_of_ours(ours, 1e-4) == 3.0
     assert seconds_of_ours(ours, 1e-6) == np.inf
+    # The same discretisation: errors that differ by their rounding are equal.
+    assert seconds_of_ours(ours, 0.999e-5) == 3.0
     # Below rounding, errors count as equal.
     assert seconds_of_ours([{"error": 5e-13, "seconds": 2.0}], 1e-15) == 2.0
 

@@ -16,6 +16,7 @@ class Parameters:
     cylinder_cells: tuple[int, ...] = (40, 80)
     cylinder_steps: tuple[int, ...] = (5, 20)  # increments from corner to corner
     block_elements: tuple[int, ...] = (4, 16)  # along each side of the block
+    kratos_increments: tuple[int, ...] = (1, 8)  # from corner to corner
     elements: tuple[int, ...] = (16, 40)  # of the punch, for the printed problems
     tolerances: tuple[float, ...] = (1e-6, 1e-9)  # of solvers that are called directly
     repetitions: int = 5  # of a timing at most
@@ -33,6 +34,7 @@ QUICK = Parameters(
     cylinder_cells=(20,),
     cylinder_steps=(4,),
     block_elements=(2,),
+    kratos_increments=(1,),
     elements=(4,),
     tolerances=(1e-8,),
     repetitions=0,

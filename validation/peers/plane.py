@@ -27,6 +27,8 @@ DOWN = 1e-4
 FAR = 2e-4
 BOUND = FRICTION * DOWN  # of the shear stress
 
+_PIVOTS = 100000  # of Lemke's method, which ends by itself
+
 
 def contacts(parameters: Parameters) -> Iterator[Contact]:
     """Both contacts."""
@@ -118,8 +120,12 @@ def _block(parameters: Parameters) -> Contact:
         for method, history in (("with wt", True), ("without wt", False)):
             asked = question | own | {"history": history}
             peers.append(Asked(GETFEM, f"integral contact, {method}", setting, asked, error))
-        asked = question | own | {"process_friction": FRICTION}
-        peers.append(Asked(KRATOS, "ALM mortar", setting, asked, error))
+        for increments in parameters.kratos_increments:
+            finer = steps(increments)
+            asked = question | own | {"process_friction": FRICTION, "steps": finer}
+            error_of_finer = partial(_error_of_top, np.array(finer)[:, 0], increments)
+            said = f"{setting}, steps from corner to corner: {increments}"
+            peers.append(Asked(KRATOS, "ALM mortar", said, asked, error_of_finer))
     name = "block on rigid ground, slides as a whole"
     return Contact(name, "work of a cycle", "slider on a spring", ours, peers)
 
@@ -151,11 +157,11 @@ def _cylinder(parameters: Parameters) -> Contact:
                 "S": cylinder(cells).S.tolist(),
                 "loads": [load.tolist() for load in loads],
                 "tolerance": None,
-                "iterations": parameters.siconos_iterations,
             }
             error_of_works = partial(_error_of_works, exact, 2 * increments)
-            for solver in ("LEMKE", "NEWTON_MIN_FBLSA"):
-                asked = question | {"solver": f"SICONOS_LCP_{solver}"}
+            limits = {"LEMKE": _PIVOTS, "NEWTON_MIN_FBLSA": parameters.siconos_iterations}
+            for solver, iterations in limits.items():
+                asked = question | {"solver": f"SICONOS_LCP_{solver}", "iterations": iterations}
                 peers.append(Asked(SICONOS, f"LCP {solver}", setting, asked, error_of_works))
     name = "cylinder, sheared to and fro, Q = 0.75 f P"
     return Contact(name, "work of a cycle", "closed form of a half-plane", ours, peers)

@@ -12,6 +12,7 @@ from validation.error_vs_time.methods import EPSILON, ROUNDING, Method, installe
 from validation.peers.programs import NoAnswer, Peer, Pythons
 
 OURS = "frictopt"
+_EQUAL = 1.01  # ratio of errors up to which they count as equal
 
 
 @dataclass(frozen=True)
@@ -83,9 +84,10 @@ def answered(
 def seconds_of_ours(ours: Sequence[Mapping[str, Any]], error: float) -> float:
     """Time of the fastest answer of frictopt whose error is no larger; inf if there is none.
 
-    Errors below `ROUNDING` count as equal.
+    Errors below `ROUNDING` count as equal, and errors that differ by less than 1 %: both codes then
+    have the same discretisation.
     """
-    enough = [row["seconds"] for row in ours if row["error"] <= max(error, ROUNDING)]
+    enough = [row["seconds"] for row in ours if row["error"] <= max(_EQUAL * error, ROUNDING)]
     return float(min(enough, default=np.inf))
 
 

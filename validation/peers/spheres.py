@@ -193,7 +193,7 @@ def _to_and_fro(parameters: Parameters) -> Contact:
             "friction": FRICTION,
             "S": system.S.tolist(),
             "loads": _loads(system, _far(0.0)),
-            "iterations": parameters.siconos_iterations,
+            "iterations": 100 * parameters.siconos_iterations,
         }
         for solver, tolerance in (("NSGS", None), ("NSGS", 1e-10), ("NSN_AC", 1e-10)):
             said = "its own tolerance" if tolerance is None else f"tolerance {tolerance:.0e}"
