@@ -12,8 +12,10 @@ _MODULES = """
 studies.first_look studies.limits studies.scenes studies.guaranteed studies.separation studies.moving_areas
 studies.lift_off studies.vanishing studies.increments studies.dissipation studies.range
 studies.damping studies.wear studies.design studies.joint studies.space studies.spatial
-studies.size studies.validity studies.flicek studies.published.study validation.left_out
-validation.followed validation.forced_response validation.solvers validation.calculix validation.error_vs_time.study validation.extremes.study validation.fuzz.study
+studies.size studies.validity studies.flicek studies.published.study studies.datasets.study
+validation.left_out validation.followed validation.forced_response validation.solvers
+validation.calculix validation.peers.study validation.error_vs_time.study
+validation.extremes.study validation.fuzz.study
 """
 STUDIES: dict[str, Study] = {
     study.name: study for study in (import_module(name).STUDY for name in _MODULES.split())

@@ -315,6 +315,7 @@ class Study:
         folders = argparse.ArgumentParser(add_help=False)
         folders.add_argument("--page")
         folders.add_argument("--data")
+        folders.add_argument("--pythons", nargs="*")
         command = shlex.join(
             ["python", "-m", "studies", self.name, *folders.parse_known_args(arguments)[1]]
         )

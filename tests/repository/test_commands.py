@@ -51,6 +51,8 @@ NOT_RUN = {
     "python -m pip install '.[figures,mesh]'": "set up, of a part of what the tests have",
     "pre-commit install": "changes the repository",
     "pip install pyscipopt": "another solver, which a page names and does not need",
+    "python -m studies peers --pythons peers/bin/python /usr/bin/python3": "needs the peers in a Python of their own; the weekly job runs it without",
+    "apt-get install python3-siconos python3-getfem": "changes the system; the study names peers that are absent",
     "apt-get install calculix-ccx": "changes the system; the job of the tests installs it",
     "cd docs/tutorial": "a folder, which is there",
     "python": "waits for what is typed",

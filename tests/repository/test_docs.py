@@ -271,6 +271,7 @@ def test_tables_come_from_the_studies():
             "calculix",
             "checked",
             "paper",
+            "peers",
             "performance",
             "published",
             "size",
