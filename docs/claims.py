@@ -294,7 +294,7 @@ CLAIMS = (
     ),
     Claim(
         "",
-        also="need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no load factors lie between",
+        also="need no program: lambda_1 is lambda_2, because the contact is uncoupled (B = 0) or no load factors lie between the two",
         by="`record.left_out`",
         holds_if="the same, all nodes closed",
         source="`reference.uncoupled_limit`",

@@ -193,11 +193,11 @@ class BackboneCurve(Kept, Plotted, Resonant):
     ) -> SteadyState:
         """The steady state near the load factor at which the slipping share or the work is given.
 
-        The load factor is interpolated between the first two neighbours on the curve between which
-        the number rises through the given number. The work is interpolated in logarithms. A single
-        transient is followed at this load factor. Its `slipping_share` and `dissipation` differ a
-        little from the given number: the share changes node by node, and between distant load
-        factors the work is not exactly a power of the load.
+        Between two neighbours on the curve the number rises through the given number. The load
+        factor is interpolated between the first two such neighbours, the work in logarithms. A
+        single transient is followed at this load factor. Its `slipping_share` and `dissipation`
+        differ a little from the given number: the share changes node by node, and between distant
+        load factors the work is not exactly a power of the load.
 
         Parameters
         ----------

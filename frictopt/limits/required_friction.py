@@ -62,15 +62,12 @@ class FrictionSearch:
 
     # Frictions that are tried until one is enough. In linear programs larger ones act as infinite.
     tried: tuple[float, ...] = tuple(4.0**k for k in range(8))
-    # Smallest friction that linear programs distinguish from 0.
-    smallest: float = 1e-6
-    # Relative distance of the two frictions of a proof from the root: the first one, and the
-    # largest one. Nodes with little pressure need a larger distance: the margin depends little on
-    # them.
+    smallest: float = 1e-6  # that linear programs distinguish from 0
+    # Relative distance of the two frictions of a proof from the root, first and largest. Nodes with
+    # little pressure need a larger distance, because the margin depends little on them.
     proof: float = 100 * RESIDUAL
     widest_proof: float = 1e4 * RESIDUAL
-    # Places of nodes that a reason names.
-    most_places: int = 4
+    most_places: int = 4  # places of nodes that a reason names
 
 
 SEARCH = FrictionSearch()
@@ -147,9 +144,8 @@ def required_friction(
     the least friction for this set. If the search finds another set with slightly less friction,
     the same is done for that set. Just above the answer, a slip is proven safe with its open nodes.
     Just below, no slip is safe with the same open nodes, or with the open nodes that the search
-    finds there. Theory, eq. (16).
-
-    Ctrl-C raises KeyboardInterrupt with an attribute `table`, the frictions tried so far.
+    finds there. Theory, eq. (16). Ctrl-C raises KeyboardInterrupt with an attribute `table`, the
+    frictions tried so far.
 
     Parameters
     ----------
@@ -159,16 +155,16 @@ def required_friction(
     load_factor
         Load factor, >= 0.
     events
-        See `shakedown_limit`. With events each friction tried needs a new search. If slip changes
-        no pressure (B = 0), loads alone open and close nodes, and this is always asked.
+        See `shakedown_limit`. With events each friction tried needs a new search. Not needed if
+        slip changes no pressure (B = 0): then loads alone open and close nodes.
     progress
         Whether to show the progress after two seconds, see `shakedown_limit`.
 
     Raises
     ------
     ModelError, SolverError
-        Bad input; the two bounds of the friction do not agree to a relative 1e-5; rounding hides
-        whether any friction is enough.
+        Bad input; the two bounds of the friction differ by more than a relative 1e-5, or rounding
+        hides whether any friction is enough.
 
     Examples
     --------
@@ -417,9 +413,9 @@ def _none_needed(safe_slips: SafeSlips) -> RequiredFriction:
 def _slips_at_any(safe_slips: SafeSlips) -> RequiredFriction:
     """The answer inf, if some node closes under another shear load than it opens."""
     safe = safe_slips.at(SEARCH.tried[0])
-    question = safe._question
-    mechanism = safe._motion.table(question.system, question.names)
-    return _infinite(safe_slips, question, safe.record, mechanism, NONE_STOPS_IT(why=safe.reason))
+    mechanism = safe._motion.table(safe.system, safe._question.names)
+    reason = NONE_STOPS_IT(why=safe.reason)
+    return _infinite(safe_slips, safe._question, safe.record, mechanism, reason)
 
 
 def _none_is_enough(safe_slips: SafeSlips, slip_bound: Any) -> RequiredFriction:

@@ -219,7 +219,7 @@ FAULTS = (
         "open nodes that nothing holds",
         old="max(excited) > CONDENSATION",
         new="max(excited) > np.inf",
-        tests="open_nodes patterns slides",
+        tests="open_nodes set_search slides",
     ),
     Fault(
         "contact/law.py",

@@ -113,7 +113,7 @@ FAULTS = (
         "a contact that nothing presses has a limit",
         old="first.open_nodes.all()",
         new="False",
-        tests="patterns",
+        tests="set_search",
     ),
     Fault(
         "limits/region_rays.py",

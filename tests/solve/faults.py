@@ -15,7 +15,7 @@ FAULTS = (
         "a bound waits for the optimum",
         old="(pair[1].proven > above, pair[1].error)",
         new="pair[1].error",
-        tests="patterns::test_a_set_is_given_up_as_early_in_any_unit_of_the_load",
+        tests="set_search::test_a_set_is_given_up_as_early_in_any_unit_of_the_load",
     ),
     Fault(
         "solve/chain.py",
@@ -29,7 +29,7 @@ FAULTS = (
         "multipliers without their defect prove a bound",
         old="self.bound + settings.surely * off / tau",
         new="self.bound",
-        tests="interior_point patterns",
+        tests="interior_point set_search",
     ),
     Fault(
         "solve/chain.py",
