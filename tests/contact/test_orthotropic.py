@@ -271,7 +271,7 @@ STRETCHED = ROUND(np.random.default_rng(6)).with_orthotropic_friction(0.5)
     (lambda: STRETCHED.with_orthotropic_friction(2.0), "orthotropic.*give one ratio to the system that it was made of"),
     (lambda: STRETCHED.with_bonded({"more": np.zeros(9)}), "orthotropic.*load cases"),
     (lambda: STRETCHED.with_contact_stiffness(tangential=1.0), "orthotropic.*springs"),
-    (lambda: fo.wear(STRETCHED, CYCLE, F, 1.0, coefficient=1e-6), "orthotropic.*ways"),
+    (lambda: fo.wear(STRETCHED, CYCLE, F, 1.0, coefficient=1e-6), "orthotropic.*true sliding distances"),
     (lambda: fo.worn_in(STRETCHED, CYCLE, F, 1.0), "orthotropic friction"),
     (lambda: ROUND(np.random.default_rng(6)).with_orthotropic_friction(0.0), "ratio: 0.*give a ratio above 0"),
     (lambda: ROUND(np.random.default_rng(6)).with_orthotropic_friction(np.inf), "ratio"),

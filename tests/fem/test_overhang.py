@@ -44,7 +44,7 @@ def test_up_to_an_edge_between_facets_it_is_the_contact_of_the_part(kinds):
         {"part": lambda x: (abs(x[-1]) < 1e-9) & (x[0] < 2.5 + 1e-9)}
     )
     bodies["upper"] = fo.Body(part)
-    with pytest.warns(fo.ModelWarning, match=r"1\.5 \(37\.5%\) lies opposite nothing of body"):
+    with pytest.warns(fo.ModelWarning, match=r"1\.5 \(37\.5%\) has no opposite part of body"):
         whole = model(bodies, "upper", "lower").condense()
     named = model(bodies, "upper", "lower", "part", "contact").condense()
     assert np.allclose(whole.points, named.points) and np.allclose(whole.width, named.width)
@@ -59,7 +59,7 @@ def test_up_to_an_edge_between_facets_it_is_the_contact_of_the_part(kinds):
 def test_the_contact_carries_the_load_and_has_the_size_of_what_lies_opposite(kinds, edge):
     bodies = narrow_below(kinds, edge)
     size = "length" if bodies["upper"].mesh.dim() == 2 else "area"
-    beyond = f"the {size} {4 - edge:.3g} ({(4 - edge) / 4:.1%}) lies opposite nothing"
+    beyond = f"the {size} {4 - edge:.3g} ({(4 - edge) / 4:.1%}) has no opposite part"
     with pytest.warns(fo.ModelWarning, match=re.escape(beyond)):
         system = model(bodies, "upper", "lower").condense()
     assert system.width.sum() == pytest.approx(edge) and system.width.min() > 0
@@ -297,7 +297,7 @@ def test_gaps_of_a_deck_are_measured_and_bad_faces_refused(tmp_path):
     with pytest.raises(fo.ModelError, match="gap: 'wide'; give 'measured'"):
         job.mortar("CU", "CL", gap="wide")
     with pytest.raises(
-        fo.ModelError, match=r"the first face around .* faces nothing of the second"
+        fo.ModelError, match=r"the first face around .* has no opposite part of the second"
     ):
         job.mortar("CU", np.flatnonzero((job.points[:, 0] == 0) & (job.deck.numbers < 1000)))
     into = job.deck.points - np.array([0.0, 0.125, 0.0]) * (job.deck.numbers < 1000)[:, None]

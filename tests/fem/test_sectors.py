@@ -622,7 +622,7 @@ REFUSED = {
     "has another Cyclic": lambda: refused(cut=fo.Cyclic("shaft", "low", "high")),
     "its axis a normal of the plane": lambda: refused(cut=fo.Cyclic(**HUB, axis=(1, 0, 0))),
     "give the 2 coordinates of a point": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0, 0, 0))),
-    "the faces 'high' and 'low' of body 'hub' are no turned copies of each other: turned by 360/3 degrees about the axis, they are up to 0.3 apart": (
+    "the faces 'high' and 'low' of body 'hub' are not turned copies of each other: turned by 360/3 degrees about the axis, they are up to 0.3 apart": (
         lambda: refused({"high": lambda x: cuts(3)["high"](x) & (np.hypot(*x) > 1.3)})
     ),
     "; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),
@@ -630,10 +630,10 @@ REFUSED = {
         polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})
     ),
     "an axisymmetric model": lambda: refused(kinematics="axisymmetric", count=4),
-    "is held, and not so the one at (1.3, 0)": lambda: refused(
+    "is held, but not the node at (1.3, 0)": lambda: refused(
         supports=[fo.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]
     ),
-    "is held, and not so the one at (1, 0)": lambda: refused(
+    "is held, but not the node at (1, 0)": lambda: refused(
         supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]
     ),
     "differs from the turned displacement of the other face": lambda: refused(
@@ -649,7 +649,7 @@ REFUSED = {
         supports=[fo.RigidCoupling("hub", "outside")]
     ),
     "loads['pull']: PointForce(": lambda: refused(pull=[fo.PointForce("hub", "outside", x=1.0)]),
-    "on the cut `high` of a sector, which is that on `low`: leave nodes on `high` out": (
+    "on the cut `high` of a sector, which is a copy of a node on `low`: leave nodes on `high` out": (
         lambda: refused(pull=[fo.PointForce("hub", "high", x=1.0)])
     ),
     "loads['fall']: BodyForce(": lambda: refused(fall=[fo.BodyForce("hub", y=-1.0)]),

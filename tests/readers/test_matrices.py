@@ -200,7 +200,7 @@ def test_surfaces_name_their_nodes(squares):
     }
     assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
     with pytest.raises(
-        fo.ModelError, match="'AROUND': other facets lie between its nodes too"
+        fo.ModelError, match="'AROUND': its nodes also span other facets"
     ):  # the end at x = 2
         job.nodes("around")
     with pytest.raises(fo.ModelError, match="'LOST': no solid of the deck has one of its faces"):
@@ -291,13 +291,13 @@ DAMAGED = [
         "job.inp",
         "*NSET, NSET=Both\nLeft, 30\n40,",
         "*NSET, NSET=Both, GENERATE\n10, 20\n40, 30, 10",
-        r"it goes from 40 to 30 by 10, which is not up",
+        r"it goes from 40 to 30 by 10, which does not increase",
     ),
     (
         "job.inp",
         "*NSET, NSET=Both\nLeft, 30\n40,",
         "*NSET, NSET=Both, GENERATE\n40, 10, -10",
-        r"it goes from 40 to 10 by -10, which is not up",
+        r"it goes from 40 to 10 by -10, which does not increase",
     ),
     (
         "job.inp",

@@ -45,7 +45,7 @@ CASES = [
     (
         reference.single_node_dissipation,
         ABOVE | {"p0": -1.0},
-        "p0: -1; the mean load lifts the node off, give more pressure",
+        "p0: -1; the mean load lifts the node off; give more pressure",
     ),
     (
         reference.masing_dissipation,
