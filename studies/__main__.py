@@ -32,8 +32,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     print("python -m studies NAME [options]\n")
     for name, study in STUDIES.items():
-        print(f"{name:15}{(study.about or '').splitlines()[0]}")
-        print(f"{'':15}{' '.join(study.parser().format_usage().split()[5:])}")
+        print(f"{name:17}{(study.about or '').splitlines()[0]}")
+        print(f"{'':17}{' '.join(study.parser().format_usage().split()[5:])}")
     return 0
 
 

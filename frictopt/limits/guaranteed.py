@@ -394,10 +394,10 @@ def guaranteed_limit(
 
     It is the least load factor at which a safe slip leaves some node only as much pressure as its
     cyclic load needs. This node is critical. In the plane it is at its friction bound of forward
-    slip at one corner and of backward slip at another. In space it is on its bound at two opposite corners, or
-    at three that enclose its mean traction. A cyclic slip begins there with zero amplitude. (For
-    two nodes in the plane this is the published condition that three of four friction lines meet,
-    Ahn, Bertocchi & Barber 2008.) The slip is a witness: just above the limit, a contact that
+    slip at one corner and of backward slip at another. In space it is on its bound at two opposite
+    corners, or at three that enclose its mean traction. A cyclic slip begins there with zero
+    amplitude. (For two nodes in the plane this is the published condition that three of four
+    friction lines meet, Ahn, Bertocchi & Barber 2008.) The slip is a witness: just above the limit, a contact that
     starts near it slips for ever.
 
     If B = 0 at all nodes, a theorem states that slip stops below the limit from every start

@@ -393,7 +393,7 @@ def test_a_full_disk_is_a_clear_error_and_what_is_done_is_kept(
     with monkeypatch.context() as patch:
         patch.setattr(Store, "write", until_full)
         try:
-            with pytest.raises(fo.StoreError, match=r"runs\.sqlite.*make room") as caught:
+            with pytest.raises(fo.StoreError, match=r"runs\.sqlite.*free disk space") as caught:
                 study(store=tmp_path / "runs.sqlite")
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
@@ -415,7 +415,7 @@ def test_a_store_that_goes_away_leaves_the_finished_rows_in_the_error(
         return follow(*args)
 
     monkeypatch.setattr(runs, "_follow", until_gone)
-    with pytest.raises(fo.StoreError, match="stay") as caught:
+    with pytest.raises(fo.StoreError, match="check that the file and its folder exist") as caught:
         study(store=tmp_path / "store" / "runs")
     same(caught.value.table, undisturbed.head(4))
 
