@@ -257,7 +257,7 @@ def listed_rows(
 ) -> Program:
     """The rows of a question, without a goal.
 
-    They are those at the vertices of the hull of the corners; `every`: at all corners. `friction`
+    They are the rows at the vertices of the hull of the corners; `every`: at all corners. `friction`
     lists other rows in the place of `models.stuck`. `more`: see `models.rest`. `loads`: the loads
     of the question as parameters.
     """
@@ -275,7 +275,7 @@ def listed_rows(
 
 
 def listed_corners(question: Question) -> list[int]:
-    """Corners whose rows imply those of the others; all corners without `simplify`."""
+    """Corners whose rows imply the rows of the other corners; all corners without `simplify`."""
     if question.simplify:
         return outer_corners(question.cycle)
     return list(range(len(question.r1)))

@@ -56,7 +56,7 @@ class Settled:
 
 
 def settled_orders(limit: ShakedownAnswer) -> Iterator[Settled]:
-    """Orders that transients show just above a limit; if there is none, at small load factors."""
+    """Orders that transients show just above a limit or, without a limit, at small load factors."""
     question = limit._question
     path = path_of(question.cycle)
     assert path is not None  # a static load has no events
