@@ -195,7 +195,7 @@ class _SetSearch(Generic[L]):
 def keep_best(
     bar: Bar, limit: ShakedownAnswer, answer: Callable[[], ShakedownAnswer] | None = None
 ) -> None:
-    """Keep the best limit of a search for an interrupt, or the `answer` that it then calls."""
+    """Keep the best limit for an interrupt, or the function that computes it then."""
     best = f"at least {limit.load_factor:.4g} so far"
     if np.isnan(limit.load_factor):
         best = "none safe so far"
