@@ -303,14 +303,14 @@ BAD = {
     "picture of a job": (
         ["look", str(FLAT), "--picture", "job.png"],
         2,
-        "--picture: 'job.png' of a job; condense it",
+        "--picture: 'job.png' cannot be used for a job; condense the job",
     ),
     "tolerance of corners": (
         [*LIMIT, *CORNERS, "--tolerance", "0"],
         2,
-        "--tolerance: 0; corners have no noise",
+        "--tolerance: 0; only a history has noise",
     ),
-    "time of corners": ([*LIMIT, *CORNERS, "--time", "t"], 2, "--time: 't'; corners have no time"),
+    "time of corners": ([*LIMIT, *CORNERS, "--time", "t"], 2, "--time: 't'; only a history has times"),
     "numbers of a load": (
         ["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:traction=1"],
         2,
@@ -361,7 +361,7 @@ BAD = {
     "picture": (
         [*LIMIT, *CORNERS, "--picture", "nowhere/limit.png"],
         2,
-        "'nowhere/limit.png' is in no folder",
+        "'nowhere/limit.png' is in a folder that does not exist",
     ),
     "no store": (
         ["merge", "runs.sqlite", "system.npz"],

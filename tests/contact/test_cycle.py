@@ -17,11 +17,11 @@ from helpers.systems import linprog_limit, random_system
     ({"P": np.nan}, [{"sigma": 1.0}], r"mean\['P'\]: nan; it must be finite"),
     ({"P": 1.0}, [{"sigma": 1.0}, {"sigma": np.inf}], r"corners\[1\]\['sigma'\]: inf"),
     ({1: 1.0}, [{"sigma": 1.0}], "load case name 1"),
-    (pd.Series({"P": 1.0}), [], r"mean: a Series; give a mapping \(`dict` makes one of it\)"),
+    (pd.Series({"P": 1.0}), [], r"mean: a Series; give a mapping \(`dict` converts it\)"),
     (
         {},
         pd.DataFrame({"P": [1.0]}),
-        r"corners: a DataFrame; give a list \(its to_dict\('records'\) makes one\)",
+        r"corners: a DataFrame; give a list \(its to_dict\('records'\) converts it\)",
     ),
 )
 def test_bad_cycles_are_refused(mean, corners):
@@ -302,10 +302,10 @@ def test_vertices_are_all_sums_and_neighbours_differ_in_one_load():
     ),
     (
         ({"a": (0.0, True)},),
-        r"loads\[0\]\['a'\] \(least, most\): \(0.0, True\) \(True and False are no numbers\)",
+        r"loads\[0\]\['a'\] \(least, most\): \(0.0, True\) \(True and False are not numbers\)",
     ),
     (([],), r"loads\[0\]: no corners"),
-    (({"a": (0.0, 1.0)}, [{"a": 1.0}]), "load case 'a' is in two of them"),
+    (({"a": (0.0, 1.0)}, [{"a": 1.0}]), "load case 'a' is in two loads"),
     (({f"a{k}": (0.0, 1.0) for k in range(20)},), "1.05e[+]06 vertices"),
 )
 def test_bad_domains_are_refused(loads):

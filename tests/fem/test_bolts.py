@@ -242,10 +242,10 @@ BAD = {
     "'bolt': its section at (0.0333333, 1.5) has nodes on a cut of a sector, in a contact, in another section, or held": {
         "supports": [fo.Support("base", "bottom"), fo.Support("bolt", "side")]
     },
-    "nothing holds what is around (0.0333333, 2.25) against the force along the axis": {
+    "nothing holds the part around (0.0333333, 2.25) against the force along the axis": {
         "supports": [fo.Support("base", "bottom")]
     },
-    "nothing holds what is around (0.0333333, 0.15) against the force": {
+    "nothing holds the part around (0.0333333, 0.15) against the force": {
         "supports": [fo.Support("base", "bottom", "x"), fo.Support("bolt", "top")]
     },
     "section 'upright' is not normal to the axis": {

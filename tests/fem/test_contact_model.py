@@ -68,7 +68,7 @@ BAD_MODELS = {
     "at (-1, -0.01): the bodies overlap by 0.01": {
         "bodies": {**BOTH, "punch": moved(PUNCH, [0.0, -0.01])}
     },
-    "of body 'punch' around (-0.75, 0) faces nothing of body 'block'": {
+    "of body 'punch' around (-0.75, 0) has no opposite part of body 'block'": {
         "bodies": {**BOTH, "punch": mirrored(PUNCH)}
     },
     "the elements of the two bodies must lie on opposite sides": {
@@ -96,7 +96,7 @@ BAD_MODELS = {
         "contacts": [fo.Contact("punch", "block", gap=lambda x: x)]
     },
     "facets inside the body": {"bodies": {**BOTH, "punch": INNER}},
-    "contacts: two are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
+    "contacts: two contacts are called 'contact'": {"contacts": [fo.Contact("punch", "block")] * 2},
     "contacts: none, with 3 bodies": {"bodies": {**BOTH, "wall": WALL}},
     "bodies['punch']: a MeshQuad1; give a Body": {"bodies": {**BOTH, "punch": PUNCH.mesh}},
     "supports: body: 'bolt'; give 'punch' or 'block'": {"supports": [fo.Support("bolt", "top")]},

@@ -188,7 +188,7 @@ def test_a_face_that_is_all_corners_is_refused():
     with pytest.raises(
         fo.ModelError,
         match=re.escape(
-            "all nodes of 'left right' are corners that contacts before it have; mesh it"
+            "all nodes of 'left right' are corners of contacts that are listed before it; mesh it"
         ),
     ):
         shims(MeshQuad, up=1)

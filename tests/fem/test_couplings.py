@@ -319,7 +319,7 @@ BAD = {
         b, loads={"L": [fo.RemoteForce("upper", "z+", moment=1.0)]}
     ),
     "directions: none, and no rotations": lambda b: fo.DistributingCoupling("upper", "z+"),
-    "RemoteForce: neither x nor y nor z": lambda b: fo.RemoteForce("upper", "z+"),
+    "RemoteForce: x, y and z are all missing": lambda b: fo.RemoteForce("upper", "z+"),
 }
 
 

@@ -325,9 +325,9 @@ def test_loads_add_up_to_their_integrals():
 
 
 @refused(
-    (lambda: fo.Displacement("b", "top"), "Displacement: neither x nor y"),
-    (lambda: fo.Traction("b", "top"), "Traction: neither x nor y nor z; give one of them"),
-    (lambda: fo.BodyForce("b"), "BodyForce: neither x nor y nor z; give one of them"),
+    (lambda: fo.Displacement("b", "top"), "Displacement: x, y and z are all missing"),
+    (lambda: fo.Traction("b", "top"), "Traction: x, y and z are all missing; give at least one"),
+    (lambda: fo.BodyForce("b"), "BodyForce: x, y and z are all missing; give at least one"),
     (lambda: fo.Displacement("b", (1.0,), x=1.0), "give the name of a boundary, one point"),
     (
         lambda: column(loads={"P": [fo.Pressure("upper", "top", lambda x, y: 1 / 0)]}),

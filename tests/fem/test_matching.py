@@ -167,6 +167,6 @@ def test_nodes_on_several_others_are_refused(pair_in_space):
     points = {**points, int(pairs[1, 1]): points[int(pairs[0, 1])]}
     with pytest.raises(
         fo.ModelError,
-        match=r"matching_faces: the node at \(0, 0, 0\) lies on several of one other body",
+        match=r"matching_faces: the node at \(0, 0, 0\) coincides with several nodes of one other body",
     ):
         fo.MatrixJob(K, labels, points).matching_faces()

@@ -44,7 +44,7 @@ def test_up_to_an_edge_between_facets_it_is_the_contact_of_the_part(kinds):
         {"part": lambda x: (abs(x[-1]) < 1e-9) & (x[0] < 2.5 + 1e-9)}
     )
     bodies["upper"] = fo.Body(part)
-    with pytest.warns(fo.ModelWarning, match=r"1\.5 \(37\.5%\) lies opposite nothing of body"):
+    with pytest.warns(fo.ModelWarning, match=r"1\.5 \(37\.5%\) has no opposite part of body"):
         whole = model(bodies, "upper", "lower").condense()
     named = model(bodies, "upper", "lower", "part", "contact").condense()
     assert np.allclose(whole.points, named.points) and np.allclose(whole.width, named.width)
@@ -297,7 +297,7 @@ def test_gaps_of_a_deck_are_measured_and_bad_faces_refused(tmp_path):
     with pytest.raises(fo.ModelError, match="gap: 'wide'; give 'measured'"):
         job.mortar("CU", "CL", gap="wide")
     with pytest.raises(
-        fo.ModelError, match=r"the first face around .* faces nothing of the second"
+        fo.ModelError, match=r"the first face around .* has no opposite part of the second"
     ):
         job.mortar("CU", np.flatnonzero((job.points[:, 0] == 0) & (job.deck.numbers < 1000)))
     into = job.deck.points - np.array([0.0, 0.125, 0.0]) * (job.deck.numbers < 1000)[:, None]

@@ -630,10 +630,10 @@ REFUSED = {
         polar(MeshQuad, [1.0, 1.3, 1.8], 6, 3, {"contact": 1.0})
     ),
     "an axisymmetric model": lambda: refused(kinematics="axisymmetric", count=4),
-    "is held, and not so the one at (1.3, 0)": lambda: refused(
+    "is held, but not the node at (1.3, 0)": lambda: refused(
         supports=[fo.Support("hub", tuple(float(x) for x in 1.3 * TURN[:, 0]), "x")]
     ),
-    "is held, and not so the one at (1, 0)": lambda: refused(
+    "is held, but not the node at (1, 0)": lambda: refused(
         supports=[fo.Support("hub", "high", "x"), fo.Support("hub", "low", "y")]
     ),
     "differs from the turned displacement of the other face": lambda: refused(
@@ -649,7 +649,7 @@ REFUSED = {
         supports=[fo.RigidCoupling("hub", "outside")]
     ),
     "loads['pull']: PointForce(": lambda: refused(pull=[fo.PointForce("hub", "outside", x=1.0)]),
-    "on the cut `high` of a sector, which is that on `low`: leave nodes on `high` out": (
+    "on the cut `high` of a sector, which is a copy of a node on `low`: leave nodes on `high` out": (
         lambda: refused(pull=[fo.PointForce("hub", "high", x=1.0)])
     ),
     "loads['fall']: BodyForce(": lambda: refused(fall=[fo.BodyForce("hub", y=-1.0)]),

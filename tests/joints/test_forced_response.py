@@ -340,7 +340,7 @@ def test_the_interaction_tells_a_heavy_block_from_a_light_one(light):
     bad = heavy.response([0.81, 1.66], damping=5e-3, other_modes=names)
     assert (good.interaction * good.sensitivity < 0.055).all()
     assert (bad.interaction * bad.sensitivity > 0.2).all()
-    assert "force 0.81, 1.66: other modes take part" in bad.note
+    assert "force 0.81, 1.66: other modes interact" in bad.note
 
 
 def test_the_largest_force_keeps_each_limit(light):
@@ -460,8 +460,8 @@ def test_bad_input(curve, light):
         curve.largest_force(work=1e9)
     for odd, said in (
         (["mode 7"], "other_modes: 'mode 7'"),
-        (["mode 0"], "'mode 0' moves another mode"),
-        (["static"], "'static' moves another mode"),
+        (["mode 0"], "'mode 0' also moves another of the modes"),
+        (["static"], "'static' also moves another of the modes"),
         ("mode 1", "other_modes: 'mode 1'"),
     ):
         with pytest.raises(fo.ModelError, match=said):

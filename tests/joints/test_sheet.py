@@ -245,7 +245,7 @@ def test_units_change_no_verdict(seed):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"limits": {"slip": 1.0}}, "'slip' is no quantity"),
+        ({"limits": {"slip": 1.0}}, "'slip' is not a quantity"),
         ({"limits": {"slip range": np.nan}}, "slip range.*nan"),
         ({"limits": {"work": -1.0}}, "work.*at least 0"),
         ({"limits": {"slipping share": 1.5}}, "at most 1"),

@@ -82,7 +82,7 @@ def test_forces_go_where_the_deck_says(tmp_path, text, labels, moved):
     [
         (
             "",
-            "node 3, direction 2, .*no \\*EQUATION says what it follows \\(give the deck of the same job\\)",
+            "node 3, direction 2, .*no \\*EQUATION determines it \\(give the deck of the same job\\)",
         ),
         ("*TIE, NAME=T\nA, B\n*MPC\nPLANE, 1, 2, 3\n", "the deck has \\*TIE, \\*MPC"),
         ("*DISTRIBUTING COUPLING, ELSET=M\n1, 1.\n", "the deck has \\*DISTRIBUTINGCOUPLING"),

@@ -28,7 +28,7 @@ def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow(
     model = fo.DesignModel(uncoupled(np.eye(2), [1.0, 0.5]), SHEAR, preloads=["one", "two"])
     with pytest.raises(
         fo.ModelError,
-        match=r"load_factor: it grows without end with the design: .*preload\['two'\] has no upper bound",
+        match=r"load_factor: it grows without bound with the design: .*preload\['two'\] has no upper bound",
     ):
         model.solve(0.5)
     with pytest.raises(fo.ModelError, match=r"preload\['one'\] has no upper bound"):
@@ -45,7 +45,7 @@ def test_designs_without_bounds_are_named_with_the_direction_in_which_they_grow(
     pressing = fo.DesignModel(
         CONTACT, fo.LoadCycle({"mean": 1.0}, [{"mean": 1.0}]), preloads=["cyclic"]
     )
-    with pytest.raises(fo.ModelError, match="load_factor: it grows without end for any design"):
+    with pytest.raises(fo.ModelError, match="load_factor: it grows without bound for any design"):
         pressing.solve(0.5, [cp.abs(pressing.preload) <= 0.1])
 
 

@@ -200,7 +200,7 @@ def test_surfaces_name_their_nodes(squares):
     }
     assert np.array_equal(job.force("Side", pressure=1.0), job.force([0, 1], pressure=1.0))
     with pytest.raises(
-        fo.ModelError, match="'AROUND': other facets lie between its nodes too"
+        fo.ModelError, match="'AROUND': its nodes also span other facets"
     ):  # the end at x = 2
         job.nodes("around")
     with pytest.raises(fo.ModelError, match="'LOST': no solid of the deck has one of its faces"):

@@ -295,7 +295,7 @@ def test_rows_that_others_stand_for(simplify):
         3 * a + b + min(9 - 3 * a, np.inf) for a, b in ((0.0, 1.0), (2 / 3, 2 / 3), (1.5, -1.0))
     )
     assert problem.value == pytest.approx(best) and chain.reduced.left_out == (2 if simplify else 0)
-    assert record.left_out == (("rows: 2 that others stand for",) if simplify else ())
+    assert record.left_out == (("rows: 2 redundant",) if simplify else ())
     assert [float(rows[k].dual_value) for k in (1, 4)] == [0.0, 0.0]
 
 

@@ -230,7 +230,7 @@ def test_an_interrupt_leaves_the_finished_rows(
     part, (note,) = stop.value.table, stop.value.__notes__
     assert (
         f"{len(table) - 7} runs are left; the attribute `table` has 7, " in note
-        and note.endswith("runs.sqlite', from where the same call goes on")
+        and note.endswith("runs.sqlite', from which the same call continues")
     )
     pd.testing.assert_frame_equal(results(part), results(table.head(7)), check_exact=True)
     assert part.attrs["missing"] == len(table) - 7
