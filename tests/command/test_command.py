@@ -310,7 +310,11 @@ BAD = {
         2,
         "--tolerance: 0; only a history has noise",
     ),
-    "time of corners": ([*LIMIT, *CORNERS, "--time", "t"], 2, "--time: 't'; only a history has times"),
+    "time of corners": (
+        [*LIMIT, *CORNERS, "--time", "t"],
+        2,
+        "--time: 't'; only a history has times",
+    ),
     "numbers of a load": (
         ["condense", str(FLAT), "x.npz", *ON_TOP, "P=N_TOP:traction=1"],
         2,

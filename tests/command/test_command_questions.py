@@ -435,9 +435,7 @@ def test_an_interrupted_study_says_how_many_runs_its_store_keeps(
         patch.setattr(dissipation._Study, "keep", stops)
         patch.setattr(Bar, "update", counts)
         assert main(["study", "study.toml"]) == 130
-    line = (
-        f"frictopt: interrupted\n{runs} of 20 runs kept in study.sqlite; the same command continues\n"
-    )
+    line = f"frictopt: interrupted\n{runs} of 20 runs kept in study.sqlite; the same command continues\n"
     assert capsys.readouterr().err.endswith(line)
     assert len(fo.results.read_store("study.sqlite")) == runs
     assert main(["study", "study.toml", "--json"]) == 0

@@ -164,7 +164,8 @@ def test_rotations_of_a_cantilever_are_eliminated():
     with pytest.raises(fo.ModelError, match=r"supports: the body at .* can still turn"):
         fo.condense(K, {"M": np.eye(9)[8]}, **beam, held=[0], generalised=[2, 5, 8])
     with pytest.raises(
-        fo.ModelError, match=r"generalised: row 9 of K has 0 on the diagonal, so it may be the multiplier"
+        fo.ModelError,
+        match=r"generalised: row 9 of K has 0 on the diagonal, so it may be the multiplier",
     ):
         multiplier = np.block([[K, np.eye(9)[:, 2:3]], [np.eye(9)[2:3], np.zeros((1, 1))]])
         fo.condense(multiplier, {"M": np.eye(10)[8]}, **beam, held=[0, 1], generalised=[2, 5, 8, 9])
