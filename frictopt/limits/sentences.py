@@ -164,7 +164,7 @@ CRITICAL = Sentence(
     "node {node}{contact} is {bounds}", assumes="a node is critical below the shakedown limit"
 )
 BOTH_BOUNDS = Sentence(
-    "at its friction bound of forward slip at the corner {first} and of backward slip at {last}",
+    "on its bound of forward slip at the corner {first} and of backward slip at {last}",
     assumes="the contact is in the plane",
 )
 BOUNDS_IN_SPACE = Sentence(
