@@ -286,7 +286,7 @@ BAD = {
     "which also belongs to a contact, a support along oblique normals or another coupling": lambda b: (
         model(b, [fo.RigidCoupling("upper", "x+")], SIDE)
     ),
-    "the node at (0, 0, 1), which a contact": lambda b: model(
+    "the node at (0, 0, 1), which also belongs to a contact": lambda b: model(
         b, [fo.RigidCoupling("upper", "z+"), fo.RigidCoupling("upper", UP)], SIDE
     ),
     "has nodes that other supports hold against its motions": lambda b: model(

@@ -179,7 +179,7 @@ def test_cut_faces_that_are_off_by_more_than_their_digits_are_none():
         [fo.Cyclic("a", "low", "high")],
         {"P": [fo.Pressure("a", "top", 1.0)]},
     ]
-    with pytest.raises(fo.ModelError, match="no turned copies of each other"):
+    with pytest.raises(fo.ModelError, match="not turned copies of each other"):
         fo.ContactModel(*model, [fo.Contact("a", "b", "foot", "top")]).condense()
 
 

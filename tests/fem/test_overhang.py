@@ -59,7 +59,7 @@ def test_up_to_an_edge_between_facets_it_is_the_contact_of_the_part(kinds):
 def test_the_contact_carries_the_load_and_has_the_size_of_what_lies_opposite(kinds, edge):
     bodies = narrow_below(kinds, edge)
     size = "length" if bodies["upper"].mesh.dim() == 2 else "area"
-    beyond = f"the {size} {4 - edge:.3g} ({(4 - edge) / 4:.1%}) lies opposite nothing"
+    beyond = f"the {size} {4 - edge:.3g} ({(4 - edge) / 4:.1%}) has no opposite part"
     with pytest.warns(fo.ModelWarning, match=re.escape(beyond)):
         system = model(bodies, "upper", "lower").condense()
     assert system.width.sum() == pytest.approx(edge) and system.width.min() > 0

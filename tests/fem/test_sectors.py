@@ -622,7 +622,7 @@ REFUSED = {
     "has another Cyclic": lambda: refused(cut=fo.Cyclic("shaft", "low", "high")),
     "its axis a normal of the plane": lambda: refused(cut=fo.Cyclic(**HUB, axis=(1, 0, 0))),
     "give the 2 coordinates of a point": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0, 0, 0))),
-    "the faces 'high' and 'low' of body 'hub' are no turned copies of each other: turned by 360/3 degrees about the axis, they are up to 0.3 apart": (
+    "the faces 'high' and 'low' of body 'hub' are not turned copies of each other: turned by 360/3 degrees about the axis, they are up to 0.3 apart": (
         lambda: refused({"high": lambda x: cuts(3)["high"](x) & (np.hypot(*x) > 1.3)})
     ),
     "; their middles are": lambda: refused(cut=fo.Cyclic(**HUB, centre=(0.1, 0.0))),

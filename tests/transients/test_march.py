@@ -102,7 +102,7 @@ def test_a_node_that_slips_only_while_it_is_open_does_no_work(engine, steps):
 
 
 def test_the_exact_path_has_no_steps():
-    with pytest.raises(fo.ModelError, match="steps: 10; the exact path has none"):
+    with pytest.raises(fo.ModelError, match="steps: 10; the exact path has no increments"):
         fo.march(
             random_system(np.random.default_rng(0), 3), CYCLE, 0.3, 1.0, engine="path", steps=10
         )
