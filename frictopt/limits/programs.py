@@ -258,8 +258,8 @@ def listed_rows(
     """The rows of a question, without a goal.
 
     They are the rows at the vertices of the hull of the corners; `every`: at all corners.
-    `friction` lists other rows in the place of `models.stuck`. `more`: see `models.rest`. `loads`: the loads
-    of the question as parameters.
+    `friction` lists other rows in the place of `models.stuck`. `more`: see `models.rest`. `loads`:
+    the loads of the question as parameters.
     """
     corners = list(range(len(question.r1))) if every else listed_corners(question)
     x = replace(x)  # with gaps of its own
