@@ -39,7 +39,8 @@ class Claim:
     @property
     def row(self) -> str:
         """The row of the table."""
-        said = "; ".join([*self.texts, *filter(None, [self.also])])
+        sentences = [*self.texts, *filter(None, [self.also])]
+        said = "<br>".join(sentence.strip(" ;") for sentence in sentences)
         assumed = [getattr(sentence_of(name), "assumes", "") for name in self.sentences.split()]
         holds_if = self.holds_if or "; ".join(dict.fromkeys(filter(None, assumed)))
         tests = ", ".join(f"`{test}`" for test in self.tests.split())
@@ -416,7 +417,7 @@ CLAIMS = (
         "",
         also="by a theorem: the load from equilibrium never falls with friction, and is a concave function of the preloads",
         by="`Report`, `report`, validity, tutorial/report",
-        holds_if="no contact forces balance themselves; else the corners are followed, and no theorem is claimed",
+        holds_if="no contact forces balance themselves; otherwise transients follow the corners, and no theorem is claimed",
         source='forces within friction are a convex cone that grows with friction (validity, "Scatter")',
         tests="test_sheet::test_no_input_in_the_ranges_is_worse_against_gross_slip",
     ),

@@ -101,7 +101,7 @@ class _Writer:
         return self._numbers[id(array)]
 
     def _thing(self, thing: Any, place: str) -> int:
-        """The number of a thing; the things in it have smaller numbers."""
+        """The number of an object; the objects in it have smaller numbers."""
         if self._is_new(thing):
             kind = type(thing)
             content = [

@@ -349,7 +349,7 @@ def _checks_call(question: F, name: str) -> F:
 
 
 def first_of(bad: Booleans | np.bool_, most: Array | None = None) -> int | None:
-    """Index of the first True entry of `bad`, or of the one with the largest `most`.
+    """Index of the first True entry of `bad`, or of the True entry with the largest `most`.
 
     None if all entries are False.
     """

@@ -97,7 +97,7 @@ class Bar:
 
     @property
     def _format(self) -> str | None:
-        """The format for tqdm; None, its own format, if a screen shows a share of a known total."""
+        """The format for tqdm; None, which is its default, for a known total on a screen."""
         if self.total is not None and self.screen:
             return None
         counted = "" if self.total is None else " of {total_fmt}"

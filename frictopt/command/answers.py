@@ -62,8 +62,8 @@ def give(
     """Print an answer with some of its tables, write its files, and return the exit code.
 
     Files are written even if nobody reads the text, and the text is printed even if a file cannot
-    be written. The first table goes to a file, with the numbers of the answer in columns of its
-    own.
+    be written. The first table goes to a file, with additional columns for the numbers of the
+    answer.
     """
     numbers = numbers_of(answer)
     try:
@@ -199,4 +199,4 @@ def partial_answer(interrupt: KeyboardInterrupt, with_json: bool) -> list[str]:
         print(strict_json({"interrupted": True, known: content}))
     else:
         print(value)
-    return [f"{known}: printed so far as it was computed"]
+    return [f"{known}: the part that is known is printed"]

@@ -342,7 +342,7 @@ def _checked_corners(name: str, loads: object) -> tuple[Mapping[str, float], ...
     if isinstance(loads, Mapping | str) or not isinstance(loads, Sequence):
         hint = ""
         if hasattr(loads, "to_dict"):
-            hint = " (its to_dict('records') makes one)"
+            hint = " (its to_dict('records') converts it)"
         raise ModelError(
             f"{name}: a {type(loads).__name__}; give a list{hint} of load corners, each load case "
             "name -> amplitude"

@@ -178,7 +178,7 @@ def _with_time(history: Any, time: object) -> tuple[Table, str | None]:
 
 
 def _time_name(names: Iterable[Hashable]) -> str | None:
-    """The name that is "time" in any case of its letters; None if no name is."""
+    """The name "time", in lower or upper case, among the names; None without it."""
     for name in names:
         if isinstance(name, str) and name.lower() == "time":
             return name

@@ -373,12 +373,12 @@ class ContactSystem(Shown, Plotted):
     def displacements(self, amplitudes: ArrayLike, slip: ArrayLike, gap: ArrayLike) -> Array:
         """(..., cases) displacements of all load cases at states of the contact. Theory, "Joints".
 
-        The displacements are in the order of `bonded`. The displacement of a load case of forces is
-        the work of its unit load: for a single force the displacement of its point along it, for a
-        pressure the mean displacement times the area. The displacement of a load case of moved
-        supports is minus their force. The displacement of an interference is minus the force that
-        presses it shut. With these definitions the work of friction is the total area of the loops
-        of amplitude against displacement.
+        The displacements are in the order of `bonded`. If a load case consists of forces, its
+        displacement is the work of its unit load. For a single force this is the displacement of
+        its point along the force, for a pressure the mean displacement times the area. The
+        displacement of a load case of moved supports is minus their force. The displacement of an
+        interference is minus the force that presses it shut. With these definitions the work of
+        friction is the total area of the loops of amplitude against displacement.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Triangles between neighbouring nodes of a contact face, without those in its holes."""
+"""Triangles between neighbouring nodes of a contact face, without triangles in its holes."""
 
 from heapq import heapify, heappop, heappush
 

@@ -296,7 +296,7 @@ def condensed(glued: Glued, loads: Mapping[str, Array]) -> tuple[Array, dict[str
     """Stiffness S (k, k) of the relative motions, bonded reactions (k,) of each load, compliance.
 
     The k relative motions are ordered direction by direction. The bonded reactions hold them at
-    zero. The compliance (loads, loads) is that of the glued bodies.
+    zero. The compliance (loads, loads) belongs to the glued bodies.
     """
     K = glued.K
     interface = glued.interface

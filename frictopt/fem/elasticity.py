@@ -144,7 +144,7 @@ def body_stiffness(
 
     The unknowns are all x displacements by node, then all y, then all z displacements.
 
-    An axisymmetric body has the radius x and the axis x = 0; its stiffness is that of the whole
+    An axisymmetric body has the radius x and the axis x = 0; its stiffness refers to the whole
     circumference. The radial displacement u makes the hoop strain u / x.
 
     With "mean_dilatation" the first Lame constant resists the mean of div u over an element instead
@@ -303,7 +303,7 @@ def through_corners(mesh: Mesh) -> Mesh:
 def points_from(mesh: Mesh, elements: Integers, part: Mesh) -> Array:
     """(d, nodes) coordinates of all nodes of a part, which consists of some elements of a mesh.
 
-    The coordinates that scikit-fem restricts are those of corners only.
+    scikit-fem restricts the coordinates of corners only.
     """
     points = np.zeros((mesh.dim(), part.dofs.N))
     points[:, part.dofs.element_dofs] = mesh.p[:, mesh.dofs.element_dofs[:, elements]]

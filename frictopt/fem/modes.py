@@ -68,8 +68,8 @@ class Modes(Shown, Plotted):
     ----------
     frequency
         (n,) natural frequencies, cycles per unit of time; 0 for free rigid motions. The unit of
-        time is that of the densities: the second if they are in tonne/mm^3 beside N and mm, or in
-        kg/m^3 beside N and m. These are Hz.
+        time follows from the unit of the densities: the second if they are in tonne/mm^3 beside N
+        and mm, or in kg/m^3 beside N and m. These are Hz.
     shapes
         Body name -> (n, d, nodes) displacements, normalised to unit modal mass. A body with a
         `BoltPreload` has the nodes of its section twice.
@@ -251,7 +251,7 @@ class Vibrating:
         are left out: they do not stiffen the bodies, as a spin would. Axisymmetric models have
         axisymmetric modes only. A sector (`Cyclic`) has the modes of its ring that are the same in
         all sectors: without nodal diameters, or with a multiple of the number of sectors. Its
-        masses are those of one sector. Theory, eq. (34).
+        masses refer to one sector. Theory, eq. (34).
 
         Parameters
         ----------

@@ -83,8 +83,8 @@ class RemoteForce(ForceLoad):
         The nodes, as in a `Support`. Nodes of a boundary are weighted by their parts of its area
         (in the plane of its length), all others alike.
     x, y, z
-        Components of the force, numbers, zero by default; in the plane per unit depth, in
-        axisymmetric models the sum around the circumference, along y alone.
+        Components of the force, numbers, zero by default. In the plane the force is per unit depth.
+        In axisymmetric models it is the sum around the circumference, and only y is allowed.
     moment
         In space (x, y, z) about the point, in the plane a number, counterclockwise; None: zero.
     point

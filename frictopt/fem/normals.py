@@ -57,7 +57,7 @@ def node_normals(facets: Integers, points: Array) -> Array:
     They are weighted as by Max (1999), which is exact on circles and spheres if facets surround a
     node. At free ends and rims, normals follow from lines of nodes that end at the node or pass
     through it. These lines are treated as arcs. If the nodes lie on a cylinder or a cone, the
-    normals are those of this surface, because normals from facets lean, for instance on
+    normals are the normals of this surface, because normals from facets lean, for instance on
     unstructured triangles.
     """
     weighted = _weighted(facets, points)

@@ -73,8 +73,8 @@ def write_paraview(
     file = file_path("path", path)
     if not isinstance(model, ContactModel):
         raise ModelError(
-            f"model: a {type(model).__name__}; give the ContactModel that was condensed, of a "
-            "scene its .model()"
+            f"model: a {type(model).__name__}; give the ContactModel that was condensed; "
+            "for a scene, give its .model()"
         )
     ending = ".vtm" if isinstance(result, BodyFields) else ".pvd"
     if not isinstance(result, BodyFields | Steady):

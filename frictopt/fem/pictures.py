@@ -50,7 +50,7 @@ class PictureSettings:
     speeds_of_sound: tuple[float, float] = (20.0, 2e4)
     # Largest displacement of a field in a picture, as a share of the size of the bodies.
     deformed: float = 0.1
-    # The same of a mode, whose size means nothing.
+    # The title for a mode, whose size has no meaning.
     bent: float = 0.15
     # Sides of neighbouring faces are outlines in space if the cosine between the normals is at most
     # this: cos 30 degrees.

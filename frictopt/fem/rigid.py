@@ -200,7 +200,7 @@ def _in_words(
 
 
 def _turns_and_shifts(turns: Array, shifts: Array) -> tuple[Array, Array]:
-    """Orthonormal turns among some motions, and orthonormal shifts of those that do not turn."""
+    """Orthonormal turns among some motions, and orthonormal shifts of motions without a turn."""
     basis, sizes, mixed = np.linalg.svd(turns)
     turning: Booleans = sizes > np.sqrt(_FREE_MOTION)
     still = np.ones(len(mixed), dtype=bool)

@@ -124,7 +124,7 @@ def _draw_field(scene: Any, grids: Sequence[Any], show: str, title: str) -> None
 def _state(
     model: ContactModel, result: object
 ) -> tuple[BodyFields | None, Mapping[str, NDArray[Any]]]:
-    """Fields of a result, those of a steady state at its last corner; more values at contacts."""
+    """Fields of a result (of a steady state at its last corner), and further values at contacts."""
     if result is None or isinstance(result, BodyFields):
         return result, {}
     if not isinstance(result, Steady):

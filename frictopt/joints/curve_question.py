@@ -130,7 +130,7 @@ class CurveQuestion:
         if self.load.missing:
             notes.append(f"no displacement, stiffness, damping and frequency: {self.load.missing}")
         elif np.isnan(self.load.natural_frequency):
-            notes.append("no frequency: without a natural_frequency the load is no mode")
+            notes.append("no frequency: it needs the load of a mode, and its natural_frequency")
         if self.system.width is None:
             notes.append("shares are of the nodes: the system has no width")
         return notes

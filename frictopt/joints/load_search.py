@@ -19,8 +19,8 @@ class LoadSearchSettings:
     growth: float = 2.0
     # Largest load factor tried; a threshold that is kept there counts as not reached.
     largest_load: float = 16.0
-    # Share of the gross-slip load up to which the search, and the curve of a report, go. Closer to
-    # it the slip needs many cycles to become steady.
+    # The search, and the curve of a report, end at this share of the gross-slip load. Closer to it
+    # the slip needs many cycles to become steady.
     below_gross_slip: float = 0.95
     # Each third trial halves the bracket, because interpolation fails at jumps.
     halved: int = 3

@@ -180,8 +180,9 @@ def report(
     friction
         Coefficient of friction, one or one per node. A tuple of three is (least, nominal, most).
     load_factors
-        (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2,
-        in space without 1/4, reduced in proportion if 2 is above 95 % of the gross-slip load.
+        (K,) load factors of the curve, > 0 and rising; 1 is added to them. None: 1/4, 1/2, 1 and 2
+        (in space without 1/4). If 2 exceeds 95 % of the gross-slip load, they are scaled down to
+        end there.
     preload
         Load case of the mean load -> (least, most) amplitude, for the scatter of tightening. At
         most four load cases. Bolts with the same scatter belong in one load case. Each corner of

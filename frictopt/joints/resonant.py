@@ -47,7 +47,8 @@ class Resonant:
             Damping ratio of material and air for the glued mode, at least 0 and below 1. With 0
             friction alone damps; a friction that slides in full cannot hold every force.
         scale
-            Motion of a point per modal amplitude, > 0. All amplitudes are then those of this point.
+            Motion of a point per modal amplitude, > 0. All amplitudes are then amplitudes of this
+            point.
         other_modes
             Names of load cases that are the loads of other modes, see `Modes.load`. They show how
             far these modes take part: `ForcedResponse.interaction`.
@@ -184,7 +185,7 @@ def _of_arrays(
 def _extreme(
     curve: Any, points: pd.DataFrame, extreme: str, damping: float
 ) -> ModalOscillator | None:
-    """The mode in its states of least or most damping; None without a range, or if they fail.
+    """The mode in its states of least or most damping; None if there are no such states.
 
     They fail if they lack a resonance or if their amplitudes do not rise.
     """

@@ -144,7 +144,10 @@ def _against_gross_slip(states: SteadyStates, nominal: GrossSlip) -> tuple[objec
 
 
 def factor_of(gross: GrossSlip) -> float:
-    """The safety factor of a gross-slip load; 0 if nothing rests at load factor 1 or below."""
+    """The safety factor of a gross-slip load.
+
+    It is 0 if no state of rest exists at load factor 1 or below.
+    """
     if np.isnan(gross.load_factor) or gross.least > 1 + ROUNDING:
         return 0.0
     return gross.load_factor
@@ -181,7 +184,7 @@ def _factor(
     end: float,
     tolerance: float,
 ) -> float:
-    """The load factor up to which a corner keeps a threshold; inf if it is not reached."""
+    """The load factor up to which a corner keeps a threshold; inf without such an end."""
 
     def value_at(factor: float) -> float:
         value = states.judged(name, corner, factor).value
@@ -235,7 +238,7 @@ def _verdict_on_gross_slip(safety: pd.DataFrame, threshold: float) -> list[tuple
 
 
 def _margin(allowed: float, value: float) -> float:
-    """The allowed value over the value: inf for a value of 0, 0 for an infinite one."""
+    """The allowed value divided by the value: inf for a value of 0, 0 for an infinite value."""
     if value == 0:
         return np.inf
     return allowed / value

@@ -60,7 +60,7 @@ class Scatter:
         return Corner(NOMINAL, self.friction, self.cycle)
 
     def corners(self) -> list[Corner]:
-        """All corners of the ranges, those of the least friction and preloads first."""
+        """All corners of the ranges; the least friction and preloads come first."""
         return [
             corner
             for friction_name, friction in self.frictions().items()

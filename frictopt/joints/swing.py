@@ -44,8 +44,9 @@ class Swing:
     def first_harmonic(self, force: Array) -> float:
         """(1 / pi) times the integral of a force (T,) times cos t over a cycle.
 
-        By parts it is the integral of the sine over the force. Between two states the force is
-        linear in the displacement, so the mean of the sine is known in closed form.
+        Integration by parts turns it into the integral of the sine over the force. Between two
+        states the force is linear in the displacement, so the mean of the sine is known in closed
+        form.
         """
         total = 0.0
         for leg in self.legs:

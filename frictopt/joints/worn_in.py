@@ -211,8 +211,8 @@ def _check_similar(system: ContactSystem) -> None:
         "similar half-planes",
     )
     diagonal = np.diag(C)
-    # Largest pressure that wear at one node takes off another one, over the pressure that it takes
-    # off its own node. Half-planes in cells have 0.01.
+    # Largest pressure that wear at one node takes off another node, divided by the pressure that it
+    # takes off its own node. Half-planes in cells have 0.01.
     most_relief = 0.03
     relief = C - np.diag(diagonal) - most_relief * diagonal[:, None]
     relieved, worn = np.unravel_index(relief.argmax(), C.shape)

@@ -253,7 +253,7 @@ class Answered(Recorded, Plotted):
     def state(self) -> ContactState | None:
         """The state at the last corner; None without a finite load factor.
 
-        A transient at this load factor rests from there, if the slip is safe.
+        A transient at this load factor stays stuck from there, if the slip is safe.
         """
         if not np.isfinite(self.load_factor) or not np.isfinite(self.slip).all():
             return None
@@ -384,7 +384,7 @@ class Rated(Proven):
         all load cases of the system, also unused ones: the bolt to tighten is the row with the
         largest rate. The rates of a guaranteed limit belong to the critical state of `node`. The
         limit has a kink if several nodes, such as mirror images, are critical at once, or at more
-        corners than needed; then the rate is that of one side. NaN without a finite limit, if a
+        corners than needed; then the rate is one-sided. NaN without a finite limit, if a
         guaranteed limit is `least`, and under user constraints: these may depend on the loads. NaN,
         too, if loads alone open and close nodes in each cycle (`events`): the loads then move the
         events, which the mechanism does not know.

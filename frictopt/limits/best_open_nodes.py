@@ -185,7 +185,7 @@ def best_open_nodes(
         A finite limit, from `shakedown_limit` or `ShakedownModel` without constraints.
     nodes
         (n,) numbers of the nodes that may open or close. Their 2^n sets are compared without
-        enumeration. Good choices are nodes that touch, nodes at the border of the open ones, and
+        enumeration. Good choices are nodes that touch, nodes at the border of the open nodes, and
         nodes of `limit.mechanism`.
     programs
         Largest number of programs. In the plane, 4 to 40 programs are usual for nodes that govern,

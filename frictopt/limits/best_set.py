@@ -79,7 +79,7 @@ class _SetSearch:
 
 
 def _may_open(question: Question) -> bool:
-    """Whether nodes have gaps, or the mean load pulls nodes: then seldom all nodes stay closed."""
+    """Whether nodes have gaps, or the mean load pulls nodes; then some nodes usually open."""
     return bool(question.system.gap.any() or (question.r0[:, -1] < 0).any())
 
 

@@ -49,10 +49,10 @@ def needed(friction: Array, q1: Array, p1: Array) -> tuple[Array, Array]:
 def critical_states(question: Question) -> list[list[CriticalState]]:
     """The critical states of each node.
 
-    A node has no critical state if it has no friction or only lifts off. It has one for each pair
-    of governing corners if the corners differ at load factor 0, and else a single one. In space, no
-    critical state is computed if they differ: only uncoupled contacts, which need no critical
-    state, get here.
+    A node has no critical state if it has no friction or only lifts off. If the corners differ at
+    load factor 0, it has a critical state for each pair of governing corners; otherwise it has only
+    one. In space, no critical state is computed if they differ: only uncoupled contacts, which need
+    no critical state, get here.
     """
     if question.fixed and question.q1.ndim == 3:
         return [[] for _ in question.friction]

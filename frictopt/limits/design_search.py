@@ -31,7 +31,7 @@ _CARRIES_LESS = (
 
 
 class NoneSafeError(ModelError):
-    """No design is safe with the given nodes open; with other nodes open one may be."""
+    """No design is safe with the given nodes open. With other nodes open, one may be safe."""
 
 
 class Candidate(Protocol):

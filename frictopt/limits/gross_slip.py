@@ -77,10 +77,11 @@ class GrossSlip(Explained):
         lifts each node by at least f times its slip, and the loads do work on it. It is zero if no
         motion exists.
     motion
-        The motion, one row for each contact that moves: columns contact, nodes (that move), x and y
-        (and z), the direction of the slide or in space the axis of the turn, slide (along it), lift
-        (off a flat face), turn (angle, in the plane from x to y), at_x, at_y (and at_z), a point
-        that does not turn, else NaN. NaN if the nodes of a contact do not move as one body.
+        The motion, one row for each contact that moves. Columns: contact; nodes, the number of
+        moving nodes; x, y (and z), the direction of the slide, or in space the axis of the turn;
+        slide, along this direction; lift, off a flat face; turn, the angle, in the plane from x to
+        y; at_x, at_y (and at_z), a point at rest in a turn, otherwise NaN. NaN if the nodes of a
+        contact do not move as one body.
     reason
         Explanation of the load factor in words.
     self_stress

@@ -22,7 +22,7 @@ _SAME_LINE = 1e-9
 
 @dataclass(frozen=True)
 class LoadPath:
-    """The corners between which the load goes, in order: `stops`.
+    """The corners that the load visits, in order: `stops`.
 
     A path on a line goes from one end to the other, and comes back the same way: it has two stops.
     Another path visits all corners, and returns to the first one.
@@ -72,7 +72,8 @@ def places_on(question: Question, path: LoadPath) -> Array:
 def meets_mean_load(question: Question, path: LoadPath) -> bool:
     """Whether the load goes through the mean load on a line, at every load factor.
 
-    Then the states of rest at a load factor contain those at every smaller one.
+    Then the states of rest at a load factor contain the states of rest at every smaller load
+    factor.
     """
     if path.closed or question.fixed:
         return False
@@ -92,9 +93,9 @@ def has_static_shear(question: Question, load_factor: float) -> bool:
 def may_open_and_close(question: Question, path: LoadPath | None) -> bool:
     """Whether some node can open and close in a state of rest, other than by chance.
 
-    Where a node closes, its bonded reactions equal those where it opens, if nothing else opens or
-    closes in between (theory, "Where events can gain"). So they must return along the same path: on
-    a line, or on two legs. This is asked with no other node open.
+    The bonded reactions of a node are equal at its closing and at its opening, if nothing else
+    opens or closes in between (theory, "Where events can gain"). So they must return along the same
+    path: on a line, or on two legs. This assumes that no other node is open.
     """
     if path is None:
         return False

@@ -29,8 +29,8 @@ from .rim import Rim, Statuses, rim_of
 class MovingAreas(Question):
     """A question whose normal loads alone open and close nodes in each cycle.
 
-    `open_nodes` never press. The M instants are those of the normal path. All other arrays are
-    those of the closed contact.
+    `open_nodes` never press. The M instants are the instants of the normal path. All other arrays
+    belong to the closed contact.
     """
 
     path: PathPiece
@@ -203,8 +203,8 @@ class MovingAreas(Question):
     def violation(self, load_factor: float, slip: Array) -> float:
         """Distance of a slip from being safe, see `Question.violation`.
 
-        The law is judged at the instants and half way between them, where a node must not have both
-        pressure and gap. A node with pressure must keep its slip.
+        The contact law is checked at the instants and half way between them, where a node must not
+        have both pressure and gap. A node with pressure must keep its slip.
         """
         u, r = self._states(load_factor, slip)
         closing = self.system.S[:, -self.system.nodes :] @ self.system.gap
@@ -265,7 +265,7 @@ def scales_shear_alone(question: Question) -> bool:
 def has_all_states(question: Question) -> bool:
     """Whether all states of rest have the pressures of this question.
 
-    So it is if the load factor scales shear alone, and each closed node always has pressure.
+    This is true if the load factor scales only shear, and each closed node always has pressure.
     """
     if question.events or question.moves:
         return isinstance(question, MovingAreas) and question.alone

@@ -78,9 +78,9 @@ def _stiffness(areas: MovingAreas) -> Array:
 def _shear(areas: MovingAreas) -> Array:
     """(2, M, t, N) shear forces without slip of the nodes that never open.
 
-    Index 0 is the part at load factor 0, index 1 the rate with the load factor. Forces that the
-    equations of the rim leave are scaled to the size of the loads: they must be zero, however small
-    they are.
+    Index 0 is the part at load factor 0, index 1 the rate with the load factor. Residual forces of
+    the equations of the rim are scaled to the size of the loads, because even small ones must be
+    zero.
     """
     loads = areas.bonded_at_instants[:, :, :-1]
     motion = np.zeros_like(loads)

@@ -200,9 +200,9 @@ def _reserve(
 
 @picture.register
 def _least_slip(least: LeastSlip, ax: Axes | AxesArray | None = None) -> Axes | AxesArray:
-    """Weights of the slip at the corners; in space maps of those between corners.
+    """Weights of the slip at the corners; in space, maps of the weights between corners.
 
-    Of many corners there are lines of those with the largest weights.
+    If there are many corners, lines are drawn only for the corners with the largest weights.
     """
     panels = panels_of(ax, least.system)
     axes = panels[0]

@@ -257,9 +257,9 @@ def listed_rows(
 ) -> Program:
     """The rows of a question, without a goal.
 
-    They are those at the vertices of the hull of the corners; `every`: at all corners. `friction`
-    lists other rows in the place of `models.stuck`. `more`: see `models.rest`. `loads`: the loads
-    of the question as parameters.
+    They are the rows at the vertices of the hull of the corners; `every`: at all corners.
+    `friction` lists other rows in the place of `models.stuck`. `more`: see `models.rest`. `loads`:
+    the loads of the question as parameters.
     """
     corners = list(range(len(question.r1))) if every else listed_corners(question)
     x = replace(x)  # with gaps of its own
@@ -275,7 +275,7 @@ def listed_rows(
 
 
 def listed_corners(question: Question) -> list[int]:
-    """Corners whose rows imply those of the others; all corners without `simplify`."""
+    """Corners whose rows imply the rows of the other corners; all corners without `simplify`."""
     if question.simplify:
         return outer_corners(question.cycle)
     return list(range(len(question.r1)))
@@ -351,7 +351,7 @@ def labelled_rows(constraints: Sequence[Any], known: Iterable[cp.Variable]) -> d
 def check_rows(name: str, row: Row, known_ids: set[int]) -> None:
     """Refuse a constraint that multipliers of linear rows and second-order cones do not prove.
 
-    Refused are also constraints that are not convex, or on unknowns of another model.
+    It also refuses constraints that are not convex, or on unknowns of another model.
     """
     if not row.is_dcp(dpp=True):
         raise ModelError(

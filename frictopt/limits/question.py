@@ -148,7 +148,7 @@ class Question:
         return parted(tangential @ slip.T.ravel(), self.system.tangents + 1)
 
     def slip_at_mean_load(self, slip: Array) -> Array:
-        """The slip of the closed nodes, completed by the slip of the open ones at the mean load."""
+        """The slip of all nodes: open nodes have their slip under the mean load."""
         if self.compliance is None:
             return slip
         # A LiftOff has other states: here the same nodes are open at all corners.

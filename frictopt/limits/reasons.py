@@ -221,7 +221,7 @@ def _nothing_safe(limit: ShakedownAnswer) -> str:
 
 
 def _call_with_events(limit: ShakedownAnswer) -> str:
-    """The advice to ask for nodes that open and close, if some can in a state of rest."""
+    """The advice to pass `events=True`, if nodes can open and close in a state of rest."""
     question = limit._question
     unknown = limit.constraints or question.slip_bound is not None or other_laws(question.system)
     # Such a node would have to keep its slip in a state of rest with events, too.

@@ -60,7 +60,8 @@ _UNDECIDED = (
 class FrictionSearch:
     """Numbers of the search for the least friction."""
 
-    # Frictions that are tried until one is enough. In linear programs larger ones act as infinite.
+    # Frictions that are tried until one is enough. In linear programs, larger bounds act as
+    # infinite.
     tried: tuple[float, ...] = tuple(4.0**k for k in range(8))
     smallest: float = 1e-6  # that linear programs distinguish from 0
     # Relative distance of the two frictions of a proof from the root, first and largest. Nodes with
@@ -341,8 +342,8 @@ def _proven_from_both_sides(
 ) -> RequiredFriction:
     """The answer, proven: some slip is safe just above the root, and no slip is just below it.
 
-    Just below, the open nodes are the ones of the answer, and then the ones that a search finds
-    there. If a proof fails, a larger distance from the root is tried.
+    Just below, no slip is safe with the open nodes of the answer, or with the open nodes that a
+    search finds there. If a proof fails, a larger distance from the root is tried.
     """
     width = SEARCH.proof
     while width <= SEARCH.widest_proof:

@@ -72,7 +72,7 @@ class Rim:
     """Slips and shear forces of R rim nodes with t tangents at M instants, all others held.
 
     Index 0 is the part at load factor 0, index 1 the rate with the load factor. `residual` are the
-    shear forces that the equations leave at nodes that open or close, zero for a state of rest.
+    shear forces at nodes that open or close; they are zero in a state of rest.
     """
 
     nodes: Integers  # (R,)
@@ -131,7 +131,7 @@ class _Equations:
     def _forces(self, m: int, touching: Booleans) -> tuple[Array, Array]:
         """Forces at the touching nodes of an instant: rows of the slips, and (rows, 2) constants.
 
-        The nodes without pressure follow the others.
+        The nodes without pressure follow the nodes with pressure.
         """
         closed = self._column[m] >= 0
         coupling = self.A[np.ix_(touching, closed)]

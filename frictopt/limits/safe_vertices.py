@@ -1,6 +1,6 @@
 """Safe slips that go furthest in given directions (`models.furthest`).
 
-Slips of the body as a whole that nothing resists take no part.
+Free slides of the body as a whole are excluded.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def furthest(
 ) -> list[Array | None]:
     """The safe slip, length, that goes furthest in each direction.
 
-    Directions (t N,) are those of tractions over their units. None stands for a direction without
-    an end, and for all directions if no slip is safe.
+    Directions (t N,) are directions of tractions divided by their units. None stands for a
+    direction without an end, and for all directions if no slip is safe.
     """
     system = question.system
     size = system.tangents * system.nodes

@@ -164,7 +164,7 @@ CRITICAL = Sentence(
     "node {node}{contact} is {bounds}", assumes="a node is critical below the shakedown limit"
 )
 BOTH_BOUNDS = Sentence(
-    "at its friction bound of forward slip at the corner {first} and of backward slip at {last}",
+    "on its bound of forward slip at the corner {first} and of backward slip at {last}",
     assumes="the contact is in the plane",
 )
 BOUNDS_IN_SPACE = Sentence(
@@ -220,7 +220,7 @@ NO_SLIP_IS_SAFE = Sentence(
 )
 NOR_WITH_SOME_OPEN = Sentence(
     " with all nodes closed, or with the open nodes that the search finds ({opened}); with other "
-    "nodes open one may be",
+    "nodes open a slip may be safe",
     assumes=_NODES_AS_THEY_ARE,
 )
 
@@ -300,7 +300,7 @@ BEST_DESIGN = Sentence(
     assumes=_NODES_OF_DESIGN,
 )
 OTHER_DESIGNS_OPEN = Sentence(
-    "; with other nodes open one may be",
+    "; with other nodes open a design may be better",
     assumes=_NODES_OF_DESIGN,
 )
 LARGER_DESIGNS_OPEN = Sentence(

@@ -74,7 +74,7 @@ def best_open_set(
     `closed` is the limit with all nodes closed. It is the answer if zero slip is safe under the
     mean load and no governing node may open. `limit_of(question, above)` computes the limit of a
     question with other open nodes; it may raise an error if this limit is at most `above`. If these
-    limits have no proof, `answer` makes an answer of the one that an interrupt keeps.
+    limits have no proof, `answer` computes a proven limit from the limit that an interrupt keeps.
 
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
     The first limit that reaches `enough` ends the search. Under a static load only the nodes that
@@ -195,7 +195,7 @@ class _SetSearch(Generic[L]):
 def keep_best(
     bar: Bar, limit: ShakedownAnswer, answer: Callable[[], ShakedownAnswer] | None = None
 ) -> None:
-    """Keep the best limit of a search for an interrupt, or the `answer` that it then calls."""
+    """Keep the best limit for an interrupt, or the function that computes it then."""
     best = f"at least {limit.load_factor:.4g} so far"
     if np.isnan(limit.load_factor):
         best = "none safe so far"
@@ -234,7 +234,7 @@ def _slides_off(question: Question) -> bool:
 def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
     """Neighbouring sets of open nodes: some governing nodes of the limit are opened or closed.
 
-    First all governing nodes change, then only the ones at the border between open and closed
+    First all governing nodes change, then only the nodes at the border between open and closed
     nodes. In the plane the whole border follows, from outside or from inside, because a mechanism
     may govern on one side only. Then governing nodes change one by one, in space in small groups,
     beginning at the border.
@@ -263,7 +263,7 @@ def _next_to(limit: ShakedownAnswer) -> Iterator[Booleans]:
 def _governing(limit: ShakedownAnswer) -> Integers:
     """Nodes that govern a limit and may change, largest motion first.
 
-    In a large closed contact without gaps they are only the nodes that tend to open.
+    In a large closed contact without gaps, only nodes that tend to open govern.
     """
     question = limit._question
     motion = _motion(limit)

@@ -28,8 +28,8 @@ class TransientSettings:
     above: float = 0.003
     # The same if the limit is 0, relative to the unit of the load.
     above_zero: float = 1e-3
-    # Load factors at which transients begin if none is known to be safe, in units of the load; 0
-    # is the first one if the cycle has fixed parts.
+    # Load factors at which transients begin if no safe load factor is known, in units of the load.
+    # If the cycle has fixed parts, the first load factor is 0.
     first: tuple[float, ...] = (0.005, 0.05, 0.3, 1.0)
     # An overload before the cycles, relative to the load factor: it leaves another slip.
     overload: float = 5.0
@@ -56,7 +56,7 @@ class Settled:
 
 
 def settled_orders(limit: ShakedownAnswer) -> Iterator[Settled]:
-    """Orders that transients show just above a limit; if there is none, at small load factors."""
+    """Orders that transients show just above a limit or, without a limit, at small load factors."""
     question = limit._question
     path = path_of(question.cycle)
     assert path is not None  # a static load has no events

@@ -169,8 +169,8 @@ class ShakedownAnswer(Rated):
         Raises
         ------
         ModelError, SolverError
-            Bad load factor; a limit that is not finite, or with events; a slip bound or constraints
-            of your own, because the limit then proves nothing about other slips; multipliers that
+            Bad load factor; a limit that is not finite, or with events; a slip bound or user
+            constraints, because the limit then proves nothing about other slips; multipliers that
             do not balance to the tolerance.
         """
         load_factor = finite_number("load_factor", load_factor, least=0.0)

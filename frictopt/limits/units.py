@@ -37,8 +37,8 @@ def units_of(
     least_friction = 0.01
     node_unit = np.where(open_nodes, force, _node_unit(r0, r1, force))
 
-    # In space the radius of a friction cone is the friction bound: it is the unit if it is less
-    # than the pressure.
+    # In space the radius of a friction cone is the friction bound. The bound is the unit if it is
+    # smaller than the pressure.
     small_cones = (friction > 0) & (friction < 1) & (system.tangents > 1)
     normal_stiffness = float(np.diag(system.C).mean())
     if not normal_stiffness > CONDENSATION * system.stiffness_scale:

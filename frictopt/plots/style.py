@@ -96,7 +96,7 @@ def new_axes(
     columns: int = 1,
     blocks: int = 1,
 ) -> list[Axes]:
-    """Axes to draw in, one for each panel: the given ones, or those of a new figure, row by row.
+    """Axes to draw in, one for each panel: the given axes, or the axes of a new figure, row by row.
 
     The labels of a column stand in a line. Each of several blocks begins a new row.
 
@@ -141,7 +141,7 @@ def _axes_of_new_figure(
 def axes_by_size(ax: AnyAxes, sizes: Array, widest: float) -> list[Axes]:
     """Axes of panels with sizes (n, 2) in inches, in rows that are at most so wide.
 
-    The given axes, or those of a new figure, as in `new_axes`.
+    The given axes, or the axes of a new figure, as in `new_axes`.
     """
     if ax is not None:
         return new_axes(ax, len(sizes))
@@ -193,7 +193,7 @@ def spread(points: Array, most: int) -> list[int]:
 
 
 def slanted(names: Collection[str], ha: str, va: str) -> Look:
-    """Look of names beside each other: slanted if one line is too short for them.
+    """Style of names in a row: slanted if they do not fit on one line.
 
     This corner of each name is at its place then.
     """

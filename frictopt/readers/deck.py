@@ -153,7 +153,7 @@ class Deck(Shown):
 
     @property
     def unclear(self) -> list[Elements]:
-        """Elements that may have midside nodes, but whose midside nodes are not known."""
+        """Elements that may have midside nodes, but it is unknown which nodes these are."""
         return [
             block for block in self.elements if may_have_midsides(block.kind, block.nodes.shape[1])
         ]

@@ -280,7 +280,7 @@ class MatrixJob(JoinedFaces):
 
     @property
     def _kinematics(self) -> Kinematics:
-        """The kinematics of forces on faces: those of plane jobs are per depth."""
+        """The kinematics for forces on faces. Forces of plane jobs are per depth."""
         if self._known.is_axisymmetric:
             return "axisymmetric"
         return "space" if self._directions == 3 else "plane_strain"

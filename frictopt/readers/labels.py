@@ -30,7 +30,7 @@ def checked_labels(values: ArrayLike) -> Integers:
 
 
 def displaced(labels: Integers) -> Booleans:
-    """(n,) whether a label is that of a displacement of a node."""
+    """(n,) whether a label names a displacement of a node."""
     return np.asarray((labels[:, 0] > 0) & (labels[:, 1] >= 1) & (labels[:, 1] <= 3))
 
 

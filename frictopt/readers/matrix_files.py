@@ -55,7 +55,7 @@ def _remedy(text: str, columns: int) -> str:
 
 
 def symmetric(what: str, row: Integers, column: Integers, value: Array, size: int) -> csr_matrix:
-    """(size, size) matrix from its entries, either all or those of one triangle."""
+    """(size, size) matrix from its entries: all entries, or the entries of one triangle."""
     finite = np.isfinite(value)
     if not finite.all():
         raise ModelError(

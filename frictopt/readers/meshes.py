@@ -133,7 +133,7 @@ def _outline_between(mesh: Mesh, nodes: Integers) -> Integers:
 
 
 def with_midsides(mesh: Mesh, deck: Deck) -> tuple[Mesh, csr_matrix]:
-    """The mesh of the quadratic elements of which a mesh has the corners; linear ones as they are.
+    """The mesh of the quadratic elements whose corners a mesh has; linear elements are unchanged.
 
     `mesh` has the elements of the deck. The second result is the (nodes of the mesh, points of the
     deck) matrix that makes these nodes of the points.
@@ -193,7 +193,7 @@ def with_sets(mesh: Mesh, deck: Deck, what: str) -> Mesh:
 
 
 def _subdomains(deck: Deck) -> dict[str, Integers]:
-    """Element set -> its elements in the mesh; sets without any are left out."""
+    """Element set -> its elements in the mesh; sets without elements are left out."""
     numbers = np.concatenate([part.numbers for part in deck.by_shape()])
     subdomains = {}
     for name, members in deck.element_sets.items():
@@ -206,7 +206,7 @@ def _subdomains(deck: Deck) -> dict[str, Integers]:
 def _boundaries_of_node_sets(
     mesh: Mesh, deck: Deck, subdomains: Mapping[str, Integers]
 ) -> dict[str, Integers]:
-    """Node set -> facets of the outline between its nodes; sets without any are left out."""
+    """Node set -> facets of the outline between its nodes; sets without facets are left out."""
     is_in = np.zeros(len(deck.numbers), dtype=bool)
     boundaries = {}
     for name, nodes in deck.sets.items():
@@ -276,7 +276,10 @@ def _facets_of(mesh: Mesh, blocks: list[Integers], what: str) -> Integers:
 
 
 def _corners_of_faces(block: Integers, corners: int) -> Integers:
-    """The corners (m, corners) of faces (m, nodes): a triangle repeats its last one, if need be."""
+    """The corners (m, corners) of faces (m, nodes).
+
+    A triangle repeats its last corner if the array has four columns.
+    """
     is_triangle = block.shape[1] in (3, 6, 7)
     if corners == 4 and is_triangle:
         return block[:, [0, 1, 2, 2]]

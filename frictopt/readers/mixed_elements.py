@@ -73,7 +73,7 @@ def _corners_of(kind: type[Mesh], parts: Sequence[Elements]) -> Integers:
 
 
 def _at_corners(kind: type[Mesh], shape: str) -> Integers:
-    """The corner of a shape at each corner of the elements of a mesh of scikit-fem."""
+    """For each corner of a scikit-fem element, the corner of the shape that lies there."""
     if kind in MIXED:
         corners = np.array(COLLAPSED[corner_shape(shape)])
     else:

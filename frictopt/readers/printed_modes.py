@@ -41,7 +41,7 @@ def printed_modes(path: Path, labels: Integers, deck: Deck | None) -> tuple[Arra
     if not frequencies or len(frequencies) != len(modes):
         raise ModelError(
             f"modes: {str(path)!r} has frequencies: {len(frequencies)}, modes: {len(modes)}; "
-            "give the .dat of a step of *FREQUENCY with *NODE PRINT, NSET=.. of U"
+            "give the .dat of a *FREQUENCY step with *NODE PRINT of U"
         )
     shapes = [_shape(mode, labels, path, deck) for mode in modes]
     return frozen(frequencies), frozen(shapes)

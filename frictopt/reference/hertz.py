@@ -66,7 +66,7 @@ class _Round:
             object.__setattr__(self, name, checked)
 
     def _share(self, name: str, Q: float) -> float:
-        """Size of a shear force over its bound, below 1."""
+        """Size of a shear force divided by its bound, below 1."""
         share = abs(finite_number(name, Q)) / (self.f * self.P)
         if share >= 1:
             raise ModelError(

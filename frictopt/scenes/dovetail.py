@@ -158,7 +158,7 @@ class Dovetail(Scene):
         return self._half_height + (1 + _CLEARANCE) * self.foot_height
 
     def _half_width(self, y: Array) -> Array:
-        """Half-width of the blade at some heights; beyond the flanks, that of the nearer end."""
+        """Half-width of the blade at some heights, constant beyond the flanks."""
         h = self._half_height
         down_the_flank = (h - np.clip(y, -h, h)) / -self._direction[1]
         return np.asarray(self.neck_half_width + down_the_flank * self._direction[0])

@@ -182,7 +182,7 @@ class PunchOnHalfPlane(PunchOnBlock):
         rounding. `progress`: whether to show a progress bar after two seconds.
         """
         system = self.model().condense(progress=progress)
-        # Parity of the shear reactions; the pressures have the opposite one.
+        # Parity of the shear reactions; the pressures have the opposite parity.
         parity = {"P": -1, "sigma": -1, "Q": 1}
         A = _even(system.A)
         B = _even(system.B, -1)

@@ -21,7 +21,7 @@ class SceneLimits:
     elements: int = 10_000
     # Nodes of all meshes: twenty times those of the paper's scene.
     nodes: int = 1_000_000
-    # The largest length over the smallest one.
+    # The largest length divided by the smallest length.
     length_ratio: float = 1e6
 
 

@@ -48,7 +48,7 @@ class RowsInCones:
 
     @cached_property
     def linear(self) -> int:
-        """The number of equations and linear rows, which come first."""
+        """The number of equations and linear rows, which are the first rows."""
         return self.zero + int((self.sizes == 1).sum())
 
     @cached_property

@@ -295,7 +295,7 @@ def _is_dense(row: cp.Constraint) -> bool:
 
 
 def _is_variable(part: cp.Expression) -> bool:
-    """Whether an expression is a variable, or some of its entries, each once.
+    """Whether an expression is a variable, or distinct entries of a variable.
 
     They may stand in the order of its columns, or be chosen by a matrix of zeros and ones.
     """

@@ -92,7 +92,7 @@ class Changed(ChangesUnknowns[Program]):
         return replace(block, defined=defined, of=of, matrix=matrix)
 
     def values(self, x: Array) -> Array:
-        """Values before the change; those of other dense equations are still to be computed."""
+        """Values before the change, without the unknowns of other dense equations."""
         z = x[self._old]
         z[self.square.of] = self._change.matrix @ x[self._new]
         z[self.square.defined] = self._change.product @ x[self._new]
@@ -150,13 +150,13 @@ class Stacked(ChangesUnknowns[Arrays]):
         )
 
     def values(self, x: Array) -> Array:
-        """All unknowns, zero where nothing needs them; dense equations are still to be computed."""
+        """All unknowns; unneeded unknowns, and unknowns of dense equations, are zero."""
         z = np.zeros(len(self._before.cost))
         z[self.unknowns] = x
         return z
 
     def units(self, unit: Array) -> Array:
-        """Units of all unknowns, from those of x."""
+        """Units of all unknowns, from the units of x."""
         units = self._before.unit.copy()
         units[self.unknowns] = unit
         return units
@@ -169,7 +169,7 @@ def dense_multipliers(
     cost: Array,
     sizes: Array,
 ) -> Array:
-    """The multipliers of all compiled rows, from those of the sparse rows, for this cost.
+    """The multipliers of all compiled rows, from the multipliers of the sparse rows, for this cost.
 
     The multipliers of a dense equation balance the unknowns that it defines. Rounding of an inverse
     may leave the other unknowns out of balance. The multipliers of the changed equations are then

@@ -67,11 +67,11 @@ class Eliminated(ChangesUnknowns[Program], ChangesRows[Program]):
         return np.asarray(self._follows @ x + self._start)
 
     def direction(self, x: Array, sizes: Array) -> tuple[Array, Array]:
-        """A direction in all unknowns and the sizes of its terms, from those of x."""
+        """A direction in all unknowns and the sizes of its terms, from a direction in x."""
         return self._follows @ x, np.abs(self._follows) @ sizes
 
     def units(self, unit: Array) -> Array:
-        """Units of all unknowns, from those of the remaining ones."""
+        """Units of all unknowns, from the units of the remaining unknowns."""
         derived = np.abs(self._follows) @ unit + np.abs(self._start)
         return np.where(self._remaining | (self.before.unit > 0), unit, derived)
 

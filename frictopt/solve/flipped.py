@@ -1,4 +1,4 @@
-"""The dual of a program whose unknowns are themselves in cones.
+"""The dual of a program whose unknowns are in cones.
 
 The dual has about as many unknowns as there are equations that couple the unknowns. The forces of a
 balance are of this kind: each node has two or three unknowns in a cone of their own, and each body

@@ -23,9 +23,8 @@ try:
     import highspy
 except ImportError as error:
     raise ImportError(
-        f"highspy cannot be loaded ({error}); if another package in this process brings another "
-        "HiGHS library, as ortools does, import frictopt before it, or in another process; else "
-        "reinstall highspy"
+        f"highspy cannot be loaded ({error}); if another package, such as ortools, brings another "
+        "HiGHS library, import frictopt before it or in another process; else reinstall highspy"
     ) from error
 
 # Of a mixed-integer program only the status is taken, so that tolerances matter little. HiGHS 1.15

@@ -142,10 +142,11 @@ def dissipation_range(
 ) -> DissipationRange:
     """Find the least and the largest steady dissipation over all residual slips at the beginning.
 
-    1. Transients, exact in the plane and in increments in space, start from no slip, from the slip
-       that is safe at the shakedown limit, and from extreme slips that the contact can hold under
-       the mean load or at a corner (of more than twelve corners the twelve that are furthest
-       apart). An extreme slip is the furthest slip along a change of the load, which may be
+    1. Transients are exact in the plane and in increments in space. They start from no slip, from
+       the slip that is safe at the shakedown limit, and from extreme slips that the contact can
+       hold under the mean load or at a corner. If there are more than twelve corners, the twelve
+       corners that are furthest apart are used. An extreme slip is the furthest slip along a change
+       of the load, which may be
        stretched, squeezed or turned; or it is a slip that unloads an end of the contact. If slip
        stops from all these starts, the witness of the guaranteed limit is the next start.
     2. Sequential linear programming improves the best starts, with the derivative of a cycle. Its
@@ -156,12 +157,12 @@ def dissipation_range(
        them. No random starts are tried around the start with the least work if this work is not
        zero and the contact has more than 62 nodes.
 
-    If there are ten increments or more, all this is done with five, and transients end when later
-    cycles change their work by less than a thousandth. The four levels with the most work and the
-    four with the least are then followed in all increments, and the search goes on from the best at
-    each end. The search takes some hundreds of transients, for any number of nodes. A transient
-    without a steady state after 200 cycles is given up (after 2000 cycles for the levels above);
-    `to_frame` lists such transients.
+    If ten increments or more are requested, this search uses only five, and transients end when
+    later cycles change their work by less than a thousandth. The four levels with the most work and
+    the four with the least are then followed in all increments, and the search goes on from the
+    best at each end. The search takes some hundreds of transients, for any number of nodes. A
+    transient without a steady state after 200 cycles is given up (after 2000 cycles for the levels
+    above); `to_frame` lists such transients.
 
     The result is an inner estimate without a bound: other starts may have more work. Transients in
     which nodes open are included, but the search does not continue from them.

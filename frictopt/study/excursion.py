@@ -89,7 +89,7 @@ def least_excursion(
     steps: int | None = None,
     progress: bool = True,
 ) -> LeastExcursion:
-    """Find the least excursion from the mean load and back after which the contact comes to rest.
+    """Find the least excursion of the load that brings the contact to rest.
 
     The excursion goes in a straight line to the mean load plus a share of `excursion`. Twenty even
     shares are tried on the start that is hardest so far. A bisection narrows the interval below the

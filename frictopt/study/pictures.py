@@ -254,7 +254,7 @@ class _StudyPicture:
         return runs["dissipation"].where(~at_rest, strip)
 
     def draw_panel(self, axes: Axes, runs: Table) -> None:
-        """A mark for each run, above a strip for those without dissipation."""
+        """A mark for each run, above a strip for runs without dissipation."""
         runs = runs.assign(height=self._heights(runs))
         colour = self.colour or "family"
         colours = list(self.table[colour].unique())

@@ -73,8 +73,8 @@ class TransientsAfter:
     def outcome_of_starts(self, load_factor: float, protocol: Sequence[LoadStep]) -> str:
         """Whether the contact comes to rest from all starts: an outcome.
 
-        A start from which it keeps slipping goes to the front, to be the first at the next load
-        factor.
+        If the contact keeps slipping from a start, this start moves to the front, to be the first
+        at the next load factor.
         """
         outcomes = list[str]()
         for number, start in enumerate(self.starts):

@@ -43,7 +43,7 @@ class RangeStarts:
         return self._furthest(self._question.cycle.mean, "under the mean load")
 
     def at_corners(self) -> dict[str, Array]:
-        """The admissible slips that go furthest at each corner, or at the ones furthest apart."""
+        """The furthest admissible slips at each corner, or at the corners furthest apart."""
         cycle = self._question.cycle
         loads = cycle.at(self._load_factor)
         slips = dict[str, Array]()

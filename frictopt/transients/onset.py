@@ -113,8 +113,8 @@ class Onset(Kept, Plotted):
         First slip and first separation under each of the K corners; and the first touch of an open
         node.
     mean_slips, mean_opens
-        Indices of the nodes at which the mean load, with or without the fixed loads of some corner,
-        exceeds the friction bound, or pulls. If there are any, the bonded contact cannot carry it.
+        Indices of the nodes at which the mean load exceeds the friction bound or pulls, alone or
+        with the fixed loads of some corner. If there are any, the bonded contact cannot carry it.
         Its onset is then undefined, unless there is a `state`.
     residual
         Largest violation of the contact law at the first event under each corner, in units of the

@@ -126,8 +126,7 @@ class Statics:
     the proof.
 
     A node whose surface has a strength c may slip by s more than its lift opens, `w + f s >= f
-    |v|`. Its forces then take back at most the work c s. Other terms of
-    the law are taken likewise.
+    |v|`. Its forces then recover at most the work c s. Other terms of the law are taken likewise.
     """
 
     def __init__(self, system: ContactSystem, friction: Array) -> None:
@@ -165,9 +164,9 @@ class Statics:
     def slides_off(self, name: str, forces: Array) -> str | None:
         """A sentence on a load that makes bodies slide without opening; None if they hold.
 
-        `forces` (M,) are the reactions to the load if nothing slips any more. Self-stress, such as
-        that of a press fit, is in their pressures alone: statics does not know it. Slip may change
-        the pressures, so this is a proof only if no state is found by other means.
+        `forces` (M,) are the reactions to the load if nothing slips any more. Self-stress, for
+        example of a press fit, is in their pressures alone: statics does not know it. Slip may
+        change the pressures, so this is a proof only if no state is found by other means.
         """
         n = self._system.nodes
         # The motions that do not open the contact.

@@ -21,7 +21,7 @@ from helpers.systems import linprog_limit, random_system
     (
         {},
         pd.DataFrame({"P": [1.0]}),
-        r"corners: a DataFrame; give a list \(its to_dict\('records'\) makes one\)",
+        r"corners: a DataFrame; give a list \(its to_dict\('records'\) converts it\)",
     ),
 )
 def test_bad_cycles_are_refused(mean, corners):

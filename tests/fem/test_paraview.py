@@ -273,7 +273,7 @@ def test_what_cannot_be_written_is_refused(tmp_path, punch, monkeypatch):
         ),
         (
             (tmp_path / "a.pvd", fo.scenes.PunchOnHalfPlane(), steady),
-            r"model: a PunchOnHalfPlane; .* of a scene its \.model\(\)",
+            r"model: a PunchOnHalfPlane; .* for a scene, give its \.model\(\)",
         ),
         (
             (tmp_path / "a.pvd", other, steady),

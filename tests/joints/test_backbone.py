@@ -222,7 +222,7 @@ def test_a_published_oscillator(monkeypatch):
     assert unsaid.stiffness == pytest.approx(
         (2 * np.pi * curve.frequency[1:2]) ** 2
     ) and "least_frequency" not in repr(unsaid)
-    assert "no frequency: without a natural_frequency" in unsaid.note
+    assert "no frequency: it needs the load of a mode" in unsaid.note
     assert unsaid.most_damping == pytest.approx(curve.most_damping[1:2])
     assert (
         same.frequency == pytest.approx(curve.frequency[1:2]) == other.frequency

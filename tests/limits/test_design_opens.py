@@ -93,9 +93,9 @@ def test_the_best_design_of_random_contacts_is_that_of_its_open_nodes(tangents):
         assert (
             np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - friction * p
         ).max() <= 1e-8 and np.abs(p[:, opened]).max(initial=0.0) <= 1e-12
-        assert ("with other nodes open one may be" in design.reason) == opened.any() and (
-            opened == design.open
-        ).all()
+        assert (
+            "with other nodes open a design may be better" in design.reason
+        ) == opened.any() and (opened == design.open).all()
         found += opened.any()
     assert found >= few(12) // 6
 

@@ -94,7 +94,7 @@ def test_the_state_of_a_safe_slip_rests_and_no_slip_is_safe_beyond_the_limit(see
     assert (
         not beyond.exists
         and beyond.certificate is not None
-        and f"open nodes that the search finds ({limit.open.sum()}); with other nodes open one may be"
+        and f"open nodes that the search finds ({limit.open.sum()}); with other nodes open a slip may be safe"
         in beyond.reason
     )
 

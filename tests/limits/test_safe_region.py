@@ -238,7 +238,7 @@ def test_a_mean_load_at_the_bound_leaves_amplitude_zero():
 @refused(
     (["a"], "loads: 1; give two"),
     ("ab", "loads: 'ab'; give a list"),
-    (["a", "a"], "load case 'a' is in two of them"),
+    (["a", "a"], "load case 'a' is in two loads"),
     (["a", []], r"loads\[1\]: no corners with a load"),
     (["a", "none"], "load case 'none': unknown"),
     (["a", [{"b": np.inf}]], r"loads\[1\]\[0\]\['b'\]: inf"),

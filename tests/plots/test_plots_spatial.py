@@ -388,7 +388,7 @@ def test_contacts_that_are_not_flat_or_above_each_other_are_refused_and_their_tr
     stacked = fo.ContactSystem(FLAT.S, np.r_[FLAT.points[:3], FLAT.points[:3] + z], FLAT.bonded)
     limit = fo.shakedown_limit(stacked, cycle(), F)
     for result in (limit, fo.onset(stacked, cycle(), F), fo.safe_slip(stacked, cycle(), F, 0.1)):
-        with pytest.raises(fo.ModelError, match="above each other"):
+        with pytest.raises(fo.ModelError, match="would hide others on a map"):
             result.plot()
     fo.march(stacked, cycle(), F, limit.load_factor, cycles=1, steps=2).plot()
 

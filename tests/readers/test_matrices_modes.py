@@ -44,7 +44,7 @@ def test_modes_stand_in_the_order_of_the_rows(tmp_path):
     (
         "",
         [[7, 1]],
-        r"modes: .*job\.dat' has frequencies: 0, modes: 0; give the .dat of a step of \*FREQUENCY with \*NODE PRINT",
+        r"modes: .*job\.dat' has frequencies: 0, modes: 0; give the .dat of a \*FREQUENCY step with \*NODE PRINT",
     ),
     (MODE.replace("N U M B E R", "-"), [[7, 1]], "has frequencies: 1, modes: 0"),
     (MODE, [[7, 1], [8, 1]], "has no displacement of node 8 of the matrix; print U of all nodes"),

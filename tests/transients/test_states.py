@@ -199,7 +199,7 @@ def test_a_state_names_the_corner_that_comes_next_by_its_loads(whole, rounded, p
     )
     assert {state.next_loads for state in states} == {cycle.corner_names[0]} != {loads}
     assert "next_corner=1)" in repr(fo.ContactState([0.0], [0.0], [0.0], [1.0], 1))
-    with pytest.raises(fo.ModelError, match=r"next_loads: .* is no text"):
+    with pytest.raises(fo.ModelError, match=r"next_loads: .* is not a text"):
         fo.ContactState([0.0], [0.0], [0.0], [1.0], next_loads={"sigma": 1.0})
     with pytest.raises(
         fo.ModelError,

@@ -276,7 +276,7 @@ class ExactPath(Transient):
 
 
 def _not_unique(problem: RateProblem, solutions: Solutions, nodes: str) -> str:
-    """Why a rate problem with no solution, or with two, ends the path."""
+    """Reason why a rate problem without a solution, or with two, ends the path."""
     if not solutions.found:
         proof = "no rates that obey the law were found"
         if solutions.complete:

@@ -218,7 +218,7 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
         return joined(new.slip, new.gap - self._gap), joined(new.q, new.p), new.status
 
     def _solved(self, posed: Posed) -> Increment:
-        """From where sweeps end; otherwise see `_otherwise`."""
+        """The state by Newton's method from the end of sweeps; if that fails, see `_otherwise`."""
         state, _ = self._swept(np.zeros_like(posed.trial), posed.trial.copy(), posed.law)
         if state.error <= ROUNDING:
             return posed.result(state, SolveRecord("SWEEPS"), residual=state.error)

@@ -129,8 +129,8 @@ def force_scale(bonded: Array, reactions: Array) -> float:
 def sizes_of(S: Array, own_stiffness: Array) -> Array:
     """(t + 1, N) stiffness of each node against itself.
 
-    For its tangents it is the largest one in any direction, and at least that of each direction in
-    `own_stiffness` (t + 1, N).
+    For its tangents it is the largest stiffness in any direction, and at least the stiffness of
+    each direction in `own_stiffness` (t + 1, N).
     """
     axes, n = own_stiffness.shape
     nodes = np.arange(n)
