@@ -332,10 +332,10 @@ def _band(table: pd.DataFrame) -> str:
         least, most = group["least_peak"].iloc[0], group["most_peak"].iloc[0]
         seen = group["seen_peak"]
         band = f"{1e3 * least:.3f} to {1e3 * most:.3f}"
-        rows.append([f"{force:g}", band, f"{1e3 * seen.min():.3f} to {1e3 * seen.max():.3f}"])
-    starts = table["start"].max()
-    head = ["modal force", "band of the peak / 1e-3"]
-    head += [f"peaks of sweeps from rest and from {starts} random residual slips / 1e-3"]
+        peaks = f"{1e3 * seen.min():.3f} to {1e3 * seen.max():.3f}"
+        rows.append([f"{force:g}", band, peaks, f"{len(group)}"])
+    head = ["modal force", "band of the peak / 1e-3", "peaks of sweeps / 1e-3"]
+    head += ["starts of sweeps: without slip, and random residual slips"]
     return markdown(head, rows)
 
 

@@ -65,7 +65,7 @@ def test_the_field_of_a_rounded_punch_is_that_of_its_states():
     most = int(np.argmax(np.where(w > 0, carried, 0.0)))
     with pytest.warns(
         fo.ModelWarning,
-        match=f"recover: node {most} is open by {w[most]:g} and carries a force of {carried[most]:.3g}: .*`with_gap`",
+        match=f"recover: node {most} is open by {w[most]:g} and carries a force of {carried[most]:.3g}: .*must be part of the model",
     ):
         scene.punch.model().recover(loads, v, w)
     with pytest.warns(fo.ModelWarning, match="give all loads of the state"):

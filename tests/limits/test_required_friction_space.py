@@ -30,8 +30,10 @@ def test_a_node_in_space_needs_the_radius_of_the_smallest_circle_around_its_shea
 
 
 def test_no_friction_is_enough_in_space_for_a_node_that_the_load_opens():
+    """With a bound on the slip the nodes have to stay as they are."""
     pulled = fo.ContactSystem(np.eye(3), [[0, 0, 0]], {"P": [0, 0, 1], "N": [0, 0, -1]})
-    answer = fo.required_friction(pulled, fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}]), 2.0)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"N": 1.0}, {"N": -1.0}])
+    answer = fo.required_friction(pulled, cycle, 2.0, slip_bound=1.0)
     assert answer.required == np.inf and "open one of these nodes (at (0, 0, 0))" in answer.reason
     assert answer.mechanism[["node", "corner", "slip1", "slip2"]].to_numpy().tolist() == [
         [0, 0, 0, 0]

@@ -68,9 +68,10 @@ def test_the_shakedown_limit_against_a_program_over_raw_slips(
     if limit.kind is not fo.LimitKind.FINITE:
         return
     guaranteed = fo.guaranteed_limit(contact, cycle, f, **options)
-    assert limit.bound == pytest.approx(
-        limit.load_factor, rel=1e-9, abs=1e-9
-    ) and guaranteed.load_factor <= limit.load_factor * (1 + 1e-12)
+    assert limit.bound == pytest.approx(limit.load_factor, rel=1e-9, abs=1e-9)
+    # Loads alone may open nodes of an uncoupled contact, which comes to rest at higher loads, too.
+    highest = max(limit.load_factor, guaranteed.shakedown.load_factor)
+    assert guaranteed.load_factor <= highest * (1 + 1e-12)
     q, p = limit.reactions
     assert (np.linalg.norm(q.reshape(*p.shape, -1), axis=-1) - f * p).max() < 1e-8
     for slip in (limit.slip, guaranteed.slip):
