@@ -443,7 +443,7 @@ def guaranteed_limit(
     >>> round(limit.load_factor, 6)
     0.45
     >>> print(limit.reason.partition(" and ")[0])
-    node 0 is at its friction bound of forward slip at the corner (Q = -1)
+    node 0 is on its bound of forward slip at the corner (Q = -1)
     """
     with progress_bar(progress, "guaranteed limit"):
         question = pose(system, cycle, friction, simplify=simplify, slip_bound=slip_bound)

@@ -60,8 +60,7 @@ _UNDECIDED = (
 class FrictionSearch:
     """Numbers of the search for the least friction."""
 
-    # Frictions that are tried until one is enough. In linear programs, larger bounds act as
-    # infinite.
+    # Frictions that are tried until one is enough; larger ones act as infinite in linear programs.
     tried: tuple[float, ...] = tuple(4.0**k for k in range(8))
     smallest: float = 1e-6  # that linear programs distinguish from 0
     # Relative distance of the two frictions of a proof from the root, first and largest. Nodes with

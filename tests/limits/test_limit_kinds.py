@@ -189,5 +189,5 @@ def test_the_reason_of_a_witness_names_node_and_corners():
     assert limit.node is not None
     forward, backward = (CYCLE.corner_names[corner] for corner in limit.corners)
     assert limit.reason.startswith(
-        f"node {limit.node} is at its friction bound of forward slip at the corner ({forward}) and of backward slip at ({backward})"
+        f"node {limit.node} is on its bound of forward slip at the corner ({forward}) and of backward slip at ({backward})"
     )
