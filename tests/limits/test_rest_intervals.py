@@ -2,13 +2,23 @@
 closed forms, by plain programs, by other searches, and by transients from several starts."""
 
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import frictopt as fo
-from frictopt.limits import NoPath, areas_near, normal_path, piece_at, pieces, pose
+from frictopt.limits import (
+    NoPath,
+    areas_near,
+    normal_path,
+    path_pieces,
+    piece_at,
+    pieces,
+    pose,
+    rest_intervals,
+)
 from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from validation.fuzz.embedded import embedded
@@ -265,3 +275,50 @@ def test_held_loads_that_begin_too_large_are_safe_later():
     # 0.5 = f (1 + 2 lam) at the corner with less pressure.
     assert limit.intervals[0, 0] == pytest.approx((0.5 / F - 1) / 2)
     assert limit.least == pytest.approx(limit.intervals[0, 0]) and limit.load_factor == np.inf
+
+
+def test_a_piece_ends_where_two_nodes_open_at_the_same_place_of_the_leg():
+    """By hand: node 0 opens at 1 / (2 lambda), node 1 at 3 / (8 lambda) + 1 / 8; equal at 1."""
+    C = np.eye(2)
+    at_zero = np.array([1.0, 1.5])
+    scaled = np.array([[0.0, 0.5], [-2.0, -3.5]])
+    below = piece_at(C, at_zero, scaled, 0.9)
+    above = piece_at(C, at_zero, scaled, 1.1)
+    assert below.high == pytest.approx(1.0, rel=1e-12)
+    assert above.low == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_node_that_opens_and_closes_under_shears_that_never_agree_slips_from_there_on():
+    """By hand: it opens under a shear of 0.05 and closes under 0.1 + 0.2 lambda.
+
+    The two are equal only at a load factor below 0, where the node stays closed.
+    """
+    cycle = path((0.0, 0.0), (-2.0, 0.1), (-2.0, 0.4), (0.0, 0.2))
+    ((least, largest),) = fo.shakedown_limit(node(), cycle, 0.5).intervals
+    assert least == 0.0
+    assert largest < 0.5
+
+
+@pytest.mark.parametrize(("least", "joins"), [(0.5, True), (0.5 + 1e-7, True), (0.7, False)])
+def test_rests_join_only_without_a_hole_between_them(least, joins):
+    current = SimpleNamespace(largest=0.5, areas=SimpleNamespace(load_unit=1.0))
+    assert rest_intervals._joins(current, SimpleNamespace(least=least)) is joins
+
+
+@pytest.mark.parametrize(("low", "high", "may"), [(0.5, 2.0, True), (1.5, 2.0, False)])
+def test_a_rim_that_can_rest_at_one_load_factor_rests_only_in_its_piece(low, high, may):
+    """The forces that the equations leave vanish at the load factor 1."""
+    unsolved = np.array([[-1.0, -2.0], [1.0, 2.0]])
+    areas = SimpleNamespace(unsolved=unsolved, path=SimpleNamespace(low=low, high=high))
+    assert rest_intervals._rim_may_rest(areas) is may
+
+
+def test_a_piece_ends_where_two_instants_meet():
+    """Their places times the load factor are 1/10 + lambda / 5 and 1/2 + lambda / 10.
+
+    They meet at 4. The second one is at the end of the leg at 5/9.
+    """
+    leg = SimpleNamespace(part=np.array([0.0, 0.3, 0.6]))
+    place = np.array([[0.0, 0.1, 0.5], [0.0, 0.2, 0.1]])
+    nothing = np.zeros((2, 3, 1))
+    assert path_pieces._ends(leg, place, nothing, nothing, 1.0) == pytest.approx((5 / 9, 4.0))
