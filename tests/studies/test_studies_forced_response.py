@@ -85,7 +85,7 @@ def test_the_summary_counts_the_rows():
     assert "above 0.06 in 1 of 3 rows, with errors of 100.0 to 100.0 %" in said
     assert "0.50 to 0.80 of it for the blocks" in said and "0.99 to 1.00 of it for the osc" in said
     assert "| 8 | 2 % | 0.1 % |" in lines and "| 20 | 0.1 % | 0.1 % |" in lines
-    assert "| 6 | 1.000 to 3.000 | 1.200 to 1.400 |" in lines and "from 1 random" in said
+    assert "| 6 | 1.000 to 3.000 | 1.200 to 1.400 | 2 |" in lines
 
 
 @pytest.mark.slow
