@@ -25,12 +25,11 @@ from validation.moving_events import (
     ROLLS,
     cylinder,
     limits_of_two_materials,
+    out_of_phase,
 )
 
 from .progress import each
 from .tables import Row, Study, Table, markdown
-
-_VARIES = 0.2  # amplitude of the normal load over its mean
 
 
 @dataclass(frozen=True)
@@ -64,22 +63,11 @@ QUICK = Parameters(
 _CYCLES = {"in_phase": (IN_PHASE, 1.6, 0.2), "rolls": (ROLLS, 1.8, 0.22)}
 
 
-def out_of_phase(phase: float, corners: int) -> fo.LoadCycle:
-    """Shear of one P at load factor 1, and a fixed normal load that leads it by a phase in degrees."""
-    angles = 2 * np.pi * np.arange(corners) / corners
-    pressed = _VARIES * PRESS * np.cos(angles + np.deg2rad(phase))
-    return fo.LoadCycle(
-        {"P": PRESS},
-        [{"Q": PRESS * float(np.cos(angle))} for angle in angles],
-        fixed=[{"P": float(part)} for part in pressed],
-    )
-
-
 def phases(parameters: Parameters) -> Iterator[Row]:
     """One row for each phase and load factor."""
     system = cylinder(parameters.cells, parameters.half_length)
     for phase in each(parameters.phases, "phases"):
-        cycle = out_of_phase(phase, parameters.corners)
+        cycle = out_of_phase(phase, parameters.corners, shear=1.0)
         limit = fo.shakedown_limit(system, cycle, parameters.friction)
         for load_factor in parameters.load_factors:
             steady = fo.steady_state(system, cycle, parameters.friction, load_factor)

@@ -28,6 +28,7 @@ from .moving_events import (
     ROLLS,
     cylinder,
     limits_of_two_materials,
+    out_of_phase,
     rests_above,
 )
 
@@ -36,17 +37,6 @@ _BETAS = (0.0, 0.05, 0.1, 0.2, 0.3)
 _PHASES = (10, 45, 90)
 # Share of P by which the cylinder rolls to and fro in `ROLLS`, in half-widths.
 _ROLL = 0.35
-
-
-def out_of_phase(phase: float, corners: int = 8) -> fo.LoadCycle:
-    """Shear of 0.4 P, and normal load of P +- 0.2 P that leads by a phase in degrees."""
-    angles = 2 * np.pi * np.arange(corners) / corners
-    pressed = np.cos(angles + np.deg2rad(phase))
-    return fo.LoadCycle(
-        {"P": PRESS},
-        [{"Q": 0.4 * PRESS * float(part)} for part in np.cos(angles)],
-        fixed=[{"P": 0.2 * PRESS * float(part)} for part in pressed],
-    )
 
 
 def closed_forms(cells: int, seed: int) -> pd.DataFrame:

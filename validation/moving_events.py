@@ -83,6 +83,17 @@ IN_PHASE = fo.LoadCycle(
 ROLLS = fo.LoadCycle({"P": PRESS}, [{"Q": PRESS}] * 2, fixed=[{"roll": -0.35}, {"roll": 0.35}])
 
 
+def out_of_phase(phase: float, corners: int = 8, shear: float = 0.4) -> fo.LoadCycle:
+    """A shear, in units of P, and a fixed normal load of P +- P / 5 that leads it by degrees."""
+    angles = 2 * np.pi * np.arange(corners) / corners
+    pressed = 0.2 * PRESS * np.cos(angles + np.deg2rad(phase))
+    return fo.LoadCycle(
+        {"P": PRESS},
+        [{"Q": shear * PRESS * float(np.cos(angle))} for angle in angles],
+        fixed=[{"P": float(part)} for part in pressed],
+    )
+
+
 def cylinder(cells: int, half_length: float, beta: float = 0.0) -> fo.ContactSystem:
     """A cylinder on a half-plane; "roll" shifts its pressure by a length."""
     arrays = fo.reference.half_plane_contact(cells, half_length, 1.0, R=1.0, beta=beta)

@@ -58,6 +58,7 @@ from .results import (
     Table,
     components,
     frame,
+    make_read_only,
     places,
 )
 from .tolerances import *

@@ -42,18 +42,18 @@ class Portable:
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
-        _seal(list(state.values()))
+        make_read_only(list(state.values()))
 
 
-def _seal(value: object) -> None:
-    """Make all arrays in a value read-only, except those of results in it, which are read-only."""
+def make_read_only(value: object) -> None:
+    """Make all arrays in a value, in its lists, tuples and mappings read-only."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     elif isinstance(value, tuple | list):
         for part in value:
-            _seal(part)
+            make_read_only(part)
     elif isinstance(value, Mapping):
-        _seal(list(value.values()))
+        make_read_only(list(value.values()))
 
 
 if TYPE_CHECKING:

@@ -106,9 +106,8 @@ def _verdicts(parts: ReportParts) -> Section:
     """The verdicts, and their meaning."""
     sentence = (
         "Passed if the value is at most its limit; for gross slip, at least its limit. The margin "
-        "is the limit "
-        "over the value, with the estimated error of its work; of gross slip the value over the "
-        "limit."
+        "is the limit over the value, with the estimated error of its work; of gross slip the "
+        "value over the limit."
     )
     return Section("Verdicts at load factor 1", [sentence], verdicts_in_words(parts))
 

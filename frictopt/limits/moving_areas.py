@@ -15,7 +15,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..base import CONDENSATION, NO_COUPLING, RESIDUAL, ROUNDING, Array, Booleans, Integers, kept
+from ..base import (
+    CONDENSATION,
+    NO_COUPLING,
+    RESIDUAL,
+    ROUNDING,
+    Array,
+    Booleans,
+    Integers,
+    kept,
+    make_read_only,
+)
 from ..contact import LoadCycle, off_law, other_laws
 from .lift_off import fields_of
 from .normal_path import NoPath, normal_path
@@ -50,10 +60,7 @@ class MovingAreas(Question):
         near = fields.get("near", 0.0)
         areas_of = areas_at if fields.get("alone", True) else areas_near
         areas = replace(areas_of(question, near), told_at=fields.get("told_at", near))
-        for part in (areas, areas.path, areas.at_instant, areas.rim):
-            for value in vars(part).values():
-                if isinstance(value, np.ndarray):
-                    value.flags.writeable = False
+        make_read_only([vars(part) for part in (areas, areas.path, areas.at_instant, areas.rim)])
         return areas
 
     moves: ClassVar[bool] = True

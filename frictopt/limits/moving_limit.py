@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..base import CONDENSATION, RESIDUAL, Array, Integers, LimitKind
+from ..base import CONDENSATION, RESIDUAL, Array, Integers, LimitKind, SolveRecord
 from ..contact import ContactSystem, LoadCycle
 from ..errors import SolverError
 from .answered import Mechanism
@@ -143,18 +143,27 @@ def on_all_instants(limit: L, areas: MovingAreas, instants: Integers) -> L:
     slip = limit.slip
     record = limit.record
     if limit.kind is LimitKind.FINITE:
-        residual = areas.violation(limit.load_factor, slip)
-        if not residual <= RESIDUAL:
-            raise SolverError(
-                f"shakedown limit: the states at the instants of the cycle are off by "
-                f"{residual:.1e} (tolerance {RESIDUAL:g}); reactions or stiffnesses may differ "
-                "too much in size"
-            )
+        record = checked_at_instants("shakedown limit", areas, limit.load_factor, slip, record)
         slip = areas.completed(limit.load_factor, slip)
-        record = replace(record, residual=max(residual, record.residual))
     told_at = limit.load_factor if limit.kind is LimitKind.FINITE else areas.told_at
     areas = replace(areas, told_at=told_at)
     return replace(limit, slip=slip, record=record, _question=areas, _motion=motion)
+
+
+def checked_at_instants(
+    question_name: str, areas: MovingAreas, load_factor: float, slip: Array, record: SolveRecord
+) -> SolveRecord:
+    """The record of a slip, with the violation of the contact law at the instants.
+
+    SolverError if it is more than 1e-9.
+    """
+    residual = areas.violation(load_factor, slip)
+    if not residual <= RESIDUAL:
+        raise SolverError(
+            f"{question_name}: the states at the instants of the cycle are off by {residual:.1e} "
+            f"(tolerance {RESIDUAL:g}); reactions or stiffnesses may differ too much in size"
+        )
+    return replace(record, residual=max(residual, record.residual))
 
 
 def at_all_instants(motion: Mechanism, areas: MovingAreas, instants: Integers) -> Mechanism:

@@ -9,10 +9,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ..base import RESIDUAL
-from ..errors import SolverError
 from .moving_areas import MovingAreas, areas_at, holds_for_all_openings
-from .moving_limit import at_all_instants, ordinary_question
+from .moving_limit import at_all_instants, checked_at_instants, ordinary_question
 from .normal_path import NoPath
 from .question import Question
 
@@ -44,13 +42,6 @@ def safe_with_moving_areas(
     motion = at_all_instants(safe._motion, areas, instants)
     record = safe.record
     if safe.exists:
-        residual = areas.violation(load_factor, safe.slip)
-        if not residual <= RESIDUAL:
-            raise SolverError(
-                f"safe slip: the states at the instants of the cycle are off by {residual:.1e} "
-                f"(tolerance {RESIDUAL:g}); check for reactions and stiffnesses of very different "
-                "sizes"
-            )
-        record = replace(record, residual=max(residual, record.residual))
+        record = checked_at_instants("safe slip", areas, load_factor, safe.slip, record)
     slip = areas.completed(load_factor, safe.slip)
     return replace(safe, slip=slip, record=record, _question=areas, _motion=motion)

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, Booleans, Integers, flag, kept
+from ..base import Array, Booleans, Integers, flag, kept, make_read_only
 from ..base.checks import per_node
 from ..contact import (
     ContactLaw,
@@ -105,9 +105,7 @@ class Question:
             compliance = following(system.S, open_nodes, [*system.bonded.values()])
         bonded = _bonded(system, fields["cycle"])
         question = _question(**fields, compliance=compliance, bonded=bonded)
-        for value in (*vars(question).values(), *question.bonded):
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
+        make_read_only(vars(question))
         return question
 
     @cached_property

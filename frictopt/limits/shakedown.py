@@ -136,12 +136,11 @@ class ShakedownLimits(SafeModel):
         With `events` some nodes may open and close in each cycle.
         """
         restricted = bool(user_rows) or objective is not None or open is not None
-        events = flag("events", events)
-        moving = None
+        flag("events", events)
         if not restricted:
             moving = rest_intervals.limit_of_moving_areas(question, self._up_to)
-        if moving is not None:
-            return moving
+            if moving is not None:
+                return moving
         check_events(events, question, restricted)
         if open is not None:
             opened = with_open(question, flags("open", open, question.system.nodes))
@@ -155,11 +154,17 @@ class ShakedownLimits(SafeModel):
         if restricted:
             return limit
         known = rest_intervals.up_to_last_rest(question, limit, self._up_to)
-        if not events or (known is not limit and limit.least != 0):
+        if not events:
+            return known
+        if known is limit:
+            return self.of_any_order(limit)
+        # `known` has all openings and closings, from the load factor 0 on. A search of orders that
+        # begins there, too, names the events of the same limit.
+        if limit.least != 0:
             return known
         ordered = self.of_any_order(limit)
-        goes_on = not ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
-        return known if goes_on and known is not limit else ordered
+        as_high = ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
+        return ordered if as_high else known
 
     def of_all_openings(self, question: Question) -> ShakedownLimit | None:
         """The limit for all openings and closings, if loads alone decide them; else None."""
@@ -398,13 +403,14 @@ class ShakedownLimit(ShakedownAnswer):
     def intervals(self) -> Array:
         """(n, 2) all load factors with a state of rest: from column 0 to column 1 of each row.
 
-        The states of rest count whatever opens and closes, without slip bound and constraints. If
-        the load factor scales normal loads of an uncoupled contact, it may slip above the limit,
-        and rest again at higher load factors (theory, "Normal loads that are scaled, too").
-        A contact without pressure at all corners counts as at rest. ModelError if slip changes
-        pressures, a node has no friction, or fixed parts differ while normal loads are scaled: then
-        only `least` and `load_factor` are known. SolverError if no
-        solver's answer passes the checks.
+        All openings and closings count; a slip bound and constraints do not. If the load factor
+        scales normal loads of an uncoupled contact, the contact may slip above the limit and come
+        to rest again at higher load factors (theory, "Normal loads that are scaled, too"). A
+        contact without pressure at all corners counts as at rest.
+
+        ModelError if slip changes pressures, if a node has no friction, or if fixed parts differ
+        while normal loads are scaled: then only `least` and `load_factor` are known. SolverError if
+        no solver's answer passes the checks.
 
         Examples
         --------

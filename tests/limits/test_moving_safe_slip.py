@@ -9,20 +9,10 @@ import pytest
 import frictopt as fo
 from helpers.cases import few
 from validation.moving_areas import contact, ends
-from validation.moving_events import FRICTION, IN_PHASE, PRESS, ROLLS, cylinder
+from validation.moving_events import FRICTION, IN_PHASE, ROLLS, cylinder, out_of_phase
 from validation.rest_intervals import contact as scaled_contact
 
 F = FRICTION
-
-
-def out_of_phase(degrees):
-    angles = 2 * np.pi * np.arange(8) / 8
-    pressed = 0.2 * PRESS * np.cos(angles + np.deg2rad(degrees))
-    return fo.LoadCycle(
-        {"P": PRESS},
-        [{"Q": 0.4 * PRESS * float(np.cos(angle))} for angle in angles],
-        fixed=[{"P": float(part)} for part in pressed],
-    )
 
 
 def test_a_rolling_cylinder_has_a_safe_slip_up_to_its_limit():
