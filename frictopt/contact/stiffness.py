@@ -45,10 +45,11 @@ def check_semi_definite(name: str, S: Array) -> None:
         size = 256
         for start in range(0, len(S), size):
             block = slice(start, start + size)
+            below = slice(start + size, None)
             done = slice(start)
             factor[start:, block] -= factor[start:, done] @ factor[block, done].T
             diagonal = np.linalg.cholesky(factor[block, block])
-            factor[start:, block] = np.linalg.solve(diagonal, factor[start:, block].T).T
+            factor[below, block] = np.linalg.solve(diagonal, factor[below, block].T).T
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(

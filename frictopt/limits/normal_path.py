@@ -11,7 +11,7 @@ which decides which of these nodes open.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg.lapack import dposv
 
 from ..base import CONDENSATION, SIMULTANEOUS, Array, Booleans, Integers
 
@@ -75,9 +75,8 @@ def normal_path(C: Array, corners: Array) -> NormalPath:
         pressure, gap = problem.clean(*states(C, first, opened))
         for _ in range(PATH.steps * len(first) + 1):
             instants.append((k, part, pressure, gap))
-            opened = problem.open_nodes_after(pressure, gap, change)
             # On this piece of the leg both are linear.
-            pressures, gaps = states(C, np.stack([first, change]), opened)
+            opened, pressures, gaps = problem.following((pressure, gap), opened, first, change)
             part += _to_next_event((pressure, pressures[1]), (gap, gaps[1]))
             if part >= 1 - PATH.at_corner:
                 break
@@ -112,16 +111,32 @@ class _NormalProblem:
         pressed = np.where(pressure > self.force, pressure, 0.0)
         return pressed, np.where(gap > self.length, gap, 0.0)
 
-    def open_nodes_after(self, pressure: Array, gap: Array, change: Array) -> Booleans:
-        """The open nodes from an instant on, if the reactions change along a leg.
+    def following(
+        self, now: tuple[Array, Array], opened: Booleans, first: Array, change: Array
+    ) -> tuple[Booleans, Array, Array]:
+        """The open nodes from an instant on, and (2, N) pressures and gaps with these open nodes.
 
-        Nodes without pressure and without gap open or close by the rates, which solve a normal
-        problem, too.
+        `now` are pressures and gaps at the instant, `opened` are the open nodes before it. The
+        reactions on the leg are `first`, plus a part of `change`.
         """
-        opened = gap > 0
-        touching = (pressure == 0) & ~opened
-        if not touching.any():
-            return opened
+        pressure, gap = now
+        touching = (pressure == 0) & (gap == 0)
+        reactions = np.stack([first, change])
+        force = PATH.zero * (float(np.abs(change).max()) or 1.0)
+        length = force / (float(np.diag(self._C).max()) or 1.0)
+        # Mostly each node whose pressure or gap comes to zero opens or closes.
+        opened = opened ^ touching
+        pressures, gaps = states(self._C, reactions, opened)
+        if (np.where(opened, gaps[1] > length, pressures[1] > force) | ~touching).all():
+            return opened, pressures, gaps
+        opened = self._open_by_rates(gap > 0, touching, change)
+        return opened, *states(self._C, reactions, opened)
+
+    def _open_by_rates(self, opened: Booleans, touching: Booleans, change: Array) -> Booleans:
+        """The open nodes if the reactions change, of given open nodes and touching ones.
+
+        The rates of pressures and gaps of the touching nodes solve a normal problem, too.
+        """
         C = self._C[np.ix_(touching, touching)]
         rates = change[touching]
         if opened.any():
@@ -140,14 +155,15 @@ def follow(stiffness: Array, forces: Array) -> Array:
 
     NoPath if nothing holds the open nodes.
     """
-    try:
-        factor, lower = cho_factor(stiffness, check_finite=False)
-    except LinAlgError:
-        raise NoPath("open nodes are not held") from None
+    if not len(stiffness):
+        return np.zeros_like(forces)
+    factor, motions, failed = dposv(stiffness, forces)
+    if failed:
+        raise NoPath("open nodes are not held")
     pivots = np.diag(factor) ** 2
     if pivots.min() <= CONDENSATION * np.diag(stiffness).max():
         raise NoPath("open nodes are hardly held")
-    return np.asarray(cho_solve((factor, lower), forces, check_finite=False))
+    return np.asarray(motions.reshape(forces.shape))
 
 
 def states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]:

@@ -101,6 +101,9 @@ def piece_at(C: Array, at_zero: Array, scaled: Array, load_factor: float) -> Pat
         gap[:, m] = gaps[:2] + place[:, [m]] * gaps[2]
     pressure *= statuses.before & statuses.after
     gap *= statuses.free
+    # A rate that is rounding must not bound a load factor that grows without limit.
+    for rate in (pressure[1], gap[1]):
+        rate[np.abs(rate) <= ROUNDING * np.abs(rate).max(initial=0.0)] = 0.0
     low, high = _ends(path, place, pressure, gap, load_factor)
     return PathPiece(path.leg, place, pressure, gap, statuses, low, high)
 

@@ -91,31 +91,47 @@ def rim_of(A: Array, shear: Array, statuses: Statuses) -> Rim:
     nodes = np.flatnonzero(statuses.rim)
     entries = (np.arange(tangents)[:, None] * count + nodes).ravel()
     loads = shear[..., nodes]
-    equations = _Equations(A[np.ix_(entries, entries)], loads, statuses, nodes)
+    stiffness = A[np.ix_(entries, entries)]
+    equations = _Equations(stiffness, loads, statuses, nodes)
     slips = equations.solved()
     motion = np.zeros_like(loads)
     for m in range(len(statuses.after)):
         motion[:, m] = equations.motion(m, slips).reshape(motion[:, m].shape)
     flat = motion.reshape(*motion.shape[:2], -1)
-    forces = loads + (flat @ equations.A).reshape(motion.shape)
+    forces = loads + (flat @ stiffness).reshape(motion.shape)
     forces *= ~statuses.free[:, None, nodes]
     residual = forces * statuses.touching[:, None, nodes]
     return Rim(nodes, motion, forces, residual)
 
 
 class _Equations:
-    """The equations of the rim, for the slips of the closed episodes alone."""
+    """The equations of the rim, for the slips of the closed episodes alone.
+
+    Nodes that never press follow the others. They are eliminated once for all instants.
+    """
 
     def __init__(self, A: Array, loads: Array, statuses: Statuses, nodes: Integers) -> None:
-        self.A = A
         tangents = loads.shape[2]
-        self._loads = loads.reshape(*loads.shape[:2], -1)
         numbers, count = statuses.episodes(nodes)
         # Columns of the slips: the episodes of each tangent follow each other.
         columns = [np.where(numbers < 0, -1, axis * count + numbers) for axis in range(tangents)]
-        self._column = np.concatenate(columns, axis=1)  # (M, t R)
-        self._touching = np.tile(statuses.touching[:, nodes], tangents)
+        column = np.concatenate(columns, axis=1)
         self._count = tangents * count
+        self._presses = (column >= 0).any(axis=0)  # (t R,) the entries of nodes that press
+        self._column = column[:, self._presses]
+        self._touching = np.tile(statuses.touching[:, nodes], tangents)[:, self._presses]
+
+        flat = loads.reshape(*loads.shape[:2], -1)
+        presses, never = self._presses, ~self._presses
+        across = A[np.ix_(never, presses)]
+        given = flat[..., never]
+        forces = np.hstack([across, given.reshape(2 * given.shape[1], -1).T])
+        follows = follow(A[np.ix_(never, never)], forces)
+        # Slips of the nodes that never press: by those of the others, and by loads.
+        self._by_slip = follows[:, : across.shape[1]]
+        self._by_load = follows[:, across.shape[1] :].T.reshape(given.shape)
+        self._A = A[np.ix_(presses, presses)] - across.T @ self._by_slip
+        self._loads = flat[..., presses] - self._by_load @ across
 
     def solved(self) -> Array:
         """(episodes, 2) slips of the episodes, at load factor 0 and per load factor."""
@@ -134,27 +150,26 @@ class _Equations:
         The nodes without pressure follow the nodes with pressure.
         """
         closed = self._column[m] >= 0
-        coupling = self.A[np.ix_(touching, closed)]
-        force = self._loads[:, m, touching].T
-        if not closed.all():
-            motions = self._follow(m, self.A[np.ix_(~closed, touching)]).T
-            coupling = coupling - motions @ self.A[np.ix_(~closed, closed)]
-            force = force - motions @ self._loads[:, m, ~closed].T
+        motions = self._follow(m, self._A[np.ix_(~closed, touching)]).T
+        coupling = self._A[touching] - motions @ self._A[~closed]
+        force = (self._loads[:, m, touching] - self._loads[:, m, ~closed] @ motions.T).T
         row = np.zeros((len(force), self._count))
-        row[:, self._column[m, closed]] = coupling
+        row[:, self._column[m, closed]] = coupling[:, closed]
         return row, force
 
     def motion(self, m: int, slips: Array) -> Array:
         """(2, t R) slips of the rim at an instant, from the slips of the episodes."""
         closed = self._column[m] >= 0
-        motion = np.zeros((2, len(closed)))
-        motion[:, closed] = slips[self._column[m, closed]].T
-        if not closed.all():
-            forces = self._loads[:, m, ~closed] + motion @ self.A[:, ~closed]
-            motion[:, ~closed] = -self._follow(m, forces.T).T
+        slip = np.zeros((2, len(closed)))
+        slip[:, closed] = slips[self._column[m, closed]].T
+        forces = self._loads[:, m, ~closed] + slip @ self._A[:, ~closed]
+        slip[:, ~closed] = -self._follow(m, forces.T).T
+        motion = np.zeros((2, len(self._presses)))
+        motion[:, self._presses] = slip
+        motion[:, ~self._presses] = -(self._by_load[:, m] + slip @ self._by_slip.T)
         return motion
 
     def _follow(self, m: int, forces: Array) -> Array:
         """Slips of the nodes without pressure under given forces on them."""
         opened = self._column[m] < 0
-        return follow(self.A[np.ix_(opened, opened)], forces)
+        return follow(self._A[np.ix_(opened, opened)], forces)
