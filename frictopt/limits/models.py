@@ -114,18 +114,18 @@ def rest(contact: Any, x: Unknowns, corners: Iterable[int], more: More | None = 
         rows.append(defines(w_r, constant(contact.W, f"W{x.suffix}") @ slip))
     x.gap = {}
     for k in corners:
-        q, p, w = _loaded(contact.loads(k), x, w_r, more[k] if more and k in more else ())
+        q, p, *w = _loaded(contact.loads(k), x, w_r, more[k] if more and k in more else ())
         rows += [defines(x.q[k], q), defines(x.p[k], p)]
         if w_r.size:
             x.gap[k] = cp.Variable(w_r.size, name=f"gap{x.suffix}[{k}]")
-            rows.append(defines(x.gap[k], w))
+            rows.append(defines(x.gap[k], *w))
     return rows
 
 
 def _loaded(
     loads: Mapping[str, Any], x: Unknowns, w_r: cp.Variable, more: Sequence[cp.Expression]
 ) -> list[cp.Expression]:
-    """Shear forces, normal forces and gaps under the loads of a corner, with unknown terms."""
+    """Shear forces, normal forces and any gaps under the loads of a corner, with unknown terms."""
     q0, p0, q1, p1, w0, w1 = (
         value if isinstance(value, cp.Parameter) else constant(value, suffixed(name, x.suffix))
         for name, value in loads.items()
@@ -133,8 +133,9 @@ def _loaded(
     parts = [
         q0 + times(x.load_factor, q1) + x.q_r,
         p0 + times(x.load_factor, p1) + x.p_r,
-        w0 + times(x.load_factor, w1) + w_r,
     ]
+    if w_r.size:
+        parts.append(w0 + times(x.load_factor, w1) + w_r)
     return [*map(operator.add, parts, more), *parts[len(more) :]]
 
 

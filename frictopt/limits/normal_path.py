@@ -104,7 +104,7 @@ class _NormalProblem:
     def __init__(self, C: Array, corners: Array) -> None:
         self._C = C
         self.force = PATH.zero * (float(np.abs(corners).max()) or 1.0)
-        self.length = self.force / (float(np.diag(C).max()) or 1.0)
+        self.length = self.force / (float(C.diagonal().max()) or 1.0)
 
     def clean(self, pressure: Array, gap: Array) -> tuple[Array, Array]:
         """Pressures and gaps, their rounding set to zero."""
@@ -123,7 +123,7 @@ class _NormalProblem:
         touching = (pressure == 0) & (gap == 0)
         reactions = np.stack([first, change])
         force = PATH.zero * (float(np.abs(change).max()) or 1.0)
-        length = force / (float(np.diag(self._C).max()) or 1.0)
+        length = force / (float(self._C.diagonal().max()) or 1.0)
         # Mostly each node whose pressure or gap comes to zero opens or closes.
         opened = opened ^ touching
         pressures, gaps = states(self._C, reactions, opened)
@@ -145,7 +145,7 @@ class _NormalProblem:
             C = C - across.T @ motions[:, :-1]
             rates = rates - across.T @ motions[:, -1]
         rounding = PATH.zero * (float(np.abs(change).max()) or 1.0)
-        length = rounding / (float(np.diag(C).max()) or 1.0)
+        length = rounding / (float(C.diagonal().max()) or 1.0)
         opened[touching] = _open_nodes(C, rates, rounding, length)
         return opened
 
@@ -160,8 +160,8 @@ def follow(stiffness: Array, forces: Array) -> Array:
     factor, motions, failed = dposv(stiffness, forces)
     if failed:
         raise NoPath("open nodes are not held")
-    pivots = np.diag(factor) ** 2
-    if pivots.min() <= CONDENSATION * np.diag(stiffness).max():
+    pivots = factor.diagonal() ** 2
+    if pivots.min() <= CONDENSATION * stiffness.diagonal().max():
         raise NoPath("open nodes are hardly held")
     return np.asarray(motions.reshape(forces.shape))
 
@@ -174,8 +174,9 @@ def states(C: Array, reactions: Array, opened: Booleans) -> tuple[Array, Array]:
     gap = np.zeros_like(reactions)
     pressure = reactions.copy()
     if opened.any():
-        gap[..., opened] = -follow(C[np.ix_(opened, opened)], reactions[..., opened].T).T
-        pressure += gap[..., opened] @ C[opened]
+        rows = C[opened]
+        gap[..., opened] = -follow(rows[:, opened], reactions[..., opened].T).T
+        pressure += gap[..., opened] @ rows
         pressure[..., opened] = 0.0
     return pressure, gap
 

@@ -79,7 +79,7 @@ def pieces(question: Question, begin: float = 0.0) -> Iterator[MovingAreas]:
                 areas = areas_near(question, begin + step)
             except NoPath:
                 return
-            if areas.path.low <= begin + WALK.step**2 * question.load_unit:
+            if areas.path.low <= begin + WALK.step**2 * (begin + question.load_unit):
                 break
             step /= 2
         yield areas
@@ -208,6 +208,10 @@ def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
 def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
     """A finite limit from 0 on, or the end of the states of rest that go on above it."""
     end = limit.load_factor
+    pressures = (question.r0 + end * question.r1)[:, -1]
+    if pressures.min() > RESIDUAL * question.force:
+        # No node opens near the limit.
+        return limit
     following = next(pieces(question, end), None)
     if following is None or following.path.low < end - WALK.step * (end + question.load_unit):
         # The order of openings and closings is the same above the limit.

@@ -53,18 +53,13 @@ class Statuses:
         It is -1 where a node has no pressure before and after. An episode may go round the end of
         the cycle.
         """
-        numbers = np.full((len(self.after), len(nodes)), -1)
-        count = 0
-        for column, node in enumerate(nodes):
-            presses = self.after[:, node]
-            start = int(np.argmin(presses))
-            for step in range(1, len(presses) + 1):
-                m = (start + step) % len(presses)
-                if presses[m] and not presses[m - 1]:
-                    count += 1
-                if presses[m] or presses[m - 1]:
-                    numbers[m, column] = count - 1
-        return numbers, count
+        pressed = (self.before | self.after)[:, nodes]
+        closes = (self.after & ~self.before)[:, nodes]
+        counts = closes.sum(axis=0)
+        # Before its first closing in the cycle a node is in its last episode.
+        of_node = (closes.cumsum(axis=0) - 1) % np.maximum(counts, 1)
+        numbers = np.where(pressed, of_node + counts.cumsum() - counts, -1)
+        return numbers, int(counts.sum())
 
 
 @dataclass(frozen=True, eq=False)

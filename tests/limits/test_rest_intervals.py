@@ -22,6 +22,7 @@ from frictopt.limits import (
 from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from validation.fuzz.embedded import embedded
+from validation.moving_areas import ends
 from validation.rest_intervals import contact, judged
 
 P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
@@ -150,6 +151,15 @@ def test_more_random_contacts_rest_inside_of_their_intervals(seed):
     assert not wrong
 
 
+def test_a_pressure_that_keeps_its_value_bounds_no_load_factor():
+    """In the last piece the node that stays closed has one pressure at an event of the other one,
+    and its rate is rounding. Transients from several starts rest far above the last event."""
+    case = contact(9248)
+    limit = fo.shakedown_limit(*case.asked)
+    assert limit.load_factor == np.inf and limit.intervals.tolist() == [[0.0, np.inf]]
+    assert set(ends(case, 40.0, 4)) == {"SHAKEDOWN"}
+
+
 @pytest.mark.parametrize("seed", few(range(9200, 9218, 3)))
 def test_to_and_fro_the_search_of_events_has_the_same_limit(seed):
     case = contact(seed)
@@ -164,13 +174,14 @@ def test_to_and_fro_the_search_of_events_has_the_same_limit(seed):
 def test_a_contact_in_the_plane_has_its_intervals_in_space(seed):
     case = contact(seed)
     plane = fo.shakedown_limit(case.system, case.cycle, case.friction)
-    turned, _ = embedded(case.system, np.random.default_rng([7509, seed]))
+    # Across the plane something holds the open nodes, too.
+    turned, _ = embedded(case.system, np.random.default_rng([7509, seed]), across=case.system.A)
     space = fo.shakedown_limit(turned, case.cycle, case.friction)
     assert space.load_factor == pytest.approx(plane.load_factor, rel=1e-7)
     assert_allclose(space.intervals, plane.intervals, rtol=1e-6, atol=1e-8)
 
 
-@pytest.mark.parametrize("seed", few(range(18)))
+@pytest.mark.parametrize("seed", few([15, *range(15), 16, 17]))  # 15 has a piece from 342 on
 def test_pressures_and_gaps_of_a_piece_are_those_of_each_load_factor(seed):
     case = contact(9400 + seed)
     question = pose(case.system, case.cycle, case.friction)
