@@ -112,7 +112,8 @@ class _Equations:
         columns = [np.where(numbers < 0, -1, axis * count + numbers) for axis in range(tangents)]
         column = np.concatenate(columns, axis=1)
         self._count = tangents * count
-        self._presses = (column >= 0).any(axis=0)  # (t R,) the entries of nodes that press
+        # (t R,) the entries of nodes that press at some time.
+        self._presses: Booleans = np.asarray((column >= 0).any(axis=0))
         self._column = column[:, self._presses]
         self._touching = np.tile(statuses.touching[:, nodes], tangents)[:, self._presses]
 
