@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import copy
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import Enum
 from importlib import import_module
@@ -286,11 +286,18 @@ def pictures_of(module: str, file: str = "pictures") -> Any:
     return import_module(f"{package}.{room}.{file}")
 
 
-def frame(columns: Mapping[str, object], units: str | None = None) -> Table:
-    """A pandas DataFrame with these columns; `units` go to its `attrs`."""
+def frame(
+    data: Mapping[str, object] | Sequence[object],
+    units: str | None = None,
+    names: list[str] | None = None,
+) -> Table:
+    """A pandas DataFrame with these columns, or with these rows and the names of their columns.
+
+    `units` go to its `attrs`.
+    """
     import pandas as pd  # imported here, because only tables need it
 
-    table = pd.DataFrame(columns)
+    table = pd.DataFrame(data, columns=names)
     if units is not None:
         table.attrs["units"] = units
     return table

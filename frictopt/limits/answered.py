@@ -16,7 +16,6 @@ from typing import Any, ClassVar, TypeVar
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 
 from ..base import (
     RESIDUAL,
@@ -26,6 +25,7 @@ from ..base import (
     Plotted,
     Recorded,
     SolveRecord,
+    Table,
     components,
     frame,
     frozen,
@@ -113,7 +113,7 @@ class Mechanism:
         """Work of the cyclic loads, at load factor 1, on the mechanism."""
         return -float(np.sum(self.moves.reshape(len(self.moves), -1) * question.bonded[1]))
 
-    def table(self, system: ContactSystem, corners: Sequence[str]) -> pd.DataFrame:
+    def table(self, system: ContactSystem, corners: Sequence[str]) -> Table:
         """A row for each motion, largest first; `corners` are the names of the K corners.
 
         Columns: node, contact (if several), x (x, y, z in space), corner, its loads, direction,
@@ -121,6 +121,8 @@ class Mechanism:
         it, 0 for an opening or the touching of an open node. In space it is a unit vector (slip1,
         slip2), zero for an opening.
         """
+        import pandas as pd  # imported here, because only tables need it
+
         sizes = self.parts(system)  # (2, K, N): slips, openings
         share = sizes / (float(sizes.sum()) or 1.0)
         # Smaller shares have the error of the answer.
@@ -212,7 +214,7 @@ class Answered(Recorded, Plotted):
         return self._question.open_nodes
 
     @property
-    def events(self) -> pd.DataFrame:
+    def events(self) -> Table:
         """The nodes that open and close in each cycle, in the order in which the load meets them.
 
         Columns: node, contact (if several), x (x, y, z in space), event ("opens" or "closes"), way,
@@ -221,6 +223,8 @@ class Answered(Recorded, Plotted):
         way back the order is reversed; but all events of the cycle are listed if normal loads alone
         open and close nodes. Empty if no node comes and goes.
         """
+        import pandas as pd  # imported here, because only tables need it
+
         columns = {"node": int, "event": str, "way": float, "loads": str}
         table = pd.DataFrame(self._question.events, columns=list(columns)).astype(columns)
         nodes = of_nodes(self.system, table.pop("node").to_numpy())
@@ -276,7 +280,7 @@ class Answered(Recorded, Plotted):
         bound = np.where(pressed, most_shear(self.system, f, p), 1.0)
         return np.where(pressed, lengths(q, p) / bound, np.nan)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A row for each node: node, its place, its slip, and, if any node is open, `open`."""
         return frame(self._places(), units=self.system.units)
 
@@ -301,7 +305,7 @@ class Proven(Answered, Explained):
     _duals: Duals = field(default=(), kw_only=True)
 
     @property
-    def multipliers(self) -> pd.DataFrame:
+    def multipliers(self) -> Table:
         """Multipliers of the rows of `problem`, in its units.
 
         Columns: row (its label), corner, node, component, multiplier. The multipliers of `q[k] ==
@@ -312,12 +316,14 @@ class Proven(Answered, Explained):
         rows, node is the first index of an entry and component the other indices. Empty without a
         program.
         """
+        import pandas as pd  # imported here, because only tables need it
+
         if not self._duals:
             kinds = {"row": str, "corner": int, "node": int, "component": int, "multiplier": float}
             return pd.DataFrame(columns=list(kinds)).astype(kinds)
         return pd.concat([self._table_of(*dual) for dual in self._duals], ignore_index=True)
 
-    def _table_of(self, name: str, dual: Array) -> pd.DataFrame:
+    def _table_of(self, name: str, dual: Array) -> Table:
         """The multipliers of one row."""
         corner = _OF_CORNER.fullmatch(name)
         values = dual.reshape(len(dual), int(np.prod(dual.shape[1:])))
@@ -332,7 +338,7 @@ class Proven(Answered, Explained):
             "component": component,
             "multiplier": values.ravel(),
         }
-        return pd.DataFrame(columns)
+        return frame(columns)
 
     @property
     def _by_friction(self) -> Array:
@@ -377,7 +383,7 @@ class Rated(Proven):
         return finite and not self.constraints and not self._question.moves
 
     @cached_property
-    def load_rates(self) -> pd.DataFrame:
+    def load_rates(self) -> Table:
         """Rate of the limit with each amplitude of the load cycle.
 
         Columns: load, part ("mean", or the loads of a corner), amplitude, rate. The mean part lists
@@ -406,7 +412,7 @@ class Rated(Proven):
             add(loads, f"fixed at {cycle.corner_names[k]}", moves[k])
         for k, loads in enumerate(cycle.corners):
             add(loads, cycle.corner_names[k], moves[k], self.load_factor)
-        return pd.DataFrame(rows, columns=["load", "part", "amplitude", "rate"])
+        return frame(rows, names=["load", "part", "amplitude", "rate"])
 
     @cached_property
     def interference_rate(self) -> Array:

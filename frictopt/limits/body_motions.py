@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from ..base import COUNTS, Array, frame
+from ..base import COUNTS, Array, Table, frame
 from ..contact import ContactSystem
 
 # Motions below this share of the largest one are reported as zero: cone solvers have this error.
@@ -45,7 +44,7 @@ class BodyMotion:
         return columns
 
 
-def motion_table(system: ContactSystem, phi: Array) -> pd.DataFrame:
+def motion_table(system: ContactSystem, phi: Array) -> Table:
     """See `GrossSlip.motion`; phi (t + 1, N) has the size 1."""
     names = np.zeros(system.nodes) if system.contact is None else np.asarray(system.contact)
     stretch = np.vstack([system.stretch.reshape(system.nodes, -1).T, np.ones(system.nodes)])
@@ -107,7 +106,7 @@ def _rigid_fit(arms: Array, moves: Array) -> tuple[Array, Array, float]:
     return fit[:axes], fit[axes:], error
 
 
-def motions_in_words(motion: pd.DataFrame) -> str:
+def motions_in_words(motion: Table) -> str:
     """The motions of a table in words, contacts that move alike together."""
     contacts: dict[str, list[str]] = {}
     for row in motion.to_dict("records"):

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field, replace
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 
-from ..base import RESIDUAL, Array, SolveRecord, frozen
+from ..base import RESIDUAL, Array, SolveRecord, Table, frame, frozen
 from ..solve.problem import put_back, standing
 from .answered import Mechanism
 from .critical_state import CriticalState, NeededByNode, critical_states
@@ -277,7 +276,7 @@ class CriticalNodes:
             self.best = claim
             self.least = claim.load_factor
 
-    def table(self, order: list[int]) -> pd.DataFrame:
+    def table(self, order: list[int]) -> Table:
         """Table of the load factors of some nodes."""
         load_factors = self.load_factor[order]
-        return pd.DataFrame({"node": order, "load_factor": load_factors, "how": self.how[order]})
+        return frame({"node": order, "load_factor": load_factors, "how": self.how[order]})

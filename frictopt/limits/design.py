@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import Array, SolveRecord, flag, frozen, listed, progress_bar, warns_of_odd_values
@@ -29,11 +28,10 @@ from .open_nodes import TOUCHES
 from .programs import Program, labelled_rows, listed_rows
 from .question import Question, with_open
 from .safe_model import SafeModel, checked_objective, in_turn
-from .sentences import (
-    BEST_DESIGN,
-    LARGER_DESIGNS_OPEN,
-    OTHER_DESIGNS_OPEN,
-)
+from .sentences import BEST_DESIGN, LARGER_DESIGNS_OPEN, OTHER_DESIGNS_OPEN
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -410,6 +408,8 @@ class DesignModel(SafeModel):
             slips.append(slip)
             unsafe.append(question.violation(load_factor, slip))
         residual = np.max([*unsafe, proof.gap, first.user_violation])
+        import pandas as pd  # imported here, because only designs need it
+
         names = pd.Index(self._choice.names, name="load", dtype=object)
         return Design(
             load_factor=load_factor,

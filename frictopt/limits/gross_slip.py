@@ -13,13 +13,13 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 
 from ..base import (
     RESIDUAL,
     Array,
     Booleans,
     SolveRecord,
+    Table,
     listed,
     progress_bar,
     shown,
@@ -110,17 +110,17 @@ class GrossSlip(Explained):
     corner: int
     loads: str
     phi: Array
-    motion: pd.DataFrame
+    motion: Table
     reason: str
     record: SolveRecord
     problem: cp.Problem | None
     self_stress: Array | None = None
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """The table `motion`."""
         return self.motion.copy()
 
-    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, Table | None, str]:
         title = f"sliding-off load: load factor {self.load_factor:.12g}, bound {self.bound:.12g}"
         answer = self.load_factor if np.isfinite(self.load_factor) else None
         return title, answer, None, self.reason

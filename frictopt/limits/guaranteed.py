@@ -10,12 +10,12 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 
 from ..base import (
     Array,
     LimitKind,
     SolveRecord,
+    Table,
     components,
     finite_number,
     frame,
@@ -147,7 +147,7 @@ class GuaranteedLimit(Rated):
         return self.shakedown.least
 
     @property
-    def multipliers(self) -> pd.DataFrame:
+    def multipliers(self) -> Table:
         """Multipliers as for a shakedown limit.
 
         The rows `critical_q` and `critical_p` belong to `node`. In space the column component is
@@ -166,7 +166,7 @@ class GuaranteedLimit(Rated):
             return self.shakedown._rated
         return self.load_factor > self.least and not self.constraints
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A row for each node: node, its place, load_factor, how, and the slip of the witness.
 
         `load_factor` is the least load factor at which a safe slip makes the node critical, or a
@@ -194,7 +194,7 @@ class GuaranteedLimit(Rated):
         share = (load_factor - self.load_factor) / (self._above[0] - self.load_factor)
         return load_factor, frozen((1 - share) * self.slip + share * self._above[1])
 
-    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, Table | None, str]:
         return "guaranteed limit", self.load_factor, None, self.reason
 
 

@@ -8,9 +8,18 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
-import pandas as pd
 
-from ..base import ZERO_LOAD_FACTOR, Array, Bar, Booleans, checked_loads, listed, number_of
+from ..base import (
+    ZERO_LOAD_FACTOR,
+    Array,
+    Bar,
+    Booleans,
+    Table,
+    checked_loads,
+    frame,
+    listed,
+    number_of,
+)
 from ..base.checks import check_name
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
@@ -136,9 +145,9 @@ class Rays:
         both = self.to(*amplitudes)
         return replace(self, open_nodes=both.limit.open, limits=[])
 
-    def _table(self) -> pd.DataFrame:
+    def _table(self) -> Table:
         """The safe amplitudes at the ends of the rays."""
-        return pd.DataFrame(sorted(self.reached), columns=list(self.names))
+        return frame(sorted(self.reached), names=list(self.names))
 
 
 def checked_parts(loads: Sequence[Any]) -> tuple[tuple[str, str], Corners]:

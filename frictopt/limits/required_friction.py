@@ -7,15 +7,16 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from ..base import (
     RESIDUAL,
     Bar,
     Booleans,
     SolveRecord,
+    Table,
     finite_number,
     flag,
+    frame,
     frozen,
     number_of,
     progress_bar,
@@ -114,7 +115,7 @@ class RequiredFriction(Answered):
     _shown_names = ("required", "bound", "largest_slip", "residual", "reason")
     required: float
     bound: float
-    mechanism: pd.DataFrame
+    mechanism: Table
     reason: str
 
 
@@ -272,11 +273,10 @@ class SafeSlips:
         slips = (safe for (f, _), safe in self._solved.items() if f == friction and safe.exists)
         return next(slips).largest_slip
 
-    def _table(self) -> pd.DataFrame:
+    def _table(self) -> Table:
         """The frictions tried so far."""
-        solved = sorted(self._solved.items())
-        rows = [(friction, safe.exists, safe.margin) for (friction, _), safe in solved]
-        return pd.DataFrame(rows, columns=["friction", "safe", "margin"])
+        rows = [(f, safe.exists, safe.margin) for (f, _), safe in sorted(self._solved.items())]
+        return frame(rows, names=["friction", "safe", "margin"])
 
 
 def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
@@ -435,7 +435,7 @@ def _infinite(
     safe_slips: SafeSlips,
     question: Question,
     record: SolveRecord,
-    mechanism: pd.DataFrame,
+    mechanism: Table,
     reason: str,
 ) -> RequiredFriction:
     return RequiredFriction(

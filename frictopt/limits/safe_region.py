@@ -13,7 +13,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from ..base import (
     RESIDUAL,
@@ -22,6 +21,7 @@ from ..base import (
     Plotted,
     Recorded,
     SolveRecord,
+    Table,
     checked_loads,
     finite_number,
     frame,
@@ -100,8 +100,8 @@ class SafeRegion(Recorded, Plotted):
     loads: tuple[str, str]
     vertices: Array
     outer: Array = field(repr=False)
-    sides: pd.DataFrame = field(repr=False)
-    mechanisms: tuple[pd.DataFrame, ...] = field(repr=False)
+    sides: Table = field(repr=False)
+    mechanisms: tuple[Table, ...] = field(repr=False)
     unlimited: tuple[str, ...]
     gap: float
     reason: str
@@ -128,7 +128,7 @@ class SafeRegion(Recorded, Plotted):
         """
         return domain(self._mean, self._parts, _checked_amplitudes(first, second))
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A row for each vertex: its two amplitudes."""
         return frame({name: self.vertices[:, number] for number, name in enumerate(self.loads)})
 
@@ -380,14 +380,14 @@ def _polygons(
     return vertices, outer
 
 
-def _table(sides: Sequence[Side], unlimited: Booleans) -> pd.DataFrame:
+def _table(sides: Sequence[Side], unlimited: Booleans) -> Table:
     """See `SafeRegion.sides`."""
     rows: list[tuple[float, float, float]] = []
     for side in sides:
         bound = side.point.bound
         a, b = np.where(unlimited, 0.0, side.point.line) / (bound or 1.0)
         rows.append((a, b, float(bound > 0)))
-    return pd.DataFrame(rows, columns=["a", "b", "bound"])
+    return frame(rows, names=["a", "b", "bound"])
 
 
 def _ends(points: Sequence[BorderPoint], unit: Array) -> list[Array]:

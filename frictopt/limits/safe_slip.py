@@ -9,10 +9,17 @@ from functools import cached_property
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import ROUNDING, SolveRecord, finite_number, listed, progress_bar, warns_of_odd_values
+from ..base import (
+    ROUNDING,
+    SolveRecord,
+    Table,
+    finite_number,
+    listed,
+    progress_bar,
+    warns_of_odd_values,
+)
 from ..contact import ContactSystem, LoadCycle
 from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
@@ -93,7 +100,7 @@ class SafeSlip(Proven):
         return safe_slip_reason(self, self.exists)
 
     @cached_property
-    def certificate(self) -> pd.DataFrame | None:
+    def certificate(self) -> Table | None:
         """Proof that no slip is safe (Farkas's lemma), a table like `ShakedownLimit.mechanism`.
 
         It has slips on which the loads do more work than friction can dissipate. No residual slip
@@ -104,7 +111,7 @@ class SafeSlip(Proven):
             return None
         return self._motion.table(self.system, self._question.names)
 
-    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, Table | None, str]:
         mechanism = self._motion.table(self.system, self._question.names)
         return "safe residual slip", self.margin, mechanism, self.reason
 

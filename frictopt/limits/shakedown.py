@@ -15,7 +15,6 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 
 from ..base import (
@@ -23,6 +22,7 @@ from ..base import (
     Array,
     LimitKind,
     SolveRecord,
+    Table,
     frame,
     frozen,
     progress_bar,
@@ -425,7 +425,7 @@ class ShakedownLimit(ShakedownAnswer):
         question = pose(self.system, self.cycle, self.friction)
         return frozen(rest_intervals.all_intervals(question, ShakedownLimits._on(question, None)))
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A row for each node: node, its place, its safe slip at the limit, traction_ratio.
 
         traction_ratio is the largest `|q| / (f p)` over the corners at which the node is pressed.
@@ -444,6 +444,6 @@ class ShakedownLimit(ShakedownAnswer):
             names.insert(3, "objective")
         return {name: getattr(self, name) for name in names}
 
-    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, Table | None, str]:
         value = self.load_factor if self.objective is None else self.objective
         return "shakedown limit", value, self.mechanism, self.reason

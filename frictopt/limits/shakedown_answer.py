@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import pandas as pd
 
-from ..base import ZERO_LOAD_FACTOR, Array, LimitKind, finite_number, frozen, number_of
+from ..base import ZERO_LOAD_FACTOR, Array, LimitKind, Table, finite_number, frozen, number_of
 from ..contact import lengths
 from ..errors import ModelError
 from .answered import Rated
@@ -39,7 +38,7 @@ class ShakedownAnswer(Rated):
         return int(moves.sum(axis=0).argmax())
 
     @cached_property
-    def mechanism(self) -> pd.DataFrame:
+    def mechanism(self) -> Table:
         """The nodes that limit the load, largest share of the slip first.
 
         A symmetric contact has several such mechanisms, and this is one. Columns: node, x, corner,

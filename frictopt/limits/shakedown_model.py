@@ -8,10 +8,9 @@ from typing import Any
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike
 
-from ..base import listed, number_of, progress_bar, warns_of_odd_values
+from ..base import Table, frame, listed, number_of, progress_bar, warns_of_odd_values
 from ..contact import LoadCycle, checked_cycle
 from ..errors import ModelError
 from .question import Question, pose
@@ -130,7 +129,7 @@ class ShakedownModel(ShakedownLimits):
     @warns_of_odd_values
     def sweep(
         self, frictions: Any, constraints: Sequence[cp.Constraint] = (), *, progress: bool = True
-    ) -> pd.DataFrame:
+    ) -> Table:
         """The limit for many coefficients of friction (each one number or (N,)), one row each.
 
         Columns: friction (mean), load_factor, least, bound, residual, friction_rate, node and sense
@@ -149,9 +148,9 @@ class ShakedownModel(ShakedownLimits):
                 note = (
                     f"the limits of {len(rows)} of {total} frictions are in the attribute `table`"
                 )
-                bar.keep("table", partial(pd.DataFrame, rows), note)
+                bar.keep("table", partial(frame, rows), note)
                 bar.update()
-        return pd.DataFrame(rows)
+        return frame(rows)
 
 
 def _row(friction: Any, limit: ShakedownLimit) -> dict[str, Any]:

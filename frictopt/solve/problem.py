@@ -7,10 +7,9 @@ from typing import Any, TypeAlias
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 from cvxpy.reductions.solution import Solution
 
-from ..base import RESIDUAL, Array, Recorded
+from ..base import RESIDUAL, Array, Recorded, Table
 
 Duals: TypeAlias = tuple[tuple[str, Array], ...]
 
@@ -93,7 +92,7 @@ class Explained(Recorded):
 
     problem: cp.Problem | None
 
-    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> "tuple[str, float | None, Table | None, str]":
         """Title, answer, slips that limit the load, largest first, and the reason.
 
         What stands in the problem is printed only if it agrees with the answer.

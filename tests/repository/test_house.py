@@ -205,7 +205,7 @@ def test_a_room_is_imported_when_it_is_first_used():
     assert heavy & loaded(SYSTEM + "fo.onset(s, fo.LoadCycle({'P': 1.0}, [{'Q': 1.0}]), 0.5)") == {
         "numpy"
     }
-    assert heavy & loaded(SYSTEM + limit) == {"numpy", "scipy", "cvxpy", "pandas"}
+    assert heavy & loaded(SYSTEM + limit) == {"numpy", "scipy", "cvxpy"}
 
 
 def test_a_path_in_the_plane_needs_no_library_of_limits():

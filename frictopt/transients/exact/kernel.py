@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compilation import entry_point, inner, notice_of_compilation, once
+from .compilation import in_place, inner_in_place, notice_of_compilation, once
 from .state import new_active_set, new_state
 
 STICK, OPEN = 0, 2
@@ -70,14 +70,14 @@ SETTINGS = PathSettings()
 # errors that do not occur, which takes a third of the compilation.
 
 
-@inner
+@inner_in_place
 def _copy(values, into):
     """Write an array into another one."""
     for k in range(len(values)):
         into[k] = values[k]
 
 
-@inner
+@inner_in_place
 def _largest(values):
     """The largest size of the entries of an array."""
     largest = 0.0
@@ -94,7 +94,7 @@ def _largest(values):
 # such updates accumulate.
 
 
-@inner
+@inner_in_place
 def _left_side(values, unknown, weight):
     """`q + weight p` of values `[q, p]` (2N,): the left side of the equation of an unknown."""
     normal = 0.0
@@ -103,7 +103,7 @@ def _left_side(values, unknown, weight):
     return values[unknown] + normal
 
 
-@inner
+@inner_in_place
 def _row_entry(S, unknown, weight, other):
     """Entry of the equation of an unknown in the column of another one."""
     normal = 0.0
@@ -112,7 +112,7 @@ def _row_entry(S, unknown, weight, other):
     return S[unknown, other] + normal
 
 
-@inner
+@inner_in_place
 def _border(S, active, new, factor):
     """Products of the inverse with the row and the column of a new unknown; returns its pivot.
 
@@ -137,7 +137,7 @@ def _border(S, active, new, factor):
     return pivot
 
 
-@inner
+@inner_in_place
 def _append(S, active, new, factor):
     """Add an unknown; returns its pivot over its stiffness, or 0 and adds none if that is zero."""
     pivot = _border(S, active, new, factor)
@@ -158,7 +158,7 @@ def _append(S, active, new, factor):
     return share
 
 
-@inner
+@inner_in_place
 def _enter(active, new, weight):
     """Enter an unknown behind those of an active set or of a proof."""
     n = active.size[0]
@@ -168,7 +168,7 @@ def _enter(active, new, weight):
     active.size[0] = n + 1
 
 
-@inner
+@inner_in_place
 def _remove(active, old):
     """Remove one unknown, after a swap with the last one."""
     inverse, place, last = active.inverse, active.place[old], active.size[0] - 1
@@ -190,7 +190,7 @@ def _remove(active, old):
     active.size[0] = last
 
 
-@inner
+@inner_in_place
 def _clear(active):
     """Remove all unknowns."""
     for a in range(active.size[0]):
@@ -198,7 +198,7 @@ def _clear(active):
     active.size[0] = 0
 
 
-@inner
+@inner_in_place
 def _leave(active, node, nodes):
     """Remove the unknowns of a node."""
     for unknown in range(node, 2 * nodes, nodes):
@@ -222,7 +222,7 @@ def _join(S, f, active, node, status):
     return min(gap_share, slip_share)
 
 
-@inner
+@inner_in_place
 def change_statuses(S, f, status, active, wanted):
     """Give the nodes the statuses wanted.
 
@@ -248,7 +248,7 @@ def change_statuses(S, f, status, active, wanted):
     return smallest if unique else 0.0
 
 
-@entry_point
+@in_place
 def set_statuses(S, f, state, active, status):
     """Give all nodes the statuses of a solution of the rate problem.
 
@@ -259,7 +259,7 @@ def set_statuses(S, f, state, active, status):
     return change_statuses(S, f, state.status, active, status) != 0.0
 
 
-@inner
+@inner_in_place
 def solve_rates(S, active, state):
     """Rates of `[v, w]` and `[q, p]` under the rate of the bonded reactions.
 
@@ -287,7 +287,7 @@ def solve_rates(S, active, state):
         _add_reactions(S, active, change, r_rate)
 
 
-@inner
+@inner_in_place
 def _add_reactions(S, active, change, r):
     """Add the reactions of changes of the unknowns to r (S is symmetric: its rows are columns)."""
     n, unknown = active.size[0], active.unknown
@@ -304,20 +304,20 @@ def _add_reactions(S, active, change, r):
 # --- 2. Statuses that agree with their rates ------------------------------------------------------
 
 
-@inner
+@inner_in_place
 def _slacks(f, r, node, nodes):
     """Distances of q from the bound of slip along +x and from that of slip against it."""
     bound = f[node] * r[nodes + node]
     return bound + r[node], bound - r[node]
 
 
-@inner
+@inner_in_place
 def _is_unpressed(p, force):
     """Whether a pressure is zero up to rounding, relative to a thousandth of the force scale."""
     return p <= SETTINGS.at_bound * 1e-3 * force
 
 
-@inner
+@inner_in_place
 def look(f, state, force):
     """Note in `touch` at which bounds each node is."""
     nodes, u, r = len(f), state.u, state.r
@@ -332,7 +332,7 @@ def look(f, state, force):
         state.touch[node] = touch + CLOSED_UNPRESSED * (unpressed and closed)
 
 
-@inner
+@inner_in_place
 def _falls(S, state, node, rate, least, stiffness):
     """Whether a rate of a node is negative beyond rounding.
 
@@ -350,7 +350,7 @@ def _falls(S, state, node, rate, least, stiffness):
     return rate < -SETTINGS.zero_rate * reached / stiffness
 
 
-@inner
+@inner_in_place
 def _wanted(S, f, state, node, least_r, least_u):
     """Status that agrees with the signs of a node's rates: the present one if that agrees."""
     nodes, u_rate, r_rate = len(f), state.u_rate, state.r_rate
@@ -472,7 +472,7 @@ def _extend_proof(S, f, state, proof):
     return True
 
 
-@inner
+@inner_in_place
 def _is_undecided(status, touch, friction):
     """Whether a node has more ways to go on than a quadratic form can decide.
 
@@ -485,7 +485,7 @@ def _is_undecided(status, touch, friction):
     return at_both_bounds and status != OPEN and friction > 0.0
 
 
-@inner
+@inner_in_place
 def _sense(status, touch):
     """Direction in which a node slips or may begin to slip; 0 for an open node."""
     if status == OPEN:
@@ -495,7 +495,7 @@ def _sense(status, touch):
     return 1 if touch & FORWARD else -1
 
 
-@inner
+@inner_in_place
 def _include(S, proof, unknown, weight):
     """Add an unknown to the Cholesky factor; returns whether the form stays positive definite."""
     n, L = proof.size[0], proof.inverse
@@ -513,7 +513,7 @@ def _include(S, proof, unknown, weight):
     return True
 
 
-@inner
+@inner_in_place
 def _symmetric_entry(S, row, row_weight, column, column_weight):
     """Entry of the symmetric part of the rows `q + weight p`."""
     normal = 0.0
@@ -525,7 +525,7 @@ def _symmetric_entry(S, row, row_weight, column, column_weight):
 # --- 4. The path along one segment ----------------------------------------------------------------
 
 
-@entry_point
+@in_place
 def follow(S, f, bonded, ahead, state, active, proof, force, start, begins, record):
     """Follow the path while the bonded reactions (2N,) change from `bonded` to `ahead`.
 
@@ -607,9 +607,9 @@ def _begin(S, f, state, active):
 
 @once
 def _next_event(f, state):
-    """Time to the next event, and its node; infinity and -1 if there is none."""
+    """Time to the next event, and its node; infinity and N if there is none."""
     nodes, u, r, u_rate, r_rate = len(f), state.u, state.r, state.u_rate, state.r_rate
-    first, first_node = np.inf, -1
+    first, first_node = np.inf, nodes
     for node in range(nodes):
         status, touch, time = state.status[node], state.touch[node], np.inf
         p, p_rate = r[nodes + node], r_rate[nodes + node]
@@ -655,7 +655,7 @@ def _advance(f, bonded, time, state, step):
         _put_on_bound(f, r, node, status)
 
 
-@inner
+@inner_in_place
 def _put_on_bound(f, r, node, status):
     """Remove the rounding of the reactions of a slipping or open node."""
     nodes = len(f)
@@ -673,10 +673,12 @@ def _snap(f, state, node, force):
     if status == OPEN:
         state.u[nodes + node] = -state.gap[node]
     elif status != STICK or _is_unpressed(r[nodes + node], force[node]):
-        _put_on_bound(f, r, node, OPEN)
+        r[node] = 0.0
+        r[nodes + node] = 0.0
     else:
         forward_slack, backward_slack = _slacks(f, r, node, nodes)
-        _put_on_bound(f, r, node, 1 if forward_slack < backward_slack else -1)
+        bound = f[node] * r[nodes + node]
+        r[node] = -bound if forward_slack < backward_slack else bound
 
 
 @once
@@ -699,7 +701,7 @@ def _refresh(S, f, bonded, state, active):
         _put_on_bound(f, r, node, state.status[node])
 
 
-@inner
+@inner_in_place
 def _reactions(S, bonded, u, r):
     """Write `bonded + S u` into r (S is symmetric: its rows are columns)."""
     _copy(bonded, r)

@@ -10,10 +10,9 @@ from typing import ClassVar
 
 import cvxpy as cp
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from ...base import RESIDUAL, Array, SolveRecord, components, finite_array, frame
+from ...base import RESIDUAL, Array, SolveRecord, Table, components, finite_array, frame
 from ...contact import (
     ContactSystem,
     checked_system,
@@ -90,7 +89,7 @@ class Increment(Explained):
     problem: cp.Problem | None = field(repr=False)
     _title: str = field(repr=False)
 
-    def to_frame(self) -> pd.DataFrame:
+    def to_frame(self) -> Table:
         """A row for each node: node, slip, gap, q, p, status; in space slip1, slip2, q1, q2."""
         columns = {
             **components("slip", self.slip),
@@ -110,7 +109,7 @@ class Increment(Explained):
             "solver": self.record.solver,
         }
 
-    def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
+    def _explanation(self) -> tuple[str, float | None, Table | None, str]:
         return self._title, None, None, ""
 
 
