@@ -7,8 +7,8 @@
 # direction of the speed. So a static path to and fro is elastic, and in motion the spring, not
 # friction, holds the load. `ElasticPP` is the elastic slider.
 # Versions: openseespy 3.7.1.2, openseespylinux 3.7.1.2, Python 3.11; 2026-11-28.
-# Output: stress at strains 0.01, 0.02, 0.01 and 0 of tangent 1000 and force 3. "static: 10 20 10 0",
-# "in motion: 13 23 7 -3", "ElasticPP: 3 3 -3 -3", then "as described".
+# Output: stress at strains 0.01, 0.02, 0.01 and 0 of tangent 1000 and force 3:
+# "static: 10 20 10 0", "in motion: 13 23 7 -3", "ElasticPP: 3 3 -3 -3", then "as described".
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
