@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from .moving_areas import MovingAreas, areas_at, holds_for_all_openings
 from .moving_limit import at_all_instants, checked_at_instants, ordinary_question
 from .normal_path import NoPath
@@ -16,8 +18,14 @@ from .question import Question
 
 
 def moving_areas_at(question: Question, load_factor: float) -> MovingAreas | None:
-    """The areas at a load factor, if loads alone open and close some nodes; else None."""
-    if not holds_for_all_openings(question):
+    """The areas at a load factor, if loads alone open and close some nodes; else None.
+
+    A contact without friction at all nodes has the areas that it has with friction.
+    """
+    asked = question
+    if not question.friction.any():
+        asked = replace(question, friction=np.ones_like(question.friction))
+    if not holds_for_all_openings(asked):
         return None
     try:
         areas = areas_at(question, load_factor)
@@ -31,6 +39,8 @@ def safe_with_moving_areas(
 ) -> Any:
     """The `SafeSlip`, if loads alone open and close nodes at the load factor; else None.
 
+    It is also None if no node has friction, and no slip is safe.
+
     `safe_slip_of` is the safe slip of an ordinary question. SolverError if the states at the
     instants of a safe slip violate the contact law by more than 1e-9.
     """
@@ -39,6 +49,9 @@ def safe_with_moving_areas(
         return None
     ordinary, instants = ordinary_question(areas)
     safe = safe_slip_of(ordinary, load_factor)
+    if not safe.exists and not question.friction.any():
+        # Without friction a state of rest need not stop the slip of nodes that press.
+        return None
     motion = at_all_instants(safe._motion, areas, instants)
     record = safe.record
     if safe.exists:

@@ -405,7 +405,7 @@ def _none_needed(safe_slips: SafeSlips) -> RequiredFriction:
         _question=safe._question,
         required=0.0,
         bound=np.nan,
-        mechanism=safe._motion.table(safe.system, safe.cycle.corner_names)[:0],
+        mechanism=safe._motion.table(safe.system, safe._question.names)[:0],
         reason=NONE_NEEDED(within=safe_slips.within),
     )
 

@@ -195,14 +195,18 @@ def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
     """
     if not knows_all_pieces(question):
         return limit
+    if limit.load_factor == np.inf and limit.least == 0:
+        return limit
     if limit.least == 0:
-        return limit if limit.load_factor == np.inf else _extended(question, limit, limit_of)
+        return replace(_extended(question, limit, limit_of), _ends_rests=True)
     # The limit is that of a later interval, or there is none.
     first = next(pieces(question), None)
     if first is None or first.open_nodes.all():
         return limit
     rest = next(rests(question, limit_of), None)
-    return limit if rest is None else _limit_of_rest(question, rest, limit_of)
+    if rest is None:
+        return limit
+    return replace(_limit_of_rest(question, rest, limit_of), _ends_rests=True)
 
 
 def _extended(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
@@ -242,6 +246,11 @@ def all_intervals(question: Question, limits: Any) -> Array:
     """
     if knows_all_pieces(question):
         found = [(rest.least, rest.largest) for rest in rests(question, limits._up_to)]
+        if not found or found[0][0] > 0:
+            # The walk does not see rests from 0 on that end below its first step.
+            limit = limits.of_all_openings(question)
+            if limit.least == 0:
+                found.insert(0, (0.0, limit.load_factor))
         return np.array(found).reshape(-1, 2)
     limit = limits.of_question(question, None, False)
     if not limit._all_states:

@@ -164,7 +164,7 @@ class ShakedownLimits(SafeModel):
             return known
         ordered = self.of_any_order(limit)
         as_high = ordered.load_factor >= known.load_factor * (1 - RESIDUAL)
-        return ordered if as_high else known
+        return replace(ordered, _ends_rests=True) if as_high else known
 
     def of_all_openings(self, question: Question) -> ShakedownLimit | None:
         """The limit for all openings and closings, if loads alone decide them; else None."""

@@ -28,6 +28,8 @@ class ShakedownAnswer(Rated):
     objective: float | None = None
     # The reason that there is no largest safe load factor, or one that replaces the usual reason.
     _why: str = ""
+    # Whether it ends load factors of rest, for all openings and closings.
+    _ends_rests: bool = False
 
     @property
     def _ruling(self) -> int:
@@ -60,7 +62,7 @@ class ShakedownAnswer(Rated):
         """The states of rest for which `bound` holds, in words."""
         if self._all_states:
             return "all states of rest, for all openings and closings"
-        if self._question.moves:
+        if self._question.moves or self._ends_rests:
             return (
                 "states of rest just above it, for all openings and closings; at higher load "
                 "factors the contact may shake down again (`intervals`)"

@@ -96,6 +96,28 @@ FAULTS = (
     ),
     Fault(
         "limits/rest_intervals.py",
+        "rests from 0 on are longer than a step of the walk",
+        old="not found or found[0][0] > 0",
+        new="False",
+        tests="rest_intervals",
+    ),
+    Fault(
+        "limits/rest_intervals.py",
+        "a limit whose nodes stay as they are does not know what opens",
+        old="replace(_extended(question, limit, limit_of), _ends_rests=True)",
+        new="_extended(question, limit, limit_of)",
+        tests="rest_intervals",
+    ),
+    Fault(
+        "limits/moving_safe_slip.py",
+        "areas without friction do not move",
+        old="not question.friction.any()",
+        new="False",
+        tests="moving_safe_slip",
+        within="moving_areas_at",
+    ),
+    Fault(
+        "limits/rest_intervals.py",
         "no node opens above a limit",
         old="pressures.min() > RESIDUAL * question.force",
         new="True",

@@ -8,7 +8,7 @@ import pytest
 
 import frictopt as fo
 from helpers.cases import few
-from validation.moving_areas import contact, ends
+from validation.moving_areas import Case, contact, ends
 from validation.moving_events import FRICTION, IN_PHASE, ROLLS, cylinder, out_of_phase
 from validation.rest_intervals import contact as scaled_contact
 
@@ -63,6 +63,33 @@ def test_one_node_with_scaled_normal_loads_by_hand():
     assert rests == [True, False, False, True, True]
     # At 0.4 it is closed, and needs 0.04 of 0.2.
     assert fo.required_friction(node, cycle, 0.4).required == pytest.approx(0.2, rel=1e-5)
+
+
+def test_no_friction_is_needed_where_pressed_nodes_carry_no_shear():
+    """By hand: one node that opens in each cycle, under no shear, under static shear that a slip
+    takes off, and under shear that comes and goes while the node is open. With hardly any friction
+    every start comes to rest."""
+    node = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
+    lifts = [{"P": -2.0}, {"P": 2.0}]
+    turns = [(0.0, 0.0), (-1.0, 0.0), (-2.0, 0.1), (-2.0, -0.1), (-1.0, 0.0)]
+    cycles = (
+        fo.LoadCycle({"P": 1.0}, lifts),
+        fo.LoadCycle({"P": 1.0, "Q": 0.3}, lifts),
+        fo.LoadCycle({"P": 1.0}, [{"P": 3 * p, "Q": 3 * q} for p, q in turns]),
+    )
+    for cycle, slip in zip(cycles, (0.0, -0.3, 0.0), strict=True):
+        required = fo.required_friction(node, cycle, 1.0)
+        assert required.required == 0.0 and np.isnan(required.bound)
+        assert required.slip == pytest.approx([slip], abs=1e-12)
+        assert fo.safe_slip(node, cycle, 0.0, 1.0).exists
+        case = Case(node, cycle, np.array([1e-3]), "by hand")
+        assert set(ends(case, 1.0, 4)) == {"SHAKEDOWN"}
+    # At 0.3 times its load the last one opens and closes under different shear.
+    slips = fo.safe_slip(node, cycles[-1], 0.0, 0.3)
+    assert not slips.exists and "for all openings" not in slips.reason
+    assert fo.required_friction(node, cycles[-1], 0.3).required == np.inf
 
 
 @pytest.mark.parametrize("seed", few(range(9500, 9512)))

@@ -22,7 +22,7 @@ from frictopt.limits import (
 from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from validation.fuzz.embedded import embedded
-from validation.moving_areas import ends
+from validation.moving_areas import Case, ends
 from validation.rest_intervals import contact, judged
 
 P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
@@ -149,6 +149,39 @@ def test_random_contacts_rest_inside_of_their_intervals_and_slip_outside(seed):
 def test_more_random_contacts_rest_inside_of_their_intervals(seed):
     *_, wrong = judged(seed)
     assert not wrong
+
+
+def two_nodes(pressures, P, Q):
+    """Two nodes that do not know of each other, with mean pressures, and cyclic loads of node 1."""
+    loads = {"mean": (np.zeros(2), pressures), "P": ([0, 0], [0, P]), "Q": ([0, Q], [0, 0])}
+    return fo.ContactSystem.from_blocks(np.eye(2), np.zeros((2, 2)), np.eye(2), [0, 1], loads)
+
+
+TO_AND_FRO = fo.LoadCycle({"mean": 1.0}, [{"P": 1.0, "Q": 1.0}, {"P": -1.0, "Q": -1.0}])
+
+
+def test_a_limit_that_is_nearly_zero_has_its_interval():
+    """Node 1 has hardly a pressure, and its shear grows faster than its friction bound: by hand
+    0.5 lam + x <= f (p + 0.1 lam) and 0.5 lam - x <= f (p - 0.1 lam), so lam = 2 f p."""
+    system = two_nodes([1.0, 1e-13], 0.1, 0.5)
+    limit = fo.shakedown_limit(system, TO_AND_FRO, 0.5)
+    assert 0 <= limit.load_factor < 1e-11
+    assert limit.intervals.tolist() == [[0.0, limit.load_factor]]
+    assert fo.steady_state(system, TO_AND_FRO, 0.5, 0.01).outcome is fo.Outcome.CYCLIC_SLIP
+
+
+def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
+    """The mean load pulls node 0 open. By hand node 1 has 0.5 lam + x <= 0.5 (1 + 0.2 lam) and
+    0.5 lam - x <= 0.5 (1 - 0.2 lam), so its limit is 1. Above it every start slips."""
+    system = two_nodes([-1.0, 1.0], 0.2, 0.5)
+    for events in (False, True):
+        limit = fo.shakedown_limit(system, TO_AND_FRO, 0.5, events=events)
+        assert limit.load_factor == pytest.approx(1.0) and limit.open.tolist() == [True, False]
+        assert limit.covers.startswith("states of rest just above it, for all openings")
+    case = Case(system, TO_AND_FRO, np.full(2, 0.5), "by hand")
+    assert set(ends(case, 1.01, 4)) == {"CYCLIC_SLIP"} and set(ends(case, 0.99, 4)) == {"SHAKEDOWN"}
+    given = fo.shakedown_limit(system, TO_AND_FRO, 0.5, open=limit.open)
+    assert "the contact may shake down above it" in given.covers
 
 
 def test_a_pressure_that_keeps_its_value_bounds_no_load_factor():
