@@ -195,9 +195,9 @@ def up_to_last_rest(question: Question, limit: L, limit_of: LimitOf[L]) -> L:
     """
     if not knows_all_pieces(question):
         return limit
-    if limit.load_factor == np.inf and limit.least == 0:
-        return limit
     if limit.least == 0:
+        if limit.load_factor == np.inf:
+            return limit
         return replace(_extended(question, limit, limit_of), _ends_rests=True)
     # The limit is that of a later interval, or there is none.
     first = next(pieces(question), None)
@@ -249,7 +249,7 @@ def all_intervals(question: Question, limits: Any) -> Array:
         if not found or found[0][0] > 0:
             # The walk does not see rests from 0 on that end below its first step.
             limit = limits.of_all_openings(question)
-            if limit.least == 0:
+            if not limit.least:
                 found.insert(0, (0.0, limit.load_factor))
         return np.array(found).reshape(-1, 2)
     limit = limits.of_question(question, None, False)
