@@ -36,6 +36,9 @@ from .solvers import (
 
 # Number of unknowns above which our interior point is faster than Clarabel.
 _LARGE = 400
+# If a slack is proven to be this far outside of its cone, for all values, rounding does not hide
+# values inside: they would be more than a hundred thousand times their units.
+_OUTSIDE = 1e-3
 
 
 class NoAnswer(NamedTuple):
@@ -330,7 +333,8 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
     """Values whose slacks, for this right side, are as deep inside their cones as possible.
 
     The depth is at most 1. With a cost the values also have `-cost @ x >= 1`. Slacks may still lie
-    outside of their cones; the caller checks this.
+    outside of their cones; the caller checks this. There are no values if the multipliers prove
+    that a slack of all values is far outside.
     """
     parts, width = program.block.shape
     linear = program.linear
@@ -350,7 +354,10 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
     for way in _ways(arrays):
         status, x, y = way.run()
         if status == OPTIMAL:
-            yield way.rough(x, y)[0][:width]
+            rough, multipliers = way.rough(x, y)
+            if (_proven_excess(arrays, rough, multipliers) or 0.0) > _OUTSIDE:
+                return
+            yield rough[:width]
             deepest = way.refined(x, y)[0][:width]
             yield deepest
             yield _clean(deepest)
