@@ -1,8 +1,8 @@
 """The limit of the best set of open nodes, by a search whose programs need no proof.
 
-In the plane the search compares quick limits (`quick_limits.py`). The best set is then solved and
-proven as every limit is. If its proven limit is not what the search promises, the search is made
-again with proven limits. In space all limits are proven.
+The search compares quick limits (`quick_limits.py`). The best set is then solved and proven as
+every limit is. If its proven limit is not what the search promises, the search is made again with
+proven limits.
 """
 
 from __future__ import annotations
@@ -24,10 +24,9 @@ def best_set(limits: Any, question: Question, start_by: float, enough: float) ->
 
     `limits` computes proven limits by `of_set`.
     """
-    if question.system.tangents == 1:
-        limit = _SetSearch(limits, quick=True).run(question, start_by, enough)
-        if limit is not None:
-            return limit
+    limit = _SetSearch(limits, quick=True).run(question, start_by, enough)
+    if limit is not None:
+        return limit
     return _SetSearch(limits, quick=False).run(question, start_by, enough)
 
 
@@ -59,7 +58,7 @@ class _SetSearch:
         """A limit for the search; it may raise an error if it is at most `above`."""
         if self._quick:
             try:
-                return quick_limit(question)
+                return quick_limit(question, above)
             except SolverError:
                 pass
         return self._proven(question, above)

@@ -1,9 +1,9 @@
-"""Limits of sets of open nodes in the plane, without proof: plain linear programs for the search.
+"""Limits of sets of open nodes, without proof: plain programs for the search.
 
 The search compares many sets, and only the best one becomes an answer, which is solved and proven
 as every limit is. The programs in between need no listing, no compilation and no proof. Their rows
-are those of `rest` and `stuck` in `models.py`, over the load factor and the slips of the closed
-nodes.
+are those of `rest` and `stuck` in `models.py`. In the plane they are linear programs over the load
+factor and the slips of the closed nodes; for space see `quick_space.py`.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from ..solve.solvers import INFEASIBLE, NONE, OPTIMAL, WarmProgram
 from .answered import Mechanism
 from .programs import listed_corners
 from .question import Question
+from .quick_space import ConeProgram
 from .shakedown_answer import ShakedownAnswer
 
 
@@ -54,24 +55,29 @@ class _Bound(NamedTuple):
     constant: Array
 
 
-def quick_limit(question: Question) -> QuickLimit:
-    """The limit of a question in the plane; NaN if no slip is safe at any load factor.
+def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
+    """The limit of a question; NaN if no slip is safe at any load factor, or none is `above`.
 
     SolverError if the program has no finite optimum, or if its slip is not safe.
     """
-    program = _QuickProgram(question)
-    outcome, x, y = program.simplex.solve()
+    program: _QuickProgram | ConeProgram
+    if question.system.tangents == 1:
+        program = _QuickProgram(question)
+    else:
+        program = ConeProgram(question, QUICK.low_friction)
+    outcome, x, y = program.solve(program.cost, above / question.load_unit)
     if outcome in (INFEASIBLE, NONE):
         return _none_safe(question)
     _check(outcome)
     load_factor, slip = program.state(x)
+    if load_factor <= above:
+        return _none_safe(question)
     violation = question.violation(load_factor, slip)
     if not violation <= QUICK.violation:
         raise SolverError(f"quick limit: its slip violates the contact law by {violation:.1e}")
     least = 0.0
     if question.violation(0.0, slip) > RESIDUAL:
-        program.simplex.minimize(-program.cost)
-        outcome, lowest, _ = program.simplex.solve()
+        outcome, lowest, _ = program.solve(-program.cost)
         _check(outcome)
         least, _ = program.state(lowest)
     return QuickLimit(
@@ -104,7 +110,10 @@ def _none_safe(question: Question) -> QuickLimit:
 
 
 class _QuickProgram:
-    """The linear program of a set of open nodes, over the load factor and the slips, in units."""
+    """The linear program of a set of open nodes in the plane, in units.
+
+    Its unknowns are the load factor and the slips.
+    """
 
     def __init__(self, question: Question) -> None:
         self._question = question
@@ -125,7 +134,7 @@ class _QuickProgram:
         most = np.full(len(self._units), np.inf)
         if question.slip_bound is not None:
             most[1:] = question.slip_bound[self._closed] / self._units[1:]
-        self.simplex = WarmProgram(
+        self._simplex = WarmProgram(
             matrix / self._row_units[:, None],
             np.full(len(right), -np.inf),
             right / self._row_units,
@@ -174,6 +183,12 @@ class _QuickProgram:
             rights[self._corners].ravel(),
             np.tile(unit, len(rates)),
         )
+
+    def solve(self, cost: Array, above: float = -np.inf) -> tuple[str, Array, Array]:
+        """Status, x and multipliers; the simplex method does not stop at bounds `above`."""
+        if cost is not self.cost:
+            self._simplex.minimize(cost)
+        return self._simplex.solve()
 
     def state(self, x: Array) -> tuple[float, Array]:
         """The load factor and the slip of a solution."""

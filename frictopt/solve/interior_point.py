@@ -73,7 +73,9 @@ class Settings:
 SETTINGS = Settings()
 
 
-def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array, Array]:
+def interior_point(
+    program: Arrays, above: float = -np.inf, settings: Settings = SETTINGS
+) -> tuple[str, Array, Array]:
     """Status in Clarabel's words, x and multipliers.
 
     It ends early if the multipliers prove that the largest `-cost @ x` is not `above` this number.
@@ -81,7 +83,8 @@ def interior_point(program: Arrays, above: float = -np.inf) -> tuple[str, Array,
     try:
         condensed = Condensed(program)
         with np.errstate(over="raise", divide="raise", invalid="raise"):  # an ArithmeticError
-            status, y, z, _ = _solved(condensed, Cones(program.sizes), above + condensed.constant)
+            above += condensed.constant
+            status, y, z, _ = _solved(condensed, Cones(program.sizes), above, settings)
     # Rounding has stopped the steps, or equations are linearly dependent.
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         return str(error), np.zeros(len(program.cost)), np.zeros(len(program.right))

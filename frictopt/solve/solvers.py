@@ -17,7 +17,7 @@ from scipy.sparse import csc_array, csr_array
 from ..base import Array, Attempt, Integers, shown
 from ..errors import ModelError, SolverError
 from .arrays import Arrays
-from .interior_point import interior_point
+from .interior_point import SETTINGS, Settings, interior_point
 
 try:
     import highspy
@@ -207,15 +207,18 @@ def _run(problem: cp.Problem, name: str) -> str:
     return str(problem.status)
 
 
-def run(program: Arrays, solver: str, above: float) -> tuple[str, Array, Array]:
+def run(
+    program: Arrays, solver: str, above: float, settings: Settings = SETTINGS
+) -> tuple[str, Array, Array]:
     """Status, x and multipliers with which a solver ends.
 
-    It may stop once it knows that the largest objective is not `above` a number.
+    It may stop once it knows that the largest objective is not `above` a number. `settings` are
+    those of our interior point.
     """
     if solver in _METHODS:
         return _by_highs(program, solver)
     if solver == "INTERIOR_POINT":
-        status, x, y = interior_point(program, above)
+        status, x, y = interior_point(program, above, settings)
     else:
         status, x, y = _by_clarabel(program, solver)
     return _OUTCOMES.get(status, status), x, y

@@ -28,14 +28,36 @@ def cases(seed):
         (pulled_system(rng, nodes), CYCLE, 0.4),
         (lifted_system(rng, nodes), CYCLE, 0.005),
         (case.system, case.cycle, case.friction),
+        in_space(rng, nodes),
         fixed.asked,
     ]
+
+
+def in_space(rng, nodes):
+    """A contact with gaps in space; half of them slide freely, some have a shear strength."""
+    G = rng.normal(size=(3 * nodes, 3 * nodes))
+    if rng.random() < 0.5:
+        slides = np.kron(np.eye(2, 3), np.ones(nodes)) / np.sqrt(nodes)
+        G = G - (G @ slides.T) @ slides
+    S = G.T @ G / (3 * nodes) + 0.3 * np.diag(np.repeat([0.0, 0.0, 1.0], nodes))
+    loads = {name: rng.normal(size=3 * nodes) for name in "abc"}
+    mean = np.r_[0.1 * rng.normal(size=2 * nodes), rng.uniform(0.5, 1.5, nodes)]
+    system = fo.ContactSystem(
+        S, rng.normal(size=(nodes, 3)), {"mean": mean, **loads}, width=np.ones(nodes)
+    )
+    system = system.with_gap(np.where(rng.random(nodes) < 0.4, 0.3 * rng.random(nodes), 0.0))
+    if rng.random() < 0.3:
+        system = system.with_shear_strength(rng.uniform(0.2, 1.0))
+    corners = [{"a": 1.0}, {"b": -1.0}, {"c": 0.5}]
+    fixed = [{"b": share} for share in rng.uniform(0, 0.05, 3)] if rng.random() < 0.3 else None
+    cycle = fo.LoadCycle({"mean": 1.0}, corners, fixed=fixed)
+    return system, cycle, rng.choice([0.005, 0.5]) * rng.uniform(0.6, 1.4, nodes)
 
 
 @pytest.mark.parametrize("seed", few(range(24)))
 def test_a_quick_limit_is_the_proven_one(seed):
     for asked in cases(seed):
-        closed = pose(*asked)
+        closed = pose(*asked, question_name="shakedown_limit")
         opened = np.random.default_rng(seed).random(asked[0].nodes) < 0.3
         question = with_open(closed, opened & (np.arange(asked[0].nodes) > 0))
         if question is None:
@@ -64,7 +86,7 @@ def test_a_quick_limit_is_the_proven_one(seed):
 
 @pytest.mark.parametrize("seed", few(range(12)))
 def test_the_search_by_quick_limits_ends_where_that_by_proven_ones_does(seed, monkeypatch):
-    asked = cases(seed)[seed % 3]
+    asked = cases(seed)[seed % 4]
     quick = fo.shakedown_limit(*asked)
     assert not quick.residual > 1e-9
     monkeypatch.setattr(best_set, "quick_limit", refused)
@@ -74,7 +96,7 @@ def test_the_search_by_quick_limits_ends_where_that_by_proven_ones_does(seed, mo
     assert quick.least == pytest.approx(slow.least, rel=1e-7, abs=1e-12, nan_ok=True)
 
 
-def refused(question):
+def refused(question, above):
     raise fo.SolverError("none")
 
 
@@ -84,8 +106,8 @@ def test_a_search_that_quick_limits_mislead_is_made_again(wrong, monkeypatch):
     right = fo.shakedown_limit(*asked)
     assert right.open.any() and right.load_factor > 0
 
-    def misled(question):
-        quick = quick_limit(question)
+    def misled(question, above):
+        quick = quick_limit(question, above)
         changes = {name: factor * right.load_factor for name, factor in wrong.items()}
         return replace(quick, **changes) if question.open_nodes.sum() == 2 else quick
 
@@ -101,10 +123,10 @@ def test_an_interrupted_search_keeps_a_proven_limit(monkeypatch):
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}])
     safe = []
 
-    def stopped(question):
+    def stopped(question, above):
         if safe:
             raise KeyboardInterrupt
-        limit = quick_limit(question)
+        limit = quick_limit(question, above)
         if limit.load_factor > 0:
             safe.append(limit)
         return limit
@@ -129,9 +151,9 @@ def test_of_a_search_in_the_plane_only_the_best_set_is_compiled(monkeypatch):
         proven.append(1)
         return of_set(self, *args, **options)
 
-    def counted_quick(question):
+    def counted_quick(question, above):
         quick.append(1)
-        return quick_limit(question)
+        return quick_limit(question, above)
 
     monkeypatch.setattr(shakedown.ShakedownLimits, "of_set", counted)
     monkeypatch.setattr(best_set, "quick_limit", counted_quick)

@@ -82,6 +82,13 @@ FAULTS = (
     ),
     Fault(
         "solve/chain.py",
+        "values inside are taken for far outside",
+        old="or 0.0) > _OUTSIDE",
+        new="or 0.0) > -2.0",
+        tests="compiled limit_kinds",
+    ),
+    Fault(
+        "solve/chain.py",
         "a growth that leaves the rows",
         old="leaving <= RESIDUAL and growing > RESIDUAL * terms",
         new="growing > RESIDUAL * terms",
