@@ -1,8 +1,9 @@
 """The cone program of a quick limit in space.
 
-Its unknowns are the load factor, the residual shear forces of the closed nodes, and the slides that
-only gaps resist. The slack of a row is `of_forces @ forces + constant`. The forces are the shear
-forces and normal forces of the closed nodes, and the gaps of the open nodes, at a corner.
+Its unknowns are the load factor and the residual shear forces of the closed nodes, which do no work
+on slides that nothing resists. The slack of a row is `of_forces @ forces + constant`. The forces
+are the shear forces and normal forces of the closed nodes, and the gaps of the open nodes, at a
+corner.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import svd
 from scipy.sparse import coo_array, csr_array, dia_array, hstack, vstack
 
 from ..base import CONDENSATION, Array
@@ -31,8 +31,8 @@ _SETTINGS = replace(SETTINGS, enough=1e-8, surely=1.0)
 class ConeProgram:
     """The program of a set of open nodes in space, in units.
 
-    `p >= 0` has rows if friction is below `low_friction`. SolverError for a slip bound, and for
-    closed nodes without friction, which need other rows.
+    `p >= 0` has rows if friction is below `low_friction`. SolverError for a slip bound, for closed
+    nodes without friction, and for free slides that change gaps: they need other rows or unknowns.
     """
 
     def __init__(self, question: Question, low_friction: float) -> None:
@@ -55,23 +55,16 @@ class ConeProgram:
         self._solver = solver_order(None, kind_of(self._arrays))[0]
 
     def _set_slips(self) -> Array:
-        """The slides that shear forces do not resist. Sets the slips due to the unknowns.
-
-        Slides that do not change the gaps are no unknowns.
-        """
+        """The slides that nothing resists. Sets the slips due to the unknown shear forces."""
         question = self._question
         stiffness = np.sqrt(question.system.own_stiffness)
         along, across = stiffness[self._slips], stiffness[-question.system.nodes :]
         square = question.A[np.ix_(self._slips, self._slips)]
         slides, compliance = unresisted(square, question.B[:, self._slips], along, across)
-        opening = question.W[:, self._slips]
-        turned = slides
-        if slides.size and len(opening):
-            turned = slides @ svd(opening @ slides)[2].T
-        opens = np.abs(opening @ turned).max(axis=0, initial=0.0)
-        turned = turned[:, opens > CONDENSATION * np.abs(turned).max(axis=0, initial=0.0)]
-        turned = turned * (question.force / (along**2 @ turned**2))
-        self._slips_by_unknown = np.hstack([compliance * self._shear_unit, turned])
+        opening = np.abs(question.W[:, self._slips] @ slides).max(axis=0, initial=0.0)
+        if (opening > CONDENSATION * np.abs(slides).max(axis=0, initial=0.0)).any():
+            raise SolverError("quick limit: slides that change gaps need further unknowns")
+        self._slips_by_unknown = compliance * self._shear_unit
         return slides
 
     def _rows(self) -> tuple[csr_array, csr_array, Array]:
