@@ -56,7 +56,7 @@ def in_space(rng, nodes):
     return system, cycle, rng.choice([0.005, 0.5]) * rng.uniform(0.6, 1.4, nodes)
 
 
-@pytest.mark.parametrize("seed", few(range(24)))
+@pytest.mark.parametrize("seed", few(range(4, 28)))
 def test_a_quick_limit_is_the_proven_one(seed):
     for asked in cases(seed):
         closed = pose(*asked, question_name="shakedown_limit")
