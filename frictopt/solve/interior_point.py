@@ -92,10 +92,7 @@ def interior_point(
 
 
 class Cones:
-    """A product of cones `|s[1:]| <= s[0]` of these sizes, one after the other.
-
-    A number >= 0 is a cone of size 1.
-    """
+    """A product of cones `|s[1:]| <= s[0]` of these sizes in turn; a number >= 0 has size 1."""
 
     def __init__(self, sizes: Integers) -> None:
         self.heads = np.cumsum(sizes) - sizes
