@@ -13,7 +13,6 @@ limit passes the usual checks, and its bound holds for its own open nodes only.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Generic, TypeVar
@@ -79,6 +78,9 @@ def best_open_set(
     Sets that are safe only above `start_by`, or only above the limit of the best set, do not count.
     The first limit that reaches `enough` ends the search. Under a static load only the nodes that
     the mean load opens are tried: a search would open more nodes until a body slides off.
+
+    If no set counts, and solvers failed for some set, a SolverError is raised: that set may be
+    safe.
     """
     question = closed._question
     may_change = not question.static
@@ -97,6 +99,8 @@ def best_open_set(
         if tends_to_open or not settles_closed:
             safe = _counts(search.best, start_by)
             search.climb_from(_settled(question, tends_to_open, safe))
+    if search.failed is not None and not _counts(search.best, start_by):
+        raise search.failed
     return search.best
 
 
@@ -119,6 +123,7 @@ class _SetSearch(Generic[L]):
         bar: Bar,
     ) -> None:
         self.best = closed
+        self.failed: SolverError | None = None
         self.tried = {closed.open.tobytes()}
         self._question = closed._question
         self._limit_of = limit_of
@@ -171,10 +176,14 @@ class _SetSearch(Generic[L]):
         """The limit of a set; None if its answer fails, or the closed nodes do not hold it."""
         if open_nodes.all():
             return None
-        with suppress(FrictoptError):
+        try:
             question = with_open(self._question, open_nodes)
             if question is not None:
                 return self._limit_of(question, above)
+        except SolverError as error:
+            self.failed = error
+        except FrictoptError:
+            pass
         return None
 
     def _compared(self, limit: L) -> bool:

@@ -1,6 +1,7 @@
 """Redundant rows, which other rows imply, leave the program; their multipliers are zero."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -79,8 +80,10 @@ def _implied_by(
     """The rows of `linear` that are multiples of a source and whose right side is not smaller."""
     if not sources.shape[0]:
         return linear[:0]
-    source_keys, source_limits, _ = _keys(sources, source_right)
-    keys, limits, sizes = _keys(program.sparse[linear], program.right[linear])
+    # In their units, unknowns of a large unit are not lost in the rounding of a sum.
+    unit = np.where(program.unit > 0, program.unit, 1.0)
+    source_keys, source_limits, _ = _keys(_weighed(sources, unit), source_right)
+    keys, limits, sizes = _keys(_weighed(program.sparse[linear], unit), program.right[linear])
     group = np.unique(np.r_[source_keys, keys], return_inverse=True)[1]
     count = len(source_keys)
     least = np.full(len(group), np.inf)  # the right side that sources imply for a group of rows
@@ -103,6 +106,11 @@ def _never_negative(program: Program, unknowns: Integers) -> Booleans:
     alone = np.diff(total.indptr) == 1
     alone[alone] = total.indices[total.indptr[:-1][alone]] == unknowns[alone]
     return np.asarray(alone & (weights @ program.right[heads] == 0))
+
+
+def _weighed(rows: csr_array, unit: Array) -> csr_array:
+    """The rows with their entries in the units of the unknowns."""
+    return csr_array((rows.data * unit[rows.indices], rows.indices, rows.indptr), shape=rows.shape)
 
 
 def _keys(rows: csr_array, right: Array) -> tuple[Array, Array, Array]:
@@ -149,20 +157,32 @@ def dominated(program: Program) -> Integers:
     in_column = entries.col == unknown
     coefficient = np.zeros(n)
     coefficient[entries.row[in_column]] = entries.data[in_column]
-    vectors = np.random.default_rng(0).normal(size=(matrix.shape[1], 2))
-    vectors[unknown] = 0.0
-    mark = matrix @ vectors  # equal for equal rows; for different rows equal only by chance
+    group = _groups_of_equal_rows(matrix, unknown)
 
-    # In each group of equal marks the rows are ordered by falling coefficients. A row is stronger
-    # than all rows before it only if its right side is smaller.
-    order = np.lexsort([right, -coefficient, mark[:, 1], mark[:, 0]])
-    begins = np.r_[True, (np.diff(mark[order], axis=0) != 0).any(axis=1)]
+    # In each group the rows are ordered by falling coefficients. A row is stronger than all rows
+    # before it only if its right side is smaller.
+    order = np.lexsort([right, -coefficient, group])
+    begins = np.diff(group[order], prepend=-1) != 0
     rank = np.unique(right[order], return_inverse=True)[1]
     shift = (n + 1) * np.cumsum(begins)  # all ranks of a group are below those of groups before
     least = np.minimum.accumulate(rank - shift) + shift
     stronger = begins | (rank < np.r_[n, least[:-1]])
     weaker = np.setdiff1d(order[~stronger], signed)  # the sign itself must stay
     return np.asarray(program.zero + weaker)
+
+
+def _groups_of_equal_rows(matrix: csr_array, left_out: int) -> Integers:
+    """For each row the number of its group; the rows of a group differ in one column at most."""
+    others = matrix.copy()
+    others.data[others.indices == left_out] = 0.0
+    others.eliminate_zeros()
+    others.sort_indices()
+    groups = dict[tuple[bytes, bytes], int]()
+    numbers = list[int]()
+    for begin, end in pairwise(others.indptr.tolist()):
+        row = others.indices[begin:end].tobytes(), others.data[begin:end].tobytes()
+        numbers.append(groups.setdefault(row, len(groups)))
+    return np.array(numbers, dtype=int)
 
 
 def empty(program: Program) -> Integers:

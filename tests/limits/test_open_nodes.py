@@ -316,6 +316,24 @@ def test_where_no_solver_tells_the_margin_of_all_nodes_a_proof_that_none_is_safe
     assert told.open.any() and fo.safe_slip(contact, CYCLE, friction, 0.1).margin == told.margin
 
 
+def test_no_limit_is_called_none_if_the_answer_of_the_settled_nodes_failed(monkeypatch):
+    """A node is pulled open, so that no slip is safe with all nodes closed."""
+    contact = pulled_system(np.random.default_rng(6), 4)
+    assert fo.shakedown_limit(contact, CYCLE, 0.5).open.any()
+    proven = fo.ShakedownModel.of_set
+
+    def failing(model, question, *rest, **options):
+        if question.open_nodes.any():
+            raise fo.SolverError("rounding")
+        return proven(model, question, *rest, **options)
+
+    for model in fo.ShakedownModel.__mro__:
+        if "of_set" in vars(model):
+            monkeypatch.setattr(model, "of_set", failing)
+    with pytest.raises(fo.SolverError, match="rounding"):
+        fo.shakedown_limit(contact, CYCLE, 0.5)
+
+
 @pytest.mark.parametrize(
     ("shear", "stiff", "held"), [(0.0, 1.0, True), (0.5, 1.0, False), (0.0, 0.0, False)]
 )

@@ -626,4 +626,25 @@ FAULTS = (
         new="np.isfinite(least[group[count:]])",
         tests="compiled",
     ),
+    Fault(
+        "solve/redundant.py",
+        "rows that differ in a load count as equal where its unit is large",
+        old="rows.data * unit[rows.indices]",
+        new="rows.data",
+        tests="compiled",
+    ),
+    Fault(
+        "solve/redundant.py",
+        "rows of equal unknowns count as equal",
+        old="(others.indices[begin:end].tobytes(), others.data[begin:end].tobytes())",
+        new="(others.indices[begin:end].tobytes(), b'')",
+        tests="compiled",
+    ),
+    Fault(
+        "solve/solvers.py",
+        "a simplex method may go round in a circle",
+        old="SIMPLEX.each * (m + n) + SIMPLEX.least",
+        new="2147483647",
+        tests="solvers",
+    ),
 )

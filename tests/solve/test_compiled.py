@@ -273,6 +273,22 @@ def of(goal, rows, units=None, **options):
     return reduced.arrays, reduced
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e-20])
+def test_rows_that_differ_in_the_coefficient_of_a_load_all_stay_in_any_unit_of_it(scale):
+    """x + y + load <= 1 and x + y - load <= 1; and |q| <= p + load beside p - load >= 0."""
+    x, y, q, p, load = (cp.Variable(name=name) for name in ("x", "y", "q", "p", "load"))
+    scaled = scale * load
+    pairs = [
+        [x >= 0, y >= 0, x + y - scaled <= 1, x + y + scaled <= 1],
+        [load >= 0, y >= 0, cp.abs(q) <= p + scaled, p - scaled >= 0, p <= 1, p + y <= 2],
+    ]
+    for rows in pairs:
+        problem = cp.Problem(cp.Maximize(scaled), rows)
+        chain = Chain(problem, {load: 1 / scale}, simplify=True)
+        chain.solve(lambda chain=chain: SolveRecord(residual=chain.proof.gap))
+        assert problem.value == pytest.approx(1.0) and chain.reduced.left_out == 0
+
+
 @pytest.mark.parametrize("simplify", [True, False])
 def test_rows_that_others_stand_for(simplify):
     """With load >= 0, of rows that differ in its coefficient alone those are left out that another

@@ -34,3 +34,18 @@ def test_a_problem_of_cvxpy_has_no_optimum_only_if_all_solvers_say_so(monkeypatc
     with pytest.raises(fo.SolverError) as error:
         solvers.solve(cp.Problem(cp.Minimize(x)), lambda: np.inf, kind)
     assert isinstance(error.value, solvers.NoOptimum) == (failing is None)
+
+
+@pytest.mark.parametrize("least", [0, 100])
+def test_a_simplex_method_that_takes_too_many_steps_is_stopped_and_another_solver_answers(
+    monkeypatch, least
+):
+    """A node under p = 1 and a shear of 1: lambda = f. It takes a step or two."""
+    monkeypatch.setattr(solvers, "SIMPLEX", solvers.SimplexSettings(each=0, least=least))
+    loads = {"mean": ([0.0], [1.0]), "shear": ([1.0], [0.0])}
+    node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])
+    limit = fo.shakedown_limit(node, cycle, 0.5)
+    assert limit.load_factor == pytest.approx(0.5, rel=1e-9)
+    solver, *others = (attempt.solver for attempt in limit.record.attempts)
+    assert solver == "HIGHS" and ("CLARABEL" in others) == (least == 0)
