@@ -280,7 +280,7 @@ def test_rows_that_differ_in_the_coefficient_of_a_load_all_stay_in_any_unit_of_i
     scaled = scale * load
     pairs = [
         [x >= 0, y >= 0, x + y - scaled <= 1, x + y + scaled <= 1],
-        [load >= 0, y >= 0, cp.abs(q) <= p + scaled, p - scaled >= 0, p <= 1, p + y <= 2],
+        [load >= 0, cp.abs(q) <= p + scaled, p - scaled >= 0, p <= 1, p - q <= 3],
     ]
     for rows in pairs:
         problem = cp.Problem(cp.Maximize(scaled), rows)
