@@ -174,3 +174,12 @@ def test_the_search_of_open_nodes_against_one_limit(made, friction, record_prope
     record_property("ratio", whole / one)
     print(f"\n    search {whole:.3f} s, one limit {one:.3f} s, ratio {whole / one:.1f}")
     assert whole / one < 20.0
+
+
+@pytest.mark.slow
+def test_the_search_of_open_nodes_in_space_against_one_limit(made, record_property):
+    """About 60 sets of the flange, two minutes, over the limit of the best one."""
+    system, (cycle, friction), limits = made("flange"), asked("flange"), []
+    whole = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
+    one = seconds(lambda: fo.shakedown_limit(system, cycle, friction, open=limits[0].open))
+    assert limits[0].load_factor > 0.4831 and ratio(whole, one, record_property) < 45.0
