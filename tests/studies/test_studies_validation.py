@@ -1,13 +1,15 @@
 """Studies of sizes, of followed contacts and of what is left out, at quick size: what does not
 depend on the machine. Times are not tested."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import frictopt as fo
 from studies import size
-from validation import followed, left_out
+from validation import campaign, followed, left_out
 
 pytestmark = pytest.mark.slow
 
@@ -166,3 +168,33 @@ def test_exponents_are_those_of_powers():
     assert page.splitlines()[-1] == "| exponent of N |  | 2.5 |" and all(
         f"| {n} | {n} |" in page for n in (64, 128, 256)
     )
+
+
+def test_a_campaign_loses_nothing_when_a_worker_is_killed(tables):
+    (row,) = tables["campaign"].to_dict("records")
+    assert (row["runs"], row["killed"], row["lost"]) == (20, 1, 0)
+    assert (row["repeated"], row["different"]) == (12, 0)
+    assert 0 < row["busy"] <= 1 and row["residual"] <= 1e-9
+
+
+def test_a_repeated_transient_with_another_bit_is_different():
+    table = pd.DataFrame(
+        {
+            "load_factor": [1.0, 1.0, 2.0],
+            "start": ["given 0", "given 1", "given 0"],
+            "dissipation": [0.0, np.nan, 3.0],
+            "seconds": [1.0, 2.0, 3.0],
+        }
+    )
+    assert campaign._different(table, table.iloc[[2, 1]].assign(seconds=7.0)) == 0
+    changed = table.assign(dissipation=[0.0, np.nan, np.nextafter(3.0, 4.0)])
+    assert campaign._different(table, changed.iloc[[2, 1]]) == 1
+    assert campaign._different(table, table.iloc[[1]].assign(dissipation=0.0)) == 1
+
+
+def test_an_executor_kills_once_after_some_tasks():
+    killed = []
+    with ThreadPoolExecutor(1) as threads:
+        executor = campaign.Killing(threads, 2, lambda: killed.append(True))
+        ended = [executor.submit(abs, -number).result() for number in range(4)]
+    assert ended == [0, 1, 2, 3] and len(killed) == 1
