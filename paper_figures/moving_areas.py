@@ -67,7 +67,8 @@ def _against_beta(table: pd.DataFrame, panels: Sequence[Axes]) -> None:
     limits.set_ylabel("limit, load factor")
     limits.set_ylim(bottom=0)
     works.set_ylabel(r"work of a cycle $W E^* / P^2$")
-    works.set_ylim(bottom=0)
+    # In phase the work is thousands of times smaller than that of rolling.
+    works.set_yscale("log")
     for axes in panels:
         axes.set_xlabel(r"Dundurs' constant $\beta$")
         axes.legend()
