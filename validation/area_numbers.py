@@ -22,6 +22,7 @@ from frictopt.limits import normal_path, pose
 
 from .moving_areas import Case, definite
 from .moving_events import (
+    ABOVE,
     FRICTION,
     IN_PHASE,
     PRESS,
@@ -33,6 +34,8 @@ from .moving_events import (
 )
 
 KINDS = ("cylinder", "pad", "twins")
+# A transient at rest just above a limit would show a higher limit of another order.
+_ABOVE = (1.001, *ABOVE)
 _BETAS = (0.0, 0.05, 0.1, 0.2, 0.3)
 _PHASES = (10, 45, 90)
 # Share of P by which the cylinder rolls to and fro in `ROLLS`, in half-widths.
@@ -132,7 +135,7 @@ def main(seed: int = 0, count: int = 200, cells: int = 160) -> None:
         found = "some nodes open and close" if len(limit.events) else "no events"
         above = list[float]()
         if 0 < limit.load_factor < np.inf:
-            above = rests_above(case, limit.load_factor, number)
+            above = rests_above(case, limit.load_factor, number, _ABOVE)
         if above:
             print(number, case.kind, limit.load_factor, "rests at multiples", above, flush=True)
         kind = limit.kind.name

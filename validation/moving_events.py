@@ -7,7 +7,7 @@ many limits events raise, and how many contacts rest above their limit from some
 
 import sys
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -20,7 +20,7 @@ KINDS = ("around an area", "there and back", "static shear")
 # The corners that the load visits, by kind.
 _VISITED = {"around an area": "0123", "there and back": "0121", "static shear": "012"}
 # Transients are followed at these multiples of a limit, from so many starts each.
-_ABOVE = (1.01, 1.1, 1.3, 1.6, 2.0, 3.0)
+ABOVE = (1.01, 1.1, 1.3, 1.6, 2.0, 3.0)
 _STARTS = 4
 
 
@@ -51,11 +51,13 @@ def contact(seed: int, kind: str) -> Case:
     return Case(system, cycle, rng.uniform(0.2, 0.7, nodes), kind)
 
 
-def rests_above(case: Case, load_factor: float, seed: int = 0) -> list[float]:
-    """Multiples of a load factor at which a transient from some start comes to rest."""
+def rests_above(
+    case: Case, load_factor: float, seed: int = 0, multiples: Sequence[float] = ABOVE
+) -> list[float]:
+    """The multiples of a load factor at which a transient from some start comes to rest."""
     rng = np.random.default_rng([76, seed])
     found = list[float]()
-    for multiple in _ABOVE:
+    for multiple in multiples:
         for number in range(_STARTS):
             slip = None if number == 0 else 0.5 * rng.normal(size=case.system.nodes)
             try:
