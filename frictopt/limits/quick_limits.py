@@ -17,7 +17,7 @@ import numpy as np
 from ..base import RESIDUAL, Array, Integers, LimitKind, SolveRecord
 from ..contact import contact_law
 from ..errors import SolverError
-from ..solve.solvers import INFEASIBLE, NONE, OPTIMAL, WarmProgram
+from ..solve.solvers import CUT_OFF, INFEASIBLE, NONE, OPTIMAL, WarmProgram
 from .answered import Mechanism
 from .programs import listed_corners
 from .question import Question
@@ -56,7 +56,9 @@ class _Bound(NamedTuple):
 
 
 def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
-    """The limit of a question; NaN if no slip is safe at any load factor, or none is `above`.
+    """The limit of a question; NaN if no slip is safe at any load factor.
+
+    It may also be NaN if it is proven to be at most `above`.
 
     SolverError if the program has no finite optimum, or if its slip is not safe.
     """
@@ -66,12 +68,10 @@ def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
     else:
         program = ConeProgram(question, QUICK.low_friction)
     outcome, x, y = program.solve(program.cost, above / question.load_unit)
-    if outcome in (INFEASIBLE, NONE):
+    if outcome in (INFEASIBLE, NONE, CUT_OFF):
         return _none_safe(question)
     _check(outcome)
     load_factor, slip = program.state(x)
-    if load_factor <= above:
-        return _none_safe(question)
     violation = question.violation(load_factor, slip)
     if not violation <= QUICK.violation:
         raise SolverError(f"quick limit: its slip violates the contact law by {violation:.1e}")

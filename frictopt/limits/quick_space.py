@@ -19,13 +19,16 @@ from ..solve.arrays import Arrays
 from ..solve.chain import kind_of
 from ..solve.compiled import unresisted
 from ..solve.interior_point import SETTINGS
-from ..solve.solvers import run, solver_order
+from ..solve.solvers import CUT_OFF, OPTIMAL, run, solver_order
 from .answered import Mechanism
 from .programs import listed_corners
 from .question import Question
 
 # The search needs fewer digits than an answer, and no proof that a limit is too low.
 _SETTINGS = replace(SETTINGS, enough=1e-8, surely=1.0)
+# Largest distance of a limit from the bound of its multipliers, in units of the load or of itself.
+# Solvers call it an optimum where rounding ends their steps.
+_PROVEN = 1e-4
 
 
 class ConeProgram:
@@ -130,10 +133,18 @@ class ConeProgram:
     def solve(self, cost: Array, above: float = -np.inf) -> tuple[str, Array, Array]:
         """Status, x, and the multipliers of the rows in cones.
 
-        The solver may stop once the largest `-cost @ x` is proven to be at most `above`.
+        The solver may stop, and the status is `CUT_OFF`, if the multipliers prove that the largest
+        `-cost @ x` is at most `above`. SolverError if they are far from proving an optimum.
         """
         program = replace(self._arrays, cost=cost)
         outcome, x, y = run(program, self._solver, above, _SETTINGS)
+        if outcome == OPTIMAL:
+            value = -float(cost @ x)
+            bound = _proven_bound(program, x, y)
+            if bound <= above:
+                outcome = CUT_OFF
+            elif bound - value > _PROVEN * max(1.0, abs(value)):
+                raise SolverError(f"quick limit: {value:.3g} has the bound {bound:.3g}")
         return outcome, x, y[program.zero + 1 :]
 
     def state(self, x: Array) -> tuple[float, Array]:
@@ -159,3 +170,9 @@ class ConeProgram:
                 press[k, opened] += by_force[len(self._places) :]
                 start = end
         return Mechanism.of(question, moves.reshape(question.r1.shape), press)
+
+
+def _proven_bound(program: Arrays, x: Array, y: Array) -> float:
+    """The largest `-cost @ x` that the multipliers allow, for values of the size of x or 1."""
+    unbalanced = np.abs(program.matrix.T @ y + program.cost)
+    return float(program.right @ y + unbalanced @ np.maximum(np.abs(x), 1.0))

@@ -1300,4 +1300,18 @@ FAULTS = (
         new="False",
         tests="open_nodes",
     ),
+    Fault(
+        "limits/quick_space.py",
+        "an optimum that no multipliers prove is a limit",
+        old="_PROVEN * max(1.0, abs(value))",
+        new="np.inf",
+        tests="quick_limits",
+    ),
+    Fault(
+        "limits/quick_space.py",
+        "limits that are not above another are kept",
+        old="bound <= above",
+        new="False",
+        tests="quick_limits",
+    ),
 )

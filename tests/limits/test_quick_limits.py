@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import best_set, pose, quick_limits, shakedown, with_open
+from frictopt.limits import best_set, pose, quick_limits, quick_space, shakedown, with_open
+from helpers import spatial
 from helpers.cases import few
 from helpers.separation import lifted_system, pulled_system
 from helpers.systems import CYCLE
@@ -119,6 +120,27 @@ def test_a_search_that_quick_limits_mislead_is_made_again(wrong, monkeypatch):
     limit = fo.shakedown_limit(*asked)
     assert limit.load_factor == pytest.approx(right.load_factor, rel=1e-9)
     assert limit.residual < 1e-9 and limit.least == right.least
+
+
+def test_only_multipliers_say_that_a_limit_in_space_is_not_above_another(monkeypatch):
+    """A solver may call an optimum the point at which rounding ended its steps."""
+    rng = np.random.default_rng([5, 47])
+    question = pose(spatial.random_contact(rng, 4), spatial.cycle(), 0.6)
+    right = quick_limit(question).load_factor
+    assert right > 0
+    assert quick_limit(question, 0.5 * right).load_factor == pytest.approx(right, rel=1e-6)
+    assert np.isnan(quick_limit(question, 2 * right).load_factor)
+
+    honest = quick_space.run
+
+    def ended_early(program, *options):
+        outcome, x, y = honest(program, *options)
+        return outcome, 0.1 * x, 0.0 * y
+
+    monkeypatch.setattr(quick_space, "run", ended_early)
+    for above in (-np.inf, 0.5 * right):
+        with pytest.raises(fo.SolverError, match="has the bound"):
+            quick_limit(question, above)
 
 
 def test_an_interrupted_search_keeps_a_proven_limit(monkeypatch):
