@@ -26,9 +26,6 @@ from .question import Question
 
 # The search needs fewer digits than an answer, and no proof that a limit is too low.
 _SETTINGS = replace(SETTINGS, enough=1e-8, surely=1.0)
-# Largest distance of a limit from the bound of its multipliers, in units of the load or of itself.
-# Solvers call it an optimum where rounding ends their steps.
-_PROVEN = 1e-4
 
 
 class ConeProgram:
@@ -138,12 +135,15 @@ class ConeProgram:
         """
         program = replace(self._arrays, cost=cost)
         outcome, x, y = run(program, self._solver, above, _SETTINGS)
+        # Solvers also call it an optimum if rounding ends their steps. This is the largest distance
+        # of a limit from its bound, in the unit of the load or relative to the limit.
+        proven = 1e-4
         if outcome == OPTIMAL:
             value = -float(cost @ x)
             bound = _proven_bound(program, x, y)
             if bound <= above:
                 outcome = CUT_OFF
-            elif bound - value > _PROVEN * max(1.0, abs(value)):
+            elif bound - value > proven * max(1.0, abs(value)):
                 raise SolverError(f"quick limit: {value:.3g} has the bound {bound:.3g}")
         return outcome, x, y[program.zero + 1 :]
 

@@ -1303,7 +1303,7 @@ FAULTS = (
     Fault(
         "limits/quick_space.py",
         "an optimum that no multipliers prove is a limit",
-        old="_PROVEN * max(1.0, abs(value))",
+        old="proven * max(1.0, abs(value))",
         new="np.inf",
         tests="quick_limits",
     ),
