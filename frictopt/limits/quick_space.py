@@ -19,7 +19,7 @@ from ..solve.arrays import Arrays
 from ..solve.chain import kind_of
 from ..solve.compiled import unresisted
 from ..solve.interior_point import SETTINGS
-from ..solve.solvers import CUT_OFF, OPTIMAL, run, solver_order
+from ..solve.solvers import CUT_OFF, INFEASIBLE, NONE, OPTIMAL, run, solver_order
 from .answered import Mechanism
 from .programs import listed_corners
 from .question import Question
@@ -131,20 +131,22 @@ class ConeProgram:
         """Status, x, and the multipliers of the rows in cones.
 
         The solver may stop, and the status is `CUT_OFF`, if the multipliers prove that the largest
-        `-cost @ x` is at most `above`. SolverError if they are far from proving an optimum.
+        `-cost @ x` is at most `above`. SolverError if they do not prove what the solver says:
+        solvers also call a point an optimum, or a program infeasible, if rounding ends their steps.
         """
         program = replace(self._arrays, cost=cost)
         outcome, x, y = run(program, self._solver, above, _SETTINGS)
-        # Solvers also call it an optimum if rounding ends their steps. This is the largest distance
-        # of a limit from its bound, in the unit of the load or relative to the limit.
-        proven = 1e-4
         if outcome == OPTIMAL:
             value = -float(cost @ x)
             bound = _proven_bound(program, x, y)
+            # Largest distance from the bound, in the unit of the load or relative to the limit.
+            proven = 1e-4
             if bound <= above:
                 outcome = CUT_OFF
             elif bound - value > proven * max(1.0, abs(value)):
                 raise SolverError(f"quick limit: {value:.3g} has the bound {bound:.3g}")
+        elif outcome in (INFEASIBLE, NONE) and not _proves_infeasible(program, y):
+            raise SolverError("quick limit: no multipliers prove that no slip is safe")
         return outcome, x, y[program.zero + 1 :]
 
     def state(self, x: Array) -> tuple[float, Array]:
@@ -176,3 +178,10 @@ def _proven_bound(program: Arrays, x: Array, y: Array) -> float:
     """The largest `-cost @ x` that the multipliers allow, for values of the size of x or 1."""
     unbalanced = np.abs(program.matrix.T @ y + program.cost)
     return float(program.right @ y + unbalanced @ np.maximum(np.abs(x), 1.0))
+
+
+def _proves_infeasible(program: Arrays, y: Array) -> bool:
+    """Whether the multipliers prove that no unknowns up to a thousand units are feasible."""
+    units = 1000.0
+    unbalanced = np.abs(program.matrix.T @ y).sum()
+    return bool(-(program.right @ y) > units * unbalanced)

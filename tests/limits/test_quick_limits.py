@@ -141,6 +141,9 @@ def test_only_multipliers_say_that_a_limit_in_space_is_not_above_another(monkeyp
     for above in (-np.inf, 0.5 * right):
         with pytest.raises(fo.SolverError, match="has the bound"):
             quick_limit(question, above)
+    monkeypatch.setattr(quick_space, "run", lambda *given: ("infeasible", *honest(*given)[1:]))
+    with pytest.raises(fo.SolverError, match="no multipliers prove"):
+        quick_limit(question)
 
 
 def test_an_interrupted_search_keeps_a_proven_limit(monkeypatch):
