@@ -80,6 +80,8 @@ def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
         outcome, lowest, _ = program.solve(-program.cost)
         _check(outcome)
         least, _ = program.state(lowest)
+        if least <= QUICK.differs * question.load_unit:
+            least = 0.0  # a larger one would be the error of the solver
     return QuickLimit(
         load_factor,
         slip,

@@ -146,6 +146,22 @@ def test_only_multipliers_say_that_a_limit_in_space_is_not_above_another(monkeyp
         quick_limit(question)
 
 
+def test_a_least_load_factor_that_is_an_error_of_the_solver_is_zero(monkeypatch):
+    """All load factors up to the limit are safe, but the solver says 1e-9 units for the least."""
+    rng = np.random.default_rng([5, 47])
+    question = pose(spatial.random_contact(rng, 4), spatial.cycle(), 0.6)
+    honest = quick_space.ConeProgram.state
+
+    def state(program, x):
+        load_factor, slip = honest(program, x)
+        return load_factor + 1e-9 * question.load_unit, slip
+
+    right = quick_limit(question)
+    monkeypatch.setattr(quick_limits, "RESIDUAL", -1.0)  # the second program is always asked
+    monkeypatch.setattr(quick_space.ConeProgram, "state", state)
+    assert right.least == 0 and quick_limit(question).least == 0
+
+
 def test_an_interrupted_search_keeps_a_proven_limit(monkeypatch):
     flat = fo.scenes.PunchOnHalfPlane(elements=24).condense()
     rounded = flat.with_gap(2.0 * flat.x**4)
