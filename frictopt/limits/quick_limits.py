@@ -34,6 +34,8 @@ class QuickSettings:
     violation: float = 1e-7
     # Largest difference of a quick limit from the proven one, in units of the load.
     differs: float = 1e-6
+    # Load factors up to this number, in units of the load, are errors of the solver.
+    zero: float = 1e-8
     # With less friction the rows `|q| <= f p` imply `p >= 0` only to a few digits.
     low_friction: float = 0.01
 
@@ -72,6 +74,7 @@ def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
         return _none_safe(question)
     _check(outcome)
     load_factor, slip = program.state(x)
+    load_factor = _without_error(load_factor, question)
     violation = question.violation(load_factor, slip)
     if not violation <= QUICK.violation:
         raise SolverError(f"quick limit: its slip violates the contact law by {violation:.1e}")
@@ -80,8 +83,7 @@ def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
         outcome, lowest, _ = program.solve(-program.cost)
         _check(outcome)
         least, _ = program.state(lowest)
-        if least <= QUICK.differs * question.load_unit:
-            least = 0.0  # a larger one would be the error of the solver
+        least = _without_error(least, question)
     return QuickLimit(
         load_factor,
         slip,
@@ -92,6 +94,11 @@ def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
         bound=np.inf,
         least=least,
     )
+
+
+def _without_error(load_factor: float, question: Question) -> float:
+    """A load factor, 0 if it may be the error of the solver."""
+    return load_factor if load_factor > QUICK.zero * question.load_unit else 0.0
 
 
 def _check(outcome: str) -> None:

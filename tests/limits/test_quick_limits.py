@@ -146,7 +146,7 @@ def test_only_multipliers_say_that_a_limit_in_space_is_not_above_another(monkeyp
         quick_limit(question)
 
 
-def test_a_least_load_factor_that_is_an_error_of_the_solver_is_zero(monkeypatch):
+def test_a_load_factor_that_is_an_error_of_the_solver_is_zero(monkeypatch):
     """All load factors up to the limit are safe, but the solver says 1e-9 units for the least."""
     rng = np.random.default_rng([5, 47])
     question = pose(spatial.random_contact(rng, 4), spatial.cycle(), 0.6)
@@ -160,6 +160,10 @@ def test_a_least_load_factor_that_is_an_error_of_the_solver_is_zero(monkeypatch)
     monkeypatch.setattr(quick_limits, "RESIDUAL", -1.0)  # the second program is always asked
     monkeypatch.setattr(quick_space.ConeProgram, "state", state)
     assert right.least == 0 and quick_limit(question).least == 0
+    monkeypatch.setattr(
+        quick_space.ConeProgram, "state", lambda *given: (1e-9 * question.load_unit, right.slip)
+    )
+    assert quick_limit(question).load_factor == 0
 
 
 def test_an_interrupted_search_keeps_a_proven_limit(monkeypatch):
