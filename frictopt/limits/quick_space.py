@@ -24,7 +24,7 @@ from .answered import Mechanism
 from .programs import listed_corners
 from .question import Question
 
-# The search needs fewer digits than an answer, and no proof that a limit is too low.
+# The search needs fewer digits than an answer, and `ConeProgram.solve` checks the bound itself.
 _SETTINGS = replace(SETTINGS, enough=1e-8, surely=1.0)
 
 
@@ -138,7 +138,8 @@ class ConeProgram:
         outcome, x, y = run(program, self._solver, above, _SETTINGS)
         if outcome == OPTIMAL:
             value = -float(cost @ x)
-            bound = _proven_bound(program, x, y)
+            least_cost, error = program.lower_bound(x, y)
+            bound = error - least_cost
             # Largest distance from the bound, in the unit of the load or relative to the limit.
             proven = 1e-4
             if bound <= above:
@@ -172,12 +173,6 @@ class ConeProgram:
                 press[k, opened] += by_force[len(self._places) :]
                 start = end
         return Mechanism.of(question, moves.reshape(question.r1.shape), press)
-
-
-def _proven_bound(program: Arrays, x: Array, y: Array) -> float:
-    """The largest `-cost @ x` that the multipliers allow, for values of the size of x or 1."""
-    unbalanced = np.abs(program.matrix.T @ y + program.cost)
-    return float(program.right @ y + unbalanced @ np.maximum(np.abs(x), 1.0))
 
 
 def _proves_infeasible(program: Arrays, y: Array) -> bool:

@@ -108,6 +108,15 @@ class Arrays(RowsInCones):
         balance = np.abs(self.matrix.T @ y + self.cost).max(initial=0.0)
         return float(max(self.violation(x), balance, abs(y @ self.slack(x))))
 
+    def lower_bound(self, x: Array, y: Array) -> tuple[float, float]:
+        """The lower bound of `cost @ x` that multipliers in their cones prove, and its error.
+
+        The multipliers balance only up to rounding. The error holds for unknowns of the size of x,
+        or of 1.
+        """
+        unbalanced = np.abs(self.matrix.T @ y + self.cost)
+        return -float(self.right @ y), float(unbalanced @ np.maximum(np.abs(x), 1.0))
+
     @property
     def widened(self) -> "Arrays":
         """The program with `block @ x` as further unknowns, which its first equations define."""

@@ -394,8 +394,7 @@ def _least_excess(program: Arrays) -> tuple[float, Array] | None:
 def _proven_excess(arrays: Arrays, x: Array, y: Array) -> float | None:
     """The least excess, if the multipliers prove it or prove that it is above zero; else None."""
     value = float(arrays.cost @ x)
-    bound = -float(arrays.right @ y)
-    off = float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))
+    bound, off = arrays.lower_bound(x, y)
     if bound - off > RESIDUAL:
         return bound
     return min(value, bound) if abs(value - bound) + off <= RESIDUAL else None

@@ -151,10 +151,10 @@ FAULTS = (
         tests="compiled",
     ),
     Fault(
-        "solve/chain.py",
+        "solve/arrays.py",
         "an excess by multipliers that do not balance",
-        old="float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))",
-        new="0.0 * float(np.abs(arrays.matrix.T @ y + arrays.cost) @ np.maximum(np.abs(x), 1.0))",
+        old="float(unbalanced @ np.maximum(np.abs(x), 1.0))",
+        new="0.0 * float(unbalanced @ np.maximum(np.abs(x), 1.0))",
         tests="compiled",
     ),
     Fault(
