@@ -42,10 +42,12 @@ def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
     nodes = np.arange(len(by_node))
     pressure = areas.path.pressure[:, instants, nodes]  # (2, J, N)
     q = np.moveaxis(shear, 2, -1)[:, instants, nodes].swapaxes(2, 3)  # (2, J, t, N)
-    # A node without rows is as if it were pressed without shear.
+    # A node without rows is as if it were pressed without shear, with the reserve of a margin of 1.
     idle = ~rows.any(axis=0)
     q[..., idle] = 0.0
-    pressure[..., idle] = np.reshape((areas.force, 0.0), (2, 1, 1))
+    pressure[0][:, idle] = max(areas.force, areas.mean_bound)
+    pressure[1][:, idle] = 0.0
+    friction = np.where(idle, 1.0, areas.friction)
     loads = dict[str, Array]()
     for j in range(longest):
         loads[f"fixed[{j}]"] = np.r_[q[0, j].ravel(), pressure[0, j]]
@@ -62,7 +64,11 @@ def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
         [{f"scaled[{j}]": 1.0} for j in range(longest)],
         fixed=[{f"fixed[{j}]": 1.0} for j in range(longest)],
     )
-    return pose(reduced, cycle, areas.friction, simplify=areas.simplify), instants
+    question = pose(reduced, cycle, friction, simplify=areas.simplify)
+    # Margins have the units of the whole contact, whichever instants govern.
+    mean_pressure = np.where(idle, areas.mean_bound, areas.mean_pressure)
+    units = {"mean_bound": areas.mean_bound, "mean_pressure": mean_pressure}
+    return replace(question, **units), instants
 
 
 def _stiffness(areas: MovingAreas) -> Array:

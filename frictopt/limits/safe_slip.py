@@ -249,7 +249,7 @@ class SafeSlipModel(SafeModel):
         model = SafeSlipModel(
             question.system, question.cycle, simplify=question.simplify, solver=self._solver
         )
-        return model.of_set(model._posed(question.friction), load_factor)
+        return model.of_set(question, load_factor)
 
     def _checked_load_factor(self, question: Question, load_factor: float) -> float:
         load_factor = finite_number("load_factor", load_factor, least=0.0)

@@ -208,6 +208,20 @@ FAULTS = (
         tests="moving_safe_slip",
     ),
     Fault(
+        "limits/moving_limit.py",
+        "margins have the units of the instants that govern",
+        old="return replace(question, **units), instants",
+        new="return question, instants",
+        tests="moving_safe_slip",
+    ),
+    Fault(
+        "limits/moving_limit.py",
+        "the reserve of a node that is not pressed counts",
+        old="np.where(idle, 1.0, areas.friction)",
+        new="areas.friction",
+        tests="moving_safe_slip",
+    ),
+    Fault(
         "limits/moving_safe_slip.py",
         "the areas are those of another load factor",
         old="areas_at(question, load_factor)",

@@ -65,6 +65,20 @@ def test_one_node_with_scaled_normal_loads_by_hand():
     assert fo.required_friction(node, cycle, 0.4).required == pytest.approx(0.2, rel=1e-5)
 
 
+@pytest.mark.parametrize("friction_in_the_air", [0.5, 0.1, 1e-3])
+def test_the_margin_is_the_reserve_over_the_mean_bound_of_the_whole_contact(friction_in_the_air):
+    """By hand: node 0 keeps 1 - 0.9, and alone has to; node 1 opens and closes without shear; node
+    2 never closes, so that its friction counts in the mean bound alone."""
+    one, f, p = np.eye(3), np.array([0.5, 0.5, friction_in_the_air]), np.array([2.0, 1.0, -1.0])
+    loads = {"mean": (0 * p, p), "P": (0 * p, [0.0, 2.0, 0.0]), "Q": ([1.0, 0.0, 0.0], 0 * p)}
+    system = fo.ContactSystem.from_blocks(one, 0 * one, one, [0.0, 1.0, 2.0], loads)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"P": 1.0, "Q": 0.9}, {"P": -1.0, "Q": -0.9}])
+    safe = fo.safe_slip(system, cycle, f, 1.0)
+    assert len(safe.events) == 2
+    assert safe.margin == pytest.approx(0.1 / np.mean(f * p), rel=1e-9)
+    assert safe.bound == pytest.approx(safe.margin, abs=1e-9)
+
+
 def test_no_friction_is_needed_where_pressed_nodes_carry_no_shear():
     """By hand: one node that opens in each cycle, under no shear, under static shear that a slip
     takes off, and under shear that comes and goes while the node is open. With hardly any friction

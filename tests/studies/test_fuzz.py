@@ -115,6 +115,8 @@ def all_right(found):
             1104,  # free sliding, in which HiGHS violates the plain rows
             # a node critical from 0 to a shakedown limit of 1e-8: in rational numbers, too
             985000055,
+            668282985,  # nodes that come and go, of which plain programs with all closed know less
+            944714375,  # slip that fades by half a per cent a cycle
         ]
     ),
 )
@@ -257,6 +259,30 @@ def test_the_oracles_see_a_wrong_answer(check, monkeypatch):
         if wrong == 2:
             return
     raise AssertionError(f"only {wrong} of 60 are called wrong")
+
+
+MOVING = {
+    "shakedown limit": (
+        "shakedown_limit",
+        lambda limit: replace(limit, load_factor=1.05 * limit.load_factor),
+    ),
+    "guaranteed limit": (
+        "guaranteed_limit",
+        lambda limit: replace(limit, load_factor=0.99 * limit.load_factor),
+    ),
+    "safe slip": ("safe_slip", lambda safe: replace(safe, margin=-safe.margin)),
+}
+
+
+@pytest.mark.parametrize("check", MOVING)
+def test_wrong_answers_are_seen_where_nodes_come_and_go(check, monkeypatch):
+    name, lie = MOVING[check]
+    honest = getattr(fo, name)
+    case = random_case(5002186)
+    assert len(fo.shakedown_limit(case.system, case.cycle, case.friction).events)
+    assert [finding.result for finding in findings(case, [check])] == ["answer"]
+    monkeypatch.setattr(fo, name, lambda *args, **options: lie(honest(*args, **options)))
+    assert [finding.result for finding in findings(case, [check])] == ["wrong"]
 
 
 IN_SPACE = {

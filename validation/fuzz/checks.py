@@ -13,6 +13,7 @@ from validation import oracles
 from validation.fuzz.cases import Case
 from validation.fuzz.guaranteed import followed, guaranteed, guaranteed_transformed
 from validation.fuzz.known import Known, Missed, NotAsked, Wrong, same, transformed
+from validation.fuzz.moving import limit_that_moves, safe_slip_that_moves
 from validation.fuzz.open_sets import limits_of_sets
 from validation.fuzz.searches import best_design, found_range, least_slip, limit_after_protocol
 from validation.open_sets import largest_with_open
@@ -102,6 +103,8 @@ def asked(
 def _limit(known: Known) -> tuple[float, bool]:
     """Against a linear program on the plain rows of all corners; the safe slip against the rows themselves."""
     limit = known.answered_limit
+    if not limit.events.empty:
+        return limit_that_moves(known, limit)
     if limit.open.any():
         return _with_open_nodes(known, limit)
     if np.isfinite(limit.load_factor):
@@ -173,6 +176,8 @@ def _transformed(known: Known) -> tuple[float, bool]:
 def _safe_slip(known: Known) -> tuple[float, bool]:
     """Against a linear program for the margin, and against the limit."""
     safe = known.answered_safe_slip
+    if not known.answered_limit.events.empty:
+        return safe_slip_that_moves(known, safe)
     if safe.open.any():
         limit = known.answered_limit
         if (
@@ -251,14 +256,22 @@ def _steady(known: Known) -> tuple[float, bool]:
         return steady.residual, False
     brute = fo.march(*known.args, known.load_factor, initial_slip=case.start, cycles=_BRUTE)
     works = brute.cycle_work.sum(axis=1)
+    still_to_come = _still_to_come(works)
     same(
         "work of a cycle",
         steady.dissipation,
-        float(works[-1]),
+        float(works[-1]) + still_to_come,
         1e-6,
-        1e-8 * scale + 10 * float(abs(works[-1] - works[-4])),
+        1e-8 * scale + 10 * float(abs(works[-1] - works[-4])) + 0.1 * abs(still_to_come),
     )
     return steady.residual, True
+
+
+def _still_to_come(works: Any) -> float:
+    """How much the work of a cycle still changes, if its changes shrink in proportion."""
+    before, last = np.diff(works[-3:])
+    shrinks = 0 < last / before < 1 if before else False
+    return float(last**2 / (before - last)) if shrinks else 0.0
 
 
 def _safe_start(known: Known) -> tuple[float, bool]:

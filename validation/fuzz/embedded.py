@@ -28,12 +28,15 @@ def embedded(
 ) -> tuple[fo.ContactSystem, Any]:
     """A plane contact in space, its tangents turned node by node; returns the unit vectors (N, 2) along which the plane slips, too.
 
-    Across the plane it has the stiffness `across` (N, N), by default some or none, and no load:
-    whatever the plane carries is carried, and slips across it help nothing.
+    Across the plane it has the stiffness `across` (N, N), by default some or none (some if the
+    contact is uncoupled), and no load: whatever the plane carries is carried, and slips across it
+    help nothing.
     """
     n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
     if across is None:
-        G = rng.normal(size=(n, int(rng.integers(0, n + 1))))
+        # Where loads alone open nodes, a body that slides freely across would be lifted off.
+        held = n if not flat.B.any() else int(rng.integers(0, n + 1))
+        G = rng.normal(size=(n, held))
         across = float(np.diag(flat.A).mean()) * G @ G.T
     S = np.block([[flat.A, none, flat.B.T], [none, across, none], [flat.B, none, flat.C]])
     along = np.exp(1j * rng.uniform(0, 2 * np.pi, n))

@@ -40,6 +40,10 @@ def guaranteed(known: Known) -> tuple[float, bool]:
             f"guaranteed limit {limit.load_factor!r} above the shakedown limit "
             f"{limit.shakedown.load_factor!r}"
         )
+    if not limit.shakedown.events.empty:
+        # Nodes come and go by the loads alone, so the contact is uncoupled: both limits are one.
+        same("guaranteed limit", limit.load_factor, limit.shakedown.load_factor)
+        return limit.residual, True
     if limit.open.any():
         same(
             "limit of all nodes",
