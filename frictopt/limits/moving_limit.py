@@ -67,8 +67,8 @@ def ordinary_question(areas: MovingAreas) -> tuple[Question, Integers]:
     question = pose(reduced, cycle, friction, simplify=areas.simplify)
     # Margins have the units of the whole contact, whichever instants govern.
     mean_pressure = np.where(idle, areas.mean_bound, areas.mean_pressure)
-    units = {"mean_bound": areas.mean_bound, "mean_pressure": mean_pressure}
-    return replace(question, **units), instants
+    question = replace(question, mean_bound=areas.mean_bound, mean_pressure=mean_pressure)
+    return question, instants
 
 
 def _stiffness(areas: MovingAreas) -> Array:

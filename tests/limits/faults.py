@@ -210,8 +210,8 @@ FAULTS = (
     Fault(
         "limits/moving_limit.py",
         "margins have the units of the instants that govern",
-        old="return replace(question, **units), instants",
-        new="return question, instants",
+        old="replace(question, mean_bound=areas.mean_bound, mean_pressure=mean_pressure)",
+        new="question",
         tests="moving_safe_slip",
     ),
     Fault(
