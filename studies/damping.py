@@ -42,14 +42,8 @@ class Parameters:
     frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     friction_ratios: tuple[float, ...] = (0.8, 1.5)
     meshes: tuple[int, ...] = (18, 24, 30)  # elements along the bolted joint
-    shares: tuple[float, ...] = (
-        0.1,
-        0.2,
-        0.3,
-        0.5,
-        0.7,
-        0.9,
-    )  # of the load at which its plates slide off
+    # of the load at which its plates slide off
+    shares: tuple[float, ...] = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9)
 
 
 FULL = Parameters()

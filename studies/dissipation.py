@@ -53,13 +53,8 @@ class Parameters:
         2.0,
     )
     safe: tuple[float, ...] = (1.0, 0.5, -1.0, 2.0)  # multiples of the safe slip
-    amplitudes: tuple[float, ...] = (
-        0.02,
-        0.06,
-        0.2,
-        0.6,
-        2.0,
-    )  # root mean square of random slips, in units of a (P / 2a) / E*
+    # root mean square of random slips, in units of a (P / 2a) / E*
+    amplitudes: tuple[float, ...] = (0.02, 0.06, 0.2, 0.6, 2.0)
     count: int = 10  # random slips of each kind and amplitude
     overloads: tuple[float, ...] = (1.5, 2.0, 3.0)  # first cycle, over the run's own load factor
     pair_friction: float = 0.7  # friction of the example with two steady states at one load

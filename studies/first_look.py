@@ -32,20 +32,16 @@ class Parameters:
     elements: int = 124
     friction: float = 0.7
     load_factors: tuple[float, ...] = (1.5, 1.9)
-    searched: float = (
-        0.95  # load at which the start of most work is searched, over the shakedown limit
-    )
+    # load at which the start of most work is searched, over the shakedown limit
+    searched: float = 0.95
     points: int = 25  # loads of the picture
 
 
 FULL = Parameters()
 QUICK = Parameters(elements=16, points=13)
-_LETTERS, _NARROW = (
-    84,
-    9,
-    # of a line as wide as the picture, and of one that is turned upright if there is no room for
-    # more
-)
+_LETTERS = 84  # of a line as wide as the picture
+# Letters of a line that is turned upright if there is no room for more.
+_NARROW = 9
 # The table and the picture have the same numbers under the same names.
 _ONSET = "onset"
 _ALL_STARTS = "guaranteed limit, from all starts"

@@ -37,11 +37,8 @@ class Parameters:
     bounds: tuple[float, ...] = tuple(
         round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41)
     )  # slip bounds in units of (P / 2a) a / E*
-    shares: tuple[float, ...] = (
-        0.5,
-        1.0,
-        1.4,
-    )  # load factors of the plane over the guaranteed limit, before the shakedown limit itself
+    # load factors of the plane over the guaranteed limit, before the shakedown limit itself
+    shares: tuple[float, ...] = (0.5, 1.0, 1.4)
     path_share: float = 1.4  # the one at which paths are followed
     starts: tuple[tuple[float, float], ...] = (
         (-0.5, 0.9),

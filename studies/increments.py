@@ -26,17 +26,8 @@ class Parameters:
     overload: float = 1.4  # load factor over the shakedown limit
     elements: int = 124  # default grading
     cycles: int = 20  # the last one of so many is the steady one
-    instants: tuple[float, ...] = (
-        0.0,
-        0.5,
-        0.75,
-        0.9,
-        1.0,
-        1.5,
-        1.75,
-        1.9,
-        2.0,
-    )  # of the cycle, in load corners visited; most slip comes late
+    # of the cycle, in load corners visited; most slip comes late
+    instants: tuple[float, ...] = (0.0, 0.5, 0.75, 0.9, 1.0, 1.5, 1.75, 1.9, 2.0)
     first_cycles: int = 3  # cycles of the history before the steady one
     inner_x: float = -0.9  # the inner node is the one nearest to it, over a
 

@@ -36,41 +36,22 @@ def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
 class Parameters:
     """Parameters of the study."""
 
-    elements: tuple[int, ...] = (
-        16,
-        32,
-        64,
-        124,
-    )  # meshes of the friction table: elements on the contact, grading "sine"
+    # meshes of the friction table: elements on the contact, grading "sine"
+    elements: tuple[int, ...] = (16, 32, 64, 124)
     frictions: tuple[float, ...] = _steps(
         (0.1, 0.65, 0.025), (0.655, 0.75, 0.005), (0.775, 1.5, 0.025), (1.6, 3.0, 0.1)
     )
     corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.543, 0.6, 0.7, 0.8)
-    corner_elements: tuple[int, ...] = (
-        8,
-        12,
-        16,
-        24,
-        32,
-        48,
-        64,
-        96,
-        124,
-        192,
-        256,
-    )  # grading "sine"
+    # grading "sine"
+    corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124, 192, 256)
     graded_elements: int = 64  # number of elements of the meshes that vary the grading alone
     gradings: tuple[float, ...] = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
     reaction_elements: int = 124  # with the default grading
     reaction_frictions: tuple[float, ...] = (0.3, 0.7)
     surface_friction: float = 0.5
     surface_elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96, 124, 192, 256)  # grading "sine"
-    surfaces: tuple[float, ...] = (
-        0.0,
-        0.005,
-        0.02,
-        0.1,
-    )  # E* over the contact stiffness, over a; 0: hard
+    # E* over the contact stiffness, over a; 0: hard
+    surfaces: tuple[float, ...] = (0.0, 0.005, 0.02, 0.1)
 
 
 FULL = Parameters()
@@ -129,9 +110,8 @@ def corner_law(table: pd.DataFrame) -> pd.DataFrame:
         (table["grading"] != "sine") & (table["friction"] < _BELOW * bonded.traction_ratio)
     ]
     decades = np.log10(rows["grading"].astype(float))
-    apart = (
-        decades.max() - decades
-    )  # meshes that are closer have exponents between them that scatter
+    # meshes that are closer have exponents between them that scatter
+    apart = decades.max() - decades
     rows = rows[np.isclose(apart, apart.round())].sort_values(
         ["friction", "corner_size"], ascending=[True, False], ignore_index=True
     )

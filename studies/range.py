@@ -27,9 +27,8 @@ _INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
 class Parameters:
     """What the study varies."""
 
-    sampled: dissipation.Parameters = (
-        dissipation.FULL
-    )  # scene, frictions, loads and starts of the sample
+    # scene, frictions, loads and starts of the sample
+    sampled: dissipation.Parameters = dissipation.FULL
     protocol_elements: int = 124
     protocol_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     protocol_scan: int = 25

@@ -22,19 +22,8 @@ class Parameters:
 
     flank_elements: int = 40
     angles: tuple[float, ...] = (35.0, 45.0, 60.0)
-    shares: tuple[float, ...] = (
-        0.2,
-        0.3,
-        0.4,
-        0.5,
-        0.6,
-        0.7,
-        0.8,
-        0.9,
-        0.95,
-        0.99,
-        1.001,
-    )  # friction over the cotangent of the angle
+    # friction over the cotangent of the angle
+    shares: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.001)
     ring_elements: int = 80
     corners: int = 8  # of the polygon that stands for a rotating force
     frictions: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)

@@ -25,10 +25,8 @@ from .paper import LOADS
 from .progress import each
 from .tables import Row, Study, Table, markdown, two_digits
 
-_RADIUS, _HALF_LENGTH = (
-    1.0,
-    2.0,
-)  # of the cylinder; E* = 1, and P so that the half-width of the contact is 1
+# Of the cylinder; E* = 1, and P so that the half-width of the contact is 1.
+_RADIUS, _HALF_LENGTH = 1.0, 2.0
 _CYLINDER_FRICTION = 0.5
 # load factors tried on contacts that are closed under the mean load, over the shakedown limit
 _BEYOND = 1.5
@@ -38,23 +36,11 @@ _BEYOND = 1.5
 class Parameters:
     """What the study varies."""
 
-    cells: tuple[int, ...] = (
-        20,
-        28,
-        40,
-        56,
-        80,
-        112,
-        160,
-        224,
-    )  # of the cylinder's interface, twice as long as the contact
+    # of the cylinder's interface, twice as long as the contact
+    cells: tuple[int, ...] = (20, 28, 40, 56, 80, 112, 160, 224)
     elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96)  # of the punches, grading 3
-    roundings: tuple[float, ...] = (
-        2.0,
-        20.0,
-        100.0,
-        1000.0,
-    )  # gap s (|x| / a - 0.6)^2 over a P / (2a E)
+    # gap s (|x| / a - 0.6)^2 over a P / (2a E)
+    roundings: tuple[float, ...] = (2.0, 20.0, 100.0, 1000.0)
     friction: float = 0.6
     frictions: tuple[float, ...] = tuple(
         round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.2)

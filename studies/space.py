@@ -54,16 +54,8 @@ class Parameters:
     meshes: tuple[int, ...] = (4, 6, 8, 10, 14, 18)
     cells: tuple[int, ...] = (9, 13, 17, 21, 25)  # along the diameter of the sphere's contact
     work_elements: int = 3
-    ratios: tuple[float, ...] = (
-        0.7,
-        0.8,
-        0.85,
-        0.9,
-        0.95,
-        1.05,
-        1.1,
-        1.2,
-    )  # of the load factor to lambda_2
+    # of the load factor to lambda_2
+    ratios: tuple[float, ...] = (0.7, 0.8, 0.85, 0.9, 0.95, 1.05, 1.1, 1.2)
     starts: int = 8  # random ones
 
 

@@ -32,13 +32,8 @@ class Parameters:
     reference_steps: int = 256
     proof_elements: int = 19
     proof_frictions: tuple[float, ...] = (0.1, 0.3, 0.5, 1.0, 2.0)
-    proof_ratios: tuple[float, ...] = (
-        1e-4,
-        1e-2,
-        1.0,
-        1e2,
-        1e4,
-    )  # Young's modulus of the punch over that of the block
+    # Young's modulus of the punch over that of the block
+    proof_ratios: tuple[float, ...] = (1e-4, 1e-2, 1.0, 1e2, 1e4)
     proof_units: tuple[float, ...] = (1e-12, 1e12)  # of force, and of length
 
 

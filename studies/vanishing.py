@@ -33,12 +33,8 @@ class Parameters:
     """What the study varies."""
 
     contacts: int = 100  # drawn, with seeds from 0 on
-    distances: tuple[float, ...] = (
-        0.016,
-        0.008,
-        0.004,
-        0.002,
-    )  # of the load factors above the guaranteed limit, over it
+    # of the load factors above the guaranteed limit, over it
+    distances: tuple[float, ...] = (0.016, 0.008, 0.004, 0.002)
     meshes: tuple[int, ...] = (4, 6, 8, 10)  # of the square punch
     cells: tuple[int, ...] = (9,)  # of the sphere
 

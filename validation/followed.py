@@ -18,10 +18,8 @@ from studies.progress import each
 from studies.tables import Row, Study, Table, markdown
 
 _NONE = 0.01  # limits below this share of lambda_2 leave no load factors to follow
-_DECADES = (
-    -1.0,
-    1.0,
-)  # powers of ten of the size of random slips, over the largest slip of the witness
+# powers of ten of the size of random slips, over the largest slip of the witness
+_DECADES = (-1.0, 1.0)
 
 
 @dataclass(frozen=True)

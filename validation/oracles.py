@@ -14,9 +14,8 @@ from scipy.optimize import linprog
 import frictopt as fo
 
 _TIE = 1e-11  # corners whose rows differ by less than this share rule together
-_NONE = (
-    1e-7  # dimensionless load factors up to this are rounding of 0, where safe ones reach further
-)
+# dimensionless load factors up to this are rounding of 0, where safe ones reach further
+_NONE = 1e-7
 # of the length of the interval of safe load factors: what cannot be told apart where it is shorter
 _SHARE = 1e-2
 _GAVE_UP = 1, 4  # statuses of linprog: out of time, numerical trouble

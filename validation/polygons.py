@@ -7,14 +7,9 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 
-_SIDES, _CUTS, _EXCESS = (
-    24,
-    40,
-    1e-10,
-    # sides of each polygon at first, rounds that add sides, and the excess over a circle that
-    # counts as
-    # none
-)
+_SIDES = 24  # of each polygon at first
+_CUTS = 40  # rounds that add sides
+_EXCESS = 1e-10  # over a circle, that counts as none
 # need of pressure beyond what keeps a node from lifting off, over its loads, that counts as none
 _LIFTS = 1e-8
 _TIGHT = {

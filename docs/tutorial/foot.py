@@ -28,9 +28,8 @@ for name, (x1, y1, x2, y2) in edges.items():  # boundaries: all curves in a box
 (contact,) = [
     tag for _, tag in gmsh.model.getEntitiesInBoundingBox(-5.1, -0.1, -0.1, 5.1, 0.1, 0.1, dim=1)
 ]
-field = (
-    gmsh.model.mesh.field
-)  # elements of 0.25 mm at the contact, a fifth of the distance larger away from it
+# elements of 0.25 mm at the contact, a fifth of the distance larger away from it
+field = gmsh.model.mesh.field
 field.add("Distance", 1)
 field.setNumbers(1, "CurvesList", [contact])
 field.setNumber(1, "Sampling", 200)

@@ -34,13 +34,8 @@ class Parameters:
     beam_loads: tuple[float, ...] = (1.1, 1.5, 2.0, 3.0)  # over the load at which the layers slip
     lap_elements: int = 200
     lap_thickness: float = 0.02  # of the outer plate over half the overlap
-    lap_loads: tuple[float, ...] = (
-        0.2,
-        0.4,
-        0.6,
-        0.8,
-        0.95,
-    )  # over the load at which the plates slide off
+    # over the load at which the plates slide off
+    lap_loads: tuple[float, ...] = (0.2, 0.4, 0.6, 0.8, 0.95)
     corner_elements: int = 124
     corner_grading: float = 200.0
     law_elements: int = 64

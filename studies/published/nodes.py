@@ -14,10 +14,9 @@ from ..guaranteed import PAIR_LOADS, pair
 from .case import Array, Case, opposed
 
 _FRICTION = 0.5  # of the node under loads out of phase
-_NORMAL, _LOAD = (
-    0.8,
-    1.2,
-)  # its normal load over the shear load and the mean pressure, and the load factor of its work
+# Its normal load, over the shear load and the mean pressure.
+_NORMAL = 0.8
+_LOAD = 1.2  # load factor of its work
 
 
 @dataclass(frozen=True)

@@ -486,9 +486,8 @@ def unlike(low, high, around_it, height=0.0, count=5):
     corners = Delaunay(np.column_stack([r, 2 * t])).simplices.T
     ring = MeshTri(r * np.array([np.cos(t), np.sin(t)]), np.ascontiguousarray(corners))
     wide = around_it // 4
-    kind = (
-        MeshTri if height else MeshQuad
-    )  # on a polygon pressure is uniform on each side alone: nodes have to match
+    # on a polygon pressure is uniform on each side alone: nodes have to match
+    kind = MeshTri if height else MeshQuad
     grid = kind.init_tensor(np.linspace(2, 2.5, 3), line[wide:-wide])
     pad = kind(grid.p[0] * np.array([np.cos(grid.p[1]), np.sin(grid.p[1])]), grid.t)
     if height:

@@ -145,9 +145,8 @@ def test_a_limit_that_is_tiny_beside_the_loads_is_not_taken_for_the_coincidence_
     limit = fo.guaranteed_limit(pair, cycle, 0.5)
     assert limit.load_factor == 0.0 and limit.shakedown.load_factor > 0.1 * coupling
     at = 0.6 * limit.shakedown.load_factor
-    first = (
-        at / 1.2 / (0.5 * coupling * 0.7)
-    )  # leaves node 1 no shear under the mean load, and is on both bounds at a sixth less load
+    # leaves node 1 no shear under the mean load, and is on both bounds at a sixth less load
+    first = at / 1.2 / (0.5 * coupling * 0.7)
     assert (
         fo.steady_state(pair, cycle, 0.5, at, initial_slip=[first, -0.3 * first]).outcome
         is fo.Outcome.CYCLIC_SLIP

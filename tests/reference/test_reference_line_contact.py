@@ -101,9 +101,8 @@ def test_influence_is_the_mean_of_the_logarithm_over_both_cells():
 def test_influence_of_distant_cells_has_no_cancellation():
     G = half_plane_influence(4000, np.pi)
     d = np.array([500.0, 3999.0])
-    series = (
-        np.log(d / 4000) - 1 / (12 * d**2) - 1 / (60 * d**4)
-    )  # the mean of the logarithm, expanded about the distance of the middles
+    # the mean of the logarithm, expanded about the distance of the middles
+    series = np.log(d / 4000) - 1 / (12 * d**2) - 1 / (60 * d**4)
     assert G[0, d.astype(int)] == pytest.approx(-2 / np.pi * series / np.pi, abs=1e-13)
 
 

@@ -269,9 +269,8 @@ def test_slip_of_a_node_with_much_less_pressure_than_the_others_is_no_shakedown(
     }
     contact = fo.ContactSystem.from_blocks(k, np.zeros((3, 3)), k, [0.0, 1.0, 2.0], bonded)
     cycle = fo.LoadCycle({"P": 1.0}, [{"X": 1.0}, {"X": 0.0}, {"X": -0.9}])
-    work = (
-        2 * 0.5 * force * (0.9 + 1.0 - 1.0) * force / soft
-    )  # 2 f p times the stroke (range of q less 2 f p) / stiffness
+    # 2 f p times the stroke (range of q less 2 f p) / stiffness
+    work = 2 * 0.5 * force * (0.9 + 1.0 - 1.0) * force / soft
     assert fo.march(contact, cycle, friction, 1.0, cycles=3).cycle_work[-1, 0] == pytest.approx(
         work, rel=1e-6
     )

@@ -12,11 +12,8 @@ from studies.paper import LOADS
 class Parameters:
     """Sizes, settings and repetitions."""
 
-    elements: tuple[int, ...] = (
-        16,
-        40,
-        124,
-    )  # of the paper's scene, default grading: one question each
+    # of the paper's scene, default grading: one question each
+    elements: tuple[int, ...] = (16, 40, 124)
     friction: float = 0.7
     guaranteed_friction: float = 0.5  # of lambda_1, which falls to 0 near 0.7 on fine meshes
     # of a timing at most; all repetitions of one method take 2 s together; 0: its first run is
@@ -27,61 +24,35 @@ class Parameters:
     mesh_gradings: tuple[float, ...] = (1.0, 20.0, 1000.0)
     cells: tuple[int, ...] = (20, 40, 80, 160, 320)  # of the cylinder on a half-plane
     # Settings of solvers and steps
-    tolerances: tuple[float, ...] = (
-        1e-4,
-        1e-6,
-        1e-8,
-        1e-10,
-    )  # of the solvers of linear and quadratic programs that are called directly
-    margin_share: float = (
-        0.9  # the margin of a safe slip is that at this share of the shakedown limit
-    )
+    # of the solvers of linear and quadratic programs that are called directly
+    tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)
+    # the margin of a safe slip is that at this share of the shakedown limit
+    margin_share: float = 0.9
     overload: float = 1.4  # load factor of increments and transients over the shakedown limit
     steps: tuple[int, ...] = (5, 10, 20, 40, 80)  # increments from corner to corner
     milp_steps: tuple[int, ...] = (2, 5, 10)
     increment_elements: tuple[int, ...] = (24, 124, 500)  # of the paper's scene, for one increment
-    increment_tolerances: tuple[float, ...] = (
-        1e-2,
-        1e-3,
-        1e-4,
-        1e-5,
-        1e-6,
-        1e-7,
-        1e-8,
-        1e-9,
-    )  # of the solvers that sweep over frozen bounds
-    milp_elements: tuple[int, ...] = (
-        16,
-        40,
-    )  # complementarity with booleans takes over 10 s for 10 steps on 124 elements
+    # of the solvers that sweep over frozen bounds
+    increment_tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+    # complementarity with booleans takes over 10 s for 10 steps on 124 elements
+    milp_elements: tuple[int, ...] = (16, 40)
     steady_overload: float = 1.05  # load factor of steady states over the shakedown limit
-    steady_cycles: tuple[int, ...] = (
-        1,
-        2,
-        3,
-        4,
-        6,
-        10,
-    )  # cycles followed where the steady state is not proven
+    # cycles followed where the steady state is not proven
+    steady_cycles: tuple[int, ...] = (1, 2, 3, 4, 6, 10)
     reference_cycles: int = 100  # cycles that stand for infinitely many
     # amplitude of the initial slip of steady states, in coefficients of the six lowest Chebyshev
     # polynomials
     start: float = 0.3
     seed: int = 0
     # Three dimensions
-    space_elements: tuple[int, ...] = (
-        16,
-        40,
-    )  # of the paper's scene in space, for transients: with 125 nodes they take minutes
+    # of the paper's scene in space, for transients: with 125 nodes they take minutes
+    space_elements: tuple[int, ...] = (16, 40)
     space_steps: tuple[int, ...] = (4, 8, 16, 32, 64)  # increments from corner to corner
     space_friction: float = 0.5
     sphere_cells: tuple[int, ...] = (8, 12, 16, 20)  # across a sphere's contact
     region_tolerances: tuple[float, ...] = (1e-1, 1e-2, 1e-3)
-    search_steps: tuple[int, ...] = (
-        4,
-        8,
-        16,
-    )  # increments from corner to corner of limits after a protocol and of ranges
+    # increments from corner to corner of limits after a protocol and of ranges
+    search_steps: tuple[int, ...] = (4, 8, 16)
 
 
 FULL = Parameters()

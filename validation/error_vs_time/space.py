@@ -56,9 +56,8 @@ def spheres(parameters: Parameters) -> Question:
     """Work in the second cycle of a sphere, over the cells on the diameter of its grid."""
     E, f, nu = 1.0, 0.5, 0.0
     P = E / (1.5 * _RADIUS)  # makes a contact of radius one
-    far = (
-        3 * f * P / 8 * 2 / E * 2 * (1 - (1 - _SHEAR) ** (2 / 3))
-    )  # motion of the far end under that shear (Mindlin and Deresiewicz)
+    # motion of the far end under that shear (Mindlin and Deresiewicz)
+    far = 3 * f * P / 8 * 2 / E * 2 * (1 - (1 - _SHEAR) ** (2 / 3))
 
     def followed(cells: int) -> Any:
         arrays: Any = half_space_contact(cells, _WIDTH, _RADIUS, E, nu)
@@ -198,9 +197,8 @@ def _name(scene: Scene) -> str:
 
 _ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
 _PROVEN = 1e-4  # tolerance of a limit after protocol
-_HALF = (
-    0.6  # of the side of the sphere's grid, over the radius of its contact: every node is pressed
-)
+# of the side of the sphere's grid, over the radius of its contact: every node is pressed
+_HALF = 0.6
 _RAYS = 64  # on which a region is compared with its closed form
 
 

@@ -18,22 +18,11 @@ from validation.fuzz.open_sets import limits_of_sets
 from validation.fuzz.searches import best_design, found_range, least_slip, limit_after_protocol
 from validation.open_sets import largest_with_open
 
-_WITHIN_STRETCH, _SHORT = (
-    4,
-    1e-4,
-    # increments within the shortest stretch between events; stretches that are shorter are not
-    # followed
-    # so
-)
-_STEPS = (
-    7,
-    30,
-    131,
-    1009,
-    # increments from corner to corner; without common divisors, so that not all of them miss the
-    # same
-    # event
-)
+_WITHIN_STRETCH = 4  # increments within the shortest stretch between events
+_SHORT = 1e-4  # shorter stretches are not followed so
+# increments from corner to corner; without common divisors, so that not all of them miss the same
+# event
+_STEPS = (7, 30, 131, 1009)
 _FEW = 3  # nodes up to which all statuses are tried
 _BRUTE = 16  # cycles that are followed to find the outcome of a transient
 

@@ -13,17 +13,12 @@ from validation.fuzz.known import Known, NotAsked, Wrong, same, transformed
 from validation.lower_bound import lower_bound
 
 _STARTS = 10  # below the limit
-_FEW, _SECONDS = (
-    3,
-    5.0,
-)  # nodes and corners up to which sequences of increments are computed, and seconds for each
+_FEW = 3  # nodes and corners up to which sequences of increments are computed
+_SECONDS = 5.0  # for each sequence
 # error of sequences of increments, in mean normal forces: beside little friction it is large
 _FEASIBLE = 1e-8
-_SMALL = (
-    0.1,
-    0.02,
-    1e-3,
-)  # load factors next to 0, over lambda_2 or that at which cyclic reactions reach the mean pressure
+# load factors next to 0, over lambda_2 or that at which cyclic reactions reach the mean pressure
+_SMALL = (0.1, 0.02, 1e-3)
 _NO_SLIP = (fo.Outcome.SHAKEDOWN.name, "NO_CONTINUATION")
 _MOVED = 5  # starts next to the witness, above the limit
 _ABOVE = 1.02

@@ -10,15 +10,11 @@ from validation.fuzz.known import Known, Missed, NotAsked, Wrong
 from validation.open_sets import largest_with_open
 
 _FEW = 4  # nodes up to which it is asked, of a part of the cases
-_ALIKE = (
-    1e-3  # relative difference that the tolerances of the plain program explain at little friction
-)
-_BELOW = (
-    1 - 1e-9
-    # at the limit itself nodes may stand at their bounds, where above the critical friction the
-    # path
-    # goes on in several ways
-)
+# relative difference that the tolerances of the plain program explain at little friction
+_ALIKE = 1e-3
+# at the limit itself nodes may stand at their bounds, where above the critical friction the path
+# goes on in several ways
+_BELOW = 1 - 1e-9
 
 
 def limits_of_sets(known: Known) -> tuple[float, bool]:

@@ -8,10 +8,10 @@ from validation.fuzz.known import Asked, NotAsked, Wrong, same
 
 _CYCLES = 4  # followed to hold the least slip against
 _BRUTE = 40  # followed to see what becomes of a start
-_MOST_NODES, _EVERY = (
-    6,
-    16,
-)  # cases that are asked for a range or a limit after a protocol, which follow many transients
+# Cases that are asked for a range or a limit after a protocol, which follow many transients: one in
+# so many, with at most so many nodes.
+_EVERY = 16
+_MOST_NODES = 6
 # shortfall of the weighted slip, over the sum of the sizes of its terms, that counts as rounding
 _WITHIN = 1e-8
 

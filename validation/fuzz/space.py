@@ -22,17 +22,11 @@ from validation.fuzz.searches import (
 )
 from validation.polygons import least_critical, polygon_limit
 
-_NEAR = (
-    1e-6  # relative distance from the limit within which it is not asked whether a safe slip exists
-)
+# relative distance from the limit within which it is not asked whether a safe slip exists
+_NEAR = 1e-6
 _SAME = 1e-7
-_CRITICAL, _ZERO = (
-    1e-4,
-    1e-3,
-    # accuracy of critical states by polygons, and guaranteed limits over the shakedown limit that
-    # are
-    # about 0
-)
+_CRITICAL = 1e-4  # accuracy of critical states by polygons
+_ZERO = 1e-3  # guaranteed limits, over the shakedown limit, that are about 0
 _ROUNDING = 1e-14  # of a slip, over the slips before and after
 _FEW = 3  # nodes at most, of which every one is made critical
 
