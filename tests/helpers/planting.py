@@ -48,16 +48,13 @@ def planted(source: str, fault: Fault) -> str | None:
     if scope is None:
         return None
     wanted = ast.parse(fault.old).body
-    places = list(
-        _expressions(scope, wanted) if _is_expression(wanted) else _statements(scope, wanted)
-    )
+    if len(wanted) == 1 and isinstance(wanted[0], ast.Expr):
+        places = list(_expressions(scope, wanted[0].value))
+    else:
+        places = list(_statements(scope, wanted))
     if len(places) != 1:
         return None
     return _replaced(source, places[0], fault.new)
-
-
-def _is_expression(body: list[ast.stmt]) -> bool:
-    return len(body) == 1 and isinstance(body[0], ast.Expr)
 
 
 def _scope(tree: ast.AST, within: str) -> ast.AST | None:
@@ -80,12 +77,11 @@ def _walk(node: ast.AST) -> Iterator[ast.AST]:
             yield from _walk(child)
 
 
-def _expressions(scope: ast.AST, wanted: list[ast.stmt]) -> Iterator[list[ast.AST]]:
-    text = ast.unparse(wanted[0])
+def _expressions(scope: ast.AST, wanted: ast.expr) -> Iterator[list[ast.AST]]:
+    kind, text = type(wanted), ast.unparse(wanted)
     for node in _walk(scope):
-        if isinstance(node, ast.expr) and not isinstance(node, ast.Starred | ast.Slice):
-            if ast.unparse(node) == text:
-                yield [node]
+        if type(node) is kind and ast.unparse(node) == text:
+            yield [node]
 
 
 def _statements(scope: ast.AST, wanted: list[ast.stmt]) -> Iterator[list[ast.AST]]:

@@ -130,6 +130,7 @@ def _assigns(module: str, name: str) -> bool:
     )
 
 
+@cache
 def arrows() -> dict[str, set[str]]:
     """File -> files of the package that it imports. The face of the package, which hands all names
     on, counts for none."""

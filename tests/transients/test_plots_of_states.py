@@ -14,6 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import frictopt as fo
 from frictopt.contact import triangles
+from helpers.cases import few
 from helpers.spatial import cycle, random_contact
 from helpers.systems import CYCLE, random_system
 
@@ -236,7 +237,7 @@ def test_a_fine_rim_of_a_hole_is_not_filled():
         assert drawn == pytest.approx(polygon * (radii[-1] ** 2 - radii[0] ** 2), rel=2e-3)
 
 
-@pytest.mark.parametrize("many", range(1, 10))
+@pytest.mark.parametrize("many", few([3, 5, 1, 2, 4, 6, 7, 8, 9]))
 def test_pictures_of_many_contacts_do_not_wait_for_the_garbage_collector(many):
     """Spare panels of a grid must leave nothing behind that a later drawing would meet."""
     square = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
