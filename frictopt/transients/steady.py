@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, cast
@@ -194,14 +195,16 @@ def _followed(
                 first_states.append(path.state.u)
 
         run.report = count
+        # A copy solves its increments with the same solver, which learns which nodes are open.
+        begin = copy(path)
         path.start(overload)
         settled = run.settled()
         error = 0.0
         if path.steps:
             error = np.nan
-        if path.steps and with_step_error:
+        if isinstance(begin, SteppedPath) and with_step_error:
             try:
-                finer, parts = SteppedPath("newton", path.steps, *problem).finer()
+                finer, parts = begin.finer()
                 error = _step_error(run, settled, first_states, finer.start(overload), parts)
             except (NoContinuation, SolverError):
                 error = np.inf

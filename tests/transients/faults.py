@@ -268,6 +268,13 @@ FAULTS = (
     ),
     Fault(
         "transients/increments/by_newton.py",
+        "nodes that came down are eliminated again",
+        old="self._landed |= lands",
+        new="self._landed |= False",
+        tests="increment_engines",
+    ),
+    Fault(
+        "transients/increments/by_newton.py",
         "a state elsewhere has the stress of the last one",
         old="u is self._stands[0]",
         new="len(self._stands[0])",

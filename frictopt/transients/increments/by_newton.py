@@ -157,7 +157,7 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
         self._stands: tuple[Array, Array] = np.empty(0), np.empty(0)
         # The nodes that remained in the last increment with an elimination.
         self._rest: _Rest | None = None
-        # Nodes that closed again after they were eliminated: they are never eliminated again.
+        # Nodes that landed while they were eliminated: they are never eliminated again.
         self._landed = np.zeros(system.nodes, dtype=bool)
 
     def along(self, u: Array, loads: Sequence[Array]) -> Iterator[Moved]:
@@ -185,31 +185,36 @@ class NewtonIncrement(FrictionIncrement, _Nodes):
             yield moved
 
     def _without_open(self, u: Array, r: Array, force: float, key: bytes) -> Moved | None:
-        """A state with open nodes eliminated.
+        """A state with open nodes eliminated, without those that would land in the increment.
 
-        None if one of them closes, or if the nodes that remain have no state that obeys the law.
+        None if no open node is left, or if the nodes that remain have no state that obeys the law.
         """
-        n = self.system.nodes
-        known = np.zeros(n, dtype=bool)
-        if self._rest:
-            known = self._rest.opened
-        opened = u[-n:] + self._gap > 0
-        self._landed |= known & ~opened
-        opened &= ~self._landed
-        if not (opened & ~known).sum() > _SETTINGS.worth_eliminating * (~known).sum():
-            opened &= known
-        if not opened.any() or opened.all():
-            return None
-        if self._rest is None or (opened != known).any():
-            try:
-                self._rest = _Rest(self.law, self._gap, self._unit, opened)
-            except LinAlgError:
+        opened = self._worth_eliminating(u[-self.system.nodes :] + self._gap > 0)
+        while opened.any() and not opened.all():
+            if self._rest is None or (opened != self._rest.opened).any():
+                try:
+                    self._rest = _Rest(self.law, self._gap, self._unit, opened)
+                except LinAlgError:
+                    return None
+            moved = self._rest.after(u, r, force, key)
+            if moved is None:
                 return None
-        moved = self._rest.after(u, r, force, key)
-        if moved is None:
-            return None
-        lowest_gap = (moved[0][-n:] + self._gap)[opened].min()
-        return moved if lowest_gap >= -STALLED * force / self._unit else None
+            gap = moved[0][-len(opened) :] + self._gap
+            lands = opened & (gap < -STALLED * force / self._unit)
+            if not lands.any():
+                return moved
+            self._landed |= lands
+            opened = opened & ~lands
+        return None
+
+    def _worth_eliminating(self, opened: Booleans) -> Booleans:
+        """The nodes to eliminate, of those that are open: mostly those eliminated before."""
+        lasting = opened & ~self._landed
+        known = np.zeros(len(opened), dtype=bool)
+        if self._rest and not (self._rest.opened & ~lasting).any():
+            known = self._rest.opened
+        further = (lasting & ~known).sum()
+        return lasting if further > _SETTINGS.worth_eliminating * (~known).sum() else known
 
     def _solved_by_itself(self, u: Array, load: Array) -> Moved:
         """The state of the increment by `solve`, as if it were the first one."""
