@@ -82,7 +82,7 @@ def poor_limit(contact, cycle, friction):
 
 
 @pytest.mark.parametrize("case", [pulled, lifted, spatial])
-@pytest.mark.parametrize("seed", few(range(12), 2, 6))
+@pytest.mark.parametrize("seed", few([9, 6, 0, 1, 2, 3, 4, 5, 7, 8, 10, 11], 2, 6))
 def test_the_best_set_of_all_or_of_some_nodes_is_found_and_proven(case, seed):
     contact, cycle, friction = case(seed)
     limit = poor_limit(contact, cycle, friction)
