@@ -120,7 +120,7 @@ def test_increment_against_bare_sweeps(elements, record_property):
 
     def bare():
         u, r = np.zeros_like(trial), trial.copy()
-        sweep(law.S, law.friction, law.strength, law.augmentation, u, r, 1000, 1e-12, 1.0)
+        sweep(law.S, law.slopes, law.constants, law.augmentation, u, r, 1000, 1e-12, 1.0)
         return u
 
     assert (bare() != 0).any()
