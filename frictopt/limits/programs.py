@@ -22,8 +22,9 @@ from ..base import CONDENSATION, RESIDUAL, ROUNDING, ZERO_LOAD_FACTOR, Array, sh
 from ..contact import ContactSystem, LoadCycle, lengths
 from ..errors import ModelError
 from ..solve.chain import Chain
-from ..solve.compiled import Change, by_inverse, unresisted
+from ..solve.compiled import Change, by_inverse
 from ..solve.problem import Problem, dual_of, set_no_optimum
+from ..solve.unresisted import unresisted
 from .answered import Mechanism
 from .load_parameters import LoadParameters
 from .models import More, Row, Unknowns, constant, label, rest, stuck, unknowns, within

@@ -17,9 +17,9 @@ from ..base import CONDENSATION, Array
 from ..errors import SolverError
 from ..solve.arrays import Arrays
 from ..solve.chain import kind_of
-from ..solve.compiled import unresisted
 from ..solve.interior_point import SETTINGS
 from ..solve.solvers import CUT_OFF, INFEASIBLE, NONE, OPTIMAL, run, solver_order
+from ..solve.unresisted import unresisted
 from .answered import Mechanism
 from .programs import listed_corners
 from .question import Question

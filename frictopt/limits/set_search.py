@@ -20,8 +20,9 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from ..base import RESIDUAL, Array, Bar, Booleans, Integers, progress_bar
+from ..contact import reactions
 from ..errors import FrictoptError, SolverError
-from ..transients.statics import Statics
+from ..transients.statics import Statics, note_balanced
 from .open_nodes import TOUCHES, open_under_mean
 from .question import Question, with_open
 from .shakedown_answer import ShakedownAnswer
@@ -92,6 +93,10 @@ def best_open_set(
     settles_closed = question.violation(0.0, no_slip) <= RESIDUAL
     if settles_closed and not may_open:
         return closed
+    if not question.fixed and question.violation(0.0, closed.slip) <= RESIDUAL:
+        # The search for a motion of bodies under the mean load would factorise the stiffness.
+        mean = reactions(question.system, [question.cycle.mean])[0]
+        note_balanced(question.system, question.friction, mean)
 
     with progress_bar(True, "open nodes", "program") as bar:
         search = _SetSearch(limit_of, answer, closed, start_by, enough, may_change, bar)

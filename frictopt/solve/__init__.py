@@ -9,6 +9,8 @@ multipliers y in the dual cones. By weak duality they prove `c'z >= -b'y` for ev
     The way of a problem to its answer, and proofs that there is none.
 `compiled.py`
     The problem as cvxpy compiles it, what multipliers prove, and changes of variables.
+`unresisted.py`
+    Null vectors of a stiffness and its inverse, for these changes.
 `reduced.py`
     The reduction as a list of steps, each with a way back (`program.py`).
 `eliminated.py`, `redundant.py`, `dense.py`, `scaled.py`

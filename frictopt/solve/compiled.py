@@ -13,14 +13,18 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 from cvxpy.reductions.solution import Solution
-from scipy.linalg import cholesky, lu_factor, lu_solve, qr, svd
-from scipy.linalg.lapack import dpotri
-from scipy.sparse import csr_array, hstack
+from scipy.linalg import qr, svd
+from scipy.sparse import csr_array, hstack, issparse
 
-from ..base import CONDENSATION, FLOOR, RIGID, ROUNDING, Array, Integers
+from ..base import CONDENSATION, FLOOR, ROUNDING, Array, Integers
 
 # cvxpy compiles for this solver, which accepts linear rows and cones.
 _SOLVER = "CLARABEL"
+
+# cvxpy keeps a column for each pair of unknown and entry of a parameter. Above this number of pairs
+# its tables are larger than the dense matrices, and it is faster to compile the problem anew for
+# other values of the parameters.
+_PAIRS = 3_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +71,7 @@ class Compiled:
 
     Equations `x == Constant @ y` of two variables are `blocks`. To keep dense matrices out of
     cvxpy, it compiles `x == 0` and `y == 0` in place of them; these are the first `sparse_zero`
-    rows. The problem is compiled once; `read` reads the values of its parameters.
+    rows. `read` reads the values of the parameters, and compiles a large problem anew for them.
     """
 
     def __init__(self, problem: cp.Problem) -> None:
@@ -79,6 +83,10 @@ class Compiled:
             part == 0 for row in self._dense for part in (row.args[0], row.args[1].args[1])
         ]
         self._skeleton = cp.Problem(problem.objective, [*self._parts, *others])
+        unknowns = sum(variable.size for variable in self._skeleton.variables())
+        entries = sum(parameter.size for parameter in self._skeleton.parameters())
+        self._reads_constants = unknowns * entries > _PAIRS
+        self._values: list[Array] | None = None
         for variable in problem.variables():
             # cvxpy copies values to unknowns that it adds, and raises an error for NaN.
             if variable.value is not None and not np.isfinite(variable.value).all():
@@ -105,12 +113,22 @@ class Compiled:
             )
 
     def read(self) -> None:
-        """Read the values of all parameters."""
+        """Read the values of all parameters, if they differ from those that were read last."""
+        values = [
+            parameter.value.toarray() if issparse(parameter.value) else np.array(parameter.value)
+            for parameter in self._skeleton.parameters()
+        ]
+        if self._values is not None and all(map(np.array_equal, values, self._values)):
+            return
+        self._values = values
         with warnings.catch_warnings():
             # cvxpy warns about its treatment of expressions with three dimensions.
             warnings.simplefilter("ignore")
             data, self._chain, self._inverse = self._skeleton.get_problem_data(
-                _SOLVER, enforce_dpp=True, solver_opts={}
+                _SOLVER,
+                enforce_dpp=not self._reads_constants,
+                ignore_dpp=self._reads_constants,
+                solver_opts={},
             )
         self.matrix = csr_array(data["A"])
         self.matrix.eliminate_zeros()
@@ -316,58 +334,6 @@ def _chooses(factor: cp.Expression) -> bool:
         and (matrix.data == 1).all()
         and len(np.unique(matrix.indices)) == matrix.nnz
     )
-
-
-def unresisted(square: Array, others: Array, along: Array, across: Array) -> tuple[Array, Array]:
-    """Null vectors of a symmetric, positive semi-definite matrix (t, t), and its inverse.
-
-    The null vectors are orthonormal x (t, k) for which the products with the matrix and with
-    `others` (o, t) vanish. The inverse (t, t) is taken on all vectors normal to them. The entries
-    of x are scaled by 1 / `along` (t,) and the rows of `others` by `across` (o,), so that a soft
-    unknown beside stiff ones is not mistaken for a free one. An x with a product with `others`
-    above rounding is no null vector.
-    """
-    t = len(along)
-    scaled = square / np.outer(along, along)
-    pressure = others / np.outer(across, along)
-    # An unknown without entries is a null vector by itself, so that the other vectors stay exact.
-    idle = ~(scaled.any(axis=0) | (np.abs(pressure).max(axis=0, initial=0.0) > RIGID))
-    scaled[idle, idle] = 1.0
-    values, soft = _soft_vectors(scaled)
-    soft[idle] = 0.0
-    held = (values > 0) & (np.abs(pressure @ soft).max(axis=0, initial=0.0) > RIGID)
-    # With the soft vectors added the matrix is well conditioned: their stiffness becomes 1 + value.
-    root = cholesky((scaled + soft @ soft.T).T, lower=True, overwrite_a=True, check_finite=False)
-    inverse = np.tril(dpotri(root, lower=1, overwrite_c=1)[0])
-    share = np.where(held, 1 / np.where(held, values, 1.0), 0.0) - 1 / (1 + values)
-    inverse += np.tril(inverse, -1).T + (soft * share) @ soft.T
-    inverse /= np.outer(along, along)
-    rigid = np.hstack([np.linalg.qr(soft[:, ~held] / along[:, None])[0], np.eye(t)[:, idle]])
-    inverse -= rigid @ (rigid.T @ inverse)
-    return rigid, np.asarray(inverse - (inverse @ rigid) @ rigid.T)
-
-
-def _soft_vectors(matrix: Array) -> tuple[Array, Array]:
-    """Eigenvalues up to `RIGID` and their orthonormal eigenvectors (t, k) of a matrix (t, t).
-
-    They are found by four steps of inverse iteration with more vectors than there are soft ones, so
-    that many small eigenvalues do not slow it. The iteration begins with eight vectors. If all of
-    them are soft, their number is doubled.
-    """
-    t = len(matrix)
-    factor = lu_factor(matrix + RIGID * np.eye(t))
-    rng = np.random.default_rng(0)
-    count = 0
-    stiffest = 0.0
-    while stiffest <= RIGID and count < t:
-        count = min(2 * count or 8, t)
-        vectors = rng.normal(size=(t, count))
-        for _ in range(4):
-            vectors = np.linalg.qr(lu_solve(factor, vectors))[0]
-        values, turn = np.linalg.eigh(vectors.T @ matrix @ vectors)
-        stiffest = values[-1]
-    is_soft = values <= RIGID
-    return values[is_soft], (vectors @ turn)[:, is_soft]
 
 
 def by_inverse(

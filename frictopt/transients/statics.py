@@ -354,10 +354,18 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
     statics = Statics(system, friction)
     balanced = _BALANCED.setdefault(system, set())
     for name, load in loads.items():
-        digest = blake2b(friction.tobytes() + load.tobytes(), digest_size=16).digest()
-        if digest in balanced:
+        if _digest(friction, load) in balanced:
             continue
         sentence = statics.sentence(name, load)
         if sentence:
             raise NoContinuation(sentence)
-        balanced.add(digest)
+        note_balanced(system, friction, load)
+
+
+def note_balanced(system: ContactSystem, friction: Array, load: Array) -> None:
+    """Note that contact forces within friction are known that balance a load (M,)."""
+    _BALANCED.setdefault(system, set()).add(_digest(friction, load))
+
+
+def _digest(friction: Array, load: Array) -> bytes:
+    return blake2b(friction.tobytes() + load.tobytes(), digest_size=16).digest()

@@ -17,9 +17,10 @@ from frictopt.solve import chain as chains
 from frictopt.solve import eliminated, redundant
 from frictopt.solve.arrays import polish
 from frictopt.solve.chain import Chain
-from frictopt.solve.compiled import Compiled, by_inverse, unresisted
+from frictopt.solve.compiled import Compiled, by_inverse
 from frictopt.solve.reduced import Reduced
 from frictopt.solve.solvers import NoOptimum, run
+from frictopt.solve.unresisted import unresisted
 from helpers.cases import few
 from helpers.spatial import cycle as space_cycle
 from helpers.spatial import random_contact
