@@ -21,7 +21,7 @@ multipliers y in the dual cones. By weak duality they prove `c'z >= -b'y` for ev
     The dual, where it is smaller.
 `solvers.py`
     Solvers, their order and options.
-`interior_point.py`, `condensed.py`
+`interior_point.py`, `condensed.py`, `cones.py`, `step_equations.py`
     An interior point of our own for large cone programs.
 `problem.py`
     Problems that can be copied, pickled and printed by the names of their parts.

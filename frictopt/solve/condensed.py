@@ -40,13 +40,13 @@ class Condensed:
         chosen = csr_array(
             (np.ones(count), (np.flatnonzero(long), np.arange(count))), shape=(len(long), count)
         )
-        self.block = np.vstack(
-            [
-                program.block[:, self._remaining] + dense @ self._rest,
-                self._rest,
-                remaining[long].toarray(),
-            ]
-        )
+        # Stored by columns, because the equations of a step multiply its transpose.
+        self.block = np.empty((len(dense) + zero + count, len(self._remaining)), order="F")
+        self.block[: len(dense)] = program.block[:, self._remaining]
+        if zero:
+            self.block[: len(dense)] += dense @ self._rest
+        self.block[len(dense) : len(dense) + zero] = self._rest
+        self.block[len(dense) + zero :] = remaining[long].toarray()
         self.sparse = csr_array(hstack([remaining.multiply(~long[:, None]), *eliminated, chosen]))
         self.right = (
             program.right[zero:] - hstack(eliminated) @ np.r_[dense @ self._start, self._start]

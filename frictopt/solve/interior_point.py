@@ -2,27 +2,23 @@
 
 Such a program has one dense block of rows and many small cones. A contact in space is an example:
 the block holds the tractions due to slips, and there is a cone for each node at each corner. The
-program is `min c'y` with `s = h - A y` in cones, and its multipliers z are in cones too. With the
-scaling W of s and z, a step solves::
+program is `min c'y` with `s = h - A y` in cones, and its multipliers z are in cones too. Whatever
+the number of cones, a step needs one dense matrix, see `step_equations.py`.
 
-    A' z = u,   A y - W^2 z = v   by   (A' W^-2 A) y = u + A' W^-2 v,   A y = sparse [y, block y]
-
-Whatever the number of cones, a step needs one dense matrix of the size of y, one product and one
-Cholesky factorisation. Rounding errors are corrected in the equations on the left. The steps are
-Mehrotra's, on the homogeneous embedding, which also detects that there is no optimum (Andersen,
-Roos & Terlaky 2003). The scaling is that of Nesterov & Todd (1997).
+The steps are Mehrotra's, on the homogeneous embedding, which also detects that there is no optimum
+(Andersen, Roos & Terlaky 2003). The scaling of s and z is that of Nesterov & Todd (1997).
 """
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs
-from scipy.sparse import csr_array, dia_array
 
-from ..base import FLOOR, Array, Integers
+from ..base import FLOOR, Array
 from .arrays import Arrays
 from .condensed import Condensed
+from .cones import Cones, Scaling
+from .step_equations import Equations, begins_through_block
 
 
 @dataclass(frozen=True)
@@ -52,16 +48,6 @@ class Settings:
     # The error of a bound is multiplied by this number, so that the bound also holds for unknowns
     # this many times larger.
     surely: float = 1e6
-    # Relative increases of the diagonal of a step's matrix; the first one is used with which the
-    # Cholesky factorisation succeeds.
-    shifts: tuple[float, ...] = (1e-14, 1e-13, 1e-12, 1e-11)
-    # Error of the equations of a step, relative to their right side, below which it is not
-    # corrected.
-    correct: float = 1e-13
-    # Corrections go on as long as each reduces the error below this share of it.
-    helps: float = 0.1
-    # Number of rows in a block of the matrix product, of which only the lower triangle is computed.
-    rows: int = 250
 
     def accepted(self, stalled: int) -> float:
         """The error accepted after `stalled` steps that do not halve the smallest error."""
@@ -89,157 +75,6 @@ def interior_point(
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         return str(error), np.zeros(len(program.cost)), np.zeros(len(program.right))
     return status, *condensed.whole(y, z)
-
-
-class Cones:
-    """A product of cones `|s[1:]| <= s[0]` of these sizes in turn; a number >= 0 has size 1."""
-
-    def __init__(self, sizes: Integers) -> None:
-        self.heads = np.cumsum(sizes) - sizes
-        self.of = np.repeat(np.arange(len(sizes)), sizes)  # the cone of each part
-        self.size = len(self.of)
-        self.degree = len(sizes)
-        self.unit = (np.arange(self.size) == self.heads[self.of]).astype(float)
-        self.tail = 1.0 - self.unit  # mask of all parts but the first
-        self.turned = 2 * self.unit - 1.0  # signs that reverse these parts
-
-    def sums(self, x: Array) -> Array:
-        """The sum over the parts of each cone."""
-        return np.asarray(np.add.reduceat(x, self.heads))
-
-    def square(self, x: Array) -> Array:
-        """`x[0]^2 - |x[1:]|^2` of each cone, kept positive in spite of rounding."""
-        first = x[self.heads]
-        size = np.sqrt(self.sums(self.tail * x**2))
-        least = np.finfo(float).eps * first**2
-        return np.asarray(np.maximum((first - size) * (first + size), least))
-
-    def product(self, a: Array, b: Array) -> Array:
-        """Jordan's product `a o b`."""
-        product = np.asarray(a[self.heads][self.of] * b + b[self.heads][self.of] * a)
-        product[self.heads] = self.sums(a * b)
-        return product
-
-    def quotient(self, a: Array, b: Array) -> Array:
-        """The x with `a o x = b`."""
-        first = self.sums(self.turned * a * b) / self.square(a)
-        x = np.asarray((b - first[self.of] * a) / a[self.heads][self.of])
-        x[self.heads] = first
-        return x
-
-
-class Scaling:
-    """The symmetric W with `W z = W^-1 s = point`, for s and z within the cones.
-
-    For each cone W is `eta (2 v v' - J)` with some v. J is the reflection that reverses all parts
-    but the first, and `w = W e / eta` is the unit vector of the scaling. ArithmeticError if a point
-    is at the boundary of a cone.
-    """
-
-    def __init__(self, cones: Cones, s: Array, z: Array) -> None:
-        if not min(s[cones.heads].min(), z[cones.heads].min()) > 0:
-            raise ArithmeticError("rounding has put the point on the boundary of a cone")
-        self._cones = cones
-        s_size = np.sqrt(cones.square(s))
-        z_size = np.sqrt(cones.square(z))
-        s_unit = s / s_size[cones.of]
-        z_unit = z / z_size[cones.of]
-        # The product of unit vectors in a cone is never less than 1.
-        middle = np.sqrt((1 + np.maximum(cones.sums(s_unit * z_unit), 1.0)) / 2)
-        self._w = (s_unit + cones.turned * z_unit) / (2 * middle[cones.of])
-        self._eta = np.sqrt(s_size / z_size)
-        self.point = self.times(z)
-
-    def times(self, x: Array, sense: float = 1.0) -> Array:
-        """`W x`, or `W^-1 x` for the sense -1."""
-        cones, w = self._cones, self._w
-        first = x[cones.heads]
-        along = cones.sums(cones.tail * w * x)
-        w_first = w[cones.heads]
-        product = x + (sense * first + along / (1 + w_first))[cones.of] * w
-        product[cones.heads] = w_first * first + sense * along
-        return np.asarray(product * (self._eta**sense)[cones.of])
-
-    def over(self, x: Array) -> Array:
-        """`W^-1 x`."""
-        return self.times(x, -1.0)
-
-    def inverse_square(self, sparse: csr_array) -> csr_array:
-        """`sparse' W^-2 sparse`.
-
-        For each cone W^-2 is `(2 v v' - J) / eta^2` with `v = J w`.
-        """
-        cones = self._cones
-        over_eta = 1 / self._eta[cones.of]
-        vectors = np.sqrt(2.0) * over_eta * cones.turned * self._w
-        places = np.arange(cones.size)
-        across = csr_array((vectors, places, np.r_[cones.heads, cones.size])) @ sparse
-        reflection = dia_array((cones.turned * over_eta**2, 0), shape=(cones.size,) * 2)
-        return csr_array(across.T @ across - sparse.T @ (reflection @ sparse))
-
-    def longest(self, direction: Array) -> float:
-        """The largest step from `point` in a direction that stays within the cones."""
-        cones = self._cones
-        size = np.sqrt(cones.square(self.point))[cones.of]
-        point = self.point / size
-        along = direction / size
-        ahead = cones.sums(cones.turned * point * along)
-        turn = (ahead + along[cones.heads]) / (point[cones.heads] + 1)
-        aside = np.sqrt(cones.sums(cones.tail * (along - turn[cones.of] * point) ** 2))
-        steepest = float((aside - ahead).max(initial=0.0))
-        return 1 / steepest if steepest > 0 else np.inf
-
-
-class Equations:
-    """The equations `A' z = u` and `A y - W^2 z = v` of a step.
-
-    ArithmeticError if their matrix cannot be factorised.
-    """
-
-    def __init__(self, program: Condensed, scaling: Scaling) -> None:
-        self._program = program
-        self._scaling = scaling
-        block, n = program.block, program.block.shape[1]
-        weights = scaling.inverse_square(program.sparse)
-        across = weights[n:, :n]
-        half = across + weights[n:, n:] @ block
-        matrix = weights[:n, :n] + across.T @ block
-        for start in range(0, n, SETTINGS.rows):
-            rows = slice(start, start + SETTINGS.rows)
-            matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
-        self._factor = _factor(matrix.T)
-
-    def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
-        """The y and z, improved by iterative refinement in the original equations."""
-        program, over, times = self._program, self._scaling.over, self._scaling.times
-        y, z = np.zeros(len(u)), np.zeros(len(v))
-        left, right = u, v
-        size = _largest(u, v)
-        error, before = size, np.inf
-        while SETTINGS.correct * size < error < SETTINGS.helps * before:
-            step = dpotrs(self._factor, left + program.columns(over(over(right))))[0]
-            y = y + step
-            z = z + over(over(program.rows(step) - right))
-            left = u - program.columns(z)
-            right = v - program.rows(y) + times(times(z))
-            error, before = _largest(left, right), error
-        return y, z
-
-
-def _largest(u: Array, v: Array) -> float:
-    """The largest entry of two vectors."""
-    return max(float(np.abs(u).max()), float(np.abs(v).max()))
-
-
-def _factor(matrix: Array) -> Array:
-    """The upper Cholesky factor of a matrix stored by columns; only its upper triangle is used."""
-    diagonal = matrix.diagonal().copy()
-    for shift in SETTINGS.shifts:
-        np.fill_diagonal(matrix, diagonal * (1 + shift))
-        factor, failed = dpotrf(matrix)
-        if not failed:
-            return np.asarray(factor)
-    raise ArithmeticError("the equations of a step cannot be factorised")
 
 
 class _Point(NamedTuple):
@@ -326,6 +161,7 @@ def _solved(
     best = _Best(at)
     no_optimum = _NoOptimum("", at, np.inf)
     newton: _Newton | None = None
+    through_block = begins_through_block(program)
     step = 0
     for step in range(settings.steps):
         off = _Residuals(program, at, cones.degree, settings)
@@ -342,8 +178,9 @@ def _solved(
         if best.error <= settings.accepted(best.stalled) or ending or not np.isfinite(off.error):
             break
         try:
-            newton = _Newton(program, cones, at, off, settings)
+            newton = _Newton(program, cones, at, off, settings, through_block)
             at = newton.stepped()
+            through_block = newton.equations.through_block
         except (ArithmeticError, np.linalg.LinAlgError):
             break
     if best.error > settings.nearly:
@@ -357,7 +194,13 @@ class _Newton:
     """Newton's directions at a point."""
 
     def __init__(
-        self, program: Condensed, cones: Cones, at: _Point, off: _Residuals, settings: Settings
+        self,
+        program: Condensed,
+        cones: Cones,
+        at: _Point,
+        off: _Residuals,
+        settings: Settings,
+        through_block: bool,
     ) -> None:
         self._program = program
         self._cones = cones
@@ -365,7 +208,8 @@ class _Newton:
         self._off = off
         self._settings = settings
         self._scaling = Scaling(cones, at.s, at.z)
-        self._solve = Equations(program, self._scaling).solved
+        self.equations = Equations(program, self._scaling, through_block)
+        self._solve = self.equations.solved
         # The y and z by which a direction changes with its tau.
         if at.tau < at.kappa:
             self._y, self._z = self._solve(-program.objective, program.right)

@@ -135,7 +135,7 @@ def test_safe_slips_end_at_the_limit_and_its_slip_carries_no_more(seed):
     march = fo.march(
         contact, cycle(), 0.5, limit.load_factor, cycles=2, initial_slip=limit.slip, steps=2
     )
-    assert march.cycle_work.sum() < 1e-15
+    assert march.cycle_work.sum() < 1e-14
 
 
 @pytest.mark.parametrize("seed", [7, 14])  # of others the oracle has no answer on some processors

@@ -592,7 +592,7 @@ FAULTS = (
         tests="interior_point",
     ),
     Fault(
-        "solve/interior_point.py",
+        "solve/cones.py",
         "steps leave their cones",
         old="(aside - ahead).max",
         new="(aside - ahead).min",

@@ -1,0 +1,228 @@
+"""The linear equations of a step of the interior point, for rows with one dense block.
+
+With the matrix `A y = sparse [y, block y]` of the rows, and the scaling W of their cones, a step
+solves `A' z = u` and `A y - W^2 z = v`. Two ways eliminate z. H is the sparse matrix `sparse' W^-2
+sparse` of all w = [y, block y].
+
+- `_Direct`: one equation for each unknown y, with the matrix `A' W^-2 A`.
+- `_ThroughBlock`: y minimises `w' H w / 2 - work' w` over the w with `[block, -1] w = 0`. With
+  `H = R' R` and `F = [block, -1] R^-1`, R w is the projection of `R'^-1 work` onto the vectors that
+  F maps to zero. This takes one equation for each row of the block, with the matrix F F'.
+
+A contact in space has two unknowns for each row of its block. The second way then takes a third of
+the work of the first. It loses its digits near an optimum: F F' then holds the squares of very
+large and very small entries of R^-1. So the errors of the original equations are computed, and the
+first way takes over if iterative refinement does not make them small.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.blas import dsyrk
+from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.sparse import csc_array, csr_array, dia_array, eye_array, triu
+from scipy.sparse.linalg import splu
+
+from ..base import Array
+from .condensed import Condensed
+from .cones import Scaling
+
+
+@dataclass(frozen=True)
+class EquationSettings:
+    """Numbers of the equations of a step."""
+
+    # Relative increases of the diagonal of a step's matrix; the first one is used with which the
+    # Cholesky factorisation succeeds.
+    shifts: tuple[float, ...] = (1e-14, 1e-13, 1e-12, 1e-11)
+    # Error of the equations of a step, relative to their right side, below which it is not
+    # corrected.
+    correct: float = 1e-13
+    # Corrections go on as long as each reduces the error below this share of it.
+    helps: float = 0.1
+    # Number of rows in a block of the matrix product, of which only the lower triangle is computed.
+    rows: int = 250
+    # Least number of unknowns, and of unknowns for each row of the block, for the way through the
+    # block. Below, its sparse matrices take longer than the dense ones that it saves.
+    unknowns: int = 600
+    unknowns_per_row: float = 1.5
+    # Largest number of entries of R for each of its rows: blocks of a node have three.
+    entries: int = 12
+    # Error of the equations, relative to their right side, above which the way through the block
+    # ends. The direct way usually leaves a larger one near an optimum.
+    enough: float = 1e-12
+
+
+SETTINGS = EquationSettings()
+
+
+def begins_through_block(program: Condensed, settings: EquationSettings = SETTINGS) -> bool:
+    """Whether the way through the block takes less work for a program."""
+    rows, unknowns = program.block.shape
+    return unknowns >= max(settings.unknowns, settings.unknowns_per_row * rows)
+
+
+class Equations:
+    """The equations `A' z = u` and `A y - W^2 z = v` of a step.
+
+    `through_block`: whether they are solved through the block; it becomes False if this way fails.
+    ArithmeticError if their matrix cannot be factorised.
+    """
+
+    def __init__(
+        self,
+        program: Condensed,
+        scaling: Scaling,
+        through_block: bool = False,
+        settings: EquationSettings = SETTINGS,
+    ) -> None:
+        self._program = program
+        self._scaling = scaling
+        self._settings = settings
+        self._way: _Direct | _ThroughBlock | None = None
+        if through_block:
+            with suppress(ArithmeticError):
+                self._way = _ThroughBlock(program, scaling, settings)
+        if self._way is None:
+            self._way = _Direct(program, scaling, settings)
+
+    @property
+    def through_block(self) -> bool:
+        """Whether the equations are solved through the block."""
+        return isinstance(self._way, _ThroughBlock)
+
+    def solved(self, u: Array, v: Array) -> tuple[Array, Array]:
+        """The y and z, improved by iterative refinement in the original equations."""
+        y, z, error = self._refined(u, v)
+        if self.through_block and not error <= self._settings.enough * _largest(u, v):
+            self._way = _Direct(self._program, self._scaling, self._settings)
+            y, z, _ = self._refined(u, v)
+        return y, z
+
+    def _refined(self, u: Array, v: Array) -> tuple[Array, Array, float]:
+        """The y and z, and the largest error of their equations."""
+        program, over, times = self._program, self._scaling.over, self._scaling.times
+        settings = self._settings
+        assert self._way is not None
+        y, z = np.zeros(len(u)), np.zeros(len(v))
+        left, right = u, v
+        size = _largest(u, v)
+        error, before = size, np.inf
+        while settings.correct * size < error < settings.helps * before:
+            work = program.sparse.T @ over(over(right))
+            work[: len(u)] += left
+            step = self._way.solved(work)
+            y = y + step
+            z = z + over(over(program.rows(step) - right))
+            left = u - program.columns(z)
+            right = v - program.rows(y) + times(times(z))
+            error, before = _largest(left, right), error
+        return y, z, error
+
+
+class _Direct:
+    """The y with `A' W^-2 A y = work`, for a work (n + m) on `[y, block y]`."""
+
+    def __init__(self, program: Condensed, scaling: Scaling, settings: EquationSettings) -> None:
+        self._block = block = program.block
+        n = block.shape[1]
+        weights = scaling.inverse_square(program.sparse)
+        across = weights[n:, :n]
+        by_columns = csr_array(across.T)
+        half = across + weights[n:, n:] @ block
+        matrix = weights[:n, :n].toarray()
+        for start in range(0, n, settings.rows):
+            rows = slice(start, min(start + settings.rows, n))
+            matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
+            matrix[rows, : rows.stop] += by_columns[rows] @ block[:, : rows.stop]
+        self._factor = _factor(matrix.T, settings)
+
+    def solved(self, work: Array) -> Array:
+        n = self._block.shape[1]
+        return np.asarray(dpotrs(self._factor, work[:n] + work[n:] @ self._block)[0])
+
+
+class _ThroughBlock:
+    """The same y, see the head of the file.
+
+    R is ordered so that its first rows are those of `block y`. Then F is diagonal, or nearly so, in
+    these, and dense in the others.
+    """
+
+    def __init__(self, program: Condensed, scaling: Scaling, settings: EquationSettings) -> None:
+        m, n = program.block.shape
+        inverse = _inverse_root(scaling.inverse_square(program.sparse), n, settings)
+        self._inverse = inverse
+        of_y, of_block = inverse[:n], inverse[n:]
+        self._sparse = csr_array(-of_block[:, :m])
+        dense = csr_array(of_y[:, m:].T) @ program.block.T
+        entries = of_block[:, m:].tocoo()
+        dense[entries.col, entries.row] -= entries.data
+        self._dense = dense.T
+        matrix = dsyrk(1.0, self._dense)
+        entries = (self._sparse @ self._sparse.T).tocoo()
+        matrix[entries.row, entries.col] += entries.data
+        self._factor = _factor(matrix, settings)
+
+    def solved(self, work: Array) -> Array:
+        m, n = self._dense.shape
+        t = self._inverse.T @ work
+        outside = self._sparse @ t[:m] + self._dense @ t[m:]
+        forces = dpotrs(self._factor, outside)[0]
+        t[:m] -= self._sparse.T @ forces
+        t[m:] -= forces @ self._dense
+        return np.asarray((self._inverse @ t)[:n])
+
+
+def _inverse_root(weights: csr_array, n: int, settings: EquationSettings) -> csr_array:
+    """The matrix `X = R^-1` with `weights = R' R`, for a sparse positive definite matrix.
+
+    The rows of X are in the order of the weights. Its columns begin with those of the entries from
+    n on, and in both parts the columns of few entries come first: then R has few entries, and so
+    has X. ArithmeticError if it has many, or if rounding leaves the weights indefinite.
+    """
+    counts = np.diff(weights.indptr)
+    order = np.concatenate(
+        [n + np.argsort(counts[n:], kind="stable"), np.argsort(counts[:n], kind="stable")]
+    )
+    ordered = csc_array(weights[order][:, order])
+    try:
+        factors = splu(ordered, "NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise ArithmeticError(str(error)) from None
+    upper = factors.U
+    pivots = upper.diagonal()
+    in_order = np.array_equal(factors.perm_r, np.arange(len(order)))
+    if not (in_order and (pivots > 0).all()) or upper.nnz > settings.entries * len(order):
+        raise ArithmeticError("the weights of a step have no sparse root")
+    # With U = D (1 + N), the inverse of 1 + N is the sum of the powers of -N, which vanish soon.
+    power = inverse = csr_array(eye_array(len(order)))
+    nilpotent = csr_array(triu(_diagonal(1 / pivots) @ upper, k=1))
+    while power.nnz:
+        power = csr_array(-(power @ nilpotent))
+        inverse = inverse + power
+        if inverse.nnz > settings.entries * len(order):
+            raise ArithmeticError("the weights of a step have no sparse root")
+    scaled = csr_array(inverse @ _diagonal(1 / np.sqrt(pivots)))
+    return csr_array(scaled[np.argsort(order)])
+
+
+def _diagonal(values: Array) -> dia_array:
+    return dia_array((values[None], 0), shape=(len(values),) * 2)
+
+
+def _largest(u: Array, v: Array) -> float:
+    """The largest entry of two vectors."""
+    return max(float(np.abs(u).max()), float(np.abs(v).max()))
+
+
+def _factor(matrix: Array, settings: EquationSettings = SETTINGS) -> Array:
+    """The upper Cholesky factor of a matrix stored by columns; only its upper triangle is used."""
+    diagonal = matrix.diagonal().copy()
+    for shift in settings.shifts:
+        np.fill_diagonal(matrix, diagonal * (1 + shift))
+        factor, failed = dpotrf(matrix)
+        if not failed:
+            return np.asarray(factor)
+    raise ArithmeticError("the equations of a step cannot be factorised")
