@@ -129,13 +129,11 @@ class _Direct:
         n = block.shape[1]
         weights = scaling.inverse_square(program.sparse)
         across = weights[n:, :n]
-        by_columns = csr_array(across.T)
         half = across + weights[n:, n:] @ block
-        matrix = weights[:n, :n].toarray()
+        matrix = weights[:n, :n] + across.T @ block
         for start in range(0, n, settings.rows):
             rows = slice(start, min(start + settings.rows, n))
             matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
-            matrix[rows, : rows.stop] += by_columns[rows] @ block[:, : rows.stop]
         self._factor = _factor(matrix.T, settings)
 
     def solved(self, work: Array) -> Array:
@@ -144,7 +142,7 @@ class _Direct:
 
 
 class _ThroughBlock:
-    """The same y, see the head of the file.
+    """The y of `_Direct`, by the projection at the head of this file.
 
     R is ordered so that its first rows are those of `block y`. Then F is diagonal, or nearly so, in
     these, and dense in the others.

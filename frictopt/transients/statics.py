@@ -363,7 +363,7 @@ def check_sliding(system: ContactSystem, friction: Array, loads: dict[str, Array
 
 
 def note_balanced(system: ContactSystem, friction: Array, load: Array) -> None:
-    """Note that contact forces within friction are known that balance a load (M,)."""
+    """Records that contact forces within friction balance a load (M,)."""
     _BALANCED.setdefault(system, set()).add(_digest(friction, load))
 
 
