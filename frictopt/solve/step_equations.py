@@ -96,6 +96,7 @@ class Equations:
         """The y and z, improved by iterative refinement in the original equations."""
         y, z, error = self._refined(u, v)
         if self.through_block and not error <= self._settings.enough * _largest(u, v):
+            self._way = None  # its matrices are not needed beside those of the direct way
             self._way = _Direct(self._program, self._scaling, self._settings)
             y, z, _ = self._refined(u, v)
         return y, z
