@@ -600,13 +600,6 @@ FAULTS = (
     ),
     Fault(
         "solve/step_equations.py",
-        "a root may have any number of entries",
-        old="upper.nnz > settings.entries * len(order)",
-        new="False",
-        tests="interior_point",
-    ),
-    Fault(
-        "solve/step_equations.py",
         "only unknowns are projected",
         old="matrix[entries.row, entries.col] += entries.data",
         new="pass",
