@@ -157,7 +157,10 @@ def _solved(
     program: Condensed, cones: Cones, above: float = -np.inf, settings: Settings = SETTINGS
 ) -> tuple[str, Array, Array, int]:
     """Status in Clarabel's words, y, z, and the number of steps."""
-    at = _Point(np.zeros(len(program.objective)), cones.unit, cones.unit, 1.0, 1.0)
+    # All cones together begin with a work of 1, the size of the objective: many more steps would
+    # only reduce the work if it were 1 for each cone.
+    work = 1 / cones.degree
+    at = _Point(np.zeros(len(program.objective)), cones.unit, work * cones.unit, 1.0, work)
     best = _Best(at)
     no_optimum = _NoOptimum("", at, np.inf)
     newton: _Newton | None = None

@@ -273,7 +273,7 @@ def test_sets_of_open_nodes_are_given_up_only_where_their_limit_is_not_above_a_l
 def test_a_set_is_given_up_as_early_in_any_unit_of_the_load(scale, monkeypatch):
     monkeypatch.setattr("frictopt.solve.chain._LARGE", 1)
     contact, steps, honest = (
-        spatial.random_contact(np.random.default_rng(0), 6),
+        spatial.random_contact(np.random.default_rng(2), 6),
         [],
         interior_point._solved,
     )
