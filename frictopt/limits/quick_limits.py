@@ -233,7 +233,7 @@ class _QuickProgram:
 def _bounds(question: Question, closed: Integers) -> Iterator[_Bound]:
     """The rows of the contact law of the closed nodes."""
     for term in contact_law(question.system, question.friction).terms:
-        nodes = np.intersect1d(closed, term.nodes)
+        nodes = closed[np.isin(closed, term.nodes)]
         for sign in (1.0, -1.0):
             yield _Bound(nodes, sign, -term.slope[nodes], term.constant[nodes])
     nodes = closed[question.friction[closed] < QUICK.low_friction]

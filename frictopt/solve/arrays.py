@@ -81,7 +81,7 @@ class Arrays(RowsInCones):
         """The rows of the cones, (n, d) for each size d."""
         return [
             self.heads[self.sizes == size][:, None] + np.arange(size)
-            for size in np.unique(self.sizes)
+            for size in np.flatnonzero(np.bincount(self.sizes))
         ]
 
     def slack(self, x: Array) -> Array:

@@ -23,7 +23,7 @@ class Condensed:
             program.sparse[:zero, :width].toarray() + program.sparse[:zero, width:] @ program.block
         )
         self._pivots = qr(equations, mode="r", pivoting=True)[1][:zero] if zero else np.arange(0)
-        self._remaining = np.setdiff1d(np.arange(width), self._pivots)
+        self._remaining = np.delete(np.arange(width), self._pivots)
         # The eliminated unknowns are start + rest @ y.
         self._square = equations[:, self._pivots]
         self._start = np.linalg.solve(self._square, program.right[:zero])

@@ -85,7 +85,7 @@ class Changed(ChangesUnknowns[Program]):
             matrix = change.blocks[block.row]
         else:
             matrix = block.matrix[:, of_block] @ change.matrix[of_square]
-        apart = np.setdiff1d(np.arange(len(block.of)), of_block)
+        apart = np.delete(np.arange(len(block.of)), of_block)
         if len(apart):
             matrix = np.hstack([matrix, block.matrix[:, apart]])
         of = np.r_[self._new, self._old[block.of[apart]]]

@@ -38,7 +38,7 @@ class Eliminated(ChangesUnknowns[Program], ChangesRows[Program]):
         if by_equations:
             self._rounds += _rounds_of_equations(program)
         defining = np.concatenate([definitions.rows for definitions in self._rounds])
-        self.rows = np.setdiff1d(np.arange(len(program.right)), defining)
+        self.rows = np.delete(np.arange(len(program.right)), defining)
         self._remaining = np.ones(len(program.cost), dtype=bool)
         for definitions in self._rounds:
             self._remaining[definitions.unknowns] = False
@@ -153,7 +153,7 @@ def _rounds_of_equations(program: Program) -> Iterator[Definitions]:
     definitions = defined_unknowns(program, equations)
     while len(definitions.rows):
         yield definitions
-        equations = np.setdiff1d(equations, definitions.rows)
+        equations = equations[~np.isin(equations, definitions.rows)]
         definitions = defined_unknowns(program, equations)
 
 

@@ -90,8 +90,8 @@ def flipped(program: Arrays) -> Flipped | None:
     if len(program.block) or program.sizes.max(initial=1) == 1:
         return None
     following, owned = _owners(program)
-    multiplier_rows = np.setdiff1d(np.arange(zero + inside), following)
-    free = np.setdiff1d(np.arange(width), owned)
+    multiplier_rows = np.delete(np.arange(zero + inside), following)
+    free = np.delete(np.arange(width), owned)
     if len(multiplier_rows) > width / 2:
         return None
     pivots, alone = _pivots(program, following, owned)

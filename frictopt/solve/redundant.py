@@ -43,8 +43,7 @@ class RowsLeftOut(ChangesRows[P]):
 
 def redundant(program: Program) -> Integers:
     """Linear rows that other rows imply, or that are empty."""
-    by_rows = np.union1d(implied_by_cones(program), dominated(program))
-    return np.union1d(by_rows, empty(program))
+    return np.concatenate([implied_by_cones(program), dominated(program), empty(program)])
 
 
 def implied_by_norms(program: Program, bounds: Definitions) -> Integers:
@@ -62,7 +61,8 @@ def implied_by_norms(program: Program, bounds: Definitions) -> Integers:
     # kept.
     least_clear = 0.01
     clear = largest_entries(rows) >= least_clear * pivots
-    linear = np.setdiff1d(np.arange(program.zero, program.linear), bounds.rows)
+    linear = np.arange(program.zero, program.linear)
+    linear = np.delete(linear, bounds.rows - program.zero)
     return _implied_by(rows[clear], program.right[names[clear]], program, linear)
 
 
@@ -167,8 +167,10 @@ def dominated(program: Program) -> Integers:
     shift = (n + 1) * np.cumsum(begins)  # all ranks of a group are below those of groups before
     least = np.minimum.accumulate(rank - shift) + shift
     stronger = begins | (rank < np.r_[n, least[:-1]])
-    weaker = np.setdiff1d(order[~stronger], signed)  # the sign itself must stay
-    return np.asarray(program.zero + weaker)
+    weaker = np.zeros(n, dtype=bool)
+    weaker[order[~stronger]] = True
+    weaker[signed] = False  # the sign itself must stay
+    return np.asarray(program.zero + np.flatnonzero(weaker))
 
 
 def _groups_of_equal_rows(matrix: csr_array, left_out: int) -> Integers:

@@ -371,6 +371,13 @@ FAULTS = (
         tests="compiled",
     ),
     Fault(
+        "solve/redundant.py",
+        "a row that says the sign is left out by it",
+        old="weaker[signed] = False",
+        new="pass",
+        tests="compiled",
+    ),
+    Fault(
         "solve/arrays.py",
         "a program has unknowns",
         old="np.abs(self.matrix.T @ y + self.cost).max(initial=0.0)",
