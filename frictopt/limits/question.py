@@ -296,6 +296,8 @@ def with_open(question: Question, open_nodes: Booleans) -> Question | None:
 
     If all nodes are open, only supports can hold them.
     """
+    if (open_nodes == question.open_nodes).all():
+        return question
     compliance = None
     if open_nodes.any():
         system = question.system
