@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 import frictopt as fo
 from frictopt.contact import joined
+from frictopt.solve import interior_point
 from frictopt.solve.solvers import run
 from frictopt.transients.increments.sweeps import sweep
 
@@ -62,6 +63,54 @@ def test_limit_against_the_bare_solver(elements, most, record_property):
     assert limits[0].residual <= 1e-9 and limits[0].record.solver == "INTERIOR_POINT"
     rival = seconds(lambda: run(program.chain.reduced.arrays, "CLARABEL", -np.inf))
     assert ours < 8.0 and ratio(ours, rival, record_property) < most
+
+
+def test_steps_through_the_block_against_direct_ones(record_property, monkeypatch):
+    """The limit of 900 nodes, and the same with direct steps alone."""
+    contact = fo.scenes.SquarePunch(elements=29).condense()
+    limits = []
+
+    def ask():
+        limits.append(fo.shakedown_limit(contact, BULK, 0.5, simplify=False))
+
+    ask()  # compiles, and keeps what all questions to this contact share
+    ours = seconds(ask, rounds=2)
+    monkeypatch.setattr(interior_point, "begins_through_block", lambda program: False)
+    rival = seconds(ask, rounds=2)
+    found = [limit.load_factor for limit in limits]
+    assert np.ptp(found) <= 1e-9 * max(found)
+    assert ratio(ours, rival, record_property) < 0.95
+
+
+def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
+    """Largest memory of a limit, less that of a process that has solved a small one, over that of
+    the stiffness."""
+    contact = fo.scenes.SquarePunch(elements=39).condense()
+    contact.save(tmp_path / "contact.npz")
+    code = (
+        "import re, sys, frictopt as fo\n"
+        "from pathlib import Path\n"
+        # The resource usage of a process begins with the memory of the one that started it.
+        "def largest(): return int(re.search(r'VmHWM:\\s*(\\d+)', Path('/proc/self/status').read_text())[1])\n"
+        "cycle = fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}])\n"
+        "small = fo.scenes.SquarePunch(elements=5).condense()\n"
+        "fo.shakedown_limit(small, cycle, 0.5, simplify=False)\n"
+        "before, contact = largest(), fo.ContactSystem.load(sys.argv[1])\n"
+        "limit = fo.shakedown_limit(contact, cycle, 0.5, simplify=False)\n"
+        "print(limit.residual, largest() - before)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, tmp_path / "contact.npz"],
+        check=True,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )
+    residual, kilobytes = map(float, done.stdout.split())
+    stiffnesses = 1024 * kilobytes / contact.S.nbytes
+    record_property("stiffnesses", stiffnesses)
+    print(f"\n    {stiffnesses:.2f} stiffnesses")
+    assert residual <= 1e-9 and stiffnesses < 6.5
 
 
 def test_limit_and_safe_slip_of_2500_nodes(record_property):
