@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base import Integers
 from ..base.libraries import by_library, library
+from ..errors import ModelError
 from .constraints import Constraints
 from .deck import Deck, Elements
 from .gmsh import Groups, check_version, groups_of_gmsh, without_copies
@@ -17,6 +18,11 @@ from .gmsh import Groups, check_version, groups_of_gmsh, without_copies
 _SAVED = "in gmsh set Mesh.SaveAll = 0, and put each body and each named face into a physical group"
 # Ends of names of cell data that number groups.
 _NUMBERS_OF_GROUPS = ("physical", "ref", "tag", "material", "index")
+
+# Ends of the names of Exodus files. Exodus has the middle nodes of the upright edges of these
+# elements before the middle nodes of the upper edges; meshio 5.3.5 takes them for the upper ones.
+_EXODUS = (".e", ".ex2", ".exo")
+_MIXED_UP_IN_EXODUS = ("hexahedron20", "hexahedron27")
 
 
 def deck_of_file(file: Path) -> Deck:
@@ -33,6 +39,11 @@ def deck_of_file(file: Path) -> Deck:
     starts: list[int] = []
     count = 0
     for block in contents.cells:
+        if file.suffix.lower() in _EXODUS and block.type in _MIXED_UP_IN_EXODUS:
+            raise ModelError(
+                f"mesh {file.name}: {block.type}: meshio mixes up the middle nodes of these bricks "
+                "of Exodus files; write the mesh in another format, for instance .vtu or .inp"
+            )
         starts.append(count)
         numbers = count + np.arange(len(block.data))
         elements.append(Elements(block.type, numbers, block.data))

@@ -230,6 +230,13 @@ FAULTS = (
     ),
     Fault(
         "readers/groups.py",
+        "the ends of names are compared as they are",
+        old="file.suffix.lower() in _EXODUS",
+        new="file.suffix in _EXODUS",
+        tests="groups",
+    ),
+    Fault(
+        "readers/groups.py",
         "groups of nodes of Salome are lost",
         old="sets | {name: np.concatenate(parts) for name, parts in families.items()}",
         new="sets or {name: parts[0][:0] for name, parts in families.items()}",

@@ -200,6 +200,23 @@ def test_numbers_of_groups_of_other_formats_are_names(tmp_path, ending, title):
     assert {name: own.tolist() for name, own in mesh.subdomains.items()} == {"4": [0], "5": [1]}
 
 
+@pytest.mark.parametrize("name", ["brick.e", "brick.EX2", "brick.exo", "brick.vtu"])
+def test_quadratic_bricks_of_exodus_are_refused(name, tmp_path, monkeypatch):
+    """meshio gives them the middle nodes of other edges, so that volumes are wrong."""
+    lower = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    upper = lower + [0, 0, 1]
+    middles = [(x + np.roll(x, -1, axis=0)) / 2 for x in (lower, upper)]
+    points = np.vstack([lower, upper, *middles, (lower + upper) / 2])
+    brick = meshio.Mesh(points, [("hexahedron20", np.arange(20)[None])])
+    (tmp_path / name).touch()
+    monkeypatch.setattr(meshio, "read", lambda file: brick)
+    if name.endswith("vtu"):
+        assert fo.read_mesh(tmp_path / name).nelements == 1
+        return
+    with pytest.raises(fo.ModelError, match=f"{name}: hexahedron20: .*; write the mesh in another"):
+        fo.read_mesh(tmp_path / name)
+
+
 TRIED = {  # rows of the page of formats, and the tests that try them
     "gmsh: groups of the bodies and of their faces (in the plane of curves)": test_reversed_curves_and_entities_of_two_groups_are_kept,
     "gmsh: groups of points, and in space of curves": test_groups_of_curves_in_space_are_without_effect,
@@ -208,6 +225,7 @@ TRIED = {  # rows of the page of formats, and the tests that try them
     "gmsh: format 4.0, 1": test_other_versions_are_refused_by_number,
     "gmsh: `Mesh.SaveAll = 1`": test_what_is_in_no_group_needs_another_option_of_gmsh,
     "Salome (`.med`): groups of elements and of nodes": test_groups_of_salome_are_those_of_the_same_mesh_by_gmsh,
+    "Exodus: bricks of 20 or 27 nodes": test_quadratic_bricks_of_exodus_are_refused,
     "others: sets, and numbers of groups (`ref`, `tag`, `material`)": test_numbers_of_groups_of_other_formats_are_names,
     "others: all other data of nodes and cells": test_numbers_of_groups_of_other_formats_are_names,
 }
