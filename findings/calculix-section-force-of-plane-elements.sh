@@ -3,9 +3,9 @@
 #
 # Guess: SOF, the force through a surface, is the sum of the reactions on the other side, for all
 # elements.
-# Seen: for CPS4, CPE4, CAX4 and the quadratic reduced CPS8R, CPE8R, CAX8R it is half of that sum, and
-# the printed area is half of the area too. It is right for their neighbours CPS4R, CPS8 and so on,
-# and for C3D8. So mean stress as force over area looks right, and no warning is printed.
+# Seen: for CPS4, CPE4 and the quadratic reduced CPS8R, CPE8R it is half of that sum, and
+# the printed area is half of the area too. It is right for their neighbours CPE4R, CPE8 and CPS8.
+# So mean stress as force over area looks right, and no warning is printed.
 # Versions: CalculiX 2.20 (Debian 2.20-1, with libspooles2.2 and libarpack2); 2026-11-28.
 # Output: reaction and SOF of a square of side 1 and thickness 2 under the strain 0.01 with stiffness
 # 1000, where both should be 20: "CPE4: 20.0 and 10.0", "CPE4R: 20.0 and 20.0" and so on, then "as
