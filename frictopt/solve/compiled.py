@@ -21,11 +21,6 @@ from ..base import CONDENSATION, FLOOR, ROUNDING, Array, Integers
 # cvxpy compiles for this solver, which accepts linear rows and cones.
 _SOLVER = "CLARABEL"
 
-# cvxpy keeps a column for each pair of unknown and entry of a parameter. Above this number of pairs
-# its tables are larger than the dense matrices, and it is faster to compile the problem anew for
-# other values of the parameters.
-_PAIRS = 3_000_000
-
 
 @dataclass(frozen=True, eq=False)
 class Block:
@@ -85,7 +80,11 @@ class Compiled:
         self._skeleton = cp.Problem(problem.objective, [*self._parts, *others])
         unknowns = sum(variable.size for variable in self._skeleton.variables())
         entries = sum(parameter.size for parameter in self._skeleton.parameters())
-        self._reads_constants = unknowns * entries > _PAIRS
+        # cvxpy keeps a column for each pair of unknown and entry of a parameter. Above this number
+        # of pairs its tables are larger than the dense matrices, and it is faster to compile the
+        # problem anew for other values of the parameters.
+        most_pairs = 3_000_000
+        self._reads_constants = unknowns * entries > most_pairs
         self._values: list[Array] | None = None
         for variable in problem.variables():
             # cvxpy copies values to unknowns that it adds, and raises an error for NaN.
@@ -120,7 +119,7 @@ class Compiled:
         ]
         if self._values is not None and all(map(np.array_equal, values, self._values)):
             return
-        self._values = values
+        self._values = None  # until cvxpy has compiled them without an error
         with warnings.catch_warnings():
             # cvxpy warns about its treatment of expressions with three dimensions.
             warnings.simplefilter("ignore")
@@ -130,6 +129,7 @@ class Compiled:
                 ignore_dpp=self._reads_constants,
                 solver_opts={},
             )
+        self._values = values
         self.matrix = csr_array(data["A"])
         self.matrix.eliminate_zeros()
         self.right = np.asarray(data["b"])

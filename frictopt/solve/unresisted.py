@@ -3,14 +3,13 @@
 The matrices may be as large as the stiffness of a contact, so they are changed in place.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.linalg import cholesky, lu_factor, lu_solve
 from scipy.linalg.lapack import dpotri
 
 from ..base import RIGID, Array
-
-# Number of rows that are changed at once in a large matrix.
-_ROWS = 250
 
 
 def unresisted(square: Array, others: Array, along: Array, across: Array) -> tuple[Array, Array]:
@@ -50,17 +49,22 @@ def unresisted(square: Array, others: Array, along: Array, across: Array) -> tup
     return rigid, inverse
 
 
+def _parts(count: int) -> Iterator[slice]:
+    """The rows of a large matrix, some of them at once."""
+    at_once = 250
+    for start in range(0, count, at_once):
+        yield slice(start, start + at_once)
+
+
 def _add_product(matrix: Array, left: Array, right: Array) -> None:
     """Add `left @ right` to a matrix in place."""
-    for start in range(0, len(matrix), _ROWS):
-        rows = slice(start, start + _ROWS)
+    for rows in _parts(len(matrix)):
         matrix[rows] += left[rows] @ right
 
 
 def _symmetric(matrix: Array) -> Array:
     """The symmetric matrix of an upper triangle, in place."""
-    for start in range(0, len(matrix), _ROWS):
-        rows = slice(start, start + _ROWS)
+    for rows in _parts(len(matrix)):
         corner = np.triu(matrix[rows, rows])
         matrix[rows, rows] = corner + np.triu(corner, 1).T
         matrix[rows.stop :, rows] = matrix[rows, rows.stop :].T

@@ -614,6 +614,14 @@ FAULTS = (
     ),
     Fault(
         "solve/compiled.py",
+        "values that cannot be read count as read",
+        old="self._values = None",
+        new="self._values = values",
+        tests="compiled",
+        within="Compiled.read",
+    ),
+    Fault(
+        "solve/compiled.py",
         "parameters are read once",
         old="self._values is not None and all(map(np.array_equal, values, self._values))",
         new="self._values is not None",

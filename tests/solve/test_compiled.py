@@ -712,3 +712,21 @@ def test_growth_within_little_friction_needs_pressure_that_grows_and_values_to_b
     assert (
         pulled.ray() is not None and pulled.growth() is None and pulled.contradiction() is not None
     )
+
+
+def test_values_that_cannot_be_read_are_refused_each_time(monkeypatch):
+    """Else the second question would be answered with the values before."""
+    x, bound = cp.Variable(), cp.Parameter(value=2.0)
+    compiled = Compiled(cp.Problem(cp.Minimize(x), [x >= bound]))
+    bound.value = 3.0
+
+    def refuse(*given, **options):
+        raise cp.error.SolverError
+
+    with monkeypatch.context() as patch:
+        patch.setattr(cp.Problem, "get_problem_data", refuse)
+        for _ in range(2):
+            with pytest.raises(cp.error.SolverError):
+                compiled.read()
+    compiled.read()
+    assert sorted(np.abs(compiled.right)) == [3.0]
