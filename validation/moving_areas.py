@@ -9,7 +9,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ import frictopt as fo
 KINDS = ("static", "there and back", "closed path", "pressed")
 # Distance of the transients from the limit, as a share of it.
 _APART = 0.01
+
+# The arguments of a question: system, cycle and friction.
+Asked: TypeAlias = tuple[fo.ContactSystem, fo.LoadCycle, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Case:
     kind: str
 
     @property
-    def asked(self) -> tuple[fo.ContactSystem, fo.LoadCycle, NDArray[Any]]:
+    def asked(self) -> Asked:
         """The arguments of a question."""
         return self.system, self.cycle, self.friction
 
@@ -83,15 +86,17 @@ def contact(seed: int, tangents: int = 1) -> Case:
     return Case(system, cycle, rng.uniform(0.2, 0.9, nodes), kind)
 
 
-def ends(case: Case, load_factor: float, starts: int, seed: int = 0) -> Counter[str]:
-    """Outcomes of transients from no slip and from random slips."""
+def ends(
+    asked: Asked, load_factor: float, starts: int, seed: int = 0, length: float = 1.0
+) -> Counter[str]:
+    """Outcomes of transients from no slip and from random slips of about this length."""
     rng = np.random.default_rng([seed, starts])
     found = Counter[str]()
     for start in range(starts):
-        slip = rng.normal(size=case.system.slip_shape) * rng.choice([0.1, 1.0])
+        slip = length * rng.normal(size=asked[0].slip_shape) * rng.choice([0.1, 1.0])
         try:
             steady = fo.steady_state(
-                *case.asked,
+                *asked,
                 load_factor,
                 initial_slip=slip if start else None,
                 progress=False,
@@ -110,14 +115,19 @@ def works(case: Case, load_factor: float, steps: tuple[int, ...]) -> list[float]
     ]
 
 
-def _expected(limit: fo.results.ShakedownLimit) -> Iterator[tuple[float, bool]]:
-    """Load factors near the ends of the safe ones, and whether the contact rests there."""
+def expected(
+    limit: fo.results.ShakedownLimit, beyond: float = 10.0
+) -> Iterator[tuple[float, bool]]:
+    """Load factors near the ends of the safe ones, and whether the contact rests there.
+
+    If no load factor is too large, it rests at least at `beyond`.
+    """
     largest = limit.load_factor
     least = limit.least
     if np.isnan(largest):
         yield from ((0.0, False), (0.1, False))
     elif np.isinf(largest):
-        yield max(10.0, 2 * least), True
+        yield max(beyond, 2 * least), True
     elif largest == 0:
         yield from ((0.0, True), (0.01, False), (0.1, False))
     else:
@@ -133,8 +143,8 @@ def judged(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, str, str
     case = contact(seed, tangents)
     limit = fo.shakedown_limit(*case.asked, progress=False)
     wrong = []
-    for load_factor, rests in _expected(limit):
-        found = ends(case, load_factor, starts, seed)
+    for load_factor, rests in expected(limit):
+        found = ends(case.asked, load_factor, starts, seed)
         slips = set(found) <= {"CYCLIC_SLIP", "RATCHETING"}
         if set(found) != {"SHAKEDOWN"} if rests else not slips:
             wrong.append(f"{load_factor:.6g}: {dict(found)}, limit {limit.load_factor:.6g}")

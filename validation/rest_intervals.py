@@ -78,7 +78,7 @@ def judged(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, int, str
     if len(intervals) and not np.isclose(limit.load_factor, intervals[0, 1], rtol=1e-8, atol=1e-9):
         wrong.append(f"limit {limit.load_factor:.9g}, intervals {intervals.tolist()}")
     for load_factor, at_rest in _expected(intervals):
-        found = ends(case, load_factor, starts, seed)
+        found = ends(case.asked, load_factor, starts, seed)
         slips = set(found) <= {"CYCLIC_SLIP", "RATCHETING"}
         if set(found) != {"SHAKEDOWN"} if at_rest else not slips:
             wrong.append(f"{load_factor:.6g}: {dict(found)}, {intervals.round(6).tolist()}")

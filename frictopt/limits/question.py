@@ -294,7 +294,8 @@ def pose(
 def with_open(question: Question, open_nodes: Booleans) -> Question | None:
     """The question with some nodes open at all corners; None if the others do not hold them.
 
-    If all nodes are open, only supports can hold them.
+    If all nodes are open, only supports can hold them. It is the same question if they are open in
+    it already.
     """
     if (open_nodes == question.open_nodes).all():
         return question

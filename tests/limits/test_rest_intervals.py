@@ -179,7 +179,9 @@ def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
         assert limit.load_factor == pytest.approx(1.0) and limit.open.tolist() == [True, False]
         assert limit.covers.startswith("states of rest just above it, for all openings")
     case = Case(system, TO_AND_FRO, np.full(2, 0.5), "by hand")
-    assert set(ends(case, 1.01, 4)) == {"CYCLIC_SLIP"} and set(ends(case, 0.99, 4)) == {"SHAKEDOWN"}
+    assert set(ends(case.asked, 1.01, 4)) == {"CYCLIC_SLIP"} and set(ends(case.asked, 0.99, 4)) == {
+        "SHAKEDOWN"
+    }
     given = fo.shakedown_limit(system, TO_AND_FRO, 0.5, open=limit.open)
     assert "the contact may shake down above it" in given.covers
 
@@ -190,7 +192,7 @@ def test_a_pressure_that_keeps_its_value_bounds_no_load_factor():
     case = contact(9248)
     limit = fo.shakedown_limit(*case.asked)
     assert limit.load_factor == np.inf and limit.intervals.tolist() == [[0.0, np.inf]]
-    assert set(ends(case, 40.0, 4)) == {"SHAKEDOWN"}
+    assert set(ends(case.asked, 40.0, 4)) == {"SHAKEDOWN"}
 
 
 @pytest.mark.parametrize("seed", few(range(9200, 9218, 3)))

@@ -19,7 +19,7 @@ from validation.fuzz.searches import best_design, found_range, least_slip, limit
 from validation.open_sets import largest_with_open
 
 _WITHIN_STRETCH = 4  # increments within the shortest stretch between events
-_SHORT = 1e-4  # shorter stretches are not followed so
+_SHORT = 1e-4  # stretches that are shorter are not divided into so many increments
 # increments from corner to corner; without common divisors, so that not all of them miss the same
 # event
 _STEPS = (7, 30, 131, 1009)

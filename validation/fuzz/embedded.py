@@ -28,9 +28,9 @@ def embedded(
 ) -> tuple[fo.ContactSystem, Any]:
     """A plane contact in space, its tangents turned node by node; returns the unit vectors (N, 2) along which the plane slips, too.
 
-    Across the plane it has the stiffness `across` (N, N), by default some or none (some if the
-    contact is uncoupled), and no load: whatever the plane carries is carried, and slips across it
-    help nothing.
+    Across the plane it has the stiffness `across` (N, N), and no load: whatever the plane carries is
+    carried, and slips across it help nothing. By default the stiffness holds some, all or none of
+    the motions across, and all if the contact is uncoupled.
     """
     n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
     if across is None:

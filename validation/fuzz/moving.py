@@ -9,50 +9,40 @@ import numpy as np
 
 import frictopt as fo
 from validation.fuzz.known import Known, Wrong
+from validation.moving_areas import ends, expected
 
-# Distance of the transients from the limit, as a share of it.
+# Distance from the limit, as a share of it, within which transients are not asked.
 _APART = 0.01
 # Transients from no slip and from random slips.
 _STARTS = 3
-# Where no load factor is too large, this multiple of the largest known one is tried.
+# Where no load factor is too large, this multiple of the limit of closed nodes is tried.
 _FAR = 10.0
 
 
 def rests(known: Known, load_factor: float) -> bool | None:
     """Whether transients come to rest at a load factor; None if they do not agree or end early."""
-    system = known.case.system
-    rng = np.random.default_rng([known.case.seed, _STARTS])
-    found = set()
-    for number in range(_STARTS):
-        slip = number * known.length * rng.normal(size=system.nodes)
-        try:
-            steady = fo.steady_state(*known.args, load_factor, initial_slip=slip)
-        except fo.FrictoptError:
-            return None
-        found.add(steady.outcome is fo.Outcome.SHAKEDOWN)
-    return found.pop() if len(found) == 1 else None
+    found = ends(known.args, load_factor, _STARTS, known.case.seed, known.length)
+    if set(found) == {fo.Outcome.SHAKEDOWN.name}:
+        return True
+    slips = set(found) <= {fo.Outcome.CYCLIC_SLIP.name, fo.Outcome.RATCHETING.name}
+    return False if slips else None
 
 
 def limit_that_moves(known: Known, limit: fo.results.ShakedownLimit) -> tuple[float, bool]:
-    """At least the limit of closed nodes; rest just below it and slip just above.
+    """At least the limit of closed nodes; rest within the safe load factors and slip beyond them.
 
     A limit of 0 is compared with that of closed nodes alone, because transients at a load of next
     to nothing slip by less than they can tell.
     """
     largest = limit.load_factor
-    if known.limit is not None and known.limit > largest * (1 + 1e-6) + 1e-8:
-        raise Wrong(f"nodes come and go at {largest!r}, and closed ones have {known.limit!r}")
+    closed = known.limit if known.limit is not None else np.nan
+    if closed > largest * (1 + 1e-6) + 1e-8:
+        raise Wrong(f"nodes come and go at {largest!r}, and closed ones have {closed!r}")
     if largest == 0:
         return limit.residual, known.limit is not None
-    if np.isinf(largest):
-        closed = known.limit if known.limit is not None and np.isfinite(known.limit) else 0.0
-        expected = [(_FAR * max(1.0, limit.least, closed), True)]
-    else:
-        expected = [(largest * (1 + _APART), False)]
-        if largest * (1 - _APART) > limit.least:
-            expected.append((largest * (1 - _APART), True))
     compared = True
-    for load_factor, rest in expected:
+    beyond = _FAR * max(1.0, closed) if np.isfinite(closed) else _FAR
+    for load_factor, rest in expected(limit, beyond):
         found = rests(known, load_factor)
         if found is not None and found != rest:
             raise Wrong(f"rests at {load_factor:.9g}: {found}; the limit is {largest!r}")
