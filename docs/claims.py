@@ -134,7 +134,7 @@ CLAIMS = (
     ),
     Claim(
         "sentences.UNSAFE_BELOW",
-        by="`ShakedownLimit`, `least` of `GuaranteedLimit`",
+        by="`ShakedownLimit`, `least` of `GuaranteedLimit` and `Design`",
         holds_if="the same nodes closed: below it slip, opening or touching goes on from every start",
         source="multipliers",
         tests="test_least_load::test_two_uncoupled_nodes_by_hand",
@@ -235,6 +235,12 @@ CLAIMS = (
         by="`Design`",
         source="multipliers",
         tests="test_design_opens::test_the_best_design_of_random_contacts_is_that_of_its_open_nodes",
+    ),
+    Claim(
+        "sentences.BEST_SAFE_DESIGN",
+        by="`Design`",
+        source="multipliers",
+        tests="test_design_mean_load::test_random_designs_are_safe_under_the_mean_load_if_any_is",
     ),
     Claim(
         "sentences.LARGER_DESIGNS_OPEN",

@@ -14,9 +14,9 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
   `load_parameters.py`: its loads as parameters.
 - `safe_model.py`: the models that users extend by constraints of their own.
 - `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
-  `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py` and
-  `guaranteed_model.py` are their models. The model for a new limit is `ShakedownLimits` in
-  `shakedown.py`.
+  `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py`,
+  `guaranteed_model.py` and `design_model.py` are their models. The model for a new limit is
+  `ShakedownLimits` in `shakedown.py`.
 - `answered.py`: what all answers share; `sentences.py`: the sentences of their reasons;
   `reasons.py`: those that fit a limit; `shakedown_answer.py`: what a limit proves about other
   states; `no_limit.py`: proofs that there is none.
@@ -41,7 +41,8 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 
 from ..base import LimitKind
 from .best_open_nodes import BestOpenNodes, best_open_nodes
-from .design import Design, DesignModel
+from .design import Design
+from .design_model import DesignModel
 from .gross_slip import GrossSlip, gross_slip, gross_slip_of_statics
 from .guaranteed import GuaranteedLimit, guaranteed_limit
 from .guaranteed_model import GuaranteedModel

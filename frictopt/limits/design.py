@@ -1,34 +1,35 @@
 """The best design: preloads and a profile of the faces with the largest shakedown limit.
 
-With an objective of the user it may be the cheapest design for a given load. `design_program.py`
-lists the terms of a design in the program of a limit. `design_search.py` finds its open nodes.
+With an objective of the user it may be the cheapest design for a given load. `design_model.py`
+solves for it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..base import Array, SolveRecord, flag, frozen, listed, progress_bar, warns_of_odd_values
-from ..contact import ContactSystem, LoadCycle
-from ..errors import SolverError
-from ..solve.problem import Duals, Explained, put_back
-from . import models
-from .answered import Answered, answered
-from .design_program import Scenario, checked_choice, checked_scenario, press, raise_refusal
-from .design_search import DesignSearch, OpenNodes, limits_of
-from .models import unknowns
-from .open_nodes import TOUCHES
-from .programs import Program, labelled_rows, listed_rows
-from .question import Question, with_open
-from .safe_model import SafeModel, checked_objective, in_turn
-from .sentences import BEST_DESIGN, LARGER_DESIGNS_OPEN, OTHER_DESIGNS_OPEN
+from ..base import Array
+from ..contact import LoadCycle
+from ..solve.problem import Duals, Explained
+from .answered import Answered
+from .design_search import OpenNodes
+from .open_nodes import TOUCHES, is_safe_at_mean_load
+from .question import Question
+from .sentences import (
+    BEST_DESIGN,
+    BEST_SAFE_DESIGN,
+    LARGER_DESIGNS_OPEN,
+    OTHER_DESIGNS_OPEN,
+    START_UNKNOWN,
+    UNSAFE_BELOW,
+)
+from .shakedown import ShakedownLimits
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,6 +49,11 @@ class Design(Answered, Explained):
         Without an objective: the largest load factor that is safe with the design in all scenarios
         (their least shakedown limit), and None. With an objective: the load factor at its maximum,
         which is no limit, and the largest value of the objective.
+    least
+        All load factors from `least` to `load_factor` are safe with the design, in all scenarios.
+        It is 0 if the design is safe under the mean load. It is above 0 if no such design was found
+        for these open nodes, for example because the cyclic loads have to press the contact. Below
+        `least` no slip is safe with the same nodes open. NaN if rounding hides it.
     bound
         Upper bound of the load factor (or objective), from the multipliers, for all designs with
         the same open nodes that satisfy the constraints. It equals the value up to `residual`. The
@@ -97,6 +103,8 @@ class Design(Answered, Explained):
     _duals: Duals = ()
     # Whether larger designs would be better, but open other nodes under their mean load.
     _stops: bool = False
+    # Whether the design had to be safe under the mean load, too.
+    _for_mean_load: bool = False
 
     @property
     def value(self) -> float:
@@ -129,9 +137,29 @@ class Design(Answered, Explained):
         """Explanation that no design is better, and the open nodes for which this holds."""
         node_states = self._question.node_states
         if self._stops:
-            return LARGER_DESIGNS_OPEN(opened=self._opened, node_states=node_states)
-        others = OTHER_DESIGNS_OPEN() if any(nodes.any() for nodes in self.opens) else ""
-        return BEST_DESIGN(opened=self._opened, node_states=node_states) + others
+            reason = LARGER_DESIGNS_OPEN(opened=self._opened, node_states=node_states)
+        else:
+            sentence = BEST_SAFE_DESIGN if self._for_mean_load else BEST_DESIGN
+            reason = sentence(opened=self._opened, node_states=node_states)
+            if any(nodes.any() for nodes in self.opens):
+                reason += OTHER_DESIGNS_OPEN()
+        if np.isnan(self.least):
+            reason += START_UNKNOWN()
+        elif self.least > 0:
+            reason += UNSAFE_BELOW(node_states=f"{node_states[1:]} ", least=self.least)
+        return reason
+
+    @cached_property
+    def least(self) -> float:
+        """The smallest load factor at which the design is safe, see the class."""
+        least = [0.0]
+        for question, slip in zip(self._questions, self.slips, strict=True):
+            if not is_safe_at_mean_load(question, slip):
+                limits = ShakedownLimits(
+                    question.system, question.cycle, slip_bound=question.slip_bound
+                )
+                least.append(limits.of_set(question).least)
+        return float(np.max(least))
 
     def _before(self, larger: Design) -> Design:
         return replace(self, bound=larger.bound, _stops=True)
@@ -145,7 +173,7 @@ class Design(Answered, Explained):
         answer: dict[str, object] = {"load_factor": self.load_factor}
         if self.objective is not None:
             answer["objective"] = self.objective
-        for name in ("bound", "largest_slip", "residual"):
+        for name in ("least", "bound", "largest_slip", "residual"):
             answer[name] = getattr(self, name)
         for name, amount in self.preload.items():
             answer[f"preload {name}"] = amount
@@ -155,291 +183,3 @@ class Design(Answered, Explained):
 
     def _explanation(self) -> tuple[str, float | None, pd.DataFrame | None, str]:
         return "best design", self.value, None, self.reason
-
-
-class DesignModel(SafeModel):
-    """A contact whose preloads and profile are unknowns, in addition to its residual slip.
-
-    Your own constraints and objectives may contain all of them. Reactions are linear in them, so
-    for given open nodes the best design is a convex program as for the shakedown limit, with the
-    same proof. All nodes are closed at first. If the best design leaves a node without pressure, or
-    no design is safe, design and open nodes are computed in turn. This ends when `shakedown_limit`,
-    under the chosen loads, has the same open nodes. A design does not count if its limit there is
-    lower. Theory, eq. (32).
-
-    Parameters
-    ----------
-    system, cycle, slip_bound, solver
-        See `ShakedownModel`.
-    preloads
-        Names of load cases whose amplitudes in the mean load are free: bolt forces, pressures,
-        temperatures, interferences. The design adds to their amplitudes in the mean load.
-    profile
-        Whether the depth of material removed from the faces is free at each node.
-    scenarios
-        More pairs (load cycle, friction) under which the design has to be safe. Each has its own
-        residual slip; the load factor is common to all. In a triple (load cycle, friction, shares),
-        `shares` has the share of each preload that acts (load case name -> share), for bolts that
-        scatter or loosen. A design that is safe for all combinations of the least and the largest
-        shares is safe for all shares between, if the same nodes are open.
-
-    Attributes
-    ----------
-    load_factor, slip, q, p
-        As in `ShakedownModel`, with the design.
-    preload
-        (J,) amplitudes that the design adds to the mean load, in the order of `preloads`; None if
-        there are no preloads.
-    profile
-        (N,) depth g of material removed, length; negative: material added. It increases the gap, so
-        that q decreases by `B^T g` and p by `C g`. None if the profile is not free.
-
-    Raises
-    ------
-    ModelError
-        Wrong types, unknown load cases, preloads whose reactions are only rounding, neither
-        preloads nor a profile, a scenario that is no pair or triple.
-
-    Examples
-    --------
-    Each of two bolts presses one node. The load shears both nodes. The sum of the bolt forces is 3:
-
-    >>> import cvxpy as cp
-    >>> import frictopt as fo
-    >>> loads = {"one": ([0, 0], [1, 0]), "two": ([0, 0], [0, 1]), "Q": ([1, 0.5], [0, 0])}
-    >>> stiff, uncoupled = [[2, 0], [0, 2]], [[0, 0], [0, 0]]
-    >>> system = fo.ContactSystem.from_blocks(stiff, uncoupled, stiff, [0, 1], loads)
-    >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
-    >>> model = fo.DesignModel(system, cycle, preloads=["one", "two"])
-    >>> design = model.solve(0.5, [cp.sum(model.preload) <= 3.0, model.preload >= 0])
-    >>> round(design.load_factor, 6), design.preload.round(6).to_dict()
-    (1.0, {'one': 2.0, 'two': 1.0})
-    """
-
-    preload: Any
-    profile: Any
-
-    def __init__(
-        self,
-        system: ContactSystem,
-        cycle: LoadCycle,
-        *,
-        preloads: Sequence[str] = (),
-        profile: bool = False,
-        scenarios: Sequence[tuple[Any, ...]] = (),
-        slip_bound: ArrayLike | None = None,
-        solver: str | None = None,
-    ) -> None:
-        super().__init__(system, cycle, slip_bound=slip_bound, solver=solver)
-        self._choice = checked_choice(system, preloads, flag("profile", profile))
-        self.preload = self._choice.preload
-        self.profile = self._choice.profile
-        question = self._question
-        self._others = [
-            checked_scenario(f"scenarios[{number}]", scenario, self._choice, question.slip_bound)
-            for number, scenario in enumerate(listed("scenarios", scenarios))
-        ]
-
-    @property
-    def _unknowns(self) -> list[cp.Variable]:
-        return [*super()._unknowns, *self._choice.components]
-
-    @warns_of_odd_values
-    @in_turn
-    def solve(
-        self,
-        friction: ArrayLike,
-        constraints: Sequence[cp.Constraint] = (),
-        objective: cp.Expression | None = None,
-        *,
-        progress: bool = True,
-    ) -> Design:
-        """Design with the largest load factor or objective, under user constraints.
-
-        Parameters
-        ----------
-        friction, constraints
-            Parameters are as in `ShakedownModel.solve`; constraints may also contain `preload` and
-            `profile`. With the same open nodes, more friction never lowers the load factor.
-        objective
-            Scalar to maximize instead of the load factor: a concave cvxpy expression.
-        progress
-            See `shakedown_limit`. Ctrl-C raises KeyboardInterrupt. Its attribute `design` is the
-            best design so far, if there is one.
-
-        Raises
-        ------
-        ModelError
-            Bad friction; contradictory constraints (the error names them); a design that grows
-            without end (the error names its direction); constraints or an objective that are not
-            convex, need other cones, or belong to another model.
-        SolverError
-            No solver gave an answer that passes the checks, or every design of the search opens
-            other nodes under its mean load, with a smaller limit.
-
-        Examples
-        --------
-        The least bolt force for a load factor of 2:
-
-        >>> import frictopt as fo
-        >>> loads = {"bolt": ([0.0], [0.5]), "Q": ([1.0], [0.0])}
-        >>> node = fo.ContactSystem.from_blocks([[1.0]], [[0.0]], [[1.0]], [0.0], loads)
-        >>> cycle = fo.LoadCycle({}, [{"Q": -1.0}, {"Q": 1.0}])
-        >>> model = fo.DesignModel(node, cycle, preloads=["bolt"])
-        >>> design = model.solve(0.5, [model.load_factor >= 2.0], objective=-model.preload[0])
-        >>> design.preload.round(6).to_dict()
-        {'bolt': 8.0}
-        """
-        user_rows = listed("constraints", constraints)
-        scenarios = [Scenario(self._posed(friction), {}), *self._others]
-        questions = [scenario.question for scenario in scenarios]
-        with progress_bar(progress, "design", "program") as bar:
-            search = DesignSearch(
-                partial(self._best_with, scenarios, user_rows, objective),
-                "load factor" if objective is None else "objective",
-                self._solver,
-                bar,
-            )
-            search.alternate([question.open_nodes for question in questions])
-            if not search.counted or search.counted[0].design.touches:
-                search.alternate(self._open_nodes_if_pressed(scenarios, user_rows))
-            search.from_no_design([limit.open for limit in limits_of(questions, self._solver)])
-        if search.best is None:
-            raise search.refusal
-
-        # Other designs may have been solved after the best one: put its values back.
-        design = search.best.design
-        put_back(search.best.values)
-        if self.preload is not None:
-            self.preload.save_value(design.preload.to_numpy())
-        if self.profile is not None:
-            self.profile.save_value(design.profile)
-        return self._shown(design)
-
-    def _best_with(
-        self,
-        scenarios: Sequence[Scenario],
-        user_rows: Sequence[cp.Constraint],
-        objective: cp.Expression | None,
-        open_nodes: OpenNodes,
-        share: float = 1.0,
-        larger: Design | None = None,
-    ) -> Design:
-        """The best design with given nodes open in each scenario.
-
-        If `larger` is given, preloads are at most `share` times the largest preload of that design,
-        and the profile at most `share` times its largest depth.
-        """
-        programs = self._listed(scenarios, user_rows, open_nodes)
-        first = programs[0]
-        rows = [row for program in programs for row in program.rows]
-        if larger is not None:
-            rows += self._choice.no_larger(share, larger.preload.to_numpy(), larger.profile)
-        problem = models.shakedown(self._x, rows)
-        unit = scenarios[0].question.load_unit
-        goal = "load_factor"
-        if objective is not None:
-            checked = checked_objective(objective, self._unknowns)
-            problem = cp.Problem(cp.Maximize(checked), problem.constraints)
-            unit = 1.0
-            goal = "objective"
-
-        units = self._choice.units(first.question)
-        for program in programs[1:]:
-            units |= program.units
-        # The load factor has the unit of the first scenario.
-        units.pop(self.load_factor, None)
-        first.compiled(problem, unit, units, programs[1:])
-        claim, record = first.chain.solve(
-            partial(self._checked, scenarios, programs, objective is not None),
-            self._solver,
-            no_optimum=partial(raise_refusal, first, self._choice, goal),
-        )
-        return answered(claim, record, first)
-
-    def _listed(
-        self,
-        scenarios: Sequence[Scenario],
-        user_rows: Sequence[cp.Constraint],
-        open_nodes: OpenNodes,
-    ) -> list[Program]:
-        """A program of rows for each scenario, with its open nodes; user rows are in the first."""
-        programs: list[Program] = []
-        for number, (scenario, opened) in enumerate(zip(scenarios, open_nodes, strict=True)):
-            question = with_open(scenario.question, opened)
-            assert question is not None  # it has a limit
-            suffix, x, f = "", self._x, self._f
-            if number > 0:
-                suffix = f"_{number}"
-                corners = range(len(question.r1))
-                x = unknowns(question.system.slip_shape, corners, self._x.load_factor, suffix)
-                f = cp.Parameter(question.system.nodes, nonneg=True, name=f"f{suffix}")
-            added = self._choice.added(Scenario(question, scenario.shares), suffix)
-            at_corners = dict.fromkeys(range(len(question.r1)), added.listed)
-            program = listed_rows(question, x, f, every=True, more=at_corners)
-            program.rows += added.rows
-            if number == 0:
-                program.user_rows = labelled_rows(user_rows, self._unknowns)
-                if user_rows and opened.any():
-                    program.rows += self._rest_rows(question, added.open_slip)
-            programs.append(program)
-        return programs
-
-    def _checked(
-        self, scenarios: Sequence[Scenario], programs: Sequence[Program], has_objective: bool
-    ) -> Design:
-        """The design from a solved program, with its residual.
-
-        Its slips are checked by the contact law in every scenario, with the design built in. Its
-        bound is checked by the multipliers of all rows.
-        """
-        first = programs[0]
-        load_factor = first.load_factor
-        proof = first.chain.proof
-        with_open_nodes = [
-            Scenario(program.question, scenario.shares)
-            for program, scenario in zip(programs, scenarios, strict=True)
-        ]
-        built = self._choice.built(with_open_nodes)
-        slips: list[Array] = []
-        unsafe: list[float] = []
-        for question, program in zip(built.questions, programs, strict=True):
-            slip = frozen(question.slip_at_mean_load(program.slip))
-            slips.append(slip)
-            unsafe.append(question.violation(load_factor, slip))
-        residual = np.max([*unsafe, proof.gap, first.user_violation])
-        import pandas as pd  # imported here, because only designs need it
-
-        names = pd.Index(self._choice.names, name="load", dtype=object)
-        return Design(
-            load_factor=load_factor,
-            objective=proof.value if has_objective else None,
-            bound=proof.bound + proof.defect,
-            preload=pd.Series(built.preload, index=names, name="preload"),
-            profile=built.profile,
-            slip=slips[0],
-            slips=tuple(slips),
-            _question=built.questions[0],
-            prices=first.prices(),
-            record=SolveRecord(residual=float(np.nan_to_num(residual, nan=np.inf))),
-            _questions=built.questions,
-        )
-
-    def _open_nodes_if_pressed(
-        self, scenarios: Sequence[Scenario], user_rows: Sequence[cp.Constraint]
-    ) -> OpenNodes | None:
-        """The open nodes under preloads that press as much as the constraints admit.
-
-        They are another start of the search. Preloads are at most ten times the forces of the
-        contact. Without preloads the start is a zero profile. None if no answer passes the checks.
-        """
-        try:
-            if self.preload is None:
-                self.profile.save_value(np.zeros(self.profile.size))
-            else:
-                rows = labelled_rows(user_rows, self._unknowns)
-                press(self._choice, scenarios[0], self._x, self._f, rows)
-            built = self._choice.built(scenarios)
-        except SolverError:
-            return None
-        return [limit.open for limit in limits_of(built.questions, self._solver)]

@@ -221,6 +221,15 @@ def checked_scenario(name: str, scenario: Any, choice: Choice, slip_bound: Any) 
     return Scenario(pose(choice.system, cycle, friction, slip_bound=slip_bound), shares)
 
 
+def under_mean_load(scenario: Scenario) -> Scenario:
+    """A scenario at load factor 0, with the same preloads."""
+    question, shares = scenario
+    at_zero = replace(question.cycle, corners=[{}] * len(question.cycle.corners))
+    return Scenario(
+        pose(question.system, at_zero, question.friction, slip_bound=question.slip_bound), shares
+    )
+
+
 def _products(
     question: Question, r: Array, names: Sequence[str], chosen: cp.Variable, suffix: str
 ) -> list[cp.Expression]:

@@ -299,6 +299,11 @@ BEST_DESIGN = Sentence(
     "{opened}no design within the constraints is better{node_states}",
     assumes=_NODES_OF_DESIGN,
 )
+BEST_SAFE_DESIGN = Sentence(
+    "{opened}no design within the constraints that is also safe under the mean load is better"
+    "{node_states}",
+    assumes=_NODES_OF_DESIGN,
+)
 OTHER_DESIGNS_OPEN = Sentence(
     "; with other nodes open a design may be better",
     assumes=_NODES_OF_DESIGN,

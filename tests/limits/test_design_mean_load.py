@@ -1,0 +1,118 @@
+"""Designs that are safe under the mean load, too: by hand, and against a plain program."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import frictopt as fo
+from frictopt.contact import joined
+from helpers.cases import few
+from helpers.oracle import TIGHT
+from helpers.systems import random_system
+
+FRICTION = 0.5
+
+
+def lever():
+    """Two uncoupled nodes. The preload b presses node 0 with 1 + b and node 1 with 1 - b; the load
+    a shears node 0 and presses node 1."""
+    loads = {
+        "mean": ([0.0, 0.0], [1.0, 1.0]),
+        "b": ([0.0, 0.0], [1.0, -1.0]),
+        "a": ([1.0, 0.0], [0.0, 1.0]),
+        "-a": ([-1.0, 0.0], [0.0, 1.0]),
+    }
+    stiffness = np.eye(2)
+    system = fo.ContactSystem.from_blocks(stiffness, np.zeros((2, 2)), stiffness, [0.0, 1.0], loads)
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"-a": 1.0}])
+    return fo.DesignModel(system, cycle, preloads=["b"])
+
+
+def test_a_design_that_opens_a_node_below_its_load_factor_does_not_count():
+    """Node 0 sticks up to f (1 + b). At b = 3 that is 2, where node 1 is just pressed; under the
+    mean load it is pressed up to b = 1."""
+    model = lever()
+    design = model.solve(FRICTION)
+    assert design.load_factor == pytest.approx(1.0)
+    assert design.preload["b"] == pytest.approx(1.0)
+    assert design.bound == pytest.approx(1.0)
+    assert design.least == 0.0
+    assert "that is also safe under the mean load" in design.reason
+    assert len(design.slips) == len(design.scenarios) == len(design.opens) == 1
+
+
+def test_a_design_that_no_constraint_admits_under_the_mean_load_has_a_least_load_factor():
+    """With b >= 2 node 1 needs the load factor b - 1."""
+    model = lever()
+    single = model.solve(FRICTION, [model.preload >= 2.0])
+    assert single.load_factor == pytest.approx(2.0)
+    assert single.least == pytest.approx(2.0)
+    assert "with all nodes closed no slip is safe below 2" in single.reason
+
+    some = model.solve(FRICTION, [model.preload == 2.0])
+    assert (some.least, some.load_factor) == pytest.approx((1.0, 1.5))
+    built = fo.shakedown_limit(some.system, some.cycle, FRICTION, open=[False, False])
+    assert (built.least, built.load_factor) == pytest.approx((1.0, 1.5))
+
+
+def test_with_an_objective_the_design_is_safe_under_the_mean_load_too():
+    model = lever()
+    dearest = model.solve(FRICTION, [model.load_factor >= 0.25], objective=model.preload[0])
+    assert dearest.preload["b"] == pytest.approx(1.0)
+    assert dearest.least == 0.0
+
+
+def pressed_by_cyclic_loads(rng, nodes):
+    """A random contact whose cyclic loads a and b press all nodes; c is a preload."""
+    contact = random_system(rng, nodes, ("mean", *"abc"))
+    loads = dict(contact.bonded)
+    for name in "ab":
+        loads[name] = loads[name][0], rng.uniform(0.5, 1.0, nodes)
+    return fo.ContactSystem.from_blocks(contact.A, contact.B, contact.C, contact.x, loads)
+
+
+def plain(contact, cycle, friction, most, at_mean_load):
+    """Largest load factor of a plain program with the law of each node at each corner, and with a
+    slip for the mean load alone if `at_mean_load`; nan: no design."""
+    load_factor = cp.Variable()
+    preload = cp.Variable()
+    rows = [load_factor >= 0, preload <= most, preload >= -most]
+    of_preload = joined(*contact.bonded["c"])
+    mean = joined(*cycle.mean_reaction(contact))
+    corners = [
+        load_factor * joined(*pair) for pair in zip(*cycle.corner_reactions(contact), strict=True)
+    ]
+    states = [corners, [np.zeros_like(mean)]] if at_mean_load else [corners]
+    n = contact.nodes
+    for loads in states:
+        slip = cp.Variable(n)
+        for load in loads:
+            r = mean + preload * of_preload + load + contact.S[:, :n] @ slip
+            rows += [r[:n] <= friction * r[n:], -r[:n] <= friction * r[n:]]
+    value = cp.Problem(cp.Maximize(load_factor), rows).solve(solver="SCIPY", scipy_options=TIGHT)
+    return float(value) if np.isfinite(value) else np.nan
+
+
+def test_random_designs_are_safe_under_the_mean_load_if_any_is():
+    smaller = 0
+    for seed in range(few(30)):
+        rng = np.random.default_rng(seed)
+        nodes = int(rng.integers(2, 5))
+        contact = pressed_by_cyclic_loads(rng, nodes)
+        cycle = fo.LoadCycle({"mean": 0.3}, [{"a": 1.0}, {"a": 0.5, "b": 1.0}, {"b": 1.0}])
+        friction = rng.uniform(0.3, 0.9)
+        anywhere = plain(contact, cycle, friction, 1.0, at_mean_load=False)
+        everywhere = plain(contact, cycle, friction, 1.0, at_mean_load=True)
+        model = fo.DesignModel(contact, cycle, preloads=["c"])
+        try:
+            design = model.solve(friction, [cp.abs(model.preload) <= 1.0])
+        except fo.ModelError:
+            assert np.isnan(anywhere)
+            continue
+        if any(opened.any() for opened in design.opens):
+            continue
+        expected = anywhere if np.isnan(everywhere) else everywhere
+        assert design.load_factor == pytest.approx(expected, rel=1e-7, abs=1e-7)
+        assert (design.least == 0.0) == (not np.isnan(everywhere))
+        smaller += everywhere < anywhere * (1 - 1e-6)
+    assert smaller >= few(30) // 10
