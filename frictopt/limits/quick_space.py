@@ -178,5 +178,5 @@ class ConeProgram:
 def _proves_infeasible(program: Arrays, y: Array) -> bool:
     """Whether the multipliers prove that no unknowns up to a thousand units are feasible."""
     units = 1000.0
-    unbalanced = np.abs(program.matrix.T @ y).sum()
+    unbalanced = np.abs(program.columns(y)).sum()
     return bool(-(program.right @ y) > units * unbalanced)

@@ -84,6 +84,12 @@ class Arrays(RowsInCones):
             for size in np.flatnonzero(np.bincount(self.sizes))
         ]
 
+    def columns(self, y: Array) -> Array:
+        """`matrix.T @ y`, without the matrix of all rows."""
+        work = self.sparse.T @ y
+        width = self.block.shape[1]
+        return np.asarray(work[:width] + work[width:] @ self.block)
+
     def slack(self, x: Array) -> Array:
         """Slacks of all rows."""
         return np.asarray(self.right - self.sparse @ np.concatenate([x, self.block @ x]))
@@ -114,7 +120,7 @@ class Arrays(RowsInCones):
         The multipliers balance only up to rounding. The error holds for unknowns of the size of x,
         or of 1.
         """
-        unbalanced = np.abs(self.matrix.T @ y + self.cost)
+        unbalanced = np.abs(self.columns(y) + self.cost)
         return -float(self.right @ y), float(unbalanced @ np.maximum(np.abs(x), 1.0))
 
     @property

@@ -114,10 +114,13 @@ class Equations:
             work = program.sparse.T @ over(over(right))
             work[: len(u)] += left
             step = self._way.solved(work)
+            of_step = program.rows(step)
+            # The first y is the step itself.
+            of_y = program.rows(y + step) if y.any() else of_step
             y = y + step
-            z = z + over(over(program.rows(step) - right))
+            z = z + over(over(of_step - right))
             left = u - program.columns(z)
-            right = v - program.rows(y) + times(times(z))
+            right = v - of_y + times(times(z))
             error, before = _largest(left, right), error
         return y, z, error
 

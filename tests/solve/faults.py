@@ -152,6 +152,20 @@ FAULTS = (
     ),
     Fault(
         "solve/arrays.py",
+        "multipliers of the block balance nothing",
+        old="work[:width] + work[width:] @ self.block",
+        new="work[:width]",
+        tests="interior_point set_search",
+    ),
+    Fault(
+        "solve/step_equations.py",
+        "an error without the corrections before",
+        old="program.rows(y + step) if y.any() else of_step",
+        new="of_step",
+        tests="interior_point",
+    ),
+    Fault(
+        "solve/arrays.py",
         "an excess by multipliers that do not balance",
         old="float(unbalanced @ np.maximum(np.abs(x), 1.0))",
         new="0.0 * float(unbalanced @ np.maximum(np.abs(x), 1.0))",

@@ -300,6 +300,8 @@ def test_the_equations_of_a_step_hold(zero, depth):
     assert (whole.matrix @ x)[:zero] == pytest.approx(whole.right[:zero])
     assert whole.right[zero:] - (whole.matrix @ x)[zero:] == pytest.approx(program.right - A @ y)
     assert whole.cost @ x == pytest.approx(program.objective @ y + program.constant)
+    slopes = [whole.slack(np.zeros(9)) - whole.slack(e) for e in np.eye(9)]
+    assert whole.columns(whole.right) == pytest.approx(np.array(slopes) @ whole.right)
 
 
 def of_nodes(rng, nodes, depth):
