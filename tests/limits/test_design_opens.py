@@ -14,7 +14,7 @@ from frictopt.limits import design_search
 from helpers.cases import ALL_CASES, few
 from helpers.designs import CYCLE, pulled
 from helpers.oracle import TIGHT
-from validation.fuzz.space import _Subject
+from validation.fuzz.space import _SpatialSubject
 
 MOST, DEPTH = 0.6, 0.1
 
@@ -177,7 +177,7 @@ def test_a_design_under_whose_mean_load_other_nodes_open_is_none(monkeypatch):
     2.07 are so from the mean load on. A rough size is enough here."""
     if not ALL_CASES:
         monkeypatch.setattr(design_search, "SEARCH", replace(design_search.SEARCH, halves=6))
-    system, cycle, friction = _Subject(725550944).args
+    system, cycle, friction = _SpatialSubject(725550944).args
     model = fo.DesignModel(system, cycle, preloads=["b"], profile=True)
     within = [cp.abs(model.preload) <= 0.11, cp.abs(model.profile) <= 357.0]
     for rows in few([[*within, model.load_factor >= 2.0], within], 1):

@@ -71,7 +71,8 @@ def test_a_body_that_slides_off_elsewhere_is_seen(kind, axes, monkeypatch):
     seed = next(
         seed
         for seed in range(9)
-        if kind != "slope" or body(seed, kind, axes).hand == body(seed, kind, axes).hand
+        if kind != "slope"
+        or body(seed, kind, axes).sliding_off == body(seed, kind, axes).sliding_off
     )
     monkeypatch.setattr(
         fo,

@@ -1,4 +1,4 @@
-"""What the questions to a random case share: the case with its limits, and how two numbers are compared."""
+"""A random case with its limits, and comparisons of two numbers, shared by all questions."""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -10,24 +10,28 @@ import frictopt as fo
 from validation import oracles
 from validation.fuzz.cases import Case
 
+AnyLimit = fo.results.ShakedownLimit | fo.results.GuaranteedLimit
+
 
 class Wrong(Exception):
     """An answer that an independent one contradicts."""
 
 
 class Missed(Exception):
-    """An answer that is right as far as it says, beside which an independent one is better."""
+    """A limit that is right for its open nodes, while other open nodes have a larger limit."""
 
 
-class NotAsked(Exception):
-    """The question makes no sense for a case."""
+class NotApplicable(Exception):
+    """The question does not apply to a case."""
 
 
-class Asked:
+class Subject:
     """A case, its units, and the limit that frictopt finds."""
 
-    none = 1e-6  # limits up to this count as none to be below of
-    options: ClassVar[Mapping[str, Any]] = {}  # of transients
+    # A limit up to this load factor counts as zero: no load is below it.
+    none = 1e-6
+    # Options of all transients.
+    options: ClassVar[Mapping[str, Any]] = {}
 
     def __init__(self, case: Case) -> None:
         self.case = case
@@ -59,17 +63,19 @@ class Asked:
 
     @property
     def finite(self) -> bool:
-        """Whether there is a limit to be below or above of."""
+        """Whether the limit is known, finite and above zero."""
         return self.value is not None and bool(np.isfinite(self.value)) and self.value > self.none
 
     @property
     def load_factor(self) -> float:
-        """The load factor of the case."""
-        return self.case.share * (self.value if self.value is not None and self.finite else 1.0)
+        """The load factor of the case: its share of the limit, or of 1 without a finite limit."""
+        if self.value is not None and self.finite:
+            return self.case.share * self.value
+        return self.case.share
 
 
-class Known(Asked):
-    """A case, and the shakedown limit that several questions need, by the plain linear program."""
+class Known(Subject):
+    """A plane case with its shakedown limit by a plain linear program, for several questions."""
 
     def __init__(self, case: Case) -> None:
         super().__init__(case)
@@ -77,7 +83,7 @@ class Known(Asked):
 
     @property
     def value(self) -> float | None:
-        """That of the plain linear program."""
+        """The limit of the plain linear program."""
         return self.limit
 
     @cached_property
@@ -92,64 +98,75 @@ class Known(Asked):
 
 
 def same(
-    name: str, found: float, expected: float, relative: float = 1e-6, absolute: float = 0.0
+    name: str, value: float, expected: float, relative: float = 1e-6, absolute: float = 0.0
 ) -> None:
-    """Raise Wrong where two numbers differ by more than that."""
-    if not (
-        found == expected
-        or (np.isnan(found) and np.isnan(expected))
-        or abs(found - expected) <= relative * abs(expected) + absolute
-    ):
-        raise Wrong(f"{name} {found!r}, expected {expected!r}")
+    """Raise Wrong if two numbers differ by more than the relative and the absolute tolerance."""
+    both_infinite_or_nan = value == expected or (np.isnan(value) and np.isnan(expected))
+    if both_infinite_or_nan:
+        return
+    # The condition is false if one of the numbers is nan.
+    if not abs(value - expected) <= relative * abs(expected) + absolute:
+        raise Wrong(f"{name} {value!r}, expected {expected!r}")
 
 
 def transformed(
     known: Known,
     name: str,
-    ask: Callable[..., fo.results.ShakedownLimit | fo.results.GuaranteedLimit],
-    value: Callable[[Any], float],
-    answered: Any,
+    question: Callable[..., AnyLimit],
+    limit: AnyLimit,
 ) -> tuple[float, bool]:
-    """The same limit in other units, mirrored, renumbered, with other corners' order, after residual slip, and with nothing left out."""
+    """Compare a limit with the limit of the same contact in another description.
+
+    The description is one of six, chosen by the seed: other units of force, mirrored, renumbered,
+    the corners in reverse order, a residual slip in the mean load, or nothing omitted.
+    """
     system, cycle, friction = known.args
-    n, rng = system.nodes, np.random.default_rng(known.case.seed)
+    n = system.nodes
+    rng = np.random.default_rng(known.case.seed)
     order = rng.permutation(n)
     slip = rng.normal(size=n) * known.length
-    forms: tuple[Callable[[], fo.results.ShakedownLimit | fo.results.GuaranteedLimit], ...] = (
-        lambda: ask(
-            oracles.redescribed(system, force=10.0 ** rng.uniform(-12, 12)), cycle, friction
-        ),
-        lambda: ask(
-            oracles.redescribed(system, np.arange(n)[::-1], sense=-1.0), cycle, friction[::-1]
-        ),
-        lambda: ask(oracles.redescribed(system, order), cycle, friction[order]),
-        lambda: ask(system, fo.LoadCycle(cycle.mean, cycle.corners[::-1]), friction),
-        lambda: ask(
-            system.with_bonded(
-                {
-                    "mean": (
-                        system.bonded["mean"][0] + system.A @ slip,
-                        system.bonded["mean"][1] + system.B @ slip,
-                    )
-                }
-            ),
-            cycle,
-            friction,
-        ),
-        lambda: ask(system, cycle, friction, simplify=False),
+
+    def other_units() -> AnyLimit:
+        force = 10.0 ** rng.uniform(-12, 12)
+        return question(oracles.redescribed(system, force=force), cycle, friction)
+
+    def mirrored() -> AnyLimit:
+        behind = oracles.redescribed(system, np.arange(n)[::-1], sense=-1.0)
+        return question(behind, cycle, friction[::-1])
+
+    def renumbered() -> AnyLimit:
+        return question(oracles.redescribed(system, order), cycle, friction[order])
+
+    def reversed_corners() -> AnyLimit:
+        return question(system, fo.LoadCycle(cycle.mean, cycle.corners[::-1]), friction)
+
+    def after_slip() -> AnyLimit:
+        q0, p0 = system.bonded["mean"]
+        mean = q0 + system.A @ slip, p0 + system.B @ slip
+        return question(system.with_bonded({"mean": mean}), cycle, friction)
+
+    def nothing_omitted() -> AnyLimit:
+        return question(system, cycle, friction, simplify=False)
+
+    forms = (
+        other_units,
+        mirrored,
+        renumbered,
+        reversed_corners,
+        after_slip,
+        nothing_omitted,
     )
-    form = int(rng.integers(len(forms)))
-    again = forms[form]()
-    if form == 4 and (answered.open.any() or again.open.any()):
-        return (
-            again.residual,
-            False,
-        )  # which nodes the mean load opens depends on the slip before it
+    number = int(rng.integers(len(forms)))
+    form = forms[number]
+    again = form()
+    # The nodes that the mean load opens depend on the slip before it.
+    if form is after_slip and (limit.open.any() or again.open.any()):
+        return again.residual, False
     same(
-        f"{name} in form {form}",
-        value(again),
-        value(answered),
-        relative=1e-7 if form != 4 else 1e-6,
+        f"{name} in form {number}",
+        float(again.load_factor),
+        float(limit.load_factor),
+        relative=1e-6 if form is after_slip else 1e-7,
         absolute=1e-8,
     )
     return again.residual, True

@@ -1,4 +1,7 @@
-"""Random contacts of 3 to 130 nodes: chains, half-planes, punches, made from one seed; symmetric ones whose loads or starts are not."""
+"""Random contacts of 3 to 130 nodes, each made from one seed: chains, half-planes, punches.
+
+Some contacts are symmetric, while their loads or starts are not.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -12,17 +15,19 @@ from frictopt.reference import half_plane_influence
 from validation.fuzz.cases import MATERIALS, Case
 
 _SHARES = (0.8, 0.95, 1.05, 1.2, 1.5, 2.0, 4.0)
-_ELEMENTS = (16, 24, 40, 64, 96, 128)  # of a punch
+# Numbers of elements along the contact of a punch.
+_ELEMENTS = (16, 24, 40, 64, 96, 128)
 
 
 def random_scene(seed: int, family: str | None = None) -> Case:
-    """The contact of a seed, of this family or of one that the seed chooses.
+    """The contact of a seed, of the given family or of a family that the seed chooses.
 
-    Its load cases are "mean", which presses, and cyclic ones: the first of them is symmetric where
-    the contact is, the others need not be.
+    The load case "mean" presses, and the other load cases are cyclic. If the contact is symmetric,
+    the first cyclic load case is symmetric, too.
     """
-    rng = np.random.default_rng([seed, 3])  # other random numbers than in `random_case`
-    family = str(rng.choice(list(FAMILIES), p=_OFTEN)) if family is None else family
+    # The 3 makes the random numbers differ from the random numbers of `random_case`.
+    rng = np.random.default_rng([seed, 3])
+    family = str(rng.choice(list(FAMILIES), p=_PROBABILITIES)) if family is None else family
     system = FAMILIES[family](rng)
     symmetric = bool(
         np.abs(system.B + np.flip(system.B)).max() <= 1e-12 * np.abs(system.A).max()
@@ -31,24 +36,18 @@ def random_scene(seed: int, family: str | None = None) -> Case:
     if rng.random() < 0.15:
         gap = rng.uniform(0, 0.3, system.nodes) * (rng.random(system.nodes) < 0.5) * _length(system)
         system = system.with_gap(np.maximum(gap, gap[::-1]) if symmetric else gap)
-    friction = rng.uniform(0.1, 0.7) * (
-        1 + rng.choice([0.0, 0.3]) * rng.uniform(-1, 1, system.nodes)
-    )
+    mean_friction = rng.uniform(0.1, 0.7)
+    variation = rng.choice([0.0, 0.3]) * rng.uniform(-1, 1, system.nodes)
+    friction = mean_friction * (1 + variation)
     friction = np.maximum(friction, friction[::-1]) if symmetric else friction
     names = [name for name in system.bonded if name != "mean"]
-    cycle = fo.LoadCycle(
-        {"mean": 1.0},
-        [dict(zip(names, map(float, corner), strict=True)) for corner in _corners(rng, len(names))],
-    )
-    return Case(
-        seed,
-        system,
-        cycle,
-        friction,
-        float(rng.choice(_SHARES)),
-        _start(rng, system, symmetric),
-        family,
-    )
+    corners = []
+    for amplitudes in _corners(rng, len(names)):
+        corners.append(dict(zip(names, map(float, amplitudes), strict=True)))
+    cycle = fo.LoadCycle({"mean": 1.0}, corners)
+    share = float(rng.choice(_SHARES))
+    start = _start(rng, system, symmetric)
+    return Case(seed, system, cycle, friction, share, start, family)
 
 
 def _length(system: fo.ContactSystem) -> float:
@@ -57,19 +56,23 @@ def _length(system: fo.ContactSystem) -> float:
 
 
 def _start(rng: np.random.Generator, system: fo.ContactSystem, symmetric: bool) -> Any:
-    """No slip, a symmetric one, the same apart from one node, or any."""
+    """No slip, a symmetric slip, a slip that is symmetric except at one node, or any slip."""
     slip = rng.normal(size=system.nodes) * _length(system) * rng.choice([0.1, 1.0, 10.0])
     kind = rng.integers(4)
     if kind == 0:
         return None
     if kind < 3 and symmetric:
-        one = np.arange(system.nodes) == rng.integers(system.nodes)
-        return (slip - slip[::-1]) / 2 + one * slip * (kind == 2)
+        is_chosen = np.arange(system.nodes) == rng.integers(system.nodes)
+        return (slip - slip[::-1]) / 2 + is_chosen * slip * (kind == 2)
     return slip
 
 
 def _corners(rng: np.random.Generator, cases: int) -> Any:
-    """(K, cases) amplitudes: symmetric loads that stop being so, one load case on a straight load path while another turns, or any."""
+    """(K, cases) amplitudes of the cyclic load cases.
+
+    There are four kinds: symmetric loads with an unsymmetric end, the same with a return to zero,
+    a first load case on a straight path there and back while the others turn, and any loads.
+    """
     number = int(rng.integers(2, 6))
     first = np.eye(cases)[0]
     late = first * rng.choice([-1.0, 0.0, 0.5, 1.0], number)[:, None]
@@ -90,14 +93,19 @@ def _corners(rng: np.random.Generator, cases: int) -> Any:
 
 
 def _nodes(rng: np.random.Generator) -> int:
-    """3 to 130, half of them below 11."""
+    """A number of nodes from 3 to 130."""
     return int(3 * (130 / 3) ** (rng.random() ** 1.5))
 
 
 def _loaded(rng: np.random.Generator, A: Any, B: Any, C: Any) -> fo.ContactSystem:
-    """The contact of these blocks, symmetric in part of the cases, with loads that are smooth along it or are not."""
+    """The contact of the blocks, with random loads.
+
+    In a part of the cases the contact is made symmetric. The loads are smooth along the contact, or
+    vary from node to node.
+    """
     n = len(A)
-    symmetric, smooth = rng.random() < 0.6, rng.random() < 0.5
+    symmetric = rng.random() < 0.6
+    smooth = rng.random() < 0.5
     x = np.linspace(-1, 1, n)
     waves = [np.cos(k * np.pi / 2 * (x + 1)) for k in range(4)]
 
@@ -118,6 +126,7 @@ def _loaded(rng: np.random.Generator, A: Any, B: Any, C: Any) -> fo.ContactSyste
 
 
 def _any(rng: np.random.Generator) -> fo.ContactSystem:
+    """A random positive definite stiffness without structure."""
     n = min(_nodes(rng), 30)
     G = rng.normal(size=(2 * n, 2 * n))
     S = G @ G.T / (2 * n) + 0.5 * np.eye(2 * n)
@@ -133,31 +142,36 @@ def _chain(rng: np.random.Generator) -> fo.ContactSystem:
 
 
 def _half_planes(rng: np.random.Generator) -> fo.ContactSystem:
-    """The influence matrix of two half-planes; where they are dissimilar a sign matrix couples them (Johnson 1985, section 2.2)."""
+    """Two half-planes; if they are dissimilar, a sign matrix couples them.
+
+    See Johnson 1985, section 2.2.
+    """
     n = _nodes(rng)
     G = half_plane_influence(n, 1.0)
-    coupling = (
-        rng.choice([0.0, 0.1, 0.3])
-        * np.sign(np.subtract.outer(np.arange(n), np.arange(n)))
-        * np.abs(G).max()
-        / n
-    )
+    sign = np.sign(np.subtract.outer(np.arange(n), np.arange(n)))
+    coupling = rng.choice([0.0, 0.1, 0.3]) * sign * np.abs(G).max() / n
     S = np.linalg.inv(np.block([[G, coupling], [coupling.T, G]]))
     S = (S + S.T) / 2
     return _loaded(rng, S[:n, :n], S[n:, :n], S[n:, n:])
 
 
 def _punch(rng: np.random.Generator) -> fo.ContactSystem:
-    """The paper's scene, similar bodies or not, under pressure on all of its top, tension, shear, and pressure on half of its top."""
+    """The paper's scene with similar or dissimilar bodies.
+
+    The loads are pressure on the whole top of the punch, tension, shear, and pressure on half of
+    the top.
+    """
     return _condensed(int(rng.choice(_ELEMENTS)), int(rng.integers(len(MATERIALS))))
 
 
 @cache
-def _condensed(elements: int, which: int) -> fo.ContactSystem:
+def _condensed(elements: int, material: int) -> fo.ContactSystem:
+    """The system of the paper's scene with its four load cases."""
     scene = fo.scenes.PunchOnHalfPlane(
-        elements=elements, growth=1.3, punch_material=MATERIALS[which]
+        elements=elements, growth=1.3, punch_material=MATERIALS[material]
     )
-    system, model = scene.condense(), scene.model()
+    system = scene.condense()
+    model = scene.model()
     mesh = model.bodies["punch"].mesh.with_boundaries(
         {"half": lambda x: (x[1] == scene.punch_height) & (x[0] < 0)}
     )
@@ -183,4 +197,5 @@ FAMILIES: dict[str, Callable[[np.random.Generator], fo.ContactSystem]] = {
 }
 """Family -> function that makes a contact."""
 
-_OFTEN = (0.4, 0.25, 0.25, 0.1)
+# Probability of each family.
+_PROBABILITIES = (0.4, 0.25, 0.25, 0.1)

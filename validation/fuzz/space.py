@@ -1,4 +1,4 @@
-"""What is asked of a random contact in three dimensions, and how each answer is held against an independent one."""
+"""The questions about a random contact in three dimensions, each with an independent answer."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -10,40 +10,42 @@ import frictopt as fo
 from frictopt.transients.increments import FrozenBoundIncrement, NewtonIncrement
 from validation.fuzz import embedded
 from validation.fuzz.cases import Case
-from validation.fuzz.checks import Finding, asked
+from validation.fuzz.checks import Finding, findings_of
 from validation.fuzz.embedded import Embedded
-from validation.fuzz.known import Asked, NotAsked, Wrong, same
+from validation.fuzz.known import NotApplicable, Subject, Wrong, same
 from validation.fuzz.searches import (
     EVERY,
     best_design,
-    found_range,
+    dissipation_range,
     least_slip,
     limit_after_protocol,
 )
 from validation.polygons import least_critical, polygon_limit
 
-# relative distance from the limit within which it is not asked whether a safe slip exists
+# Relative distance from the limit within which the existence of a safe slip is not compared.
 _NEAR = 1e-6
 _SAME = 1e-7
-_CRITICAL = 1e-4  # accuracy of critical states by polygons
-_ZERO = 1e-3  # guaranteed limits, over the shakedown limit, that are about 0
-_ROUNDING = 1e-14  # of a slip, over the slips before and after
-_FEW = 3  # nodes at most, of which every one is made critical
+# Accuracy of critical states by polygons.
+_CRITICAL = 1e-4
+# A guaranteed limit up to this share of the shakedown limit counts as zero.
+_ZERO = 1e-3
+# Rounding of a slip, relative to the slips before and after.
+_ROUNDING = 1e-14
+# Largest number of nodes for which the critical state of each node is computed.
+_FEW = 3
 
 
-class _Subject(Asked):
-    """A random coupled contact with its load cycle, friction and slip."""
+class _SpatialSubject(Subject):
+    """A random coupled contact in space with its load cycle, friction and slip."""
 
     none = 0.0
     options: ClassVar[Mapping[str, Any]] = {"steps": 2}
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
-        n, scale, coupling = (
-            int(rng.integers(1, 11)),
-            10.0 ** rng.uniform(-9, 9),
-            rng.uniform(0.0, 1.0),
-        )
+        n = int(rng.integers(1, 11))
+        scale = 10.0 ** rng.uniform(-9, 9)
+        coupling = rng.uniform(0.0, 1.0)
         G = rng.normal(size=(3 * n, 3 * n))
         S = scale * (G @ G.T / (3 * n) + 10.0 ** rng.uniform(-3, 0) * np.eye(3 * n))
         S[: 2 * n, 2 * n :] *= coupling
@@ -53,82 +55,91 @@ class _Subject(Asked):
             for name in "abc"
         }
         bonded["mean"] = np.r_[0.2 * rng.normal(size=2 * n), rng.uniform(0.0, 1.5, size=n)]
-        gap = (
-            rng.uniform(size=n) * (rng.uniform(size=n) < 0.2) / scale
-            if rng.uniform() < 0.3
-            else np.zeros(n)
-        )
-        if rng.uniform() < 0.2:  # nothing holds the body along the contact
+        gap = np.zeros(n)
+        if rng.uniform() < 0.3:
+            gap = rng.uniform(size=n) * (rng.uniform(size=n) < 0.2) / scale
+        if rng.uniform() < 0.2:
+            # Only friction holds the body along the contact.
             slides = np.kron(np.eye(3)[:, :2], np.ones((n, 1))) / np.sqrt(n)
             held = np.eye(3 * n) - slides @ slides.T
             S = held @ S @ held
         system = fo.ContactSystem(S, rng.normal(size=(n, 3)), bonded, gap=gap)
         corners = [{"a": 1.0}, {"a": -1.0}, {"b": rng.normal(), "c": rng.normal()}, {"c": 1.0}]
         cycle = fo.LoadCycle({"mean": 1.0}, corners[: int(rng.integers(1, 5))])
-        friction = rng.uniform(0.05, 1.5, n) * (
-            rng.uniform(size=n) > rng.choice([0.0, 0.3], p=[0.8, 0.2])
-        )
+        coefficient = rng.uniform(0.05, 1.5, n)
+        has_friction = rng.uniform(size=n) > rng.choice([0.0, 0.3], p=[0.8, 0.2])
+        friction = coefficient * has_friction
         slip = 0.3 * rng.normal(size=(n, 2)) / scale
         super().__init__(Case(seed, system, cycle, friction, float(rng.uniform(0.2, 1.8)), slip))
 
 
 def space_findings(seed: int, checks: Sequence[str] | None = None) -> Iterator[Finding]:
-    """Ask every question, or some of them, by name, of the contact of a seed, and of the plane contact of the same seed in space."""
-    for questions, subject in ((_SPACE, _Subject(seed)), (_EMBEDDED, Embedded(seed))):
-        yield from asked(
-            {name: ask for name, ask in questions.items() if checks is None or name in checks},
-            subject,
-            seed,
-        )
+    """Findings about the contact of a seed, and about the plane contact of this seed in space.
+
+    `checks` names the questions; None: all questions.
+    """
+    for questions, subject in ((_SPACE, _SpatialSubject(seed)), (_EMBEDDED, Embedded(seed))):
+        names = [name for name in questions if checks is None or name in checks]
+        yield from findings_of({name: questions[name] for name in names}, subject, seed)
 
 
-def _limit(subject: _Subject) -> tuple[float, bool]:
-    limit, known = subject.answered_limit, polygon_limit(*subject.args)
-    if known is not None and not np.isnan(limit.load_factor) and not limit.open.any():
-        same("the limit is", limit.load_factor, known, _SAME, _SAME)
-    return limit.residual, known is not None
+def _limit(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Compare the limit with the limit of a program with polygons instead of friction circles."""
+    limit = subject.answered_limit
+    expected = polygon_limit(*subject.args)
+    if expected is not None and not np.isnan(limit.load_factor) and not limit.open.any():
+        same("the limit is", limit.load_factor, expected, _SAME, _SAME)
+    return limit.residual, expected is not None
 
 
-def _least(subject: _Subject) -> tuple[float, bool]:
-    """Under a mean load that pulls here and there, safe load factors begin where corners press."""
+def _least(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Compare the least safe load factor with the same program.
+
+    The mean load of the case is changed so that it pulls at some nodes, and the cyclic loads so
+    that they press.
+    """
     bonded = subject.case.system.bonded
-    pulled = {"mean": (bonded["mean"][0], bonded["mean"][1] - 0.2)}
-    system = subject.case.system.with_bonded(
-        pulled | {name: (0.2 * bonded[name][0], 1 + 0.3 * bonded[name][1]) for name in "abc"}
-    )
+    q0, p0 = bonded["mean"]
+    loads = {"mean": (q0, p0 - 0.2)}
+    for name in "abc":
+        q, p = bonded[name]
+        loads[name] = (0.2 * q, 1 + 0.3 * p)
+    system = subject.case.system.with_bonded(loads)
     cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"b": 1.0, "c": 0.3}])
     limit = fo.shakedown_limit(system, cycle, subject.case.friction)
-    known = polygon_limit(system, cycle, subject.case.friction, least=True)
-    if known is None or np.isnan(limit.least) or limit.open.any():
+    expected = polygon_limit(system, cycle, subject.case.friction, least=True)
+    if expected is None or np.isnan(limit.least) or limit.open.any():
         return limit.residual, False
-    same("the least safe load factor is", limit.least, known, _SAME, _SAME)
+    same("the least safe load factor is", limit.least, expected, _SAME, _SAME)
     return limit.residual, True
 
 
-def _guaranteed(subject: _Subject) -> tuple[float, bool]:
-    """By programs of this study for few nodes; with every node's program solved, the corners the other way round, and one more within their hull."""
+def _guaranteed(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Compare the guaranteed limit with critical states by polygons, and with an equal question.
+
+    Only contacts of few nodes are compared with polygons. The equal question has the corners in
+    reverse order, one more corner within their hull, and no simplification.
+    """
     system, cycle, f = subject.args
     limit = fo.guaranteed_limit(system, cycle, f)
     if len(cycle.corners) < 2:
         return limit.residual, False
     top = limit.shakedown.load_factor
     if system.nodes <= _FEW and limit.least == 0 and 0 < top < np.inf and not limit.open.any():
-        least = least_critical(
-            system, cycle, f
-        )  # at about 0 it may be critical at that load factor alone
+        least = least_critical(system, cycle, f)
+        # A node whose limit is about 0 may be critical at that load factor alone.
         if least is not None and max(limit.load_factor, min(least, top)) > _ZERO * top:
             same("the guaranteed limit is", limit.load_factor, min(least, top), _CRITICAL)
-    within = {
-        name: 0.4 * value for name, value in cycle.corners[0].items()
-    }  # the second corner is opposed to it
-    other = fo.guaranteed_limit(
-        system, fo.LoadCycle(cycle.mean, [within, *cycle.corners[::-1]]), f, simplify=False
-    )
-    same("the guaranteed limit is", limit.load_factor, other.load_factor, _SAME, _SAME)
+    # The second corner is opposed to the first one, so a part of the first one is within the hull.
+    within = {name: 0.4 * value for name, value in cycle.corners[0].items()}
+    equal_cycle = fo.LoadCycle(cycle.mean, [within, *cycle.corners[::-1]])
+    equal_limit = fo.guaranteed_limit(system, equal_cycle, f, simplify=False)
+    same("the guaranteed limit is", limit.load_factor, equal_limit.load_factor, _SAME, _SAME)
     return limit.residual, True
 
 
-def _safe_slip(subject: _Subject) -> tuple[float, bool]:
+def _safe_slip(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Check that no slip is safe above the limit."""
     safe = fo.safe_slip(*subject.args, subject.load_factor)
     compared = subject.finite and abs(subject.case.share - 1) > _NEAR
     if compared and safe.exists and subject.case.share > 1:
@@ -137,24 +148,31 @@ def _safe_slip(subject: _Subject) -> tuple[float, bool]:
 
 
 def _increment(
-    subject: _Subject, engine: type[NewtonIncrement | FrozenBoundIncrement]
+    subject: _SpatialSubject, engine: type[NewtonIncrement | FrozenBoundIncrement]
 ) -> tuple[float, bool]:
+    """Check that friction opposes the slip of an increment with its full bound.
+
+    Then the work of the shear forces and the work of the bounds add up to zero.
+    """
+    f = subject.case.friction
+    start = subject.case.start
     load = subject.case.system.reaction({"mean": 1.0, "a": subject.case.share, "b": 0.5})
-    found = engine(subject.case.system, subject.case.friction).solve(subject.case.start, load)
-    q, p, f = found.q, found.p, subject.case.friction
-    moved = found.slip - subject.case.start
-    work = float(np.sum(q * moved)) + float(
-        np.sum(f * p * np.linalg.norm(moved, axis=1))
-    )  # friction opposes slip: the sum vanishes
+    increment = engine(subject.case.system, f).solve(start, load)
+    q = increment.q
+    p = increment.p
+    moved = increment.slip - start
+    work_of_shear = float(np.sum(q * moved))
+    work_of_bounds = float(np.sum(f * p * np.linalg.norm(moved, axis=1)))
+    work = work_of_shear + work_of_bounds
     forces = float(np.abs(q).sum() + np.abs(load[0]).sum() + np.abs(load[1]).sum())
-    if abs(work) > forces * (
-        _SAME * float(np.abs(moved).max()) + _ROUNDING * float(np.abs(subject.case.start).max())
-    ):
+    slip_error = _SAME * float(np.abs(moved).max()) + _ROUNDING * float(np.abs(start).max())
+    if abs(work) > forces * slip_error:
         raise Wrong(f"friction and slip are off by the work {work:.2e}")
-    return found.residual, True
+    return increment.residual, True
 
 
-def _steady(subject: _Subject) -> tuple[float, bool]:
+def _steady(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Check that the contact does not shake down above the limit with all nodes closed."""
     if not subject.finite:
         return 0.0, False
     above = fo.steady_state(
@@ -164,14 +182,13 @@ def _steady(subject: _Subject) -> tuple[float, bool]:
         steps=4,
         most_cycles=200,
     )
-    if (
-        above.outcome is fo.Outcome.SHAKEDOWN and not above.open.any()
-    ):  # what lifts off need not slip
+    if above.outcome is fo.Outcome.SHAKEDOWN and not above.open.any():
         raise Wrong("shakedown above the limit")
     return above.residual, True
 
 
-def _safe_start(subject: _Subject) -> tuple[float, bool]:
+def _safe_start(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Check that a transient from a safe slip with a margin shakes down."""
     if not subject.finite or subject.case.cycle.mean_reaction(subject.case.system)[1].min() < 0:
         return 0.0, False
     below = 0.9 * subject.answered_limit.load_factor
@@ -184,15 +201,18 @@ def _safe_start(subject: _Subject) -> tuple[float, bool]:
     return steady.residual, True
 
 
-def _turned(subject: _Subject) -> tuple[float, bool]:
-    """With the tangents of each node turned, and the nodes and the corners in another order."""
-    system, cycle, n, rng = (
-        subject.case.system,
-        subject.case.cycle,
-        subject.case.system.nodes,
-        np.random.default_rng(subject.case.seed),
-    )
-    order, angle = rng.permutation(n), rng.uniform(0, 2 * np.pi, n)
+def _turned(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Compare both limits with the limits of the same contact in another description.
+
+    The tangents of each node are turned, and the nodes and the corners have another order.
+    """
+    system = subject.case.system
+    cycle = subject.case.cycle
+    friction = subject.case.friction
+    n = system.nodes
+    rng = np.random.default_rng(subject.case.seed)
+    order = rng.permutation(n)
+    angle = rng.uniform(0, 2 * np.pi, n)
     c, s = np.diag(np.cos(angle)), np.diag(np.sin(angle))
     turn = np.block(
         [[c, -s, np.zeros((n, n))], [s, c, np.zeros((n, n))], [np.zeros((n, 2 * n)), np.eye(n)]]
@@ -200,44 +220,59 @@ def _turned(subject: _Subject) -> tuple[float, bool]:
     turn = turn[np.r_[order, n + order, 2 * n + order]]
     bonded = {name: turn @ np.r_[q.T.ravel(), p] for name, (q, p) in system.bonded.items()}
     S = turn @ system.S @ turn.T
-    other = fo.ContactSystem((S + S.T) / 2, system.points[order], bonded, gap=system.gap[order])
-    corners, f = fo.LoadCycle(cycle.mean, cycle.corners[::-1]), subject.case.friction[order]
-    found = fo.shakedown_limit(other, corners, f)
-    if (
-        found.open != subject.answered_limit.open[order]
-    ).any():  # the search is local, and may end elsewhere from another order
-        return found.residual, False
-    for name in ("load_factor", "least"):
-        same(
-            f"{name} is", getattr(found, name), getattr(subject.answered_limit, name), _SAME, _SAME
-        )
-    one, turned = (
-        fo.guaranteed_limit(system, cycle, subject.case.friction),
-        fo.guaranteed_limit(other, corners, f),
+    points = system.points[order]
+    turned_system = fo.ContactSystem((S + S.T) / 2, points, bonded, gap=system.gap[order])
+    turned_args = (
+        turned_system,
+        fo.LoadCycle(cycle.mean, cycle.corners[::-1]),
+        friction[order],
     )
-    same("the guaranteed limit is", turned.load_factor, one.load_factor, _SAME, _SAME)
-    return found.residual, True
+    expected = subject.answered_limit
+    limit = fo.shakedown_limit(*turned_args)
+    # The search is local, and may end with other open nodes if it begins in another order.
+    if (limit.open != expected.open[order]).any():
+        return limit.residual, False
+    for name in ("load_factor", "least"):
+        same(f"{name} is", getattr(limit, name), getattr(expected, name), _SAME, _SAME)
+    guarantee = fo.guaranteed_limit(system, cycle, friction)
+    turned_guarantee = fo.guaranteed_limit(*turned_args)
+    same(
+        "the guaranteed limit is",
+        turned_guarantee.load_factor,
+        guarantee.load_factor,
+        _SAME,
+        _SAME,
+    )
+    return limit.residual, True
 
 
-def _required(subject: _Subject) -> tuple[float, bool]:
-    """Slips are safe with a little more by the cones of this study, and none is with a little less."""
-    system, cycle, factor = subject.case.system, subject.case.cycle, subject.load_factor
+def _required(subject: _SpatialSubject) -> tuple[float, bool]:
+    """Compare the required friction with the program with polygons.
+
+    With slightly more friction the load factor must be safe, and with slightly less it must not.
+    """
     if subject.case.seed % EVERY:
-        raise NotAsked
-    found = fo.required_friction(system, cycle, factor)
-    if not 0 < found.required < np.inf or found.open.any():
-        return found.residual, False
+        raise NotApplicable
+    system = subject.case.system
+    cycle = subject.case.cycle
+    factor = subject.load_factor
+    answer = fo.required_friction(system, cycle, factor)
+    if not 0 < answer.required < np.inf or answer.open.any():
+        return answer.residual, False
     for share, enough in ((0.999, False), (1.001, True)):
-        f = np.full(system.nodes, share * found.required)
-        most, least = (polygon_limit(system, cycle, f, least=side) for side in (False, True))
-        if most is None or least is None or np.isinf(most):  # polygons leave more than circles do
-            return found.residual, False
-        if enough != (not np.isnan(most) and least * (1 - _SAME) <= factor <= most * (1 + _SAME)):
+        f = np.full(system.nodes, share * answer.required)
+        largest = polygon_limit(system, cycle, f, least=False)
+        least = polygon_limit(system, cycle, f, least=True)
+        # Polygons contain the circles, so they may have no limit if the circles have one.
+        if largest is None or least is None or np.isinf(largest):
+            return answer.residual, False
+        is_safe = least * (1 - _SAME) <= factor <= largest * (1 + _SAME)
+        if enough != (not np.isnan(largest) and is_safe):
             raise Wrong(
-                f"{share:g} of the required friction {found.required:.9g} keeps {least:.9g} to "
-                f"{most:.9g} safe, asked is {factor:.9g}"
+                f"{share:g} of the required friction {answer.required:.9g} keeps {least:.9g} to "
+                f"{largest:.9g} safe, asked is {factor:.9g}"
             )
-    return found.residual, True
+    return answer.residual, True
 
 
 _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
@@ -249,7 +284,7 @@ _SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "required friction, 3-D": _required,
     "best design, 3-D": best_design,
     "least slip, 3-D": least_slip,
-    "found range, 3-D": found_range,
+    "found range, 3-D": dissipation_range,
     "limit after a protocol, 3-D": limit_after_protocol,
     "increment, 3-D": partial(_increment, engine=NewtonIncrement),
     "increment by cones, 3-D": partial(_increment, engine=FrozenBoundIncrement),
@@ -271,4 +306,4 @@ _EMBEDDED: Mapping[str, Callable[[Any], tuple[float, bool]]] = {
     "increment, plane in 3-D": embedded.increment,
 }
 SPACE: Mapping[str, Callable[[Any], tuple[float, bool]]] = {**_SPACE, **_EMBEDDED}
-"""Question -> what asks it and compares the answer."""
+"""Question -> function that answers it and compares the answer."""

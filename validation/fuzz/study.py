@@ -1,6 +1,6 @@
-"""Thousands of random contacts: every answer is compared with an independent one, or is an error of frictopt that names a remedy.
+"""Thousands of random contacts, whose answers are compared with independent ones.
 
-Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential |
+Each answer agrees with the independent one, or is an error of frictopt that names a remedy. Run with `python -m studies fuzz [--quick] [--cases N] [--seed S] [--only answers | differential |
 space | sliding]`. It prints wrong answers with their seeds, and the counts in Markdown; its exit
 status is 1 if any answer is wrong. Without a seed it draws a new one and prints it, so each run
 tests new cases; a quick run always has the same. The part "answers" has small contacts, ordinary
@@ -41,15 +41,18 @@ PARTS: Mapping[str, tuple[Mapping[str, Any], Callable[[int], Iterator[Finding]]]
     "space": (SPACE, lambda seed: space_findings(seed)),
     "sliding": (SLIDING, lambda seed: sliding_findings(seed)),
 }
-"""Part -> its questions, and what comes of them all for the case of a seed."""
+"""Part -> its questions, and the function that returns all findings for the case of a seed."""
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """The cases, and the parts that are asked for each."""
+    """The number of cases, the seed of the first case, and the parts that are computed.
+
+    The following cases have the following seeds.
+    """
 
     cases: int = 10_000
-    seed: int = 0  # of the first case; the others have the next seeds
+    seed: int = 0
     parts: tuple[str, ...] = tuple(PARTS)
 
 
@@ -63,7 +66,8 @@ def _run(parameters: Parameters) -> pd.DataFrame:
     """One row per finding, with the seconds that it took."""
     rows: list[dict[str, Any]] = []
     with threadpool_limits(1), warnings.catch_warnings():
-        warnings.simplefilter("ignore", fo.ModelWarning)  # it asks odd questions on purpose
+        # Extreme cases are intended, so their warnings are not shown.
+        warnings.simplefilter("ignore", fo.ModelWarning)
         for seed in each(range(parameters.seed, parameters.seed + parameters.cases), "fuzzing"):
             start = time.perf_counter()
             for finding in chain.from_iterable(PARTS[part][1](seed) for part in parameters.parts):
@@ -71,56 +75,57 @@ def _run(parameters: Parameters) -> pd.DataFrame:
                 start = time.perf_counter()
                 if finding.result == "wrong":
                     tqdm.write(f"WRONG, seed {finding.seed}, {finding.check}: {finding.text}")
-                    sys.stdout.flush()  # so that a long run can be watched
+                    # A reader of a long run sees the line at once.
+                    sys.stdout.flush()
     return pd.DataFrame(rows)
 
 
 def counts(parameters: Parameters) -> pd.DataFrame:
     """One row per question."""
-    by = _run(parameters).groupby("check")
-    table = by.agg(
+    by_question = _run(parameters).groupby("check")
+    table = by_question.agg(
         cases=("seed", "size"),
         compared=("compared", "sum"),
         residual=("residual", "max"),
         seconds=("seconds", "sum"),
     )
     results = ["answer", "missed", "ModelError", "NoContinuation", "SolverError", "wrong"]
-    table[results] = by["result"].value_counts().unstack().reindex(columns=results)
-    table = table.reindex([check for part in parameters.parts for check in PARTS[part][0]]).fillna(
-        0.0
-    )
+    table[results] = by_question["result"].value_counts().unstack().reindex(columns=results)
+    # A question without findings has a row of zeros.
+    questions = [check for part in parameters.parts for check in PARTS[part][0]]
+    table = table.reindex(questions).fillna(0.0)
     whole = table.drop(columns=["residual", "seconds"]).astype(int)
-    table = (
-        table.assign(**whole)
-        .rename(columns={"answer": "answers"})
-        .rename_axis("question")
-        .reset_index()
-    )
-    return table[["question", *_COUNTS]]
+    table = table.assign(**whole).rename(columns={"answer": "answers"})
+    return table.rename_axis("question").reset_index()[["question", *_COUNTS]]
 
 
 def refusals(parameters: Parameters) -> pd.DataFrame:
-    """One row per question, kind of error and message without its numbers; wrong answers come first, one row each."""
-    found = _run(parameters).query("result != 'answer'").rename(columns={"check": "question"})
-    own = found["text"] + " (seed " + found["seed"].astype(str) + ")"
-    found["message"] = own.where(found["result"] == "wrong", found["text"].map(_pattern))
+    """One row per question, kind of error and message without its numbers.
+
+    Wrong answers come first, each with a row and with its numbers.
+    """
+    rows = _run(parameters).query("result != 'answer'").rename(columns={"check": "question"})
+    text_with_seed = rows["text"] + " (seed " + rows["seed"].astype(str) + ")"
+    is_wrong = rows["result"] == "wrong"
+    rows["message"] = text_with_seed.where(is_wrong, rows["text"].map(_without_numbers))
     table = (
-        found.groupby(["question", "result", "message"], sort=False)
+        rows.groupby(["question", "result", "message"], sort=False)
         .agg(cases=("seed", "size"), seed=("seed", "first"))
         .reset_index()
     )
     table = table.sort_values(
         ["result", "cases"],
         ascending=False,
-        key=lambda c: c == "wrong" if c.name == "result" else c,
+        key=lambda column: column == "wrong" if column.name == "result" else column,
     )
     return table.assign(residual=0.0)
 
 
-def _pattern(message: str) -> str:
-    return re.sub(
-        r"\[[^\]]*\]", "[..]", re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", message.split("(HIGHS")[0])
-    )
+def _without_numbers(message: str) -> str:
+    """A message with "#" for each number and "[..]" for each list."""
+    without_solver = message.split("(HIGHS")[0]
+    numbered = re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", without_solver)
+    return re.sub(r"\[[^\]]*\]", "[..]", numbered)
 
 
 def short(table: pd.DataFrame) -> str:
@@ -182,22 +187,17 @@ class _Random(Study):
     def run(self, argv: Sequence[str] | None = None) -> int:
         options = self.parser().parse_args(argv)
         cases = options.cases or (QUICK if options.quick else FULL).cases
-        seed = (
-            options.seed
-            if options.seed is not None
-            else _QUICK_SEED
-            if options.quick
-            else secrets.randbelow(10**9)
-        )
-        parameters = Parameters(cases, seed, (options.only,) if options.only else tuple(PARTS))
+        if options.seed is not None:
+            seed = options.seed
+        elif options.quick:
+            seed = _QUICK_SEED
+        else:
+            seed = secrets.randbelow(10**9)
+        parts = (options.only,) if options.only else tuple(PARTS)
+        parameters = Parameters(cases, seed, parts)
         print(f"seeds {seed} to {seed + cases - 1}")
-        status = Study.run(
-            replace(
-                self,
-                tables=[replace(table, full=parameters, quick=parameters) for table in self.tables],
-            ),
-            argv,
-        )
+        tables = [replace(table, full=parameters, quick=parameters) for table in self.tables]
+        status = Study.run(replace(self, tables=tables), argv)
         return status or int((_run(parameters)["result"] == "wrong").any())
 
 
