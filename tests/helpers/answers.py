@@ -1,7 +1,8 @@
-"""An answer of each kind to questions about a coupled pair of nodes, made once for all tests that
-look at answers as such."""
+"""An answer of each kind to questions about a coupled pair of nodes, for all tests that look at
+answers as such. An answer is computed when a test first asks for it, and is then kept."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -11,29 +12,44 @@ from helpers.systems import CYCLE, FIRST_PAIR, system
 PAIR = system(*FIRST_PAIR)
 ASKED = PAIR, CYCLE, 0.6
 TWO = PAIR.with_bonded({"other": (np.array([0.1, 0.1]), np.ones(2))})
-FIRST = fo.onset(*ASKED)
-LIMIT, LOWER, SAFE = (
-    fo.shakedown_limit(*ASKED),
-    fo.guaranteed_limit(*ASKED),
-    fo.safe_slip(*ASKED, 0.3),
-)
-LEAST, CHECK, NEEDED = (
-    LIMIT.least_slip(1.0),
-    fo.verify(LOWER, starts=3, moved=1),
-    fo.required_friction(PAIR, CYCLE, 0.3),
-)
-REGION = fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6)
-DESIGNS = fo.DesignModel(TWO, CYCLE, preloads=["other"], profile=True)
-DRAWN = DESIGNS.solve(0.6, [DESIGNS.preload == 0.2, DESIGNS.profile == 0.1])
-STEADY, PATH = fo.steady_state(*ASKED, 1.5), fo.march(*ASKED, 1.5, cycles=2)
-SPAN = fo.dissipation_range(*ASKED, 0.8)
-REST = fo.limit_after_protocol(
-    *ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]
-)
-CURED = fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95})
-WORN = fo.wear(replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1)
-MOVED = fo.increments.ExactIncrement(PAIR, 0.6).solve(
-    np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0})
-)
-ANSWERS = [FIRST, FIRST.slip, LIMIT, LEAST, SAFE, LOWER, CHECK, DRAWN, NEEDED, REGION, MOVED]
-ANSWERS += [STEADY, STEADY.state, PATH, PATH.verdict, SPAN, REST, CURED, WORN]
+
+
+def design():
+    """The limit of a preload and a profile that constraints prescribe."""
+    model = fo.DesignModel(TWO, CYCLE, preloads=["other"], profile=True)
+    return model.solve(0.6, [model.preload == 0.2, model.profile == 0.1])
+
+
+QUESTIONS = {
+    "Onset": lambda: fo.onset(*ASKED),
+    "OnsetEvent": lambda: answer("Onset").slip,
+    "ShakedownLimit": lambda: fo.shakedown_limit(*ASKED),
+    "LeastSlip": lambda: answer("ShakedownLimit").least_slip(1.0),
+    "SafeSlip": lambda: fo.safe_slip(*ASKED, 0.3),
+    "GuaranteedLimit": lambda: fo.guaranteed_limit(*ASKED),
+    "GuaranteeCheck": lambda: fo.verify(answer("GuaranteedLimit"), starts=3, moved=1),
+    "Design": design,
+    "RequiredFriction": lambda: fo.required_friction(PAIR, CYCLE, 0.3),
+    "SafeRegion": lambda: fo.safe_region(TWO, {"mean": 1.0}, ["cyclic", "other"], 0.6),
+    "Increment": lambda: fo.increments.ExactIncrement(PAIR, 0.6).solve(
+        np.zeros(2), PAIR.reaction({"mean": 1.0, "cyclic": 1.0})
+    ),
+    "SteadyState": lambda: fo.steady_state(*ASKED, 1.5),
+    "ContactState": lambda: answer("SteadyState").state,
+    "Trajectory": lambda: fo.march(*ASKED, 1.5, cycles=2),
+    "Verdict": lambda: answer("Trajectory").verdict,
+    "DissipationRange": lambda: fo.dissipation_range(*ASKED, 0.8),
+    "LimitAfterProtocol": lambda: fo.limit_after_protocol(
+        *ASKED, scan=3, protocol=[fo.starts.LoadStep({"mean": 2.0}, {"cyclic": 1.0})]
+    ),
+    "LeastExcursion": lambda: fo.least_excursion(*ASKED, 0.6, excursion={"mean": -0.95}),
+    "WearHistory": lambda: fo.wear(
+        replace(PAIR, width=[1.0, 1.0]), *ASKED[1:], 1.5, coefficient=0.01, cycles=1
+    ),
+}
+
+
+@cache
+def answer(kind):
+    """The answer of this kind."""
+    return QUESTIONS[kind]()
