@@ -75,8 +75,13 @@ BY_JOBS = {  # command -> how a job has it, with what only its machine needs
 }
 COUNTS = ["python benchmarks/functions.py"]  # its exit status is a number of what it finds
 DRIVER = """
-import glob, os, runpy, shlex, sys
+import gc, glob, os, runpy, shlex, sys
 import cvxpy, matplotlib.pyplot, numba, pandas, scipy.optimize, skfem
+import frictopt, frictopt.command.main
+contact = frictopt.scenes.PunchOnHalfPlane(elements=4).condense()
+asked = contact, frictopt.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]), 0.4
+frictopt.shakedown_limit(*asked), frictopt.steady_state(*asked, 0.5)  # which import the rest
+gc.freeze()  # else each process copies the memory of the libraries to look through it for garbage
 for line in sys.stdin:
     folder, output, *words = map(os.path.expandvars, shlex.split(line))
     if not (process := os.fork()):
@@ -193,7 +198,7 @@ def clone(tmp_path_factory):
 @pytest.fixture(scope="module")
 def run(clone, tmp_path_factory):
     """Runs a command as it is typed, in a folder, with the package of the clone: in a process of
-    its own that has the libraries already."""
+    its own that has the libraries and the package of the clone already."""
     output = tmp_path_factory.mktemp("output") / "told"
     paths = {"PYTHONPATH": str(clone), "MPLBACKEND": "agg", "SLURM_ARRAY_TASK_ID": "1"}
     options = {
