@@ -6,6 +6,7 @@ Each room has its list in `tests/ROOM/faults.py`. `benchmarks/mutants.py` plants
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import NamedTuple
@@ -44,7 +45,7 @@ def faults() -> list[Fault]:
 
 def planted(source: str, fault: Fault) -> str | None:
     """The text of a file with the fault in it; None if `old` does not stand there exactly once."""
-    scope = _scope(ast.parse(source), fault.within)
+    scope = _scope(_parsed(source), fault.within)
     if scope is None:
         return None
     wanted = ast.parse(fault.old).body
@@ -55,6 +56,12 @@ def planted(source: str, fault: Fault) -> str | None:
     if len(places) != 1:
         return None
     return _replaced(source, places[0], fault.new)
+
+
+@cache
+def _parsed(source: str) -> ast.Module:
+    """The syntax of a file, read once for all its faults."""
+    return ast.parse(source)
 
 
 def _scope(tree: ast.AST, within: str) -> ast.AST | None:
@@ -68,13 +75,20 @@ def _scope(tree: ast.AST, within: str) -> ast.AST | None:
     return scope
 
 
-def _walk(node: ast.AST) -> Iterator[ast.AST]:
-    """All nodes below one. Texts with braces count as a whole: Python 3.11 does not know places in
-    them."""
-    yield node
-    if not isinstance(node, ast.JoinedStr):
-        for child in ast.iter_child_nodes(node):
-            yield from _walk(child)
+@cache
+def _walk(node: ast.AST) -> list[ast.AST]:
+    """A node and all below it, as they stand in the file; listed once for all faults in it.
+
+    Texts with braces count as a whole: Python 3.11 does not know places in them.
+    """
+    listed = []
+    ahead = [node]
+    while ahead:
+        node = ahead.pop()
+        listed.append(node)
+        if not isinstance(node, ast.JoinedStr):
+            ahead += reversed(list(ast.iter_child_nodes(node)))
+    return listed
 
 
 def _expressions(scope: ast.AST, wanted: ast.expr) -> Iterator[list[ast.AST]]:

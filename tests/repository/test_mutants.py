@@ -22,9 +22,9 @@ ROOMS = {
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: f"{fault.file}: {fault.meaning}")
 def test_a_fault_can_be_planted_and_has_tests(fault):
-    source = mutants.place(fault, ROOT).read_text()
-    with_fault = planted(source, fault)
-    assert with_fault is not None and ast.dump(ast.parse(with_fault)) != ast.dump(ast.parse(source))
+    with_fault = planted(mutants.place(fault, ROOT).read_text(), fault)
+    assert with_fault is not None and ast.parse(with_fault)
+    assert ast.dump(ast.parse(fault.new)) != ast.dump(ast.parse(fault.old))
     for glob, _, test in (name.partition("::") for name in fault.tests.split()):
         files = list((ROOT / "tests").glob(f"*/test_{glob}.py"))
         assert files and all(not test or f"def {test}(" in path.read_text() for path in files)
