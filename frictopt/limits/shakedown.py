@@ -406,7 +406,8 @@ class ShakedownLimit(ShakedownAnswer):
         All openings and closings count; a slip bound and constraints do not. If the load factor
         scales normal loads of an uncoupled contact, the contact may slip above the limit and come
         to rest again at higher load factors (theory, "Normal loads that are scaled, too"). A
-        contact without pressure at all corners counts as at rest.
+        contact without pressure at all corners counts as at rest. An interval that is shorter than
+        1e-6 of its load factor, such as a single load factor, may be left out.
 
         ModelError if slip changes pressures, if a node has no friction, or if fixed parts differ
         while normal loads are scaled: then only `least` and `load_factor` are known. SolverError if
