@@ -1,1 +1,5 @@
-"""Studies that compare the package with independent answers: oracles, random contacts, extreme input, direct calls of other packages."""
+"""Studies that compare the package with independent answers.
+
+There are independent methods (`oracles`), random contacts, extreme input, and direct calls of other
+packages.
+"""

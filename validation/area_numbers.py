@@ -1,13 +1,13 @@
-"""Known numbers of contact areas that move, and a wider search of states of rest.
+"""Limits of moving contact areas beside closed forms, and a search of states of rest above limits.
 
 `python -m validation.area_numbers [SEED [COUNT]]` prints three tables:
 
 - limits of a cylinder whose area moves, beside their closed forms (`closed_forms`);
-- limits of a cylinder of two materials against Dundurs' constant;
-- COUNT random cylinders, pads and twins whose nodes open and close: how often a transient from some
-  start rests above the limit with events (`contact`).
+- limits of a cylinder of two materials for several values of Dundurs' constant;
+- COUNT random cylinders, pads and twins whose nodes open and close (`contact`). The table counts
+  the contacts for which a transient from some start shakes down above the limit with events.
 
-`validation.moving_areas`, `validation.rest_intervals` and `validation.moving_events` judge random
+`validation.moving_areas`, `validation.rest_intervals` and `validation.moving_events` have random
 contacts of other kinds.
 """
 
@@ -34,32 +34,32 @@ from .moving_events import (
 )
 
 KINDS = ("cylinder", "pad", "twins")
-# A transient at rest just above a limit would show a higher limit of another order.
+# A transient that shakes down just above a limit would show a higher limit of another order.
 _ABOVE = (1.001, *ABOVE)
 _BETAS = (0.0, 0.05, 0.1, 0.2, 0.3)
 _PHASES = (10, 45, 90)
-# Share of P by which the cylinder rolls to and fro in `ROLLS`, in half-widths.
+# Length in half-widths by which the cylinder rolls to and fro in `ROLLS`.
 _ROLL = 0.35
 
 
 def closed_forms(cells: int, seed: int) -> pd.DataFrame:
-    """Limits of a cylinder beside what is known; columns contact, known, limit, work at 0.001.
+    """Limits of a cylinder beside known values; columns contact, known, limit, work at 0.001.
 
-    The cells limit the accuracy of a rolling cylinder alone. `seed` makes the cycle of a cylinder
-    that rolls and is pressed at random.
+    The number of cells limits only the accuracy of a rolling cylinder. `seed` makes the cycle of a
+    cylinder that rolls and is pressed at random.
     """
     pressed = cylinder(cells, 1.6)
     rolling = cylinder(cells, 1.8)
     in_phase = FRICTION * 0.2 / 0.4
     swept = _ROLL * np.sqrt(1 - _ROLL**2) + np.arcsin(_ROLL)
     rolls = FRICTION * (1 - 2 / np.pi * swept)
-    asked = [
+    cases = [
         ("in phase, 2 corners", pressed, IN_PHASE, in_phase),
         ("in phase, 8 corners", pressed, out_of_phase(0.0), in_phase),
         ("rolls", rolling, ROLLS, rolls),
     ]
     rows: list[dict[str, object]] = []
-    for name, system, cycle, known in asked:
+    for name, system, cycle, known in cases:
         limit = fo.shakedown_limit(system, cycle, FRICTION, progress=False)
         rows.append({"contact": name, "known": known, "limit": limit.load_factor})
     for phase in _PHASES:
@@ -87,10 +87,10 @@ def closed_forms(cells: int, seed: int) -> pd.DataFrame:
 
 
 def contact(seed: int) -> Case:
-    """A contact whose nodes open and close, under a load to and fro that is scaled.
+    """A contact whose nodes open and close, under a scaled load to and fro.
 
-    "cylinder" and "pad", a flat one that is tilted, are of two materials. "twins" are two random
-    contacts that are alike and far apart.
+    "cylinder" and "pad", a flat contact that is tilted, are of two materials. "twins" are two equal
+    random contacts that are far apart.
     """
     rng = np.random.default_rng([75, 12, seed])
     kind = KINDS[seed % len(KINDS)]
@@ -125,21 +125,21 @@ def contact(seed: int) -> Case:
 
 
 def main(seed: int = 0, count: int = 200, cells: int = 160) -> None:
-    """Print the tables."""
+    """Print the three tables."""
     print(closed_forms(cells, seed).to_string(index=False))
     print(limits_of_two_materials(_BETAS).to_string(index=False), flush=True)
     table = Counter[tuple[str, ...]]()
     for number in range(seed, seed + count):
         case = contact(number)
-        limit = fo.shakedown_limit(*case.asked, events=True, progress=False)
-        found = "some nodes open and close" if len(limit.events) else "no events"
+        limit = fo.shakedown_limit(*case.arguments, events=True, progress=False)
+        events = "some nodes open and close" if len(limit.events) else "no events"
         above = list[float]()
         if 0 < limit.load_factor < np.inf:
             above = rests_above(case, limit.load_factor, number, _ABOVE)
         if above:
             print(number, case.kind, limit.load_factor, "rests at multiples", above, flush=True)
         kind = limit.kind.name
-        table[case.kind, kind, found, "some start rests above" if above else ""] += 1
+        table[case.kind, kind, events, "some start rests above" if above else ""] += 1
     for row, contacts in sorted(table.items()):
         print(contacts, *row, sep=" | ")
 

@@ -1,9 +1,9 @@
-"""The guaranteed limit in three dimensions, followed: transients of random coupled contacts just below it and, from its witness, just above.
+"""Transients of random contacts in three dimensions, just below and just above the guaranteed limit.
 
-Run with `python -m studies followed [--quick]`; it prints the counts in Markdown. That nothing
-slips for ever below the limit of a coupled contact is an observation, and here is what it was seen
-on. Each transient takes one increment from corner to corner, in which slip begins and ends at the
-same load as in many.
+Run with `python -m studies followed [--quick]`; it prints the counts in Markdown. No coupled
+contact was seen to slip for ever below its guaranteed limit. That is an observation, and this study
+makes it. Just above the limit, transients start from its witness. Each transient takes one
+increment per segment, because slip then begins and ends at the same load as with many increments.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,19 +17,25 @@ import frictopt as fo
 from studies.progress import each
 from studies.tables import Row, Study, Table, markdown
 
-_NONE = 0.01  # limits below this share of lambda_2 leave no load factors to follow
-# powers of ten of the size of random slips, over the largest slip of the witness
+# A guaranteed limit below this share of the shakedown limit leaves no load factors to follow.
+_NONE = 0.01
+# Powers of ten of the size of random slips, relative to the largest slip of the witness.
 _DECADES = (-1.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study.
+
+    The seed is the seed of the first contact; the following contacts have the following seeds.
+    Below each limit transients start from the witness, and from as many random slips as `starts`
+    says. The load factors `below` and `above` are relative to the limit.
+    """
 
     contacts: int = 300
-    seed: int = 0  # of the first contact; the others have the next seeds
-    starts: int = 3  # random ones below each limit, beside the witness
-    below: float = 0.995  # load factors, over the limit
+    seed: int = 0
+    starts: int = 3
+    below: float = 0.995
     above: float = 1.005
 
 
@@ -40,39 +46,41 @@ QUICK = Parameters(contacts=6, starts=1)
 def random_contact(
     seed: int, most: int = 8, corners: int | None = None
 ) -> tuple[fo.ContactSystem, fo.LoadCycle, np.ndarray]:
-    """A coupled contact of 1 to `most` nodes, its load cycle of 2 to 5 corners with their mean at the mean load, and its friction (N,)."""
+    """A coupled contact of 1 to `most` nodes, its load cycle, and its friction (N,).
+
+    The cycle has 2 to 5 corners, whose mean is the mean load.
+    """
     rng = np.random.default_rng(seed)
-    nodes, corners = int(rng.integers(1, most + 1)), corners or int(rng.integers(2, 6))
+    nodes = int(rng.integers(1, most + 1))
+    corners = corners or int(rng.integers(2, 6))
     G = rng.normal(size=(3 * nodes, 3 * nodes))
-    loads = np.hstack(
-        [rng.normal(size=(corners, 2 * nodes)), 0.2 * rng.normal(size=(corners, nodes))]
-    )
-    bonded = {f"c{k}": load for k, load in enumerate(loads - loads.mean(axis=0))} | {
-        "P": np.r_[np.zeros(2 * nodes), 1 + rng.random(nodes)]
-    }
-    system = fo.ContactSystem(
-        G @ G.T / (3 * nodes) + 0.5 * np.eye(3 * nodes), rng.normal(size=(nodes, 3)), bonded
-    )
-    return (
-        system,
-        fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)]),
-        rng.uniform(0.2, 0.7, nodes),
-    )
+    shears = rng.normal(size=(corners, 2 * nodes))
+    pressures = 0.2 * rng.normal(size=(corners, nodes))
+    loads = np.hstack([shears, pressures])
+    bonded = {f"c{k}": load for k, load in enumerate(loads - loads.mean(axis=0))}
+    bonded["P"] = np.r_[np.zeros(2 * nodes), 1 + rng.random(nodes)]
+    S = G @ G.T / (3 * nodes) + 0.5 * np.eye(3 * nodes)
+    system = fo.ContactSystem(S, rng.normal(size=(nodes, 3)), bonded)
+    cycle = fo.LoadCycle({"P": 1.0}, [{f"c{k}": 1.0} for k in range(corners)])
+    return system, cycle, rng.uniform(0.2, 0.7, nodes)
 
 
 def followed(parameters: Parameters) -> Iterator[Row]:
     """One row for each transient."""
+    seeds = range(parameters.seed, parameters.seed + parameters.contacts)
     with threadpool_limits(1):
-        for seed in each(
-            range(parameters.seed, parameters.seed + parameters.contacts), "contacts followed"
-        ):
+        for seed in each(seeds, "contacts followed"):
             yield from _of_contact(seed, parameters)
 
 
 def _of_contact(seed: int, parameters: Parameters) -> list[dict[str, object]]:
+    """The rows of one contact."""
     system, cycle, friction = random_contact(seed)
-    limit, rng = fo.guaranteed_limit(system, cycle, friction), np.random.default_rng(seed)
-    lambda_1, lambda_2, least = limit.load_factor, limit.shakedown.load_factor, limit.least
+    limit = fo.guaranteed_limit(system, cycle, friction)
+    rng = np.random.default_rng(seed)
+    lambda_1 = limit.load_factor
+    lambda_2 = limit.shakedown.load_factor
+    least = limit.least
     head = {
         "seed": seed,
         "nodes": system.nodes,
@@ -92,25 +100,26 @@ def _of_contact(seed: int, parameters: Parameters) -> list[dict[str, object]]:
                 "residual": limit.residual,
             }
         ]
-    random = [
-        limit.largest_slip * 10 ** rng.uniform(*_DECADES) * rng.normal(size=(system.nodes, 2))
-        for _ in range(parameters.starts)
-    ]
-    asked = [
-        (parameters.below, "witness", limit.slip),
-        *((parameters.below, "random", slip) for slip in random),
-    ]
+    transients = [(parameters.below, "witness", limit.slip)]
+    for _ in range(parameters.starts):
+        size = limit.largest_slip * 10 ** rng.uniform(*_DECADES)
+        slip = size * rng.normal(size=(system.nodes, 2))
+        transients.append((parameters.below, "random", slip))
+    transients.append((parameters.above, "witness", limit.slip))
     rows = []
-    for share, start, slip in [*asked, (parameters.above, "witness", limit.slip)]:
-        steady = fo.steady_state(
-            system, cycle, friction, least + share * (lambda_1 - least), initial_slip=slip, steps=1
-        )
-        work = {"work": steady.dissipation, "work_error": steady.work_error}
+    for share, start, slip in transients:
+        load_factor = least + share * (lambda_1 - least)
+        steady = fo.steady_state(system, cycle, friction, load_factor, initial_slip=slip, steps=1)
         rows.append(
             head
-            | {"share": share, "start": start, "outcome": steady.outcome.name}
-            | work
-            | {"residual": steady.residual}
+            | {
+                "share": share,
+                "start": start,
+                "outcome": steady.outcome.name,
+                "work": steady.dissipation,
+                "work_error": steady.work_error,
+                "residual": steady.residual,
+            }
         )
     return rows
 
@@ -138,7 +147,8 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
     """Counts of the transients, in Markdown."""
     table = tables[FOLLOWED.name]
     rests = table["outcome"] == fo.Outcome.SHAKEDOWN.name
-    dying = ~rests & (table["work_error"] >= 1)  # what slip is left is within its error
+    # The remaining slip of these transients is within its error.
+    dying = ~rests & (table["work_error"] >= 1)
     near = table["guaranteed"] > 0.99 * table["shakedown"]
     kinds = {
         "below, from the witness": (table["share"] < 1) & (table["start"] == "witness"),
@@ -147,10 +157,12 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
         & ~near,
         "above, from the witness, $\\lambda_1 > 0.99\\, \\lambda_2$": (table["share"] > 1) & near,
     }
-    rows = [
-        [name, *(str(int((of & which).sum())) for which in (of, rests, dying, ~rests & ~dying))]
-        for name, of in kinds.items()
-    ]
+    rows = []
+    for name, of_kind in kinds.items():
+        counts = [
+            int((of_kind & selected).sum()) for selected in (of_kind, rests, dying, ~rests & ~dying)
+        ]
+        rows.append([name, *map(str, counts)])
     none = int((table["start"] == "none").sum())
     counted = f"{table['seed'].nunique()} contacts, of which {none} have a limit of about 0 and no load factors below it."
     return f"{markdown(['transients', 'number', 'come to rest', 'slip within its error', 'slip for ever'], rows)}\n\n{counted}"

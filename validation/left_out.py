@@ -1,8 +1,8 @@
 """Time saved by `simplify=True`, by computation; the answers are the same.
 
-Run with `python -m studies left_out [--quick]`; it prints the times in Markdown. Times are those of
-one call as a user makes it, condensation not included: models are built and compiled in it. They
-are processor times, which other work on the machine disturbs least, and depend on the machine.
+Run with `python -m studies left_out [--quick]`; it prints the times in Markdown. Each time is the
+processor time of one call as a user makes it. The call builds and compiles its model; condensation
+is not included. Times depend on the machine.
 """
 
 from dataclasses import dataclass, replace
@@ -22,14 +22,26 @@ from studies.tables import Study, Table, markdown, two_digits
 
 @dataclass(frozen=True)
 class Parameters:
-    """Parameters of the study."""
+    """Parameters of the study.
 
-    elements: tuple[int, ...] = (40, 124)  # of the paper's scene
-    fine: int = 124  # elements of the other scenes
+    Attributes
+    ----------
+    elements, fine
+        Numbers of elements of the paper's scene, and of the other scenes.
+    underload
+        Load factor of the safe slip, relative to the limit.
+    corners
+        Number of corners of the scenes with many corners.
+    repetitions
+        Largest number of repetitions of each timing.
+    """
+
+    elements: tuple[int, ...] = (40, 124)
+    fine: int = 124
     friction: float = 0.7
-    underload: float = 0.9  # load factor over the limit, of the safe slip
-    corners: int = 64  # of the scenes with many
-    repetitions: int = 7  # of each timing at most
+    underload: float = 0.9
+    corners: int = 64
+    repetitions: int = 7
 
 
 FULL = Parameters()
@@ -47,6 +59,7 @@ class _Scene:
 
 
 def _scenes(parameters: Parameters) -> list[_Scene]:
+    """The contacts of the study."""
     mean, f = LOADS.mean, parameters.friction
     systems = {
         elements: fo.scenes.PunchOnHalfPlane(elements=elements).condense()
@@ -57,30 +70,21 @@ def _scenes(parameters: Parameters) -> list[_Scene]:
     triangle = np.abs(4 * np.arange(parameters.corners) / parameters.corners - 2) - 1
     ellipse = [{"sigma": float(np.cos(angle)), "Q": float(0.05 * np.sin(angle))} for angle in phase]
     slippery = np.where(np.abs(fine.x) < 0.2 * fine.x[-1], 1e-3, f)
+    with_shear = replace(LOADS, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}])
+    uncoupled = fo.ContactSystem.from_blocks(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded)
+    sampled = fo.LoadCycle(mean, [{"sigma": float(value)} for value in triangle])
     return [
         *(_Scene("paper", systems[elements], LOADS, f) for elements in parameters.elements),
-        _Scene(
-            "with shear",
-            fine,
-            replace(LOADS, corners=[{"sigma": -1.0}, {"sigma": 1.0, "Q": 0.05}]),
-            f,
-        ),
-        _Scene(
-            "uncoupled",
-            fo.ContactSystem.from_blocks(fine.A, 0 * fine.B, fine.C, fine.x, fine.bonded),
-            LOADS,
-            f,
-        ),
-        _Scene("sampled", fine, fo.LoadCycle(mean, [{"sigma": float(s)} for s in triangle]), f),
+        _Scene("with shear", fine, with_shear, f),
+        _Scene("uncoupled", uncoupled, LOADS, f),
+        _Scene("sampled", fine, sampled, f),
         _Scene("ellipse", fine, fo.LoadCycle(mean, ellipse), f),
         _Scene("slippery middle", fine, LOADS, slippery),
     ]
 
 
-_COMPUTATIONS = {
-    "shakedown limit": "load_factor",
-    "safe slip": "margin",
-}  # what is asked, and the number of its answer
+# Computation -> the number of its answer that is compared.
+_COMPUTATIONS = {"shakedown limit": "load_factor", "safe slip": "margin"}
 
 
 def saved(parameters: Parameters) -> pd.DataFrame:
@@ -93,14 +97,16 @@ def saved(parameters: Parameters) -> pd.DataFrame:
 
 
 def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
-    asked = scene.system, scene.cycle, scene.friction
-    ask: Any = partial(fo.shakedown_limit, *asked)
+    """Times and answers of one computation with and without simplification."""
+    arguments = scene.system, scene.cycle, scene.friction
+    question: Any = partial(fo.shakedown_limit, *arguments)
     if name == "safe slip":
-        ask = partial(fo.safe_slip, *asked, parameters.underload * ask().load_factor)
-    lean, full = (
-        timed(partial(ask, simplify=simplify), parameters.repetitions) for simplify in (True, False)
-    )
-    value, kept_value = (float(getattr(made.answer, _COMPUTATIONS[name])) for made in (lean, full))
+        load_factor = parameters.underload * question().load_factor
+        question = partial(fo.safe_slip, *arguments, load_factor)
+    lean = timed(partial(question, simplify=True), parameters.repetitions)
+    full = timed(partial(question, simplify=False), parameters.repetitions)
+    value = float(getattr(lean.answer, _COMPUTATIONS[name]))
+    full_value = float(getattr(full.answer, _COMPUTATIONS[name]))
     return {
         "scene": scene.name,
         "nodes": scene.system.nodes,
@@ -109,7 +115,7 @@ def _row(scene: _Scene, name: str, parameters: Parameters) -> dict[str, Any]:
         "seconds_all": full.seconds,
         "seconds": lean.seconds,
         "saved": full.seconds / lean.seconds,
-        "difference": abs(value - kept_value) / (abs(kept_value) or 1.0),
+        "difference": abs(value - full_value) / (abs(full_value) or 1.0),
         "residual": max(lean.answer.residual, full.answer.residual),
         "left_out": "; ".join(lean.answer.record.left_out),
     }
@@ -128,6 +134,7 @@ def _report(table: pd.DataFrame) -> str:
 
 
 def _milliseconds(row: Any) -> str:
+    """Both times of a row as text."""
     if not row.left_out:
         return "nothing left out"
     return f"{two_digits(1e3 * row.seconds_all)} → {two_digits(1e3 * row.seconds)}"

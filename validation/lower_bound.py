@@ -1,15 +1,15 @@
-"""A lower bound of the guaranteed limit of few nodes: the least load factor with a periodic sequence of friction increments that dissipates.
+"""A lower bound of the guaranteed limit for few nodes, by a mixed-integer program.
 
-One increment leads from each corner of the load cycle to the next, the last one back to the first.
-Each node sticks, slips along or against +x, or is open at the end of an increment, by booleans.
-Some node must slip in one increment and come back, by slip or while open, in another one;
-amplitudes may be zero, which is where the guaranteed limit lies. All bounds are derived
-(`periodic_bounds`).
+The bound is the least load factor with a periodic sequence of friction increments that dissipates.
+One increment leads from each corner of the load cycle to the next, and the last increment leads
+back to the first corner. At the end of an increment each node sticks, slips along or against +x, or
+is open; booleans choose its status. Some node must slip in one increment, and return in another
+one, by slip or while open. Amplitudes may be zero, because the slip at the guaranteed limit is
+zero. All bounds of the program are derived (`periodic_bounds`).
 
-Below the least such load factor no sequence of these increments dissipates in a periodic state.
-That is a statement about increments as long as the way between two corners: the exact path may stop
-and reverse slip in between. It is a number from floating-point branching, no proof in exact
-arithmetic.
+Below this load factor no sequence of these increments dissipates in a periodic state. The statement
+holds for increments of one segment: the exact path may stop and reverse slip within a segment. The
+number comes from branching in floating-point arithmetic, and is no proof in exact arithmetic.
 """
 
 import warnings
@@ -24,15 +24,21 @@ from highspy import Highs
 import frictopt as fo
 from validation import oracles
 
-_NODES = 10  # more have too many signs
-# share by which load factors may exceed the highest one: the witness of a limit at it stays
-# feasible
+# Largest number of nodes. More nodes have too many combinations of signs.
+_NODES = 10
+# Share by which load factors may exceed `highest`, so that the witness of a limit there is
+# feasible.
 _ROOM = 1e-6
-_PAD = 1e-3  # bounds are widened by this share and by this dimensionless amount: above rounding
-_DEFINITE = 1e-6  # least eigenvalue of H, over that of friction 0, that counts as positive definite
-_SINGULAR = 1e-10  # least eigenvalue of S over its largest entry that counts as 0
+# Bounds are widened by this share and by this dimensionless amount, which are above rounding.
+_PAD = 1e-3
+# H counts as positive definite if its least eigenvalue exceeds this share of the least eigenvalue
+# without friction.
+_DEFINITE = 1e-6
+# S counts as singular if its least eigenvalue is at most this share of its largest entry.
+_SINGULAR = 1e-10
 _HIGHS = {"mip_rel_gap": 0.0, "mip_abs_gap": 1e-9, "threads": 1}
-_TOLERANCES = (  # HiGHS calls feasible programs infeasible when they are much tighter
+# With much tighter tolerances HiGHS reports feasible programs as infeasible.
+_TOLERANCES = (
     {"mip_feasibility_tolerance": 1e-8, "primal_feasibility_tolerance": 1e-8},
     {"mip_feasibility_tolerance": 1e-6, "primal_feasibility_tolerance": 1e-7},
 )
@@ -40,20 +46,20 @@ _TOLERANCES = (  # HiGHS calls feasible programs infeasible when they are much t
 
 @dataclass(frozen=True)
 class LowerBound:
-    """What is known from periodic sequences of increments.
+    """The lower bound, and the sequence of increments with the least load factor.
 
     Attributes
     ----------
     load_factor
-        No sequence dissipates below it; 0 where nothing is known.
+        The lower bound: no sequence dissipates below it. It is 0 if nothing is known.
     found
-        Least load factor of a sequence that was found, inf where none was.
+        Load factor of the sequence; inf without a sequence.
     status
-        What became of the program, in words.
+        The status of the program, in words.
     slips
-        (K, N) slips at the corners in the sequence that was found, length; None where none was.
+        (K, N) slips at the corners in the sequence, length; None without a sequence.
     lifts_off
-        Whether a node is open in that sequence.
+        Whether a node is open in the sequence.
     """
 
     load_factor: float
@@ -91,16 +97,16 @@ def lower_bound(
     slip_bound: float | None = None,
     time_limit: float = 60.0,
 ) -> LowerBound:
-    """The least load factor, up to `highest`, of a periodic sequence of increments with dissipation.
+    """The least load factor up to `highest` with a periodic sequence of increments that dissipates.
 
     Parameters
     ----------
     system, cycle, friction
         The contact, its load cycle and the coefficient of friction, one or one per node.
     highest
-        Largest load factor that is looked at, above 0.
+        Largest load factor that is searched, above 0.
     witnessed
-        Whether there is a sequence at `highest`, as where it is a guaranteed limit with a node on
+        Whether a sequence exists at `highest`. This holds for a guaranteed limit with a node on
         both its bounds.
     slip_bound
         Largest slip at the corners; None for no bound.
@@ -124,36 +130,33 @@ def lower_bound(
             f"lower bound: {status}, although a sequence exists at load factor {highest:g}; a "
             "derived bound or the solver is wrong"
         )
-    slips = (
-        problem.var_dict["slip"].value * oracles.units(system, cycle)[1]
-        if np.isfinite(found)
-        else None
-    )
-    lifts_off = slips is not None and bool((problem.var_dict["opened"].value > 0.5).any())
-    return LowerBound(
-        min(max(least, 0.0) * highest, highest), found * highest, status, slips, lifts_off
-    )
+    slips = None
+    lifts_off = False
+    if np.isfinite(found):
+        slips = problem.var_dict["slip"].value * oracles.units(system, cycle)[1]
+        lifts_off = bool((problem.var_dict["opened"].value > 0.5).any())
+    load_factor = min(max(least, 0.0) * highest, highest)
+    return LowerBound(load_factor, found * highest, status, slips, lifts_off)
 
 
 def periodic_bounds(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, highest: float
 ) -> PeriodicBounds | None:
-    """Bounds of every state at a corner with a load factor from 0 to `highest`, whatever its residual slip; None where none can be derived.
+    """Bounds of every state at a corner, for load factors from 0 to `highest` and any residual slip.
+
+    None if no bounds can be derived. The derivation follows.
 
     Let `Z = S^-1` and `[q, p] = r^w + S [v, w]` with r^w the reactions of the closed contact. The
     lower half of `[v, w] = Z (r - r^w)`, multiplied by p, and the contact condition `p' w = 0` give
     `p' Z_wv q + p' Z_ww p = p' z` with `z = (Z r^w)_w`. Friction writes `q = diag(sigma f) p` with
     each sigma in [-1, 1], so that `p' H p = p' z` with H the symmetric part of `Z_ww + Z_wv
-    diag(sigma f)`. Where H is positive definite for all 2^N signs sigma, which holds for small
-    enough friction, p lies in an ellipsoid; all quantities that bound it are convex in H and in z,
-    so the signs and the ends of the load range decide. Then q, and with Z slips and gaps, have
-    bounds too.
+    diag(sigma f)`. If friction is small enough, H is positive definite for all 2^N signs sigma.
+    Then p lies in an ellipsoid. All quantities that bound it are convex in H and in z, so the signs
+    and the ends of the load range decide. Bounds of q follow, and with Z bounds of slips and gaps.
     """
-    (force, length), n, f = (
-        oracles.units(system, cycle),
-        system.nodes,
-        np.broadcast_to(np.asarray(friction, dtype=float), system.nodes),
-    )
+    force, length = oracles.units(system, cycle)
+    n = system.nodes
+    f = np.broadcast_to(np.asarray(friction, dtype=float), n)
     S = system.S * length / force
     if n > _NODES or np.linalg.eigvalsh(S)[0] <= _SINGULAR * np.abs(S).max():
         return None
@@ -162,19 +165,19 @@ def periodic_bounds(
     ends = np.vstack([mean, mean + highest * np.hstack(cycle.corner_reactions(system)) / force])
     z = ends @ Z[n:].T
     normal = np.linalg.eigvalsh(Z[n:, n:])[0]
-    share, size = np.zeros(n), 0.0
+    share = np.zeros(n)
+    size = 0.0
     for signs in product((-1.0, 1.0), repeat=n):
         tilted = Z[n:, n:] + Z[n:, :n] * (np.array(signs) * f)
         H = (tilted + tilted.T) / 2
         if np.linalg.eigvalsh(H)[0] <= _DEFINITE * normal:
             return None
         inverse = np.linalg.inv(H)
-        share, size = (
-            np.maximum(share, np.diag(inverse)),
-            max(size, float(((z @ inverse) * z).sum(axis=1).max())),
-        )
+        share = np.maximum(share, np.diag(inverse))
+        size = max(size, float(((z @ inverse) * z).sum(axis=1).max()))
     p = (1 + _PAD) * np.sqrt(share * size) + _PAD
-    centre, reach = -ends @ Z, np.abs(Z[:, :n]) @ (f * p)
+    centre = -ends @ Z
+    reach = np.abs(Z[:, :n]) @ (f * p)
     low = centre.min(axis=0) - reach + np.minimum(Z[:, n:], 0.0) @ p - _PAD
     high = centre.max(axis=0) + reach + np.maximum(Z[:, n:], 0.0) @ p + _PAD
     return PeriodicBounds(low[:n], high[:n], np.maximum(high[n:], 0.0), p)
@@ -188,31 +191,37 @@ def _problem(
     highest: float,
     slip_bound: float | None,
 ) -> cp.Problem:
-    """The mixed-integer program, in the units of `oracles.units`; load factors in units of `highest`."""
-    n, corners, (force, length) = system.nodes, len(cycle.corners), oracles.units(system, cycle)
+    """The mixed-integer program, in the units of `oracles.units`.
+
+    The unit of the load factor is `highest`.
+    """
+    n = system.nodes
+    corners = len(cycle.corners)
+    force, length = oracles.units(system, cycle)
     before = np.roll(np.arange(corners), 1)
     load_factor = cp.Variable(name="load_factor")
-    slip, gap = cp.Variable((corners, n), name="slip"), cp.Variable((corners, n), name="gap")
-    forward, backward, opened = (
-        cp.Variable((corners, n), boolean=True, name=name)
-        for name in ("forward", "backward", "opened")
-    )
+    slip = cp.Variable((corners, n), name="slip")
+    gap = cp.Variable((corners, n), name="gap")
+    forward = cp.Variable((corners, n), boolean=True, name="forward")
+    backward = cp.Variable((corners, n), boolean=True, name="backward")
+    opened = cp.Variable((corners, n), boolean=True, name="opened")
     returns = cp.Variable(n, boolean=True, name="returns")
 
     def everywhere(row: Any) -> Any:
         return np.broadcast_to(row, (corners, n))
 
-    mean, cyclic = (
-        np.concatenate(cycle.mean_reaction(system)) / force,
-        np.hstack(cycle.corner_reactions(system)) / force,
-    )
+    mean = np.concatenate(cycle.mean_reaction(system)) / force
+    cyclic = np.hstack(cycle.corner_reactions(system)) / force
     r = (
         np.tile(mean, (corners, 1))
         + highest * cyclic * load_factor
         + cp.hstack([slip, gap]) @ (system.S * length / force)
     )
-    q, p, moved = r[:, :n], r[:, n:], slip - slip[before]
-    bound, reach = cp.multiply(everywhere(f), p), everywhere(bounds.slip_high - bounds.slip_low)
+    q = r[:, :n]
+    p = r[:, n:]
+    moved = slip - slip[before]
+    bound = cp.multiply(everywhere(f), p)
+    reach = everywhere(bounds.slip_high - bounds.slip_low)
     room = everywhere(2 * f * bounds.pressure_high)
     slides = forward + backward
     rows = {
@@ -242,29 +251,27 @@ def _problem(
 
 
 def _least(problem: cp.Problem, time_limit: float) -> tuple[float, float, str]:
-    """Lower bound of the objective (inf where there is no solution, by both tolerances; -inf where nothing is known), a value, and the status."""
-    words = []
+    """Lower bound of the objective, its value, and the status.
+
+    The bound is inf if both tolerances find that there is no solution, and -inf if nothing is
+    known.
+    """
+    statuses = []
     for tolerance in _TOLERANCES:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            Highs.resetGlobalScheduler(
-                True
-            )  # else one thread is refused where a solution before has begun with several
+            # HiGHS refuses one thread if an earlier solution began with several threads.
+            Highs.resetGlobalScheduler(True)
             problem.solve(
                 solver="HIGHS",
                 warm_start=False,
                 highs_options=_HIGHS | tolerance | {"time_limit": time_limit},
             )
-        words.append(str(problem.status))
+        statuses.append(str(problem.status))
         if problem.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE, cp.settings.USER_LIMIT):
-            found = (
-                float("inf")
-                if any(variable.value is None for variable in problem.variables())
-                else float(problem.value)
-            )
-            return float(problem.solver_stats.extra_stats.mip_dual_bound), found, "; ".join(words)
-    return (
-        (float("inf") if set(words) == {cp.INFEASIBLE} else float("-inf")),
-        float("inf"),
-        "; ".join(words),
-    )
+            without_solution = any(variable.value is None for variable in problem.variables())
+            value = float("inf") if without_solution else float(problem.value)
+            bound = float(problem.solver_stats.extra_stats.mip_dual_bound)
+            return bound, value, "; ".join(statuses)
+    bound = float("inf") if set(statuses) == {cp.INFEASIBLE} else float("-inf")
+    return bound, float("inf"), "; ".join(statuses)

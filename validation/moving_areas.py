@@ -1,8 +1,8 @@
-"""Random uncoupled contacts whose normal loads open and close nodes, judged by transients.
+"""Random uncoupled contacts whose normal loads open and close nodes, compared with transients.
 
-`contact` makes the contact of a seed, `judged` compares its limit with the ends of transients from
-several starts, just below and just above. `python -m validation.moving_areas FIRST COUNT` prints a
-table, and each contact that disagrees.
+`contact` makes the contact of a seed. `compared` compares its limit with the outcomes of transients
+from several starts, just below the limit and just above it.
+`python -m validation.moving_areas FIRST COUNT` prints a table, and each contact that disagrees.
 """
 
 import sys
@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 import frictopt as fo
 
 KINDS = ("static", "there and back", "closed path", "pressed")
-# Distance of the transients from the limit, as a share of it.
+# Relative distance of the transients from the limit.
 _APART = 0.01
 
 # The arguments of a question: system, cycle and friction.
-Asked: TypeAlias = tuple[fo.ContactSystem, fo.LoadCycle, NDArray[Any]]
+Arguments: TypeAlias = tuple[fo.ContactSystem, fo.LoadCycle, NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A contact, its cycle and friction; `held` parts of the shear may differ between corners."""
+    """A contact, its load cycle, its friction and its kind."""
 
     system: fo.ContactSystem
     cycle: fo.LoadCycle
@@ -34,7 +34,7 @@ class Case:
     kind: str
 
     @property
-    def asked(self) -> Asked:
+    def arguments(self) -> Arguments:
         """The arguments of a question."""
         return self.system, self.cycle, self.friction
 
@@ -57,7 +57,8 @@ def contact(seed: int, tangents: int = 1) -> Case:
     S[entries:, entries:] = definite(rng, nodes)
 
     pressed = rng.uniform(0.4, 1.4, nodes)
-    pressed[rng.integers(nodes)] += 2.0  # this node mostly stays closed
+    # One node has much pressure, so that it usually stays closed.
+    pressed[rng.integers(nodes)] += 2.0
     size = rng.uniform(0.3, 1.6) * (0.2 if kind == "pressed" else 1.0)
     normal = size * rng.normal(size=(corners, nodes))
     shear = rng.normal(size=(corners, entries))
@@ -87,30 +88,40 @@ def contact(seed: int, tangents: int = 1) -> Case:
 
 
 def ends(
-    asked: Asked, load_factor: float, starts: int, seed: int = 0, length: float = 1.0
+    arguments: Arguments, load_factor: float, starts: int, seed: int = 0, length: float = 1.0
 ) -> Counter[str]:
-    """Outcomes of transients from no slip and from random slips of about this length."""
+    """Outcomes of transients; the first one starts without slip, the others from random slips.
+
+    The random slips are about as large as `length`.
+    """
     rng = np.random.default_rng([seed, starts])
-    found = Counter[str]()
+    outcomes = Counter[str]()
     for start in range(starts):
-        slip = length * rng.normal(size=asked[0].slip_shape) * rng.choice([0.1, 1.0])
+        slip = length * rng.normal(size=arguments[0].slip_shape) * rng.choice([0.1, 1.0])
         try:
             steady = fo.steady_state(
-                *asked,
+                *arguments,
                 load_factor,
                 initial_slip=slip if start else None,
                 progress=False,
             )
-            found[steady.outcome.name] += 1
+            outcomes[steady.outcome.name] += 1
         except fo.FrictoptError as error:
-            found[type(error).__name__] += 1
-    return found
+            outcomes[type(error).__name__] += 1
+    return outcomes
+
+
+def agrees(outcomes: Counter[str], at_rest: bool) -> bool:
+    """Whether all transients shake down, or all continue to slip if `at_rest` is False."""
+    if at_rest:
+        return set(outcomes) == {"SHAKEDOWN"}
+    return set(outcomes) <= {"CYCLIC_SLIP", "RATCHETING"}
 
 
 def works(case: Case, load_factor: float, steps: tuple[int, ...]) -> list[float]:
-    """Work of friction per cycle from no slip, by increments, for some numbers of them a leg."""
+    """Work of friction per cycle without initial slip, for several numbers of increments."""
     return [
-        fo.steady_state(*case.asked, load_factor, steps=count, progress=False).dissipation
+        fo.steady_state(*case.arguments, load_factor, steps=count, progress=False).dissipation
         for count in steps
     ]
 
@@ -118,9 +129,9 @@ def works(case: Case, load_factor: float, steps: tuple[int, ...]) -> list[float]
 def expected(
     limit: fo.results.ShakedownLimit, beyond: float = 10.0
 ) -> Iterator[tuple[float, bool]]:
-    """Load factors near the ends of the safe ones, and whether the contact rests there.
+    """Load factors near the ends of the safe load factors, and whether the contact shakes down.
 
-    If no load factor is too large, it rests at least at `beyond`.
+    If all load factors are safe, it shakes down at least at `beyond`.
     """
     largest = limit.load_factor
     least = limit.least
@@ -138,26 +149,25 @@ def expected(
         yield least * (1 - _APART), False
 
 
-def judged(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, str, str, str]:
-    """Kind, whether nodes open and close, kind of limit, and where transients disagree."""
+def compared(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, str, str, str]:
+    """Kind, whether nodes open and close, kind of limit, and the transients that disagree."""
     case = contact(seed, tangents)
-    limit = fo.shakedown_limit(*case.asked, progress=False)
+    limit = fo.shakedown_limit(*case.arguments, progress=False)
     wrong = []
-    for load_factor, rests in expected(limit):
-        found = ends(case.asked, load_factor, starts, seed)
-        slips = set(found) <= {"CYCLIC_SLIP", "RATCHETING"}
-        if set(found) != {"SHAKEDOWN"} if rests else not slips:
-            wrong.append(f"{load_factor:.6g}: {dict(found)}, limit {limit.load_factor:.6g}")
+    for load_factor, at_rest in expected(limit):
+        outcomes = ends(case.arguments, load_factor, starts, seed)
+        if not agrees(outcomes, at_rest):
+            wrong.append(f"{load_factor:.6g}: {dict(outcomes)}, limit {limit.load_factor:.6g}")
     moves = "nodes come and go" if len(limit.events) else "none comes or goes"
     kind = "zero" if limit.load_factor == 0 else limit.kind.name
     return case.kind, moves, kind, "; ".join(wrong)
 
 
 def main(first: int, count: int, tangents: int = 1) -> None:
-    """Print a table of contacts, and those that disagree."""
+    """Print a table of contacts, and each contact that disagrees."""
     table = Counter[tuple[str, ...]]()
     for seed in range(first, first + count):
-        kind, moves, limit, wrong = judged(seed, tangents)
+        kind, moves, limit, wrong = compared(seed, tangents)
         table[kind, moves, limit, "disagrees" if wrong else "agrees"] += 1
         if wrong:
             print(seed, kind, moves, limit, wrong, flush=True)

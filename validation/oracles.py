@@ -1,7 +1,7 @@
-"""Independent answers for comparison: plain linear programs, enumeration of all statuses, and the contact law in its own code.
+"""Independent answers for comparison: plain linear programs and the enumeration of all node statuses.
 
-Nothing here uses the package's own methods, only the matrices, the bonded reactions and the numbers
-of an answer.
+The contact law is written again here. Nothing uses methods of the package, only the matrices, the
+bonded reactions and the numbers of an answer.
 """
 
 from collections.abc import Sequence
@@ -13,12 +13,16 @@ from scipy.optimize import linprog
 
 import frictopt as fo
 
-_TIE = 1e-11  # corners whose rows differ by less than this share rule together
-# dimensionless load factors up to this are rounding of 0, where safe ones reach further
+# Corners whose rows differ by less than this share govern together.
+_TIE = 1e-11
+# A dimensionless load factor up to this value counts as 0, if the interval of safe load factors is
+# long enough.
 _NONE = 1e-7
-# of the length of the interval of safe load factors: what cannot be told apart where it is shorter
+# In a short interval, load factors that differ by less than this share of its length count as
+# equal.
 _SHARE = 1e-2
-_GAVE_UP = 1, 4  # statuses of linprog: out of time, numerical trouble
+# Statuses of linprog: out of time, numerical trouble.
+_GAVE_UP = 1, 4
 _TIGHT = {
     "primal_feasibility_tolerance": 1e-10,
     "dual_feasibility_tolerance": 1e-10,
@@ -41,11 +45,13 @@ def redescribed(
     length: float = 1.0,
     cases: Any = None,
 ) -> fo.ContactSystem:
-    """The same contact with its nodes in another order, mirrored (sense -1), in other units, and with other unit loads (name -> unit)."""
-    order, unit = (
-        np.arange(system.nodes) if order is None else np.asarray(order),
-        dict.fromkeys(system.bonded, 1.0) | (cases or {}),
-    )
+    """A contact in another description.
+
+    The nodes may have another order, the contact may be mirrored (sense -1), and force and length
+    may have other units. `cases` gives load cases a unit (name -> unit).
+    """
+    order = np.arange(system.nodes) if order is None else np.asarray(order)
+    unit = dict.fromkeys(system.bonded, 1.0) | (cases or {})
     A, B, C = (
         block[np.ix_(order, order)] * (force / length) for block in (system.A, system.B, system.C)
     )
@@ -60,13 +66,15 @@ def redescribed(
 
 
 def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple[Any, Any, Any]:
-    """Safe means `slope v + rate lam + level >= 0`: all corners, both senses, and pressure; in the units of `units`."""
+    """Arrays `slope`, `rate` and `level`: a slip v is safe if `slope v + rate lam + level >= 0`.
+
+    For each corner there are three groups of rows: the bounds of forward and of backward slip, and
+    pressure. All values have the units of `units`.
+    """
     force, length = units(system, cycle)
-    A, B, f = (
-        system.A * length / force,
-        system.B * length / force,
-        np.broadcast_to(friction, system.nodes),
-    )
+    A = system.A * length / force
+    B = system.B * length / force
+    f = np.broadcast_to(friction, system.nodes)
     q0, p0 = (values / force for values in cycle.mean_reaction(system))
     slopes, rates, levels = [], [], []
     for q1, p1 in zip(*cycle.corner_reactions(system), strict=True):
@@ -79,9 +87,10 @@ def _rows(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> tuple
 def excess(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float, slip: Any
 ) -> float:
-    """By how much a slip is not safe at a load factor: largest violation at any node and corner, over the force scale; at most 0 if it is safe.
+    """Largest violation of the contact law by a slip, at any node and corner, over the force scale.
 
-    What the rounding of the terms can make of it is taken off.
+    A slip is safe at the load factor if the violation is at most 0. The rounding error of the terms
+    is subtracted.
     """
     slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
     return float(-(slack + rounding).min())
@@ -96,7 +105,11 @@ def off_bounds(
     node: int,
     corners: tuple[int, ...],
 ) -> float:
-    """How far a node is from its bound of forward slip at one corner, of backward slip at another, over the force scale; rounding as in `excess`."""
+    """Distance of a node from its bounds of forward slip at one corner, backward slip at another.
+
+    The larger of both distances is returned, over the force scale. The rounding error is
+    subtracted as in `excess`.
+    """
     slack, rounding = _slacks(system, cycle, friction, load_factor, slip)
     forward, backward = _both_bounds(system.nodes, node, corners)
     return float(max(abs(slack[row]) - rounding[row] for row in (forward, backward)))
@@ -108,11 +121,8 @@ def _slacks(
     """Values of the rows, and their rounding errors."""
     slope, rate, level = _rows(system, cycle, friction)
     v = np.asarray(slip) / units(system, cycle)[1]
-    rounding = (
-        8
-        * np.finfo(float).eps
-        * (np.abs(slope) @ np.abs(v) + np.abs(rate) * load_factor + np.abs(level))
-    )
+    size_of_terms = np.abs(slope) @ np.abs(v) + np.abs(rate) * load_factor + np.abs(level)
+    rounding = 8 * np.finfo(float).eps * size_of_terms
     return slope @ v + rate * load_factor + level, rounding
 
 
@@ -124,7 +134,10 @@ def _both_bounds(nodes: int, node: int, corners: tuple[int, ...]) -> tuple[int, 
 def largest_load_factor(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
 ) -> float | None:
-    """lambda_2 by one linear program on the plain rows; inf and nan as in `shakedown_limit`, None if the solver gives no answer."""
+    """The shakedown limit by one linear program on the plain rows.
+
+    It is inf or nan as in `shakedown_limit`, and None if the solver gives no answer.
+    """
     slope, rate, level = _rows(system, cycle, friction)
     unit = float(np.abs(rate).max()) or 1.0
     answer = _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf))
@@ -132,7 +145,10 @@ def largest_load_factor(
 
 
 def least_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
-    """Least load factor with a safe slip by one linear program on the plain rows; nan where there is none, None if the solver gives no answer."""
+    """The least safe load factor by one linear program on the plain rows.
+
+    It is nan if no load factor is safe, and None if the solver gives no answer.
+    """
     slope, rate, level = _rows(system, cycle, friction)
     unit = float(np.abs(rate).max()) or 1.0
     answer = _optimum(np.column_stack([slope, -rate / unit]), level, (-np.inf, 0.0))
@@ -142,33 +158,40 @@ def least_load_factor(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: A
 def least_on_both_bounds(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
 ) -> float | None:
-    """Least load factor at which a safe slip holds some node on both its bounds, by one plain linear program per node whose bounds differ in corner.
+    """Least load factor at which a safe slip holds some node on both its bounds.
 
-    A node that is there at the least safe load factor counts only if it is at a larger one too (a
-    second program): at 0 both bounds of a node that carries nothing coincide, and at one above 0
-    the slips have no room. Inf where no node ever is; None if the solver gives no answer.
+    There is one linear program for each node whose two bounds govern at different corners. A node
+    that is on both bounds at the least safe load factor counts only if it is on both at a larger
+    load factor, too (a second program). There are two reasons. At the load factor 0 both bounds of
+    a node without load coincide. At a least safe load factor above 0 only one slip is safe. The
+    result is inf if no node is ever on both bounds, and None if the solver gives no answer.
     """
     slope, rate, level = _rows(system, cycle, friction)
-    unit, least = float(np.abs(rate).max()) or 1.0, np.inf
-    rows = np.column_stack([slope, -rate / unit])
-    lowest, most = (
-        _optimum(rows, level, (-np.inf, 0.0)),
-        _optimum(np.column_stack([slope, rate / unit]), level, (0.0, np.inf)),
-    )
-    if lowest is None or most is None or np.isnan(lowest):
-        return None if lowest is None or most is None else least
-    none = min(_NONE, _SHARE * (most + lowest))
+    unit = float(np.abs(rate).max()) or 1.0
+    # The last unknown of a program is minus the load factor, or the load factor.
+    downward = np.column_stack([slope, -rate / unit])
+    upward = np.column_stack([slope, rate / unit])
+    minus_lowest = _optimum(downward, level, (-np.inf, 0.0))
+    largest = _optimum(upward, level, (0.0, np.inf))
+    if minus_lowest is None or largest is None:
+        return None
+    least = np.inf
+    if np.isnan(minus_lowest):
+        return least
+    none = min(_NONE, _SHARE * (largest + minus_lowest))
     for node, corners in _to_and_fro(system.nodes, rate, np.asarray(friction)):
         equal = _both_bounds(system.nodes, node, corners)
-        answer = _optimum(rows, level, (-np.inf, 0.0), equal)
-        if answer is not None and answer > lowest - none:
-            highest = _optimum(
-                np.column_stack([slope, rate / unit]), level, (0.0, 1.0 - lowest), equal
-            )
-            answer = None if highest is None else answer if highest > none - lowest else np.nan
+        answer = _optimum(downward, level, (-np.inf, 0.0), equal)
         if answer is None:
             return None
-        least = least if np.isnan(answer) else min(least, -answer / unit)
+        if answer > minus_lowest - none:
+            highest = _optimum(upward, level, (0.0, 1.0 - minus_lowest), equal)
+            if highest is None:
+                return None
+            if not highest > none - minus_lowest:
+                continue
+        if not np.isnan(answer):
+            least = min(least, -answer / unit)
     return least
 
 
@@ -180,11 +203,15 @@ def on_both_bounds(
     node: int,
     corners: tuple[int, ...],
 ) -> Any | None:
-    """(N,) slip that holds a node on both its bounds at these corners, the others as far from theirs as possible; None if none is found."""
+    """(N,) a slip that holds a node on both its bounds at these corners.
+
+    The other nodes are as far from their bounds as possible. None if the program has no solution.
+    """
     slope, rate, level = _rows(system, cycle, friction)
     equal = list(_both_bounds(system.nodes, node, corners))
     others = np.arange(len(slope)) % system.nodes != node
-    left, right = -np.column_stack([slope, -others.astype(float)]), level + rate * load_factor
+    left = -np.column_stack([slope, -others.astype(float)])
+    right = level + rate * load_factor
     bounds = [(None, None)] * system.nodes + [(0.0, 1.0)]
     answer = linprog(
         -np.eye(system.nodes + 1)[-1],
@@ -199,37 +226,50 @@ def on_both_bounds(
 
 
 def _to_and_fro(nodes: int, rate: Any, friction: Any) -> list[tuple[int, tuple[int, int]]]:
-    """Nodes that one corner brings to forward slip and another to backward slip, with these corners."""
+    """Nodes whose bounds of forward and backward slip govern at different corners, with these."""
     forward, backward, _ = np.moveaxis(rate.reshape(-1, 3, nodes), 1, 0)
     tie = _TIE * np.maximum(np.abs(forward), np.abs(backward)).max(axis=0)
-    first, last = forward <= forward.min(axis=0) + tie, backward <= backward.min(axis=0) + tie
-    alone = first & ~last, last & ~first
-    found = np.flatnonzero(alone[0].any(axis=0) & alone[1].any(axis=0) & (friction > 0))
-    return [
-        (int(i), (int(np.argmax(alone[0][:, i])), int(np.argmax(alone[1][:, i])))) for i in found
-    ]
+    governs_forward = forward <= forward.min(axis=0) + tie
+    governs_backward = backward <= backward.min(axis=0) + tie
+    only_forward = governs_forward & ~governs_backward
+    only_backward = governs_backward & ~governs_forward
+    has_both = only_forward.any(axis=0) & only_backward.any(axis=0) & (friction > 0)
+    pairs = []
+    for node in np.flatnonzero(has_both):
+        corners = int(np.argmax(only_forward[:, node])), int(np.argmax(only_backward[:, node]))
+        pairs.append((int(node), corners))
+    return pairs
 
 
 def largest_margin(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
 ) -> float | None:
-    """Largest reserve, at most 1, of all rows of safe slip at a load factor, over the force scale; None if the solver gives no answer."""
+    """Largest margin of a safe slip at a load factor, over the force scale, at most 1.
+
+    None if the solver gives no answer.
+    """
     slope, rate, level = _rows(system, cycle, friction)
-    return _optimum(
-        np.column_stack([slope, -np.ones(len(slope))]), level + rate * load_factor, (-np.inf, 1.0)
-    )
+    rows = np.column_stack([slope, -np.ones(len(slope))])
+    return _optimum(rows, level + rate * load_factor, (-np.inf, 1.0))
 
 
 def _optimum(
     rows: Any, level: Any, limits: tuple[float, float], equal: Sequence[int] = ()
 ) -> float | None:
-    """Largest last unknown z of `rows z + level >= 0`, `= 0` in some; inf or nan where there is none, None where no answer is accurate."""
-    columns, equal = rows.shape[1], list(equal)
-    little = 1 / np.clip(np.abs(level), 1e-6, 1.0)  # weights of rows whose nodes carry little
+    """Largest last unknown z of `rows z + level >= 0`, with equality in the rows `equal`.
+
+    The result is inf if z has no bound, nan if the rows contradict each other, and None if no
+    answer is accurate.
+    """
+    columns = rows.shape[1]
+    equal = list(equal)
+    # Rows whose nodes carry small loads get larger weights.
+    weights = 1 / np.clip(np.abs(level), 1e-6, 1.0)
     bounds = [(-np.inf, np.inf)] * (columns - 1) + [limits]
-    said = []
-    for weight, method in product((little, np.ones_like(little)), ("highs-ds", "highs-ipm")):
-        left, right = -weight[:, None] * rows, weight * level
+    statuses = []
+    for weight, method in product((weights, np.ones_like(weights)), ("highs-ds", "highs-ipm")):
+        left = -weight[:, None] * rows
+        right = weight * level
         answer = linprog(
             -np.eye(columns)[-1],
             left,
@@ -241,24 +281,22 @@ def _optimum(
             options=_TIGHT,
         )
         if answer.status == 0:
-            slack = little * (rows @ answer.x + level)
+            slack = weights * (rows @ answer.x + level)
             if slack.min() > -1e-9 and (np.abs(slack[equal]) < 1e-9).all():
                 return float(answer.x[-1])
-        said.append(answer.status)
-    told = (
-        [status for status in said if status not in _GAVE_UP] if equal else said
-    )  # there are many nodes, and a program that stops early does not affect the others
-    return (
-        {2: float("nan"), 3: float("inf")}.get(told[0])
-        if len(told) > 1 and len(set(told)) == 1
-        else None
-    )
+        statuses.append(answer.status)
+    if equal:
+        # Each node has such a program. A run that gives up says nothing about it.
+        statuses = [status for status in statuses if status not in _GAVE_UP]
+    if len(statuses) > 1 and len(set(statuses)) == 1:
+        return {2: float("nan"), 3: float("inf")}.get(statuses[0])
+    return None
 
 
 def corner_loads(
     system: fo.ContactSystem, cycle: fo.LoadCycle, load_factor: float
 ) -> tuple[Any, list[Any]]:
-    """(2N,) bonded reactions of the mean load, and those of the corners."""
+    """Bonded reactions (2N,) of the mean load, and bonded reactions (2N,) of each corner."""
     mean = np.concatenate(system.reaction(cycle.mean))
     return mean, [
         mean + load_factor * np.concatenate(pair)
@@ -267,7 +305,17 @@ def corner_loads(
 
 
 class Marched(NamedTuple):
-    """Slips (corners visited, N) and work of friction (cycles,), and the most states that any increment had."""
+    """A transient in increments.
+
+    Attributes
+    ----------
+    slip
+        (corners visited, N) slips.
+    work
+        (cycles,) work of friction.
+    states
+        Largest number of states that an increment has.
+    """
 
     slip: Any
     work: Any
@@ -275,45 +323,53 @@ class Marched(NamedTuple):
 
 
 class Stepper:
-    """Increments whose states are found by trying all 4^N statuses, for few nodes; in the units of `units`.
+    """Increments that try all 4^N combinations of node statuses, for few nodes.
+
+    All values have the units of `units`.
 
     Attributes
     ----------
     regular
-        Whether no status leaves the motion open.
+        Whether the motion is unique for each combination of statuses.
     """
 
     def __init__(self, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> None:
         self.force, self.length = units(system, cycle)
-        self.S, self.f, n = (
-            system.S * self.length / self.force,
-            np.asarray(friction, dtype=float),
-            system.nodes,
-        )
-        self.gap, self.nodes = system.gap / self.length, n
-        identity, solutions, statuses = np.eye(2 * n), [], []
+        n = system.nodes
+        self.S = system.S * self.length / self.force
+        self.f = np.asarray(friction, dtype=float)
+        self.gap = system.gap / self.length
+        self.nodes = n
+        identity = np.eye(2 * n)
+        solutions = []
+        statuses = []
         self.regular = True
+        # A node sticks (0), slips forward (1) or backward (-1), or is open (2).
         for status in product((0, 1, -1, 2), repeat=n):
-            rows, sides = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
+            rows = np.zeros((2 * n, 2 * n))
+            sides = np.zeros((2 * n, 2 * n))
             for i, sense in enumerate(status):
-                tangential, normal = identity[i], identity[n + i]
+                tangential = identity[i]
+                normal = identity[n + i]
                 if sense == 2:
-                    rows[i], rows[n + i], sides[i], sides[n + i] = (
-                        self.S[i],
-                        self.S[n + i],
-                        -tangential,
-                        -normal,
-                    )
+                    rows[i] = self.S[i]
+                    rows[n + i] = self.S[n + i]
+                    sides[i] = -tangential
+                    sides[n + i] = -normal
+                elif sense:
+                    rows[n + i] = normal
+                    rows[i] = self.S[i] + sense * self.f[i] * self.S[n + i]
+                    sides[i] = -tangential - sense * self.f[i] * normal
                 else:
                     rows[n + i] = normal
-                    rows[i] = self.S[i] + sense * self.f[i] * self.S[n + i] if sense else tangential
-                    sides[i] = -tangential - sense * self.f[i] * normal if sense else 0.0
+                    rows[i] = tangential
             if np.linalg.cond(rows) > 1e9:
                 self.regular = False
                 continue
             statuses.append(status)
             solutions.append(np.linalg.solve(rows, sides))
-        self._solutions, self._status = np.array(solutions), np.array(statuses)
+        self._solutions = np.array(solutions)
+        self._status = np.array(statuses)
 
     def states(self, slip: Any, bonded: Any, tolerance: float = 1e-9) -> list[tuple[Any, Any]]:
         """All states `[dv, w], [q, p]` after an increment to bonded reactions (2N,), each once."""
@@ -331,13 +387,12 @@ class Stepper:
                 np.where(slides, -self._status * u[:, :n], 0.0),
             ]
         )
-        found: list[tuple[Any, Any]] = []
-        for state, forces in zip(
-            u[(wrong <= size).all(axis=1)], r[(wrong <= size).all(axis=1)], strict=True
-        ):
-            if all(np.abs(state - other).max() > 1e3 * size for other, _ in found):
-                found.append((state, forces))
-        return found
+        obeys = (wrong <= size).all(axis=1)
+        states: list[tuple[Any, Any]] = []
+        for state, forces in zip(u[obeys], r[obeys], strict=True):
+            if all(np.abs(state - known).max() > 1e3 * size for known, _ in states):
+                states.append((state, forces))
+        return states
 
     def march(
         self,
@@ -348,28 +403,36 @@ class Stepper:
         cycles: int,
         steps: int,
     ) -> Marched | None:
-        """Follow a transient as `frictopt.march` defines it, in increments; None where one of them has no state."""
+        """Follow a transient as `frictopt.march` defines it, in increments.
+
+        None if an increment has no state.
+        """
         n = self.nodes
         mean, corners = corner_loads(system, cycle, load_factor)
         slip = np.zeros(n) if start is None else np.asarray(start, dtype=float)
         r = np.r_[np.zeros(n), np.full(n, self.force)]
         before = r - system.S @ np.r_[slip, -system.gap]
-        most, slips, works, pressure = 1, [], [], r[n:] / self.force
+        pressure = r[n:] / self.force
+        most_states = 1
+        slips = []
+        works = []
+        # Increments are shorter near the corners, where most events happen.
+        shares = (1 - np.cos(np.pi * np.arange(1, steps + 1) / steps)) / 2
         for number in range(cycles * len(corners) + 1):
             target = mean if number == 0 else corners[(number - 1) % len(corners)]
             work = 0.0
-            for share in (
-                1 - np.cos(np.pi * np.arange(1, steps + 1) / steps)
-            ) / 2:  # shorter near the corners, where most events are
+            for share in shares:
                 states = self.states(slip, before + share * (target - before))
                 if not states:
                     return None
-                most = max(most, len(states))
+                most_states = max(most_states, len(states))
                 u, r = states[0]
-                work += float((self.f * (pressure + r[n:]) / 2 * np.abs(u[:n]) * (r[n:] > 0)).sum())
-                slip, pressure = slip + u[:n] * self.length, r[n:]
+                mean_pressure = (pressure + r[n:]) / 2
+                work += float((self.f * mean_pressure * np.abs(u[:n]) * (r[n:] > 0)).sum())
+                slip = slip + u[:n] * self.length
+                pressure = r[n:]
             slips.append(slip)
             works.append(work)
             before = target
         cyclic = np.array(works[1:]).reshape(cycles, -1).sum(axis=1)
-        return Marched(np.array(slips), cyclic * self.force * self.length, most)
+        return Marched(np.array(slips), cyclic * self.force * self.length, most_states)

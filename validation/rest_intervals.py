@@ -1,8 +1,9 @@
-"""Random uncoupled contacts whose normal loads are scaled, judged by transients.
+"""Random uncoupled contacts whose normal loads are scaled, compared with transients.
 
-`contact` makes the contact of a seed. `judged` compares the load factors at which it rests with the
-ends of transients from several starts: at rest just inside of each interval, slip just outside.
-`python -m validation.rest_intervals FIRST COUNT` prints a table, and each contact that disagrees.
+`contact` makes the contact of a seed. `compared` compares the intervals of safe load factors with
+the outcomes of transients from several starts. Transients must shake down just inside each
+interval, and slip just outside. `python -m validation.rest_intervals FIRST COUNT` prints a table,
+and each contact that disagrees.
 """
 
 import sys
@@ -13,10 +14,10 @@ import numpy as np
 
 import frictopt as fo
 
-from .moving_areas import Case, ends
+from .moving_areas import Case, agrees, ends
 
 KINDS = ("around an area", "there and back", "to and fro")
-# Distance of the transients from an end of an interval, as a share of it.
+# Relative distance of the transients from an end of an interval.
 _APART = 0.01
 # Transients are followed up to this load factor.
 _LARGEST = 6.0
@@ -53,7 +54,7 @@ def contact(seed: int, tangents: int = 1) -> Case:
 
 
 def _expected(intervals: np.ndarray) -> Iterator[tuple[float, bool]]:
-    """Load factors near the ends of the intervals, and whether the contact rests there."""
+    """Load factors near the ends of the intervals, and whether the contact shakes down there."""
     before = 0.0
     for number, (least, largest) in enumerate(intervals.tolist()):
         following = intervals[number + 1, 0] if number + 1 < len(intervals) else np.inf
@@ -69,8 +70,8 @@ def _expected(intervals: np.ndarray) -> Iterator[tuple[float, bool]]:
         before = largest
 
 
-def judged(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, int, str, str]:
-    """Kind, number of intervals, kind of limit, and where transients disagree."""
+def compared(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, int, str, str]:
+    """Kind, number of intervals, kind of limit, and the transients that disagree."""
     case = contact(seed, tangents)
     limit = fo.shakedown_limit(case.system, case.cycle, case.friction, progress=False)
     intervals = limit.intervals
@@ -78,18 +79,17 @@ def judged(seed: int, tangents: int = 1, starts: int = 4) -> tuple[str, int, str
     if len(intervals) and not np.isclose(limit.load_factor, intervals[0, 1], rtol=1e-8, atol=1e-9):
         wrong.append(f"limit {limit.load_factor:.9g}, intervals {intervals.tolist()}")
     for load_factor, at_rest in _expected(intervals):
-        found = ends(case.asked, load_factor, starts, seed)
-        slips = set(found) <= {"CYCLIC_SLIP", "RATCHETING"}
-        if set(found) != {"SHAKEDOWN"} if at_rest else not slips:
-            wrong.append(f"{load_factor:.6g}: {dict(found)}, {intervals.round(6).tolist()}")
+        outcomes = ends(case.arguments, load_factor, starts, seed)
+        if not agrees(outcomes, at_rest):
+            wrong.append(f"{load_factor:.6g}: {dict(outcomes)}, {intervals.round(6).tolist()}")
     return case.kind, len(intervals), limit.kind.name, "; ".join(wrong)
 
 
 def main(first: int, count: int, tangents: int = 1) -> None:
-    """Print a table of contacts, and those that disagree."""
+    """Print a table of contacts, and each contact that disagrees."""
     table = Counter[tuple[object, ...]]()
     for seed in range(first, first + count):
-        kind, number, limit, wrong = judged(seed, tangents)
+        kind, number, limit, wrong = compared(seed, tangents)
         table[kind, f"{number} intervals", limit, "disagrees" if wrong else "agrees"] += 1
         if wrong:
             print(seed, kind, wrong, flush=True)

@@ -14,7 +14,7 @@ from frictopt.limits import NoPath, moving_areas, normal_path, pose
 from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from validation.fuzz.embedded import embedded
-from validation.moving_areas import contact, judged, works
+from validation.moving_areas import compared, contact, works
 
 F = 0.35
 P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
@@ -115,14 +115,14 @@ def test_the_guaranteed_limit_is_the_same_number_and_proven_if_bodies_are_held()
 # A node of 9101 opens twice in each cycle, and presses at its beginning.
 @pytest.mark.parametrize("seed", few([9101, *range(9000, 9012)]))
 def test_random_contacts_rest_just_below_and_slip_just_above_from_every_start(seed):
-    *_, wrong = judged(seed)
+    *_, wrong = compared(seed)
     assert not wrong
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", few([9100, *range(9102, 9140)]))
 def test_more_random_contacts_rest_just_below_and_slip_just_above(seed):
-    *_, wrong = judged(seed)
+    *_, wrong = compared(seed)
     assert not wrong
 
 

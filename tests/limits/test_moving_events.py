@@ -26,7 +26,7 @@ def definite(rng, size):
 
 @cache
 def coupled(seed, kind):
-    return contact(seed, kind).asked
+    return contact(seed, kind).arguments
 
 
 @cache

@@ -99,7 +99,7 @@ def test_no_friction_is_needed_where_pressed_nodes_carry_no_shear():
         assert required.slip == pytest.approx([slip], abs=1e-12)
         assert fo.safe_slip(node, cycle, 0.0, 1.0).exists
         case = Case(node, cycle, np.array([1e-3]), "by hand")
-        assert set(ends(case.asked, 1.0, 4)) == {"SHAKEDOWN"}
+        assert set(ends(case.arguments, 1.0, 4)) == {"SHAKEDOWN"}
     # At 0.3 times its load the last one opens and closes under different shear.
     slips = fo.safe_slip(node, cycles[-1], 0.0, 0.3)
     assert not slips.exists and "for all openings" not in slips.reason
@@ -113,7 +113,7 @@ def test_where_a_slip_is_safe_every_start_comes_to_rest_and_nowhere_else(seed):
         safe = fo.safe_slip(case.system, case.cycle, case.friction, load_factor)
         if abs(safe.margin) < 0.01:
             continue
-        found = ends(case.asked, load_factor, 3, seed)
+        found = ends(case.arguments, load_factor, 3, seed)
         assert (set(found) == {"SHAKEDOWN"}) == safe.exists, (load_factor, safe.margin, found)
 
 
@@ -125,7 +125,7 @@ def test_fixed_parts_may_differ_while_normal_loads_are_scaled():
     mixed = fo.LoadCycle(case.cycle.mean, corners, fixed)
     for load_factor in (0.1, 0.5, 1.5):
         safe = fo.safe_slip(case.system, mixed, case.friction, load_factor)
-        found = ends(replace(case, cycle=mixed).asked, load_factor, 3)
+        found = ends(replace(case, cycle=mixed).arguments, load_factor, 3)
         assert (set(found) == {"SHAKEDOWN"}) == safe.exists, (load_factor, safe.margin, found)
 
 

@@ -30,7 +30,7 @@ def cases(seed):
         (lifted_system(rng, nodes), CYCLE, 0.005),
         (case.system, case.cycle, case.friction),
         in_space(rng, nodes),
-        fixed.asked,
+        fixed.arguments,
     ]
 
 

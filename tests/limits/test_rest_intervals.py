@@ -23,7 +23,7 @@ from frictopt.reference import half_plane_contact
 from helpers.cases import few
 from validation.fuzz.embedded import embedded
 from validation.moving_areas import Case, ends
-from validation.rest_intervals import contact, judged
+from validation.rest_intervals import compared, contact
 
 P = np.pi / 4  # half-width 1 of the cylinder with R = E_star = 1
 F = 0.4
@@ -140,14 +140,14 @@ def test_with_a_phase_a_cylinder_slips_from_the_load_on_at_which_its_first_node_
 
 @pytest.mark.parametrize("seed", few([*range(9000, 9012)]))
 def test_random_contacts_rest_inside_of_their_intervals_and_slip_outside(seed):
-    *_, wrong = judged(seed)
+    *_, wrong = compared(seed)
     assert not wrong
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", few(range(9100, 9140)))
 def test_more_random_contacts_rest_inside_of_their_intervals(seed):
-    *_, wrong = judged(seed)
+    *_, wrong = compared(seed)
     assert not wrong
 
 
@@ -179,9 +179,9 @@ def test_a_limit_with_a_node_that_never_touches_covers_all_openings():
         assert limit.load_factor == pytest.approx(1.0) and limit.open.tolist() == [True, False]
         assert limit.covers.startswith("states of rest just above it, for all openings")
     case = Case(system, TO_AND_FRO, np.full(2, 0.5), "by hand")
-    assert set(ends(case.asked, 1.01, 4)) == {"CYCLIC_SLIP"} and set(ends(case.asked, 0.99, 4)) == {
-        "SHAKEDOWN"
-    }
+    assert set(ends(case.arguments, 1.01, 4)) == {"CYCLIC_SLIP"} and set(
+        ends(case.arguments, 0.99, 4)
+    ) == {"SHAKEDOWN"}
     given = fo.shakedown_limit(system, TO_AND_FRO, 0.5, open=limit.open)
     assert "the contact may shake down above it" in given.covers
 
@@ -190,9 +190,9 @@ def test_a_pressure_that_keeps_its_value_bounds_no_load_factor():
     """In the last piece the node that stays closed has one pressure at an event of the other one,
     and its rate is rounding. Transients from several starts rest far above the last event."""
     case = contact(9248)
-    limit = fo.shakedown_limit(*case.asked)
+    limit = fo.shakedown_limit(*case.arguments)
     assert limit.load_factor == np.inf and limit.intervals.tolist() == [[0.0, np.inf]]
-    assert set(ends(case.asked, 40.0, 4)) == {"SHAKEDOWN"}
+    assert set(ends(case.arguments, 40.0, 4)) == {"SHAKEDOWN"}
 
 
 @pytest.mark.parametrize("seed", few(range(9200, 9218, 3)))

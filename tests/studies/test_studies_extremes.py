@@ -112,7 +112,7 @@ def probe(number, expected, tolerance=1e-7):
     ],
 )
 def test_verdicts(found, verdict):
-    assert extremes.judged(found)["verdict"] == verdict
+    assert extremes.compared(found)["verdict"] == verdict
 
 
 def test_errors_that_are_not_ours_are_not_swallowed():
@@ -120,12 +120,12 @@ def test_errors_that_are_not_ours_are_not_swallowed():
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        extremes.judged(replace(probe(1.0, [1.0]), ask=fails))
+        extremes.compared(replace(probe(1.0, [1.0]), ask=fails))
 
     def refuses():
         raise fo.SolverError("no answer; take another")
 
-    row = extremes.judged(replace(probe(1.0, [1.0]), ask=refuses))
+    row = extremes.compared(replace(probe(1.0, [1.0]), ask=refuses))
     assert row["verdict"] == "refused" and row["message"] == "SolverError: no answer; take another"
 
 
@@ -138,7 +138,7 @@ def test_full_size_holds_all_that_is_asked_for():
         and sizes.cycles == 100_000
     )
     assert max(sizes.gradings) >= 1e6
-    some = extremes.asked(extremes.QUICK)
+    some = extremes.selected(extremes.QUICK)
     assert len({p.extreme for p in some}) == 24 and sizes.every == 1
     near = dict.fromkeys(p.value for p in some if p.extreme == "load factor over lambda_2, less 1")
     assert list(near) == ["-0.001", "-1e-09", "+1e-06", "+0.001"]

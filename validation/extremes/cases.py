@@ -1,6 +1,6 @@
 """Questions with extreme input, each with an independently known answer."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from typing import Any
 
@@ -31,12 +31,14 @@ from validation.extremes.space import space_probes
 
 _LP = "plain linear program, scipy"
 _DRIFT = 1e-9
-_DENSE = 300  # elements up to which the plain linear program is solved: it takes minutes beyond
+# Largest number of elements for which the plain linear program is solved. It takes minutes for more
+# elements.
+_DENSE = 300
 
 
 def probes(sizes: Sizes) -> Iterator[Probe]:
-    """All questions."""
-    own = (
+    """All questions of the study."""
+    of_this_file = (
         _friction,
         _stiffness,
         _surface,
@@ -51,7 +53,7 @@ def probes(sizes: Sizes) -> Iterator[Probe]:
         _corners,
         _cycles,
     )
-    for part in (*own, open_set_probes, range_probes, design_probes, space_probes):
+    for part in (*of_this_file, open_set_probes, range_probes, design_probes, space_probes):
         yield from part(sizes)
 
 
@@ -62,6 +64,7 @@ def _steady(
     load_factor: float,
     start: Any = None,
 ) -> Answer:
+    """The work of the steady state."""
     steady = fo.steady_state(system, cycle, friction, load_factor, initial_slip=start)
     return Answer(steady.dissipation, steady.residual, "exact path")
 
@@ -70,17 +73,16 @@ def _work_unit(system: fo.ContactSystem, cycle: fo.LoadCycle) -> float:
     return float(np.prod(oracles.units(system, cycle)))
 
 
-def _brute(
+def _work_of_last(
     system: fo.ContactSystem,
     cycle: fo.LoadCycle,
     friction: Any,
     load_factor: float,
     cycles: int = 100,
 ) -> float | None:
-    """Work of the last of many cycles; None where it still changes."""
-    *_, before, last = fo.march(system, cycle, friction, load_factor, cycles=cycles).cycle_work.sum(
-        axis=1
-    )
+    """Work of the last of many cycles; None if it still changes."""
+    path = fo.march(system, cycle, friction, load_factor, cycles=cycles)
+    *_, before, last = path.cycle_work.sum(axis=1)
     return float(last) if abs(last - before) <= 1e-10 * _work_unit(system, cycle) else None
 
 
@@ -92,16 +94,13 @@ def _steady_probe(
     friction: Any,
     load_factor: float,
 ) -> Probe:
-    ask, brute = (
-        partial(_steady, system, cycle, friction, load_factor),
-        partial(_brute, system, cycle, friction, load_factor),
-    )
+    """The question about a steady state."""
     return Probe(
         extreme,
         value,
         "steady state",
-        ask,
-        brute,
+        partial(_steady, system, cycle, friction, load_factor),
+        partial(_work_of_last, system, cycle, friction, load_factor),
         "100 cycles followed",
         floor=1e-2 * _work_unit(system, cycle),
     )
@@ -110,16 +109,16 @@ def _steady_probe(
 def _limit_probe(
     extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any
 ) -> Probe:
-    ask, plain = (
-        partial(shakedown, system, cycle, friction),
-        partial(_plain, system, cycle, friction),
-    )
-    return Probe(extreme, value, "shakedown limit", ask, plain, _LP)
+    """The question about a shakedown limit."""
+    limit = partial(shakedown, system, cycle, friction)
+    plain = partial(_plain, system, cycle, friction)
+    return Probe(extreme, value, "shakedown limit", limit, plain, _LP)
 
 
 def _exists(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
 ) -> Answer:
+    """Whether a safe slip exists, as 1 or 0."""
     safe = fo.safe_slip(system, cycle, friction, load_factor)
     return Answer.of(safe, float(safe.exists))
 
@@ -127,27 +126,26 @@ def _exists(
 def _increment(
     engine: Any, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
 ) -> Answer:
+    """A weighted sum of the shear forces after an increment to the second corner."""
     load = oracles.corner_loads(system, cycle, load_factor)[1][1]
-    found = engine(system, friction).solve(np.zeros(system.nodes), np.split(load, 2))
-    return Answer(
-        float(found.q @ np.arange(1, system.nodes + 1)) / oracles.units(system, cycle)[0],
-        found.residual,
-        found.record.solver,
-    )
+    increment = engine(system, friction).solve(np.zeros(system.nodes), np.split(load, 2))
+    weighted_sum = float(increment.q @ np.arange(1, system.nodes + 1))
+    force = oracles.units(system, cycle)[0]
+    return Answer(weighted_sum / force, increment.residual, increment.record.solver)
 
 
-def _tried(
+def _all_statuses(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
 ) -> float | None:
+    """The same weighted sum by trying all combinations of statuses; None without a unique state."""
+    n = system.nodes
     load = oracles.corner_loads(system, cycle, load_factor)[1][1]
-    states = oracles.Stepper(system, cycle, np.broadcast_to(friction, system.nodes)).states(
-        np.zeros(system.nodes), load
-    )
-    return (
-        float(states[0][1][: system.nodes] @ np.arange(1, system.nodes + 1))
-        if len(states) == 1
-        else None
-    )
+    stepper = oracles.Stepper(system, cycle, np.broadcast_to(friction, n))
+    states = stepper.states(np.zeros(n), load)
+    if len(states) != 1:
+        return None
+    _, forces = states[0]
+    return float(forces[:n] @ np.arange(1, n + 1))
 
 
 def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
@@ -155,24 +153,19 @@ def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> floa
 
 
 def _friction(sizes: Sizes) -> Iterator[Probe]:
-    system, small = (
-        fo.scenes.PunchOnHalfPlane(elements=n, growth=1.3).condense() for n in (sizes.elements, 2)
-    )
+    system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
+    small = fo.scenes.PunchOnHalfPlane(elements=2, growth=1.3).condense()
     for f in (0.0, 1e-6, 1e-3, 0.1, 0.7, 1.5, 3.0, 10.0):
         yield _limit_probe("friction", f"{f:g}", system, LOADS, f)
         yield guaranteed_probe("friction", f"{f:g}", lambda: system, system.nodes, friction=f)
         yield _steady_probe("friction", f"{f:g}", system, LOADS, f, 3.0)
         for engine in (ExactIncrement, FrozenBoundIncrement):
-            ask, tried = (
-                partial(_increment, engine, small, LOADS, f, 3.0),
-                partial(_tried, small, LOADS, f, 3.0),
-            )
             yield Probe(
                 "friction",
                 f"{f:g}",
                 f"increment, {engine.__name__}",
-                ask,
-                tried,
+                partial(_increment, engine, small, LOADS, f, 3.0),
+                partial(_all_statuses, small, LOADS, f, 3.0),
                 "all statuses tried",
             )
 
@@ -180,14 +173,14 @@ def _friction(sizes: Sizes) -> Iterator[Probe]:
 def _scene_probes(
     extreme: str, value: str, scene: fo.scenes.PunchOnHalfPlane, most_guaranteed: int
 ) -> Iterator[Probe]:
-    """Balance of the condensed reactions, and the limits."""
+    """Questions about the balance of the condensed reactions, and about the limits."""
     system = cache(scene.condense)
 
     def balance() -> Answer:
-        shear = float(-system().bonded["Q"][0].sum() / (2 * scene.half_width))
-        return Answer(
-            shear, float(abs(system().bonded["P"][1].sum() / (2 * scene.half_width) - 1)), "SuperLU"
-        )
+        width = 2 * scene.half_width
+        shear = float(-system().bonded["Q"][0].sum() / width)
+        error_of_pressure = float(abs(system().bonded["P"][1].sum() / width - 1))
+        return Answer(shear, error_of_pressure, "SuperLU")
 
     yield Probe(extreme, value, "condensation", balance, lambda: 1.0, "equilibrium of the punch")
     plain = (lambda: _plain(system(), LOADS, 0.7)) if scene.elements <= _DENSE else None
@@ -297,26 +290,28 @@ def _unit(sizes: Sizes) -> Iterator[Probe]:
 
 def _near_limit(sizes: Sizes) -> Iterator[Probe]:
     system = fo.scenes.PunchOnHalfPlane(elements=sizes.elements, growth=1.3).condense()
-    limit, extreme = fo.shakedown_limit(system, LOADS, 0.7), "load factor over lambda_2, less 1"
+    limit = fo.shakedown_limit(system, LOADS, 0.7)
+    extreme = "load factor over lambda_2, less 1"
     for distance in (-1e-3, -1e-6, -1e-9, 1e-9, 1e-6, 1e-3):
-        factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
-        ask = partial(_exists, system, LOADS, 0.7, factor)
+        factor = limit.load_factor * (1 + distance)
+        value = f"{distance:+g}"
         yield Probe(
             extreme,
             value,
             "safe slip",
-            ask,
+            partial(_exists, system, LOADS, 0.7, factor),
             partial(float, distance < 0),
             "definition of the limit",
         )
         yield _steady_probe(extreme, value, system, LOADS, 0.7, factor)
         start = fo.safe_slip(system, LOADS, 0.7, factor).slip if distance < 0 else limit.slip
-        stays, ask = (
-            (lambda: 0.0) if distance < 0 else None,
-            partial(_steady, system, LOADS, 0.7, factor, start),
-        )
         yield Probe(
-            extreme, value, "steady state from the safe slip", ask, stays, "a safe slip stays"
+            extreme,
+            value,
+            "steady state from the safe slip",
+            partial(_steady, system, LOADS, 0.7, factor, start),
+            (lambda: 0.0) if distance < 0 else None,
+            "a safe slip stays",
         )
 
 
@@ -342,20 +337,20 @@ def _free_punch(sizes: Sizes) -> Iterator[Probe]:
 def _critical(_: Sizes) -> Iterator[Probe]:
     system = one_node(1.0, 0.5, 1.0, 0.1, 1.0)
     for distance in (-1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-3):
-        f, value = 2.0 * (1 + distance), f"{distance:+g}"
-        closed = (
-            partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f)
-            if distance < 0
-            else partial(_plain, system, LOADS, f)
-        )
-        name = "closed form, one node" if distance < 0 else _LP
+        f = 2.0 * (1 + distance)
+        value = f"{distance:+g}"
+        expected: Callable[[], float | None] = partial(_plain, system, LOADS, f)
+        reference = _LP
+        if distance < 0:
+            expected = partial(single_node_limit, 1.0, 0.5, 0.1, 1.0, 1.0, 0.2, f)
+            reference = "closed form, one node"
         yield Probe(
             "friction over its critical value, less 1",
             value,
             "shakedown limit",
             partial(shakedown, system, LOADS, f),
-            closed,
-            name,
+            expected,
+            reference,
         )
         yield _steady_probe(
             "friction over its critical value, less 1", value, system, LOADS, f, 5.0
@@ -397,13 +392,17 @@ def _corners(sizes: Sizes) -> Iterator[Probe]:
     system = fo.scenes.PunchOnHalfPlane(elements=16, growth=1.3).condense()
     points = rng.normal(size=(sizes.corners, 2))
     cycle = fo.LoadCycle({"P": 1.0}, [{"sigma": float(a), "Q": 0.1 * float(b)} for a, b in points])
-    extreme, value = "corners of the load cycle", f"{sizes.corners:,}"
+    extreme = "corners of the load cycle"
+    value = f"{sizes.corners:,}"
     yield _limit_probe(extreme, value, system, cycle, 0.7)
-    ask, brute = (
+    yield Probe(
+        extreme,
+        value,
+        "steady state",
         partial(_steady, system, cycle, 0.7, 1.0),
-        partial(_brute, system, cycle, 0.7, 1.0, 6),
+        partial(_work_of_last, system, cycle, 0.7, 1.0, 6),
+        "6 cycles followed",
     )
-    yield Probe(extreme, value, "steady state", ask, brute, "6 cycles followed")
     yield guaranteed_corners(extreme, value, system, cycle, points)
 
 

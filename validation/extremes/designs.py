@@ -1,4 +1,7 @@
-"""The best profile for extreme input: a plain linear program asks the limit of the contact with the profile built in."""
+"""The best profile for extreme input.
+
+A plain linear program computes the limit of the contact with the profile built in.
+"""
 
 from collections.abc import Iterator
 from functools import cache
@@ -15,7 +18,10 @@ _LP = "plain linear program with the design built in, scipy"
 
 
 def design_probes(sizes: Sizes) -> Iterator[Probe]:
-    """All questions about the best profile: of the paper's punch, as deep as the extreme says, over its width times mean pressure over stiffness."""
+    """All questions about the best profile of the paper's punch.
+
+    Depths of profiles are in units of width times mean pressure over stiffness.
+    """
     punch = fo.scenes.PunchOnHalfPlane(elements=min(16, sizes.elements), growth=1.3)
     system = punch.condense()
     for depth in (0.0, 1e-9, 1e-3, 1.0, 1e3, 1e6):
@@ -36,6 +42,8 @@ def design_probes(sizes: Sizes) -> Iterator[Probe]:
 def _probe(
     extreme: str, value: str, system: fo.ContactSystem, friction: float, depth: float
 ) -> Probe:
+    """The question about the best profile up to a depth."""
+
     @cache
     def design() -> fo.results.Design:
         model = fo.DesignModel(system, LOADS, profile=True)

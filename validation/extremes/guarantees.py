@@ -1,4 +1,8 @@
-"""The guaranteed limit for extreme input, compared with plain linear programs, other units, or `simplify=False`."""
+"""The guaranteed limit for extreme input.
+
+It is compared with plain linear programs, or with the limit in other units or without
+simplification.
+"""
 
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -12,18 +16,22 @@ from studies.paper import LOADS
 from validation import oracles
 from validation.extremes.probes import Answer, Probe
 
-_FEW = 60  # nodes up to which a plain linear program is solved for each
-_MANY = 130  # nodes up to which it is solved with nothing left out
-_LP, _KEPT, _UNITS = "plain linear program per node, scipy", "nothing left out", "other units"
+# Largest number of nodes for which a plain linear program is solved for each node.
+_FEW = 60
+# Largest number of nodes for which the limit is computed without simplification.
+_MANY = 130
+_LP = "plain linear program per node, scipy"
+_KEPT = "nothing left out"
+_UNITS = "other units"
 
 
-def _ask(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
+def _limit(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> Answer:
     limit = fo.guaranteed_limit(system, cycle, friction)
     return Answer.of(limit, limit.load_factor)
 
 
 def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float | None:
-    """By one program for each node, and the shakedown limit by another."""
+    """The limit by plain linear programs: one for each node, and one for the shakedown limit."""
     f = np.broadcast_to(friction, system.nodes)
     shakedown = oracles.largest_load_factor(system, cycle, f)
     if shakedown is None or np.isnan(shakedown):
@@ -32,12 +40,12 @@ def _plain(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> floa
     return None if least is None else min(shakedown, least)
 
 
-def _kept(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
+def _unsimplified(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
     return float(fo.guaranteed_limit(system, cycle, friction, simplify=False).load_factor)
 
 
 def _rescaled(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any) -> float:
-    return _ask(oracles.redescribed(system, force=1e6, length=1e-3), cycle, friction).number
+    return _limit(oracles.redescribed(system, force=1e6, length=1e-3), cycle, friction).number
 
 
 def guaranteed_probe(
@@ -48,16 +56,25 @@ def guaranteed_probe(
     cycle: fo.LoadCycle = LOADS,
     friction: Any = 0.7,
 ) -> Probe:
-    """The guaranteed limit of a contact of so many nodes, which say what it is compared with."""
-    known, name = (
-        (_plain, _LP)
-        if nodes <= _FEW
-        else (_kept, _KEPT)
-        if nodes <= _MANY
-        else (_rescaled, _UNITS)
+    """The question about the guaranteed limit of a contact.
+
+    The number of nodes determines the reference.
+    """
+    known: Callable[..., float | None]
+    if nodes <= _FEW:
+        known, reference = _plain, _LP
+    elif nodes <= _MANY:
+        known, reference = _unsimplified, _KEPT
+    else:
+        known, reference = _rescaled, _UNITS
+    return Probe(
+        extreme,
+        value,
+        "guaranteed limit",
+        lambda: _limit(make(), cycle, friction),
+        lambda: known(make(), cycle, friction),
+        reference,
     )
-    ask, expected = (lambda: _ask(make(), cycle, friction)), lambda: known(make(), cycle, friction)
-    return Probe(extreme, value, "guaranteed limit", ask, expected, name)
 
 
 def guaranteed_units() -> Iterator[Probe]:
@@ -65,15 +82,12 @@ def guaranteed_units() -> Iterator[Probe]:
     base = fo.scenes.PunchOnHalfPlane(elements=8, grading=5.0, growth=1.5).condense()
     for force in (1e-15, 1.0, 1e15):
         for length in (1e-15, 1e-6, 1e6, 1e15):
-            ask, value = (
-                partial(_ask, oracles.redescribed(base, force=force, length=length), LOADS, 0.5),
-                f"force {force:g}, length {length:g}",
-            )
+            system = oracles.redescribed(base, force=force, length=length)
             yield Probe(
                 "units",
-                value,
+                f"force {force:g}, length {length:g}",
                 "guaranteed limit",
-                ask,
+                partial(_limit, system, LOADS, 0.5),
                 lambda: _plain(base, LOADS, 0.5),
                 f"{_LP}, units of 1",
             )
@@ -82,9 +96,17 @@ def guaranteed_units() -> Iterator[Probe]:
 def guaranteed_corners(
     extreme: str, value: str, system: fo.ContactSystem, cycle: fo.LoadCycle, points: Any
 ) -> Probe:
-    """The guaranteed limit under corners that are these points in the plane of two load cases."""
+    """The question about the guaranteed limit under a cycle with many corners.
+
+    The corners are `points` in the plane of two load cases. The reference has the corners on their
+    convex hull.
+    """
     hull = fo.LoadCycle(cycle.mean, [cycle.corners[k] for k in ConvexHull(points).vertices])
-    ask, plain = partial(_ask, system, cycle, 0.7), partial(_plain, system, hull, 0.7)
     return Probe(
-        extreme, value, "guaranteed limit", ask, plain, f"{_LP}, on the convex hull of the corners"
+        extreme,
+        value,
+        "guaranteed limit",
+        partial(_limit, system, cycle, 0.7),
+        partial(_plain, system, hull, 0.7),
+        f"{_LP}, on the convex hull of the corners",
     )

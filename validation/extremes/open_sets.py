@@ -1,4 +1,7 @@
-"""Limits with open nodes for extreme input, compared with a plain linear program for its open nodes."""
+"""Limits with open nodes for extreme input.
+
+Each limit is compared with a plain linear program with the same open nodes.
+"""
 
 from collections.abc import Iterator
 from functools import cache
@@ -15,7 +18,7 @@ _LP = "plain linear program with its open nodes, scipy"
 
 
 def open_set_probes(sizes: Sizes) -> Iterator[Probe]:
-    """All questions about limits with open nodes: of a rounded punch of at most 9 nodes."""
+    """All questions about limits with open nodes, for a rounded punch of at most 9 nodes."""
     punch = fo.scenes.PunchOnHalfPlane(
         elements=min(8, 3 * sizes.elements // 4), grading=3.0, growth=1.3
     ).condense()
@@ -36,25 +39,19 @@ def open_set_probes(sizes: Sizes) -> Iterator[Probe]:
 def _rounded(
     punch: fo.ContactSystem, size: float, force: float = 1.0, length: float = 1.0
 ) -> fo.ContactSystem:
-    return oracles.redescribed(
-        punch.with_gap(size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2),
-        force=force,
-        length=length,
-    )
+    """The punch with rounded edges, in other units."""
+    gap = size * np.maximum(np.abs(punch.x) - 0.6, 0.0) ** 2
+    return oracles.redescribed(punch.with_gap(gap), force=force, length=length)
 
 
 def _probe(extreme: str, value: str, system: fo.ContactSystem, friction: float) -> Probe:
+    """The question about the limit of a system, with the program for its open nodes."""
     limit = cache(lambda: fo.shakedown_limit(system, LOADS, friction))
 
     def plain() -> float | None:
-        claim = largest_with_open(
-            system,
-            LOADS,
-            friction,
-            np.tile(limit().open, (len(LOADS.corners), 1)),
-            4 * limit().load_factor,
-        )
-        return None if claim is None else claim[0]
+        opened = np.tile(limit().open, (len(LOADS.corners), 1))
+        answer = largest_with_open(system, LOADS, friction, opened, 4 * limit().load_factor)
+        return None if answer is None else answer[0]
 
     return Probe(
         extreme,

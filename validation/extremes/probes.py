@@ -15,16 +15,33 @@ _EXACT = 1e-7
 
 @dataclass(frozen=True)
 class Sizes:
-    """How large the cases are."""
+    """Sizes of the cases.
+
+    Attributes
+    ----------
+    elements, unit_elements
+        Numbers of elements of the usual punch, and of the punch in other units whose ranges are
+        computed.
+    most_nodes
+        Numbers of elements of the question about many nodes.
+    most_guaranteed
+        Largest number of elements for which the guaranteed limit is computed.
+    gradings
+        Gradings of the contact.
+    corners, cycles
+        Numbers of corners and cycles of the questions about many of them.
+    every
+        1: all values of each extreme. 2: every second value, and the last one.
+    """
 
     elements: int = 40
-    unit_elements: int = 8  # of the punch in other units whose ranges are found
+    unit_elements: int = 8
     most_nodes: tuple[int, ...] = (2, 4, 10, 40, 124, 250, 500, 1000)
     most_guaranteed: int = 250
     gradings: tuple[float, ...] = (1.0, 1e2, 1e4, 1e6, 1e9, 1e12)
     corners: int = 1000
     cycles: int = 100_000
-    every: int = 1  # 2: every other value of each extreme, and the last one
+    every: int = 1
 
 
 @dataclass(frozen=True)
@@ -37,7 +54,7 @@ class Answer:
 
     @classmethod
     def of(cls, result: Any, number: float) -> Self:
-        """A number of a result."""
+        """The answer with a number of a result."""
         return cls(number, result.residual, result.record.solver)
 
 
@@ -48,19 +65,19 @@ class Probe:
     Attributes
     ----------
     extreme, value, question
-        What is extreme, how extreme, and what is asked.
+        The extreme quantity, its value, and the name of the question.
     ask
-        Gives the answer.
+        Function that returns the answer.
     expected
-        Gives the number that is known from elsewhere, None if the reference cannot say; None if
-        there is none.
+        Function that returns the independent number, or None if the reference has no answer. None:
+        there is no reference.
     reference
-        Where from.
+        Source of the independent number.
     tolerance
-        Relative error above which an answer is wrong; inf where the error is that of the mesh and
-        to be reported.
+        Relative error above which an answer is wrong. It is inf if the error is the error of the
+        mesh, which is reported.
     floor
-        Size below which a number counts as this large in its relative error.
+        Smallest size to which an error is relative.
     """
 
     extreme: str
@@ -76,9 +93,9 @@ class Probe:
 def shakedown(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, open_nodes: Any = None
 ) -> Answer:
-    """The shakedown limit; with `open_nodes`, of these open nodes alone."""
-    found = fo.shakedown_limit(system, cycle, friction, open=open_nodes)
-    return Answer.of(found, found.load_factor)
+    """The shakedown limit, with `open_nodes` only for these open nodes."""
+    limit = fo.shakedown_limit(system, cycle, friction, open=open_nodes)
+    return Answer.of(limit, limit.load_factor)
 
 
 def punch_in_units(
@@ -104,8 +121,9 @@ def one_node(A: float, B: float, C: float, q0: float, p0: float) -> fo.ContactSy
 
 
 def loose() -> fo.ContactSystem:
-    """Two nodes that nothing holds along the contact."""
-    one, none = np.ones(2), np.zeros((2, 2))
+    """Two nodes that only friction holds along the contact."""
+    one = np.ones(2)
+    none = np.zeros((2, 2))
     return fo.ContactSystem.from_blocks(
         none,
         none,
@@ -116,12 +134,16 @@ def loose() -> fo.ContactSystem:
 
 
 def nearly_separated(elements: int) -> tuple[fo.ContactSystem, dict[str, fo.LoadCycle]]:
-    """A scene, and load cycles whose mean load leaves a share of its pressure to the node that a shear on the punch unloads most, by that share."""
+    """A scene, and load cycles whose mean load leaves little pressure at one node.
+
+    A shear on the punch unloads this node most. The names of the cycles are the shares of its
+    pressure that the mean load leaves.
+    """
     system = fo.scenes.PunchOnHalfPlane(elements=elements, growth=1.3).condense()
     (_, pressed), (_, tilted) = system.bonded["P"], system.bonded["Q"]
     tilt = float((pressed[tilted < 0] / -tilted[tilted < 0]).min())
-    left = (1e-3, 1e-6, 1e-9, 0.0, -1e-3)
+    shares = (1e-3, 1e-6, 1e-9, 0.0, -1e-3)
     return system, {
         f"{share:g}": fo.LoadCycle({"P": 1.0, "Q": (1 - share) * tilt}, LOADS.corners)
-        for share in left
+        for share in shares
     }

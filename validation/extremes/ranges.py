@@ -1,4 +1,7 @@
-"""Questions at the edge about all starts: the found range of dissipation, the least slip, and the limit after a protocol."""
+"""Questions about all starts, with extreme input.
+
+They are the range of dissipation, the least slip, and the limit after a protocol.
+"""
 
 from collections.abc import Iterator
 from functools import cache, partial
@@ -15,7 +18,7 @@ _FRICTION = 0.7
 
 
 def range_probes(sizes: Sizes) -> Iterator[Probe]:
-    """All questions."""
+    """All questions about all starts."""
     for part in (_units, _friction, _near_limit, _stiffness, _nodes):
         yield from part(sizes)
 
@@ -27,20 +30,23 @@ def _most(
     load_factor: float,
     unit: float = 1.0,
 ) -> Answer:
-    found = fo.dissipation_range(system, cycle, friction, load_factor)
-    return Answer(found.most / unit, found.residual, "exact paths, linear programs")
+    """The most work of the range, in a unit."""
+    span = fo.dissipation_range(system, cycle, friction, load_factor)
+    return Answer(span.most / unit, span.residual, "exact paths, linear programs")
 
 
 def _least(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, load_factor: float
 ) -> Answer:
-    found = fo.dissipation_range(system, cycle, friction, load_factor)
-    return Answer(found.least, found.residual, "exact paths, linear programs")
+    """The least work of the range."""
+    span = fo.dissipation_range(system, cycle, friction, load_factor)
+    return Answer(span.least, span.residual, "exact paths, linear programs")
 
 
 def _ratio(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: Any, start: Any) -> Answer:
-    found = fo.limit_after_protocol(system, cycle, friction, start=start, scan=5, tolerance=1e-3)
-    return Answer(found.ratio, found.residual, "exact paths")
+    """The limit after a protocol over the shakedown limit."""
+    limit = fo.limit_after_protocol(system, cycle, friction, start=start, scan=5, tolerance=1e-3)
+    return Answer(limit.ratio, limit.residual, "exact paths")
 
 
 def _units(sizes: Sizes) -> Iterator[Probe]:
@@ -79,10 +85,8 @@ def _units(sizes: Sizes) -> Iterator[Probe]:
 def _friction(_: Sizes) -> Iterator[Probe]:
     for f in (1e-6, 1e-3, 0.1, 1.0, 1.9):
         node = 2.0, 0.5, 0.1 * f, 1.0
-        system, limit = (
-            one_node(2.0, 0.5, 1.125, 0.1 * f, 1.0),
-            single_node_limit(*node, 1.0, 0.2, f),
-        )
+        system = one_node(2.0, 0.5, 1.125, 0.1 * f, 1.0)
+        limit = single_node_limit(*node, 1.0, 0.2, f)
         if f < 1.0:
             closed = partial(single_node_dissipation, *node, 1.0, 0.2, f, 1.2 * limit)
             ask = partial(_most, system, LOADS, f, 1.2 * limit)
@@ -117,7 +121,9 @@ def _near_limit(sizes: Sizes) -> Iterator[Probe]:
 
     extreme = "load factor over lambda_2, less 1"
     for distance in (-1e-3, -1e-6, 1e-6, 1e-3):
-        factor, value = limit.load_factor * (1 + distance), f"{distance:+g}"
+        factor = limit.load_factor * (1 + distance)
+        value = f"{distance:+g}"
+        # Below the limit some start dissipates nothing.
         rest = (lambda: 0.0) if distance < 0 else None
         yield Probe(
             extreme,
@@ -139,9 +145,10 @@ def _near_limit(sizes: Sizes) -> Iterator[Probe]:
 
 
 def _stiffness(_: Sizes) -> Iterator[Probe]:
-    """Sliders in parallel, without coupling: one dissipation from all starts."""
+    """Questions about sliders in parallel: without coupling all starts dissipate the same work."""
     for ratio in (1e-9, 1e-3, 1e3, 1e9):
-        k, bound = np.array([1.0, ratio]), np.array([0.5, 0.4 * ratio])
+        k = np.array([1.0, ratio])
+        bound = np.array([0.5, 0.4 * ratio])
         loads = {"P": (np.zeros(2), bound), "sigma": (-0.8 * k, np.zeros(2))}
         system = fo.ContactSystem.from_blocks(
             np.diag(k), np.zeros((2, 2)), np.diag(k), np.arange(2.0), loads

@@ -1,4 +1,4 @@
-"""Questions at the edge in three dimensions, each with an answer known from elsewhere."""
+"""Questions with extreme input in three dimensions, each with an independent answer."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,7 +16,7 @@ _TURNING = fo.LoadCycle({"P": 1.0}, [{"Qx": 1.0}, {"Qy": 1.0}, {"Qx": -1.0}, {"Q
 
 
 def space_probes(sizes: Sizes) -> Iterator[Probe]:
-    """All questions."""
+    """All questions in three dimensions."""
     scene = fo.scenes.SquarePunch(elements=min(4, sizes.elements // 4), growth=2.0)
     for f in (0.01, 0.1, 0.5, 2.0, 5.0):
         yield from _limits("friction, 3-D", f"f = {f:g}", scene, f)
@@ -56,42 +56,42 @@ def space_probes(sizes: Sizes) -> Iterator[Probe]:
 def _limits(
     extreme: str, value: str, scene: fo.scenes.SquarePunch, friction: float
 ) -> Iterator[Probe]:
-    """The limits with all nodes closed: polygons know no open nodes."""
+    """Questions about limits with all nodes closed, because the polygons have no open nodes."""
     system = scene.condense()
+    closed = np.zeros(system.nodes, dtype=bool)
     for cycle, question in (
         (_BULK, "shakedown limit, bulk"),
         (_TURNING, "shakedown limit, turning"),
     ):
-        asked = (
-            partial(
-                shakedown, system, cycle, friction, open_nodes=np.zeros(system.nodes, dtype=bool)
-            ),
-            partial(polygon_limit, system, cycle, friction),
-        )
         yield Probe(
-            extreme, value, question, *asked, "linear programs, polygons for the circles, scipy"
+            extreme,
+            value,
+            question,
+            partial(shakedown, system, cycle, friction, open_nodes=closed),
+            partial(polygon_limit, system, cycle, friction),
+            "linear programs, polygons for the circles, scipy",
         )
 
 
 def _uncoupled(nodes: int) -> Probe:
+    """The question about an uncoupled contact whose pressures differ much."""
     rng = np.random.default_rng(nodes)
     G = rng.normal(size=(2 * nodes, 2 * nodes))
     S = np.zeros((3 * nodes, 3 * nodes))
-    S[: 2 * nodes, : 2 * nodes], S[2 * nodes :, 2 * nodes :] = (
-        G @ G.T / nodes + np.eye(2 * nodes),
-        np.eye(nodes),
-    )
-    p0, q1 = 10.0 ** rng.uniform(-3, 3, nodes), rng.normal(size=(5, nodes, 2))
+    S[: 2 * nodes, : 2 * nodes] = G @ G.T / nodes + np.eye(2 * nodes)
+    S[2 * nodes :, 2 * nodes :] = np.eye(nodes)
+    p0 = 10.0 ** rng.uniform(-3, 3, nodes)
+    q1 = rng.normal(size=(5, nodes, 2))
     cases = {f"{k}": np.r_[q[:, 0], q[:, 1], np.zeros(nodes)] for k, q in enumerate(q1)}
     system = fo.ContactSystem(
         S, rng.normal(size=(nodes, 3)), {"mean": np.r_[np.zeros(2 * nodes), p0], **cases}
     )
     cycle = fo.LoadCycle({"mean": 1.0}, [{name: 1.0} for name in cases])
-    asked = partial(shakedown, system, cycle, 0.5), partial(smallest_circle_limit, p0, q1, 0.5)
     return Probe(
         "pressures over six decades, uncoupled, 3-D",
         f"{nodes} nodes",
         "shakedown limit",
-        *asked,
+        partial(shakedown, system, cycle, 0.5),
+        partial(smallest_circle_limit, p0, q1, 0.5),
         "smallest circle",
     )

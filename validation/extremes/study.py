@@ -1,6 +1,6 @@
-"""What happens at the edge: extreme friction, stiffness, Poisson's ratio, meshes, units, loads and sizes, each against an answer from elsewhere.
+"""Extreme friction, stiffness, Poisson's ratio, meshes, units, loads and sizes.
 
-Run with `python -m studies extremes [--quick]`; it prints a short table in Markdown. Only the
+Each answer is compared with an independent one. Run with `python -m studies extremes [--quick]`; it prints a short table in Markdown. Only the
 column of seconds depends on the machine.
 """
 
@@ -32,77 +32,85 @@ QUICK = Sizes(
 
 def at_the_edge(sizes: Sizes) -> pd.DataFrame:
     """One row per question."""
+    punch = fo.scenes.PunchOnHalfPlane(elements=2).condense()
     with threadpool_limits(1):
-        fo.steady_state(
-            fo.scenes.PunchOnHalfPlane(elements=2).condense(),
-            fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]),
-            0.5,
-            1.0,
-        )  # compiles the path
-        rows = [judged(probe) for probe in each(asked(sizes), "extremes")]
+        # This call compiles the exact path, so that no question is charged for it.
+        fo.steady_state(punch, fo.LoadCycle({"P": 1.0}, [{"sigma": 1.0}]), 0.5, 1.0)
+        rows = [compared(probe) for probe in each(selected(sizes), "extremes")]
     return pd.DataFrame(rows)
 
 
-def asked(sizes: Sizes) -> list[Probe]:
-    """The questions of the study: of each extreme those about every so many values, and about the last one."""
-    found, values = list(probes(sizes)), dict[str, dict[str, None]]()
-    for probe in found:
-        values.setdefault(probe.extreme, {})[probe.value] = None  # each once, in their order
-    kept = {extreme: {*[*each][:: sizes.every], [*each][-1]} for extreme, each in values.items()}
-    return [probe for probe in found if probe.value in kept[probe.extreme]]
+def selected(sizes: Sizes) -> list[Probe]:
+    """The questions of the study.
+
+    For each extreme there are every so many values (`Sizes.every`), and the last one.
+    """
+    all_probes = list(probes(sizes))
+    values = dict[str, list[str]]()
+    for probe in all_probes:
+        values_of_extreme = values.setdefault(probe.extreme, [])
+        if probe.value not in values_of_extreme:
+            values_of_extreme.append(probe.value)
+    kept = {extreme: {*names[:: sizes.every], names[-1]} for extreme, names in values.items()}
+    return [probe for probe in all_probes if probe.value in kept[probe.extreme]]
 
 
-def judged(probe: Probe) -> dict[str, Any]:
-    """Ask one question: its row of the table."""
+def compared(probe: Probe) -> dict[str, Any]:
+    """The row of a question: its answer, compared with the reference."""
     row = {"extreme": probe.extreme, "value": probe.value, "question": probe.question}
     start = time.perf_counter()
     try:
         answer = probe.ask()
-    except fo.FrictoptError as error:
+    except fo.FrictoptError as failure:
         seconds = time.perf_counter() - start
-        nothing = asdict(Answer(np.nan, np.nan, "")) | {
-            "error": np.nan,
-            "reference": "",
-            "seconds": seconds,
-        }
-        return row | {
-            "verdict": "refused",
-            **nothing,
-            "message": f"{type(error).__name__}: {error}",
-        }
+        return (
+            row
+            | {"verdict": "refused"}
+            | asdict(Answer(np.nan, np.nan, ""))
+            | {
+                "error": np.nan,
+                "reference": "",
+                "seconds": seconds,
+                "message": f"{type(failure).__name__}: {failure}",
+            }
+        )
     seconds = time.perf_counter() - start
-    off = _error(answer.number, probe)
-    known = {
-        "error": off,
-        "reference": "" if np.isnan(off) else probe.reference,
-        "seconds": seconds,
-        "message": "",
-    }
-    verdict = (
-        "unchecked"
-        if np.isnan(off)
-        else "mesh"
-        if np.isinf(probe.tolerance)
-        else "right"
-        if off <= probe.tolerance
-        else "wrong"
+    error = _error(answer.number, probe)
+    return (
+        row
+        | {"verdict": _verdict(error, probe)}
+        | asdict(answer)
+        | {
+            "error": error,
+            "reference": "" if np.isnan(error) else probe.reference,
+            "seconds": seconds,
+            "message": "",
+        }
     )
-    return row | {"verdict": verdict} | asdict(answer) | known
 
 
-def _error(found: float, probe: Probe) -> float:
-    """Relative error of an answer; NaN where nothing is known of it."""
+def _verdict(error: float, probe: Probe) -> str:
+    """The verdict on an answer with a relative error."""
+    if np.isnan(error):
+        return "unchecked"
+    if np.isinf(probe.tolerance):
+        return "mesh"
+    return "right" if error <= probe.tolerance else "wrong"
+
+
+def _error(number: float, probe: Probe) -> float:
+    """Relative error of an answer; NaN if the reference has no answer."""
     try:
         expected = None if probe.expected is None else probe.expected()
-    except fo.FrictoptError:  # the reference refuses
+    except fo.FrictoptError:
+        # The reference refuses.
         expected = None
     if expected is None:
         return float("nan")
-    if not (np.isfinite(found) and np.isfinite(expected)):
-        return (
-            0.0 if found == expected or (np.isnan(found) and np.isnan(expected)) else float("inf")
-        )
-    return abs(found - expected) / max(abs(expected), probe.floor)
+    if np.isfinite(number) and np.isfinite(expected):
+        return abs(number - expected) / max(abs(expected), probe.floor)
+    equal = number == expected or (np.isnan(number) and np.isnan(expected))
+    return 0.0 if equal else float("inf")
 
 
 def short(table: pd.DataFrame) -> str:
