@@ -1,10 +1,10 @@
-"""CalculiX beside frictopt: what its stored matrices hold, and what its contact does.
+"""CalculiX beside frictopt: the content of its stored matrices, and the behaviour of its contact.
 
 Run with `python -m studies calculix [--quick]`; it needs `ccx` and prints two tables in Markdown.
 The first table checks statements about matrices and contact, each by small decks, see
-`calculix_statements.py`. The second table follows three histories of a block on a block, by
-displacements of its top, with the contact formulations of CalculiX and with frictopt on the same
-mesh.
+`calculix_statements.py`. The second table follows three histories of a block on a block.
+Displacements of its top are prescribed. The contact formulations of CalculiX and frictopt have the
+same mesh.
 """
 
 import shutil
@@ -38,11 +38,14 @@ class Parameters:
 
     formulations: tuple[str, ...] = tuple(FORMULATIONS)
     histories: tuple[str, ...] = ("closed", "loop", "lands elsewhere")
-    elements: int = 2  # along the upper block
+    # Number of elements along the upper block.
+    elements: int = 2
     # Stiffness of penalty contact, force per length^3, normal and tangential; E is 1000.
     penalty: float = 1e5
-    increments: int = 4  # of each segment of a history
-    seconds: float = 300.0  # after which CalculiX is stopped
+    # Number of increments of each segment of a history.
+    increments: int = 4
+    # Seconds after which CalculiX is stopped.
+    seconds: float = 300.0
 
 
 FULL = Parameters()
@@ -51,7 +54,7 @@ QUICK = Parameters(formulations=("node to surface",), histories=("closed",), inc
 
 @dataclass(frozen=True)
 class History:
-    """Displacements (x, y) of the top of the upper block, from (0, 0), its gap and friction."""
+    """Displacements (x, y) of the top of the upper block from (0, 0), its gap, and its friction."""
 
     corners: tuple[tuple[float, float], ...]
     gap: float
@@ -120,6 +123,7 @@ def deck_of(history: History, formulation: str, parameters: Parameters) -> str:
 
 
 def _contact(history: History, formulation: str, parameters: Parameters) -> str:
+    """The part of the deck with the contact and the supports."""
     penalty = f"PRESSURE-OVERCLOSURE=LINEAR\n{parameters.penalty}\n"
     if formulation == "node to surface":
         penalty = f"PRESSURE-OVERCLOSURE=LINEAR\n{parameters.penalty}, 1e-3\n"
@@ -134,6 +138,7 @@ def _contact(history: History, formulation: str, parameters: Parameters) -> str:
 
 
 def _steps(history: History, parameters: Parameters) -> str:
+    """The part of the deck with the steps."""
     size = 1 / parameters.increments
     text = ""
     for x, y in history.corners:
@@ -148,16 +153,17 @@ def _steps(history: History, parameters: Parameters) -> str:
 def forces_of_calculix(
     job: Job, history: History, formulation: str, parameters: Parameters
 ) -> Array:
-    """(m, 3) time, shear force and pressure of the contact per unit depth; empty without answer.
+    """(m, 3) time, shear force and pressure of the contact per unit depth, by CalculiX.
 
-    Times are whole at the corners of the history.
+    The array is empty if CalculiX gives no answer. Times are whole numbers at the corners of the
+    history.
     """
     if not job.run(deck_of(history, formulation, parameters)):
         return np.zeros((0, 3))
     forces = job.totals()
     complete = len(forces) and abs(forces[-1, 0] - len(history.corners)) < 1e-6
-    # The reactions of the top are the forces of the contact on the upper block, with a minus; the
-    # slice is 0.5 deep.
+    # The reactions of the top are the forces of the contact on the upper block, with the
+    # opposite sign. The slice is 0.5 deep.
     return forces[:, :3] * [1.0, -2.0, -2.0] if complete else np.zeros((0, 3))
 
 
@@ -197,7 +203,7 @@ def forces_of_frictopt(history: History, parameters: Parameters) -> Array:
 
 
 def work_of_last_cycle(forces: Array, history: History) -> float:
-    """Work that the top does from the last but two corner to the last one, per unit depth."""
+    """Work of the top in the last two segments of the history, per unit depth."""
     corners = np.array([(0.0, 0.0), *history.corners])
     x = np.interp(forces[:, 0], np.arange(len(corners)), corners[:, 0])
     in_cycle = forces[:, 0] >= len(history.corners) - 2 - 1e-9

@@ -1,4 +1,4 @@
-"""Statements about CalculiX, each seen in small decks: its matrices and its contact.
+"""Statements about the matrices and the contact of CalculiX, each checked by small decks.
 
 A matrix of CalculiX is the file of a step `*FREQUENCY, SOLVER=MATRIXSTORAGE`.
 """
@@ -28,7 +28,7 @@ class Job:
         self.seconds = seconds
 
     def run(self, deck: str) -> str:
-        """Run a deck; what CalculiX says. The text is empty if it is stopped."""
+        """Run a deck, and return the output of CalculiX; the text is empty if CalculiX is stopped."""
         for path in self.folder.iterdir():
             path.unlink()
         (self.folder / "job.inp").write_text(deck, encoding="utf-8")
@@ -60,7 +60,7 @@ class Job:
         return [(node, direction) for node, direction in labels], K
 
     def totals(self) -> Array:
-        """(m, 4) time and total force (x, y, z) of each `*NODE PRINT` of the deck that ran."""
+        """(m, 4) time and total force (x, y, z) of each `*NODE PRINT` of the deck."""
         printed = (self.folder / "job.dat").read_text(encoding="utf-8")
         totals = [[float(word) for word in found.groups()] for found in _TOTAL.finditer(printed)]
         return np.array(totals).reshape(-1, 4)
@@ -74,7 +74,7 @@ def version() -> str:
 
 
 def _cube(first: int, bottom: float, name: str) -> str:
-    """A cube of one brick, its nodes and its element numbered from `first`."""
+    """A cube of one brick, with nodes and element numbered from `first`."""
     corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
     places = [(x, y, bottom + z) for z in (0.0, 1.0) for x, y in corners]
     nodes = "".join(f"{first + i}, {x}, {y}, {z}\n" for i, (x, y, z) in enumerate(places))
@@ -100,7 +100,7 @@ def _change(one: Array, other: Array) -> float:
 
 
 def statements(job: Job) -> Iterator[Mapping[str, Any]]:
-    """A row for each statement: what was seen, and whether it holds."""
+    """A row for each statement: the number that was seen, and whether the statement holds."""
     yield from _of_matrices(job)
     yield from _of_sectors(job)
     yield from _of_substructures(job)
@@ -108,7 +108,7 @@ def statements(job: Job) -> Iterator[Mapping[str, Any]]:
 
 
 def _of_matrices(job: Job) -> Iterator[Mapping[str, Any]]:
-    """Rows about matrices of one body or two."""
+    """Rows about the matrices of one body and of two bodies."""
     labels, K = job.matrix(TWO_CUBES + HELD + STEP)
     held = [label for label in labels if label[0] <= 4]
     yield _row("Rows of held displacements", "number", len(held), not held)
@@ -196,7 +196,7 @@ def _of_sectors(job: Job) -> Iterator[Mapping[str, Any]]:
 
 
 def _of_substructures(job: Job) -> Iterator[Mapping[str, Any]]:
-    """A row about the matrix of a substructure: a cube of which two nodes are retained."""
+    """A row about the matrix of a substructure: a cube with two retained nodes."""
     deck = MATERIAL + _cube(1, 0.0, "LO") + HELD
     labels, K = job.matrix(deck + STEP)
     retained = [(node, direction) for node in (5, 6) for direction in (1, 2, 3)]
@@ -220,7 +220,7 @@ def _of_substructures(job: Job) -> Iterator[Mapping[str, Any]]:
 
 
 def _of_contacts(job: Job) -> Iterator[Mapping[str, Any]]:
-    """Rows about the contact of two cubes, of which the upper one is pressed, and then moved."""
+    """Rows about the contact of two cubes; the upper cube is pressed, and then moved."""
     linear = "LINEAR\n1e5, 1."
     first = "*MATERIAL, NAME=SOFT\n*ELASTIC\n10., .3\n"
     for name in ("NODE TO SURFACE", "SURFACE TO SURFACE"):

@@ -1,7 +1,7 @@
-"""A campaign of many transients on a dask cluster of this machine, one of whose workers is killed.
+"""A campaign of many transients on a dask cluster of this machine, where one worker is killed.
 
 Run with `python -m studies campaign [--quick]` (extra `distributed`). It prints how many runs of
-the campaign are lost, and which share of the workers' time went into transients. Some runs are
+the campaign are lost, and the share of the workers' time that the transients take. Some runs are
 repeated in this process and compared. The contact is the scene of Flicek et al. (2015), with random
 residual slips at loads around its shakedown limit.
 """
@@ -30,14 +30,14 @@ _FRICTION = 0.5
 class Parameters:
     """Size of the campaign."""
 
-    # Along the contact.
+    # Number of elements along the contact.
     elements: int = 124
     load_factors: int = 20
     starts: int = 500
     workers: int = 2
     # Number of ended tasks after which a worker is killed.
     killed_after: int = 80
-    # The runs of every so many-th start are repeated in this process.
+    # One start in so many is repeated in this process.
     repeated: int = 50
     seed: int = 0
 
@@ -47,7 +47,7 @@ QUICK = Parameters(elements=8, load_factors=4, starts=5, killed_after=3, repeate
 
 
 class Killing(Executor):
-    """An executor that does something, once, after so many of its tasks have ended."""
+    """An executor that calls a function once, after so many of its tasks have ended."""
 
     def __init__(self, executor: Executor, after: int, kill: Callable[[], None]) -> None:
         self._executor = executor
@@ -67,7 +67,7 @@ class Killing(Executor):
 
 
 def campaign(parameters: Parameters) -> pd.DataFrame:
-    """One row: the campaign on a cluster, one of whose workers is killed."""
+    """One row: the campaign on a cluster where one worker is killed."""
     # An optional package, which the list of studies does not need.
     from distributed import Client, LocalCluster
 
@@ -116,7 +116,7 @@ def campaign(parameters: Parameters) -> pd.DataFrame:
 
 
 def _slips(limit: fo.results.ShakedownLimit, parameters: Parameters) -> np.ndarray:
-    """Random residual slips, from a tenth of the safe slip to ten times as large."""
+    """Random residual slips, from a tenth of the safe slip to ten times the safe slip."""
     rng = np.random.default_rng(parameters.seed)
     sizes = 10 ** rng.uniform(-1, 1, (parameters.starts, 1)) * np.abs(limit.slip).max()
     return np.asarray(sizes * rng.normal(size=(parameters.starts, len(limit.slip))))

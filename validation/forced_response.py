@@ -1,10 +1,10 @@
-"""The forced response of one mode with quasi-static friction, against time integration of small structures.
+"""The forced response of one mode with quasi-static friction, compared with time integration.
 
 Run with `python -m studies forced_response [--quick]`; it prints three tables in Markdown. The
 structures are an oscillator of two masses and a wedge between them (Balaji and Ferhatoglu), and a
 light and a heavy block on four springs with friction, whose edges lift off as it rocks. The time
 integration is explicit and shares no code with the package. It begins at rest and sweeps the
-frequency down, and up in a second run. The larger peak of both counts.
+frequency down, and up in a second run. The larger of both peaks counts.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -62,21 +62,28 @@ CASES = (
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    most_forces: int = 5  # of each case
-    factors: int = 60  # load factors of a curve
-    steps: int = 600  # of the time integration, a period
-    first: int = 400  # periods at the first frequency
-    periods: int = 100  # at each other frequency
-    ratio: float = 1.002  # of neighbouring frequencies
+    # Largest number of forces of each case.
+    most_forces: int = 5
+    # Number of load factors of a curve.
+    factors: int = 60
+    # Number of time steps in a period.
+    steps: int = 600
+    # Numbers of periods at the first frequency, and at each other frequency.
+    first: int = 400
+    periods: int = 100
+    # Ratio of neighbouring frequencies.
+    ratio: float = 1.002
     # A sweep begins above the glued frequency, and ends below the resonance of the approximation.
     above: float = 1.02
     below: float = 0.95
     few_factors: tuple[int, ...] = (8, 20, 40)
     many_factors: int = 200
-    band_factors: int = 16  # load factors of the curve with a range
-    starts: int = 11  # random residual slips
+    # Number of load factors of the curve with a range.
+    band_factors: int = 16
+    # Number of random residual slips.
+    starts: int = 11
     seed: int = 0
 
 
@@ -130,9 +137,10 @@ def _swept(
     force: float,
     resonance: float,
 ) -> dict[str, float]:
-    """The peaks of a sweep down and of a sweep up, and the frequency of the larger one."""
+    """The peaks of a sweep down and of a sweep up, and the frequency of the larger peak."""
     high = parameters.above * curve.natural_frequency
-    if np.isnan(resonance):  # The peak is beyond the curve, so its whole range is swept.
+    # The peak may be beyond the curve. Then the whole range of the curve is swept.
+    if np.isnan(resonance):
         resonance = float(np.nanmin(curve.resonance))
     low = parameters.below * resonance
     frequencies = np.geomspace(high, low, int(np.log(high / low) / np.log(parameters.ratio)) + 2)
@@ -154,7 +162,8 @@ def _swept(
 def few(parameters: Parameters) -> Iterator[Row]:
     """One row for each number of load factors and force of the first case."""
     case = CASES[0]
-    most = 1000.0  # Above, both wedges slide.
+    # Above this load factor both wedges slide.
+    most = 1000.0
     forces = [10.0, 30.0, 40.0]
 
     def answer(number: int) -> fo.results.ForcedResponse:
@@ -179,12 +188,14 @@ def band(parameters: Parameters) -> Iterator[Row]:
     case = CASES[0]
     load_factors = np.geomspace(120, 1000, parameters.band_factors)
     curve = case.make().curve(case.mode, load_factors, range=True)
-    largest = 1.2e-3  # of the random slips; a wedge slips by some 1e-3 in a cycle
+    # Largest random slip. In a cycle a wedge slips by about 1e-3.
+    largest = 1.2e-3
     rng = np.random.default_rng(parameters.seed)
     forces = (6.0, 10.0, 20.0, 30.0)[: parameters.most_forces]
     answer = curve.response(forces, damping=case.damping)
     for row, force in enumerate(each(forces, "forces")):
-        for start in range(parameters.starts + 1):  # The first one is the state of rest.
+        # The first start is the state of rest.
+        for start in range(parameters.starts + 1):
             slip = rng.uniform(-largest, largest, 2) if start else None
             vibration = Vibration(
                 case.make(), case.mode, case.damping, parameters.steps, residual_slip=slip
@@ -257,7 +268,7 @@ _SORTED_AT = 0.06
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """The errors of peaks, what sorts them, few load factors, and the band."""
+    """The errors of peaks, the product that sorts them, few load factors, and the band."""
     table = tables[PEAKS.name]
     parts = [_errors(table), _sorting(table), _folds(table), _few(tables[FEW.name])]
     return "\n\n".join([*parts, _band(tables[BAND.name])])
@@ -289,7 +300,7 @@ def _errors(table: pd.DataFrame) -> str:
 
 
 def _sorting(table: pd.DataFrame) -> str:
-    """How the product of interaction and sensitivity sorts the errors."""
+    """A sentence for each side of the threshold of the product: the errors of its rows."""
     known = table[np.isfinite(table["peak"])]
     errors, small = _error(known).abs(), _product(known) <= _SORTED_AT
     said = []
@@ -304,7 +315,7 @@ def _sorting(table: pd.DataFrame) -> str:
 
 
 def _folds(table: pd.DataFrame) -> str:
-    """What a sweep up finds of the peak of a sweep down."""
+    """A sentence on the peak of a sweep up over the peak of a sweep down."""
     share = table["up"] / table["down"]
     lift_off = table["structure"].str.contains("lift-off")
     said = []

@@ -1,12 +1,12 @@
 """The printed problems, solved by every solver that cvxpy knows in this environment.
 
-Run with `python -m studies solvers [--quick]`; it prints a table in Markdown. frictopt solves its
-programs below the printed problems, in units of their own, and checks each answer. A user who
-solves a printed problem has neither. So each problem is written for the same contact in units of
-force from 1e-9 to 1e9, and each answer is compared with the one that frictopt proved.
+Run with `python -m studies solvers [--quick]`; it prints a table in Markdown. frictopt solves
+reduced programs in units of their size, and checks each answer. A user who solves a printed problem
+has neither. So each problem is written for the same contact in units of force from 1e-9 to 1e9, and
+each answer is compared with the answer that frictopt proved.
 
-`python -m pip install` of the packages in `PACKAGES` installs the solvers; the table has those that
-are installed. Each solver has a process of its own, which ends after a time limit.
+`python -m pip install` of the packages in `PACKAGES` installs the solvers; the table has the
+installed solvers. Each solver has a process, which ends after a time limit.
 """
 
 import os
@@ -73,10 +73,13 @@ class Parameters:
 
     # Units of force: the stiffness and all loads are multiplied by them.
     units: tuple[float, ...] = (1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9)
-    elements: int = 40  # of the punch in the plane
-    square: int = 4  # elements along each side of the punch in space
-    seconds: float = 20.0  # after which a solver is stopped
-    solvers: tuple[str, ...] = ()  # empty: all that are installed
+    # Numbers of elements of the punch in the plane, and along each side of the punch in space.
+    elements: int = 40
+    square: int = 4
+    # Seconds after which a solver is stopped.
+    seconds: float = 20.0
+    # Names of the solvers. Empty: all installed solvers.
+    solvers: tuple[str, ...] = ()
     # Largest relative error of an answer that is right, and of an answer that is rough.
     right: float = 1e-6
     rough: float = 1e-3
@@ -108,7 +111,7 @@ def _in_unit(system: fo.ContactSystem, unit: float) -> fo.ContactSystem:
 
 
 def problems(parameters: Parameters, unit: float) -> dict[str, PrintedProblem]:
-    """Name -> printed problem, of contacts whose forces are in this unit."""
+    """The printed problems of contacts whose forces are in this unit, by name."""
     punch = fo.scenes.PunchOnHalfPlane(elements=parameters.elements).condense()
     square = fo.scenes.SquarePunch(elements=parameters.square).condense()
     plane = _in_unit(punch, unit)
@@ -170,7 +173,7 @@ def solved(packed: bytes, solver: str, options: Mapping[str, Any]) -> dict[str, 
             problem.get_problem_data(solver=named.get("solver"))
         except ImportError:
             return row | {"status": "not loaded"}
-        except Exception:  # cvxpy and its interfaces raise many kinds
+        except Exception:
             return row | {"status": "not taken"}
         started = time.process_time()
         try:
@@ -192,7 +195,7 @@ def solved(packed: bytes, solver: str, options: Mapping[str, Any]) -> dict[str, 
 
 
 def outcome(printed: PrintedProblem, row: Mapping[str, Any], parameters: Parameters) -> str:
-    """Whether an answer is right, rough, wrong, told to be inaccurate, or none."""
+    """Whether an answer is right, rough, wrong, reported as inaccurate, or none."""
     status = row["status"]
     if isinstance(printed.optimum, str):
         if status in (printed.optimum, cp.settings.INFEASIBLE_OR_UNBOUNDED):
@@ -209,13 +212,14 @@ def outcome(printed: PrintedProblem, row: Mapping[str, Any], parameters: Paramet
 
 
 def _without_answer(status: str) -> str:
+    """The outcome of a status without an answer."""
     if status in ("not taken", "not loaded", "timed out", "crashed"):
         return status
     return "inaccurate" if status.endswith("inaccurate") else "refused"
 
 
 class SolverProcess:
-    """One worker, begun anew after a solver crashes or runs out of time."""
+    """One worker, which is started again after a solver crashes or exceeds its time."""
 
     def __init__(self) -> None:
         self._pool: ProcessPoolExecutor | None = None
@@ -223,7 +227,10 @@ class SolverProcess:
     def solve(
         self, packed: bytes, solver: str, options: Mapping[str, Any], seconds: float
     ) -> dict[str, Any]:
-        """See `solved`; the status is `timed out` or `crashed` if no answer comes."""
+        """The result of `solved` in the worker.
+
+        The status is `timed out` or `crashed` if no answer comes.
+        """
         if self._pool is None:
             self._pool = ProcessPoolExecutor(1, get_context("spawn"))
         try:

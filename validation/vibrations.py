@@ -1,6 +1,6 @@
 """Small structures on Coulomb contacts behind springs, and their time integration.
 
-The structures have contact systems, for their forced responses. The integration shares no code with
+The structures have contact systems for their forced responses. The integration shares no code with
 the package.
 """
 
@@ -24,7 +24,7 @@ class Structure:
     mass, bodies
         (n,) masses, and the stiffness (n, n) of the bodies without the contacts.
     along, against
-        (m, n) motion of each contact along it, and against it, per motion of the masses.
+        (m, n) motion of each contact along its face and against its face, per motion of the masses.
     tangential, normal, friction
         Stiffness of the springs of each contact, and its coefficient of friction.
     static
@@ -113,8 +113,8 @@ def wedges() -> Structure:
 def rocking(mass: float = 0.4, top: float = 6.0) -> Structure:
     """A block on four springs with friction, with a mass on top of it.
 
-    It is pressed beside its middle, so that edges lift off as it rocks. A light block has its other
-    modes far away.
+    The block is pressed beside its middle, so that edges lift off as it rocks. The other modes of a
+    light block have much higher frequencies.
     """
     x = np.array([-0.1, -0.1 / 3, 0.1 / 3, 0.1])
     along = np.array([[1.0, 0.0, 0.125, 0.0]] * 4)
@@ -170,11 +170,11 @@ class Answer:
 
 
 class Vibration:
-    """A structure from rest under its static forces, shaken at one frequency after the other.
+    """A structure from rest under its static forces, shaken at one frequency after another.
 
     The force acts on mode k alone. If `point` is the number of a mass coordinate, the force acts
-    there, with the same modal force. Residual slips (m,) are added to those of the state of rest,
-    and friction removes the part that it does not hold.
+    there, with the same modal force. Residual slips (m,) are added to the slips of the state of
+    rest. Friction then removes the part of them that it does not hold.
     """
 
     def __init__(

@@ -14,12 +14,18 @@ Array = np.ndarray[Any, Any]
 
 _TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 SIMPLEX: dict[str, Any] = {"solver": "simplex", "simplex_strategy": 4, "presolve": "off", **_TIGHT}
-"""Options of HiGHS that suit these programs, whose rows are dense: primal simplex without presolve, tight tolerances."""
+"""Options of HiGHS for these programs, whose rows are dense.
+
+They are the primal simplex method without presolve, and tight tolerances.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class LinearProgram:
-    """Minimise `cost x` subject to `matrix x <= right`, `x >= lower` and, for HiGHS alone, `matrix x >= floor`."""
+    """Minimise `cost x` subject to `matrix x <= right` and `x >= lower`.
+
+    For HiGHS alone there is also `matrix x >= floor`.
+    """
 
     cost: Array
     matrix: csc_matrix
@@ -29,7 +35,7 @@ class LinearProgram:
 
     @classmethod
     def of(cls, model: Any) -> "LinearProgram":
-        """The matrices of the program with all nodes closed: reduced, and scaled."""
+        """The reduced and scaled matrices of the program with all nodes closed."""
         programs = model._programs.values()
         program = next(one for one in programs if not one.question.open_nodes.any())
         reduced = program.chain.reduced
@@ -58,14 +64,14 @@ class LinearProgram:
 
     @cached_property
     def with_bounds(self) -> tuple[csc_matrix, Array]:
-        """Matrix, with 32-bit indices, and right-hand side with the lower bounds as rows."""
+        """Matrix with 32-bit indices, and right-hand side, with the lower bounds as rows."""
         bounded = np.flatnonzero(np.isfinite(self.lower))
         matrix = np.vstack([self.matrix.toarray(), -np.eye(len(self.cost))[bounded]])
         return csc_matrix(matrix), np.r_[self.right, -self.lower[bounded]]
 
 
 def highs(program: LinearProgram, options: dict[str, Any]) -> Any:
-    """HiGHS with the optimum that it found.
+    """HiGHS with its optimum.
 
     Raises
     ------
@@ -98,12 +104,12 @@ def highs(program: LinearProgram, options: dict[str, Any]) -> Any:
 
 
 def highs_cost(solver: Any) -> float:
-    """Optimal cost that HiGHS found."""
+    """Optimal cost of HiGHS."""
     return float(solver.getInfo().objective_function_value)
 
 
 def highs_vertex(solver: Any) -> Array:
-    """Rows that hold as equations at the vertex that HiGHS found."""
+    """Rows that hold as equations at the vertex of HiGHS."""
     basic = installed("highspy").HighsBasisStatus.kBasic
     return np.array(
         [row for row, status in enumerate(solver.getBasis().row_status) if status != basic],
@@ -128,7 +134,7 @@ def clarabel(program: LinearProgram, tolerance: float) -> float:
 def clarabel_cone(
     cost: Array, matrix: csc_matrix, right: Array, cones: list[Any], tolerance: float
 ) -> float:
-    """Optimal cost of a cone program by Clarabel, one thread, with one tolerance for all it asks for.
+    """Optimal cost of a cone program by Clarabel, with one thread and one value for all tolerances.
 
     Raises
     ------
@@ -147,7 +153,7 @@ def clarabel_cone(
 
 
 def osqp(program: LinearProgram, tolerance: float) -> float:
-    """Optimal cost by OSQP's operator splitting, polished.
+    """Optimal cost by OSQP's operator splitting with polishing.
 
     Raises
     ------
@@ -179,7 +185,10 @@ def osqp(program: LinearProgram, tolerance: float) -> float:
 def methods(
     program: LinearProgram, tolerances: tuple[float, ...], error: Callable[[float], float]
 ) -> Iterator[Method]:
-    """Direct calls of the solvers at these tolerances, of HiGHS also with its defaults and other options; `error` compares the optimal cost."""
+    """Direct calls of the solvers at these tolerances; `error` compares the optimal cost.
+
+    HiGHS also runs with its defaults and with `SIMPLEX`.
+    """
     settings = {"defaults": {}, "primal simplex": SIMPLEX}
     for tolerance in tolerances:
         settings[f"{tolerance:.0e}"] = {
@@ -215,5 +224,6 @@ def methods(
 
 
 def _accept(solved: bool, status: Any) -> None:
+    """Raise ArithmeticError without an optimum."""
     if not solved:
         raise ArithmeticError(f"no optimum ({status})")

@@ -1,4 +1,7 @@
-"""Condensation: its rounding against scikit-fem and scipy on the same mesh, and the error of the mesh at the singular corner."""
+"""Condensation: its rounding, and the error of the mesh at the singular corner.
+
+The rounding is measured against scikit-fem and scipy on the same mesh.
+"""
 
 from collections.abc import Iterator
 from functools import partial
@@ -19,7 +22,8 @@ Array = np.ndarray[Any, Any]
 Blocks = tuple[Any, Any, Array]
 
 ORDERINGS: dict[str, dict[str, Any]] = {
-    "COLAMD": {"permc_spec": "COLAMD"},  # scipy's default
+    # The default of scipy.
+    "COLAMD": {"permc_spec": "COLAMD"},
     "MMD_AT_PLUS_A": {
         "permc_spec": "MMD_AT_PLUS_A",
         "diag_pivot_thresh": 0.0,
@@ -28,21 +32,24 @@ ORDERINGS: dict[str, dict[str, Any]] = {
 }
 """Orderings of scipy's sparse factorisation, with the options that suit each."""
 
-_COLUMNS = 64  # right-hand sides refined at once, for the sake of memory
-_ROUNDS = 3  # solutions with residuals in extended precision; each gains some ten digits
+# Number of right-hand sides that are refined at once; more need too much memory.
+_COLUMNS = 64
+# Number of solutions with residuals in extended precision. Each gains about ten digits.
+_ROUNDS = 3
 
 
 def assembled(scene: fo.scenes.PunchOnHalfPlane) -> Blocks:
-    """The glued stiffness of a scene on rollers by scikit-fem alone, in the package's meshes.
+    """The glued stiffness of a scene on rollers by scikit-fem alone, on the meshes of the package.
 
-    Unknowns are the displacements of the block, those of the punch off the interface, and on the
-    interface those relative to the block, which are kept: first all in x, then all in y.
+    Unknowns are the displacements of the block and of the punch off the interface. On the interface
+    of the punch they are the displacements relative to the block, which are kept: first all in x,
+    then all in y.
 
     Returns
     -------
     tuple
-        Stiffness of the eliminated unknowns, its coupling to the kept ones, and the stiffness of
-        those.
+        Stiffness of the eliminated unknowns, its coupling to the kept unknowns, and the stiffness of
+        the kept unknowns.
     """
     model = scene.model()
     (block, K_block), (punch, K_punch) = (
@@ -68,6 +75,7 @@ def _contact(mesh: Any) -> Any:
 
 
 def _stiffness(body: fo.Body) -> tuple[Any, Any]:
+    """The basis and the stiffness of a body."""
     basis = Basis(body.mesh, ElementVector(ElementQuad1()))
     return basis, linear_elasticity(*lame_parameters(body.material.E, body.material.nu)).assemble(
         basis
@@ -75,13 +83,16 @@ def _stiffness(body: fo.Body) -> tuple[Any, Any]:
 
 
 def multiple_right_hand_sides(blocks: Blocks, ordering: str) -> Array:
-    """Stiffness of the kept unknowns by the usual code with scipy: one solution for each of them."""
+    """Stiffness of the kept unknowns by usual code with scipy: one solution for each kept unknown."""
     K_ii, K_ir, K_rr = blocks
     return np.asarray(K_rr - K_ir.T @ splu(K_ii, **ORDERINGS[ordering]).solve(K_ir.toarray()))
 
 
 def refined_stiffness(blocks: Blocks) -> Array:
-    """The same stiffness, each solution refined by residuals in numpy's extended precision (longdouble, 64 bits of mantissa on x86)."""
+    """Stiffness of the kept unknowns, with solutions refined by residuals in extended precision.
+
+    The extended precision is numpy's longdouble, with 64 bits of mantissa on x86.
+    """
     K_ii, K_ir, K_rr = blocks
     factors, exact = splu(K_ii, **ORDERINGS["MMD_AT_PLUS_A"]), K_ii.tocsr().astype(np.longdouble)
     columns = []
@@ -95,12 +106,12 @@ def refined_stiffness(blocks: Blocks) -> Array:
 
 
 def corner_exponent(system: fo.ContactSystem, corner_size: float) -> float:
-    """Exponent of the stronger singular mode of the bonded corner, fitted to the reactions under the load case "P".
+    """Exponent of the stronger singular mode of the bonded corner, from the load case "P".
 
-    The weaker mode is taken out by its ratio of shear to pressure: `P r2 - Q`, with P and Q the
-    forces between the corner and r, has the stronger one alone, and grows as r to its exponent.
-    Fitted from half to twice the geometric mean of corner element and half-width a, which is many
-    elements and still close to the corner.
+    P and Q are the normal and shear forces between the corner and the distance r. The ratio r2 of
+    shear to pressure of the weaker mode removes this mode: `P r2 - Q` contains only the stronger
+    mode, and grows as a power of r. Its exponent is fitted from half to twice the geometric mean of
+    corner element and half-width a. This range has many elements and is close to the corner.
     """
     q, p = system.bonded["P"]
     r = (system.x[1:] + system.x[:-1]) / 2 - system.x[0]
@@ -130,12 +141,13 @@ def questions(parameters: Parameters) -> Iterator[Question]:
                     error,
                 )
             )
-    # reference: exponent 0.5445 of the bonded corner of a square punch (closed form), which the
-    # reactions near the corner must show
+    # The reference is the exponent 0.5445 of the bonded corner of a square punch, a closed
+    # form. The reactions near the corner must have it.
     yield Question("condensation", "corner exponent", "paper's scene, any mesh", 0, methods)
 
 
 def _elimination(elements: int) -> Question:
+    """The stiffness of the scene by several orderings."""
     scene = fo.scenes.PunchOnHalfPlane(elements=elements)
     error = partial(_stiffness_error, refined_stiffness(assembled(scene)))
     methods = [
@@ -154,14 +166,14 @@ def _elimination(elements: int) -> Question:
                 "scipy, one right-hand side each", "ordering", ordering, run, error, rival="scipy"
             )
         )
-    # reference: the same solutions refined by residuals in extended precision
+    # The reference refines the same solutions by residuals in extended precision.
     return Question(
         "condensation", "stiffness S", f"paper's scene, {elements} elements", elements + 1, methods
     )
 
 
 def _plain(scene: fo.scenes.PunchOnHalfPlane, ordering: str) -> Array:
-    """The stiffness of the scene, by the usual code with scipy."""
+    """The stiffness of the scene by usual code with scipy."""
     return multiple_right_hand_sides(assembled(scene), ordering)
 
 

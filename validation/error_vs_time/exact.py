@@ -1,11 +1,11 @@
-"""References without rounding: a solver in doubles proposes a basis, which is solved in rational arithmetic and proven optimal.
+"""References without rounding, in rational arithmetic.
 
-Doubles are rational numbers, so the linear program and the contact law that they state have exact
-answers. A square system is solved by iterative refinement: the residual is computed with Python's
-fractions, without rounding, and each correction in doubles gains some ten digits, until forty are
-right. That takes milliseconds where elimination in fractions takes minutes. Whether the basis is
-the right one is then read off the exact solution: every other row holds and no multiplier is
-negative.
+Doubles are rational numbers, so a linear program or a contact law with doubles as data has an exact
+answer. A solver in doubles proposes a basis. Iterative refinement solves its square system.
+Python's fractions compute the residual without rounding, and each correction in doubles gains about
+ten digits, until forty digits are right. That takes milliseconds, while elimination in fractions
+takes minutes. The exact solution then shows whether the basis is optimal: every other row holds,
+and no multiplier is negative.
 """
 
 from fractions import Fraction
@@ -17,13 +17,12 @@ import frictopt as fo
 
 Array = np.ndarray[Any, Any]
 
-_DIGITS = Fraction(
-    1, 10**40
-)  # residual of a refined solution, over the size of its right-hand side
-_OPEN = 2  # status of a node that is open
-_ZERO = Fraction(
-    1, 10**30
-)  # slacks and multipliers above minus this, over their sizes, count as not negative
+# Residual of a refined solution, relative to the size of its right-hand side.
+_DIGITS = Fraction(1, 10**40)
+# Status of an open node.
+_OPEN = 2
+# A slack or multiplier counts as negative only below minus this share of its size.
+_ZERO = Fraction(1, 10**30)
 
 
 class NotProven(ArithmeticError):
@@ -31,7 +30,7 @@ class NotProven(ArithmeticError):
 
 
 def fractions(values: Any) -> Array:
-    """Array of the rational numbers that these doubles are."""
+    """Array of the rational numbers that equal these doubles."""
     array = np.asarray(values, dtype=float)
     return np.array([Fraction(value) for value in array.ravel().tolist()] + [None], dtype=object)[
         :-1
@@ -39,12 +38,14 @@ def fractions(values: Any) -> Array:
 
 
 def refined(matrix: Array, right: Array) -> Array:
-    """Solution of a square system of rational numbers, refined until its exact residual is below 1e-40 of the right-hand side.
+    """Solution of a square system of rational numbers by iterative refinement.
+
+    The exact residual is below 1e-40 of the right-hand side.
 
     Raises
     ------
     NotProven
-        The matrix is singular, or too close to it for doubles to gain a digit.
+        The matrix is singular, or so close to singular that doubles gain no digit.
     """
     try:
         inverse = np.linalg.inv(matrix.astype(float))
@@ -76,24 +77,22 @@ def exact_guaranteed_limit(
     node
         The node.
     active
-        Proposed rows of the vertex, of those of `safe_rows`; with both rows of the node.
+        Proposed rows of the vertex, numbered as in `safe_rows`, with both rows of the node.
 
     Raises
     ------
     NotProven
-        No vertex near the proposed one is the optimum.
+        No vertex near the proposed vertex is the optimum.
     """
     matrix, right, cyclic, _ = safe_rows(system, cycle, friction)
     both = [
         node,
         system.nodes + node,
-        # an equation is two rows, of which the vertex has the one with a multiplier that is not
-        # negative
+        # An equation is two rows. The vertex has the row whose multiplier is not negative.
     ]
     matrix, right = np.concatenate([matrix, -matrix[both]]), np.concatenate([right, -right[both]])
-    falling = np.column_stack(
-        [matrix, np.concatenate([cyclic, -cyclic[both]])]
-    )  # in minus the load factor
+    # The last unknown is minus the load factor.
+    falling = np.column_stack([matrix, np.concatenate([cyclic, -cyclic[both]])])
     active = np.array(active)
     multipliers = refined(
         -falling[active].T,
@@ -113,12 +112,14 @@ def exact_increment(
     bonded: tuple[Array, Array],
     status: Array,
 ) -> Array:
-    """(N,) exact slip after an increment, from the status that each node has after it: -1, 0 or 1, and 2 where it is open.
+    """(N,) exact slip after an increment, from the status of each node after the increment.
+
+    The status is -1, 0 or 1, and 2 for an open node.
 
     Raises
     ------
     NotProven
-        The status contradicts its own exact state.
+        The status contradicts its exact state.
     """
     n, f, opened = system.nodes, Fraction(friction), status == _OPEN
     S, before = fractions(system.S), fractions(slip)
@@ -126,17 +127,15 @@ def exact_increment(
     sense = np.array([Fraction(int(value)) for value in np.where(opened, 0, status)], dtype=object)
     moving, lifted = np.flatnonzero(status), n + np.flatnonzero(opened)
     free = np.concatenate([moving, lifted])
-    law = np.concatenate(
-        [r[moving] + f * sense[moving] * r[n + moving], r[lifted]]
-    )  # vanishes: q of open nodes, q + f p or q - f p, p of open ones
+    # These sums vanish: q + f p or q - f p of nodes that slip, and q and p of open nodes.
+    law = np.concatenate([r[moving] + f * sense[moving] * r[n + moving], r[lifted]])
     rows = np.concatenate([S[moving] + f * sense[moving, None] * S[n + moving], S[lifted]])
     change = np.array([Fraction(0)] * (2 * n), dtype=object)
     change[free] = refined(rows[:, free], -law)
     r = r + S @ change
     q, p, size = r[:n], r[n:], sum(abs(r[n:])) / n
-    if (
-        max(abs(q) - f * p) > _ZERO * size or min(sense * change[:n]) < 0 or min(change[n:]) < 0
-    ):  # a pull breaks the bound as well
+    # A negative pressure exceeds the friction bound as well.
+    if max(abs(q) - f * p) > _ZERO * size or min(sense * change[:n]) < 0 or min(change[n:]) < 0:
         raise NotProven("the status of the increment contradicts its own exact state")
     return np.asarray(before + change[:n], dtype=float)
 
@@ -144,10 +143,10 @@ def exact_increment(
 def safe_rows(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float
 ) -> tuple[Array, Array, Array, Fraction]:
-    """Rows `matrix z >= right + load_factor * cyclic` of safe slips in z, the first N - 1 slips, and the mean friction bound.
+    """Rows `matrix z >= right + load_factor * cyclic` of safe slips, and the mean friction bound.
 
-    The last slip is minus the sum of the others: a punch that only its loads hold may slide as a
-    whole, which stresses nothing, and which doubles resist by their rounding alone.
+    The unknowns z are the first N - 1 slips, and the last slip is minus their sum. If only loads
+    hold a punch, it may slide as a whole. That causes no stress, and only rounding resists it.
     """
     f = Fraction(friction)
     q0, p0 = (fractions(values) for values in cycle.mean_reaction(system))
@@ -171,12 +170,14 @@ def safe_rows(
 
 
 def largest(matrix: Array, right: Array, active: Array) -> float:
-    """Largest last unknown of `matrix z >= right`: exact simplex steps from the vertex with the rows `active` to the optimal one.
+    """Largest last unknown of `matrix z >= right`, by exact simplex steps.
+
+    The steps lead from the vertex with the rows `active` to the optimal vertex.
 
     Raises
     ------
     NotProven
-        No vertex near the proposed one is the optimum.
+        No vertex near the proposed vertex is the optimum.
     """
     objective = np.array([Fraction(0)] * (matrix.shape[1] - 1) + [Fraction(1)], dtype=object)
     size = np.abs(matrix.astype(float)).max(axis=1)
@@ -198,7 +199,10 @@ def largest(matrix: Array, right: Array, active: Array) -> float:
 
 
 def _leaving(multipliers: Array, combination: Array) -> int:
-    """Row that leaves the vertex for a violated one (dual simplex): the multipliers stay not negative."""
+    """Row that leaves the vertex for a violated row, so that no multiplier becomes negative.
+
+    This is a step of the dual simplex method.
+    """
     candidates = [
         (y / share, index)
         for index, (y, share) in enumerate(zip(multipliers, combination, strict=True))

@@ -1,4 +1,7 @@
-"""Increments by direct calls of OSQP and Clarabel alone: quadratic programs with frozen bounds, until the bounds settle at a tolerance."""
+"""Increments by direct calls of OSQP and Clarabel.
+
+Quadratic programs with frozen friction bounds are solved until the bounds converge.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,7 +18,10 @@ _SWEEPS = 100
 
 
 class FrozenBounds:
-    """One increment, `min 1/2 u' S u + trial' u + bound' t` over `u = [dv, w]` and t with `w >= 0` and `|dv| <= t`.
+    """One increment as a quadratic program with frozen friction bounds.
+
+    The program is `min 1/2 u' S u + trial' u + bound' t` over `u = [dv, w]` and t, with `w >= 0`
+    and `|dv| <= t`.
 
     Parameters
     ----------
@@ -27,17 +33,20 @@ class FrozenBounds:
         n, self._f, self._scale = system.nodes, friction, system.stiffness_scale
         one, self._S = eye_array(n), system.S / system.stiffness_scale
         self._P = csc_matrix(triu(block_diag([self._S, csc_matrix((n, n))])))
+        # The program has the constraints `rows x <= 0`.
         self._rows = csc_matrix(
             block_array([[None, -one, None], [one, None, -one], [-one, None, -one]])
-        )  # rows x <= 0
+        )
 
     def osqp(self, slip: Array, bonded: Array, tolerance: float) -> Array:
-        """(N,) slip after the increment from a slip (N,) to a load with these bonded reactions (2N,): one factorisation, warm starts.
+        """(N,) slip after the increment from a slip (N,) to bonded reactions (2N,), by OSQP.
+
+        All programs share one factorisation and start warm.
 
         Raises
         ------
         ArithmeticError
-            No optimum in 100,000 iterations, or bounds that do not settle.
+            No optimum in 100,000 iterations, or bounds that do not converge.
         """
         none, solver = np.zeros(len(self._rows.indptr) - 1), installed("osqp").OSQP()
         options = {
@@ -57,12 +66,12 @@ class FrozenBounds:
         return self._settled(slip, bonded, tolerance, solved)
 
     def clarabel(self, slip: Array, bonded: Array, tolerance: float) -> Array:
-        """The same by Clarabel.
+        """(N,) slip after the increment from a slip (N,) to bonded reactions (2N,), by Clarabel.
 
         Raises
         ------
         ArithmeticError
-            No optimum, or bounds that do not settle.
+            No optimum, or bounds that do not converge.
         """
         package = installed("clarabel")
         settings, none = package.DefaultSettings(), np.zeros(len(self._rows.indptr) - 1)
@@ -81,6 +90,7 @@ class FrozenBounds:
     def _settled(
         self, slip: Array, bonded: Array, tolerance: float, solved: Callable[[Array], Array]
     ) -> Array:
+        """The slip with which two consecutive bounds agree within the tolerance."""
         n = len(slip)
         force = float(np.abs(bonded[n:]).mean())
         trial = bonded / force + self._S[:, :n] @ slip * self._scale / force
@@ -95,5 +105,6 @@ class FrozenBounds:
 
 
 def _accept(status: str, solved: str) -> None:
+    """Raise ArithmeticError if the status is not `solved`."""
     if status != solved:
         raise ArithmeticError(f"no optimum ({status})")

@@ -10,11 +10,14 @@ from validation.error_vs_time.methods import installed
 
 Array = np.ndarray[Any, Any]
 
-_ACCEPTED = 1e-9  # violation of the complementarity problem with which an increment passes
+# Largest violation of the complementarity problem of an accepted increment.
+_ACCEPTED = 1e-9
 
 
 class Lemke:
-    """One increment after the other, `z = (w, s+, s-) >= 0` with `dv = s+ - s-`, all nodes closed before the first one.
+    """Increments by Lemke's method, from a state with all nodes closed.
+
+    The unknowns are `z = (w, s+, s-) >= 0` with `dv = s+ - s-`.
 
     Parameters
     ----------
@@ -36,7 +39,7 @@ class Lemke:
         )
 
     def increment(self, v: Array, bonded: Array) -> tuple[Array, Array]:
-        """(N,) slip and pressure after the increment from the slip v to a load with these bonded reactions (2N,).
+        """(N,) slip and pressure after the increment from the slip v to bonded reactions (2N,).
 
         Raises
         ------
@@ -54,10 +57,10 @@ class Lemke:
         return v + slip, r[n:] + self._S[n:, :n] @ slip + self._S[n:, n:] @ z[:n] * self._length
 
     def cycle_work(self, start: Array, loads: list[Array], steps: int, corners: int) -> float:
-        """Work of friction in the last `corners` segments of a load path through loads (2N,), with so many increments each.
+        """Work of friction in the last `corners` segments of a load path through loads (2N,).
 
-        The friction force of an increment is that of the mean of its two pressures. The load path
-        begins with the slip `start` (N,).
+        Each segment has `steps` increments. The friction force of an increment follows from the
+        mean of its two pressures. The load path begins with the slip `start` (N,).
         """
         v, p, total = start, loads[0][self._n :] + self._S[self._n :, : self._n] @ start, 0.0
         for number, (before, after) in enumerate(pairwise(loads)):

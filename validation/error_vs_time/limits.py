@@ -1,4 +1,7 @@
-"""Onset, limits and safe slip: the package with and without a compiled model, and direct calls of solvers on the same matrices."""
+"""Onset, limits and safe slip by frictopt and by direct calls of solvers on the same matrices.
+
+frictopt is called with and without a compiled model.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -38,7 +41,10 @@ def questions(parameters: Parameters, scene: Scene) -> Iterator[Question]:
 
 
 def exact_onset(system: fo.ContactSystem, friction: float) -> float:
-    """Load factor of the first slip of the bonded contact as the bulk is pressed, in rational arithmetic; the mean load alone must not slip it."""
+    """Load factor of the first slip of the bonded contact under pressure on the bulk, exactly.
+
+    The arithmetic is rational. The mean load alone must not cause slip.
+    """
     (q0, p0), (q1, p1) = (
         [fractions(values) for values in system.reaction(loads)]
         for loads in (LOADS.mean, _DIRECTION)
@@ -66,7 +72,7 @@ def exact_largest_margin(system: fo.ContactSystem, friction: float, load_factor:
 
 
 def _largest(*program: Array) -> float:
-    """Largest z of `slips v + last z >= right`, from the vertex that HiGHS finds."""
+    """Largest z of `slips v + last z >= right`, from the vertex of HiGHS."""
     slips, last, right = (
         values.astype(float) / np.abs(values.astype(float)).max() for values in program
     )
@@ -77,6 +83,7 @@ def _largest(*program: Array) -> float:
 
 
 def _onset(parameters: Parameters, scene: Scene) -> Question:
+    """The onset on one mesh."""
     run = partial(
         fo.onset, scene.system, fo.LoadCycle(LOADS.mean, [_DIRECTION]), parameters.friction
     )
@@ -92,6 +99,7 @@ def _onset(parameters: Parameters, scene: Scene) -> Question:
 
 
 def _limit(parameters: Parameters, scene: Scene) -> Question:
+    """The shakedown limit on one mesh."""
     system, friction = scene.system, parameters.friction
     exact = exact_limit(system, friction)
     compiled = {solver: fo.ShakedownModel(system, LOADS, solver=solver) for solver in LP_SOLVERS}
@@ -117,6 +125,7 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
 
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
+    """The margin of a safe slip on one mesh."""
     system, friction, factor = (
         scene.system,
         parameters.friction,
@@ -145,7 +154,9 @@ OPTIONS: dict[str, dict[str, Any]] = {"defaults": {}, "no presolve": {"presolve"
 
 @dataclass(frozen=True, eq=False)
 class NodePrograms:
-    """For each node that two corners rule, the least load factor at which a safe slip holds it on both its bounds.
+    """Programs for the least load factor at which a safe slip holds a node on both its bounds.
+
+    There is a program for each node whose two bounds govern at different corners.
 
     Attributes
     ----------
@@ -184,7 +195,10 @@ class NodePrograms:
         return cls(programs, load_unit)
 
     def least(self, options: dict[str, Any]) -> tuple[float, int, Any]:
-        """The least load factor over the nodes, its node, and HiGHS with the answer; programs without an optimum are skipped."""
+        """The least load factor over the nodes, its node, and HiGHS with this answer.
+
+        Programs without an optimum are skipped.
+        """
         found: tuple[float, int, Any] = np.inf, -1, None
         for node, program in self.programs.items():
             try:
@@ -197,7 +211,7 @@ class NodePrograms:
 
 
 def exact_least(system: fo.ContactSystem, friction: float) -> float:
-    """The upper bound under bulk stress in rational arithmetic, at the node that HiGHS finds."""
+    """The upper bound under bulk stress in rational arithmetic, at the node that HiGHS determines."""
     _, node, solver = NodePrograms.of(system, LOADS, friction).least({})
     return exact_guaranteed_limit(system, LOADS, friction, node, highs_vertex(solver))
 
@@ -227,6 +241,6 @@ def _guaranteed(parameters: Parameters, scene: Scene) -> Question:
         methods.append(
             Method("HiGHS, a program for each node", "options", name, run, error, rival="highspy")
         )
-    # reference: vertex of the program of its node in rational arithmetic, refined to 40 digits and
-    # proven optimal
+    # The reference is the vertex of the program of this node in rational arithmetic, refined to
+    # 40 digits and proven optimal.
     return Question("lambda_1", "upper bound", scene.name, system.nodes, methods)

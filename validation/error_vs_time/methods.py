@@ -1,4 +1,4 @@
-"""Error against run time: questions, methods that answer them, and the methods that no other one beats."""
+"""Error against run time: questions, their methods, and the methods that no other method beats."""
 
 import importlib
 from collections.abc import Callable, Sequence
@@ -15,10 +15,10 @@ EPSILON = float(np.finfo(float).eps)
 """Smallest error that is reported."""
 
 ROUNDING = 1e-12
-"""Errors below it count as equal, because condensation leaves errors of about 1e-13 in the stiffness."""
+"""Errors below this value count as equal, because condensation leaves errors of about 1e-13."""
 
 RIVALS = ("highspy", "clarabel", "osqp", "quantecon", "scipy")
-"""Packages whose bare calls are measured in the same run, where they are installed."""
+"""Packages whose bare calls are measured in the same run, if they are installed."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,13 @@ class Question:
 
 
 def relative(exact: float, value: Callable[[Any], float]) -> Callable[[Any], float]:
-    """The relative error of a number of an answer."""
+    """A function that returns the relative error of a number of an answer."""
     return lambda made: abs(value(made) / exact - 1)
 
 
 @cache
 def installed(name: str) -> Any:
-    """The package of that name, None if it is not installed."""
+    """The package of a name; None if it is not installed."""
     try:
         return importlib.import_module({"quantecon": "quantecon.optimize"}.get(name, name))
     except ImportError:
@@ -87,7 +87,10 @@ def installed(name: str) -> Any:
 
 
 def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
-    """One row per method whose package is installed: its error, its run time, and whether no other method beats it."""
+    """One row per method whose package is installed.
+
+    A row has the error, the run time, and whether no other method beats it.
+    """
     rows = [
         _row(question, method, repetitions)
         for method in question.methods
@@ -106,9 +109,11 @@ def measured(question: Question, repetitions: int) -> list[dict[str, Any]]:
 def not_dominated(
     seconds: np.ndarray[Any, Any], error: np.ndarray[Any, Any]
 ) -> np.ndarray[Any, Any]:
-    """(n,) whether no other answer beats each one: none is as fast and as accurate, and better in one of the two.
+    """(n,) whether no other answer beats an answer.
 
-    Of equal answers only the first one is kept; a method without an answer (inf) is never kept.
+    An answer beats another one if it is at least as fast and as accurate, and better in one of the
+    two. Of equal answers only the first one is kept. A method without an answer (inf) is never
+    kept.
     """
     order = np.lexsort((error, seconds))
     front, best = np.zeros(len(order), dtype=bool), np.inf
@@ -119,6 +124,7 @@ def not_dominated(
 
 
 def _row(question: Question, method: Method, repetitions: int) -> dict[str, Any]:
+    """The row of a method: its answer, or its error."""
     named = {
         name: getattr(question, name) for name in ("computation", "quantity", "scene", "nodes")
     }

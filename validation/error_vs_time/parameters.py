@@ -1,4 +1,4 @@
-"""What the study of error against run time varies, and the scenes on which the computations are compared."""
+"""Parameters of the study of error against run time, and its scenes."""
 
 from dataclasses import dataclass
 from math import pi
@@ -12,46 +12,54 @@ from studies.paper import LOADS
 class Parameters:
     """Sizes, settings and repetitions."""
 
-    # of the paper's scene, default grading: one question each
+    # Numbers of elements of the paper's scene with the default grading.
     elements: tuple[int, ...] = (16, 40, 124)
     friction: float = 0.7
-    guaranteed_friction: float = 0.5  # of lambda_1, which falls to 0 near 0.7 on fine meshes
-    # of a timing at most; all repetitions of one method take 2 s together; 0: its first run is
-    # timed
+    # Friction of lambda_1. On fine meshes lambda_1 falls to 0 near a friction of 0.7.
+    guaranteed_friction: float = 0.5
+    # Largest number of repetitions of a timing. All repetitions of a method take at most 2 s.
+    # With 0 the first run is timed.
     repetitions: int = 7
-    # Accuracy of the mesh
+    # Meshes of the questions about the accuracy of the mesh.
     mesh_elements: tuple[int, ...] = (16, 40, 124, 252)
     mesh_gradings: tuple[float, ...] = (1.0, 20.0, 1000.0)
-    cells: tuple[int, ...] = (20, 40, 80, 160, 320)  # of the cylinder on a half-plane
-    # Settings of solvers and steps
-    # of the solvers of linear and quadratic programs that are called directly
+    # Numbers of cells of the cylinder on a half-plane.
+    cells: tuple[int, ...] = (20, 40, 80, 160, 320)
+    # Tolerances of the solvers of linear and quadratic programs that are called directly.
     tolerances: tuple[float, ...] = (1e-4, 1e-6, 1e-8, 1e-10)
-    # the margin of a safe slip is that at this share of the shakedown limit
+    # Load factor of the margin of a safe slip, relative to the shakedown limit.
     margin_share: float = 0.9
-    overload: float = 1.4  # load factor of increments and transients over the shakedown limit
-    steps: tuple[int, ...] = (5, 10, 20, 40, 80)  # increments from corner to corner
+    # Load factor of increments and transients, relative to the shakedown limit.
+    overload: float = 1.4
+    # Numbers of increments per segment.
+    steps: tuple[int, ...] = (5, 10, 20, 40, 80)
     milp_steps: tuple[int, ...] = (2, 5, 10)
-    increment_elements: tuple[int, ...] = (24, 124, 500)  # of the paper's scene, for one increment
-    # of the solvers that sweep over frozen bounds
+    # Numbers of elements of the paper's scene for one increment.
+    increment_elements: tuple[int, ...] = (24, 124, 500)
+    # Tolerances of the solvers that iterate over frozen bounds.
     increment_tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-    # complementarity with booleans takes over 10 s for 10 steps on 124 elements
+    # Complementarity with booleans takes over 10 s for 10 steps on 124 elements.
     milp_elements: tuple[int, ...] = (16, 40)
-    steady_overload: float = 1.05  # load factor of steady states over the shakedown limit
-    # cycles followed where the steady state is not proven
+    # Load factor of steady states, relative to the shakedown limit.
+    steady_overload: float = 1.05
+    # Numbers of cycles for a steady state without proof.
     steady_cycles: tuple[int, ...] = (1, 2, 3, 4, 6, 10)
-    reference_cycles: int = 100  # cycles that stand for infinitely many
-    # amplitude of the initial slip of steady states, in coefficients of the six lowest Chebyshev
-    # polynomials
+    # Number of cycles of the reference of a steady state.
+    reference_cycles: int = 100
+    # Amplitude of the initial slip of steady states, in coefficients of the six lowest
+    # Chebyshev polynomials.
     start: float = 0.3
     seed: int = 0
-    # Three dimensions
-    # of the paper's scene in space, for transients: with 125 nodes they take minutes
+    # Numbers of elements of the paper's scene in space, for transients. With 125 nodes they
+    # take minutes.
     space_elements: tuple[int, ...] = (16, 40)
-    space_steps: tuple[int, ...] = (4, 8, 16, 32, 64)  # increments from corner to corner
+    # Numbers of increments per segment in space.
+    space_steps: tuple[int, ...] = (4, 8, 16, 32, 64)
     space_friction: float = 0.5
-    sphere_cells: tuple[int, ...] = (8, 12, 16, 20)  # across a sphere's contact
+    # Numbers of cells across the contact of a sphere.
+    sphere_cells: tuple[int, ...] = (8, 12, 16, 20)
     region_tolerances: tuple[float, ...] = (1e-1, 1e-2, 1e-3)
-    # increments from corner to corner of limits after a protocol and of ranges
+    # Numbers of increments per segment of limits after a protocol and of ranges.
     search_steps: tuple[int, ...] = (4, 8, 16)
 
 
@@ -82,10 +90,10 @@ CYLINDER = LineContact(P=1.0, R=1.0, E_star=4 / pi, f=0.3)
 """Cylinder on a half-plane, contact of half-width 1."""
 
 SHEAR = 0.75 * CYLINDER.f * CYLINDER.P
-"""Amplitude of its shear force: slip from the edges to half the half-width."""
+"""Amplitude of the shear force on the cylinder. It slips from the edges to half the half-width."""
 
 CYLINDER_LOADS = fo.LoadCycle({"P": CYLINDER.P}, [{"Q": 1.0}, {"Q": -1.0}])
-"""Its load cycle; the load factor is the amplitude of the shear force."""
+"""Load cycle of the cylinder; the load factor is the amplitude of the shear force."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +106,7 @@ class Scene:
 
 
 def punch(parameters: Parameters, elements: int) -> Scene:
-    """The paper's scene with so many elements on the contact, default grading."""
+    """The paper's scene with a number of elements on the contact and the default grading."""
     system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     return Scene(
         f"paper's scene, {elements} elements",
@@ -108,7 +116,7 @@ def punch(parameters: Parameters, elements: int) -> Scene:
 
 
 def cylinder(cells: int) -> fo.ContactSystem:
-    """The cylinder on so many cells, the interface a quarter longer than the contact."""
+    """The cylinder with a number of cells; the interface is a quarter longer than the contact."""
     return fo.ContactSystem.from_blocks(
         **half_plane_contact(cells, 1.25 * CYLINDER.half_width, CYLINDER.E_star, R=CYLINDER.R)
     )

@@ -22,7 +22,7 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def fronts(table: pd.DataFrame) -> str:
-    """One line per question, on the coarsest and on the finest mesh of each."""
+    """One line per question, on its coarsest and on its finest mesh."""
     rows = []
     for question in _shown(table):
         ours, rivals = _best(question), question[question["rival"] != ""]
@@ -52,7 +52,10 @@ def increments(table: pd.DataFrame) -> str:
 
 
 def calls(table: pd.DataFrame) -> str:
-    """First calls, which build their model, and others on the same model, on the finest mesh in the plane, in ms."""
+    """Times of first and second calls on the finest mesh in the plane, in ms.
+
+    The first call builds its model, and the second call is on the same model.
+    """
     asked = table[
         table["method"].isin(["frictopt, first time", "frictopt, compiled"])
         & (table["setting"] == "HIGHS")
@@ -68,7 +71,10 @@ def calls(table: pd.DataFrame) -> str:
 
 
 def law(table: pd.DataFrame) -> str:
-    """Exponent of the shakedown limit in the size of the corner element: closed form, and between the two finest meshes."""
+    """Exponent of the shakedown limit in the size of the corner element.
+
+    The closed form stands beside the exponent between the two finest meshes.
+    """
     finest = corner_law(table).groupby("friction").last()
     rows = [
         [f"{row.Index:g}", f"{row.expected:.3f}", f"{row.exponent:.3f}"]
@@ -78,10 +84,12 @@ def law(table: pd.DataFrame) -> str:
 
 
 def _questions(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
+    """The rows of each question."""
     yield from (rows for _, rows in table.groupby(["computation", "quantity", "scene"], sort=False))
 
 
 def _shown(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
+    """The rows of the questions on the coarsest and on the finest mesh."""
     for question in _questions(table):
         alike = (
             table[["computation", "quantity"]] == question[["computation", "quantity"]].iloc[0]
@@ -92,9 +100,10 @@ def _shown(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
 
 
 def _best(question: pd.DataFrame) -> Any:
-    """Of frictopt's answers the fastest one that only rounding limits, else the most accurate one.
+    """The fastest answer of frictopt that only rounding limits, or else the most accurate answer.
 
-    A number of cycles counts for none: nobody knows beforehand how many it takes.
+    Answers with a given number of cycles do not count, because the necessary number is not known
+    beforehand.
     """
     rows = question[(question["rival"] == "") & (question["knob"] != "cycles")]
     exact = rows[rows["error"] <= ROUNDING]
@@ -102,6 +111,7 @@ def _best(question: pd.DataFrame) -> Any:
 
 
 def _rival(rivals: pd.DataFrame, ours: Any) -> str:
+    """The fastest rival that is as accurate as frictopt."""
     if not len(rivals):
         return ""
     equal = rivals[rivals["error"] <= max(ours.error, ROUNDING)]
@@ -113,7 +123,10 @@ def _rival(rivals: pd.DataFrame, ours: Any) -> str:
 
 
 def _ahead(rivals: pd.DataFrame) -> str:
-    """Of each rival that is faster than any answer of frictopt as accurate: its most accurate one."""
+    """The rivals that are faster than any answer of frictopt as accurate.
+
+    Each rival has its most accurate answer.
+    """
     if not len(rivals):
         return ""
     ahead = rivals[rivals["ahead"]].sort_values("error").groupby("method", sort=False).first()
@@ -121,10 +134,12 @@ def _ahead(rivals: pd.DataFrame) -> str:
 
 
 def _name(row: Any) -> str:
+    """Name of the question of a row."""
     return f"{row.computation}: {row.quantity}, {f'N = {row.nodes}' if row.nodes else row.scene}"
 
 
 def _way(row: Any) -> str:
+    """Method or setting of a row."""
     return (
         f"{row.knob} {row.setting}"
         if row.nodes == 0

@@ -1,4 +1,7 @@
-"""Three dimensions: the plane scene as a contact in space, whose answers are known, and a sphere in closed form."""
+"""Three dimensions: the plane scene as a contact in space, and a sphere with a closed form.
+
+The answers of the plane scene in space are known.
+"""
 
 from collections.abc import Iterator
 from functools import partial
@@ -27,22 +30,23 @@ from validation.fuzz.embedded import embedded
 
 Array = np.ndarray[Any, Any]
 
-_SHEAR = 0.8  # of the sphere, over the friction bound
-_RADIUS, _WIDTH = 5.0, 1.12  # of the sphere, and of the grid; in units of the contact's radius
+# Shear force of the sphere, relative to the friction bound.
+_SHEAR = 0.8
+# Radius of the sphere and width of the grid, in units of the radius of the contact.
+_RADIUS, _WIDTH = 5.0, 1.12
 
 
-InSpace = tuple[
-    fo.ContactSystem, Array
-]  # the contact in three dimensions, and the unit vectors (N, 2) along which the plane slips
+# The contact in three dimensions, and the unit vectors (N, 2) along which the plane slips.
+InSpace = tuple[fo.ContactSystem, Array]
 
 
 def in_space(parameters: Parameters, scene: Scene) -> InSpace:
-    """The plane scene as a contact in three dimensions, whose answers are those of the plane."""
+    """The plane scene as a contact in three dimensions, which has the answers of the plane."""
     return embedded(scene.system, np.random.default_rng(parameters.seed), across=scene.system.A)
 
 
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
-    """The questions to the plane scene, in three dimensions."""
+    """The questions about the plane scene in three dimensions."""
     space = in_space(parameters, scene)
     yield _limit(parameters, scene, space)
     yield _increment(parameters, scene, space)
@@ -53,10 +57,11 @@ def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Q
 
 
 def spheres(parameters: Parameters) -> Question:
-    """Work in the second cycle of a sphere, over the cells on the diameter of its grid."""
+    """Work of a sphere in the second cycle, for several numbers of cells across its grid."""
     E, f, nu = 1.0, 0.5, 0.0
-    P = E / (1.5 * _RADIUS)  # makes a contact of radius one
-    # motion of the far end under that shear (Mindlin and Deresiewicz)
+    # This force makes a contact of radius 1.
+    P = E / (1.5 * _RADIUS)
+    # Motion of the far end under this shear (Mindlin and Deresiewicz).
     far = 3 * f * P / 8 * 2 / E * 2 * (1 - (1 - _SHEAR) ** (2 / 3))
 
     def followed(cells: int) -> Any:
@@ -74,13 +79,14 @@ def spheres(parameters: Parameters) -> Question:
         Method("frictopt, newton", "cells", f"{n}", partial(followed, n), error)
         for n in parameters.sphere_cells
     ]
-    # reference: closed form of Mindlin and Deresiewicz, with the forces of the mesh
+    # The reference is the closed form of Mindlin and Deresiewicz with the forces of the mesh.
     return Question(
         "transient, 3-D", "work in the second cycle", "sphere on a half-space", 0, methods
     )
 
 
 def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    """The shakedown limit in space."""
     system, friction = space[0], parameters.friction
     exact, ask = (
         exact_limit(scene.system, friction),
@@ -112,7 +118,7 @@ def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
 
 
 def _clarabel(program: Arrays, tolerance: float) -> float:
-    """Optimal cost of a cone program as our own solvers take it."""
+    """Optimal cost of a cone program of frictopt, by Clarabel."""
     package, linear = installed("clarabel"), int((program.sizes == 1).sum())
     cones = [
         package.ZeroConeT(program.zero),
@@ -123,7 +129,7 @@ def _clarabel(program: Arrays, tolerance: float) -> float:
 
 
 def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
-    """From the state at the first corner, above the shakedown limit, to the second corner at once."""
+    """One increment from the state at the first corner, above the shakedown limit, to the second."""
     n, (path, exact), (system, along) = (
         scene.system.nodes,
         posed(parameters, scene, parameters.overload),
@@ -155,6 +161,7 @@ def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question
 
 
 def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    """The work of a transient in space."""
     friction, factor = parameters.friction, parameters.overload * scene.limit
     exact = last_work(fo.march(scene.system, LOADS, friction, factor, cycles=CYCLES))
     march = partial(fo.march, space[0], LOADS, friction, factor, cycles=CYCLES)
@@ -165,6 +172,7 @@ def _transient(parameters: Parameters, scene: Scene, space: InSpace) -> Question
 
 
 def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
+    """The work of a steady state in space."""
     friction, factor = parameters.friction, parameters.steady_overload * scene.limit
     start = start_slip(parameters, scene.system)
     exact = last_work(
@@ -185,7 +193,7 @@ def _steady(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
         Method("frictopt, newton", STEPS, f"{n}", partial(steady, steps=n), error)
         for n in parameters.space_steps
     ]
-    # reference: work in cycle reference_cycles of the plane's exact path
+    # The reference is the work in cycle `reference_cycles` of the exact path in the plane.
     return Question(
         "steady state, 3-D", "work in a cycle", _name(scene), scene.system.nodes, methods
     )
@@ -195,17 +203,23 @@ def _name(scene: Scene) -> str:
     return f"{scene.name}, in space"
 
 
-_ABOVE = 1.5  # load factor of the least slip, over the shakedown limit
-_PROVEN = 1e-4  # tolerance of a limit after protocol
-# of the side of the sphere's grid, over the radius of its contact: every node is pressed
+# Load factor of the least slip, relative to the shakedown limit.
+_ABOVE = 1.5
+# Tolerance of a limit after a protocol.
+_PROVEN = 1e-4
+# Half the side of the sphere's grid over the radius of its contact. Every node is pressed.
 _HALF = 0.6
-_RAYS = 64  # on which a region is compared with its closed form
+# Number of rays on which a region is compared with its closed form.
+_RAYS = 64
 
 
 def _answers(
     parameters: Parameters, scene: Scene, system: fo.ContactSystem, elements: int
 ) -> Iterator[Question]:
-    """Limits whose answers are those of the plane, and on the coarsest mesh two that follow transients."""
+    """Limits whose answers are known from the plane.
+
+    On the coarsest mesh there are also two questions that follow transients.
+    """
     plane, friction = scene.system, parameters.friction
     name, n = _name(scene), plane.nodes
 
@@ -239,7 +253,7 @@ def _answers(
     yield question("safe slip, 3-D", "margin", run, lambda safe: safe.margin, exact)
 
     run = partial(fo.required_friction, system, LOADS, exact_limit(plane, friction))
-    # reference: the friction at which the plane's limit is that load factor
+    # The reference is the friction for which this load factor is the limit in the plane.
     yield question(
         "required friction, 3-D", "coefficient", run, lambda found: found.required, friction
     )
@@ -282,7 +296,10 @@ def _answers(
 
 
 def amplitudes(parameters: Parameters) -> Question:
-    """Safe amplitudes of shear along both axes of a sphere, a curve: largest shortfall of the polygon of safe points, over its tolerance."""
+    """Safe amplitudes of shear along both axes of a sphere: error of the polygon of safe points.
+
+    The closed form is a curve. The error is the largest relative shortfall of the polygon.
+    """
     arrays: Any = half_space_contact(min(parameters.sphere_cells), _HALF, 5.0, 1.0, 0.0)
     system, friction = fo.ContactSystem(**arrays), parameters.space_friction
     mean = {"approach": 1 / 5.0}
@@ -311,6 +328,6 @@ def amplitudes(parameters: Parameters) -> Question:
 
 
 def _crossing(one: Any, other: Any, ray: Any) -> float:
-    """Where a ray from zero meets the line through two points, in multiples of the ray; inf where it is along the line."""
+    """Multiple of a ray at which it meets the line through two points; inf if they are parallel."""
     across = np.array([other[1] - one[1], one[0] - other[0]])
     return float(across @ one / (across @ ray)) if across @ ray > 0 else np.inf

@@ -1,10 +1,11 @@
-"""Error against run time of every computation, for several settings of its accuracy, compared with other packages in the same run.
+"""Error against run time of every computation, compared with other packages in the same run.
 
 Run with `python -m studies error_vs_time [--quick]`; it writes its tables and prints them in short
-form. Errors are measured against references that are independent of the package: closed forms,
-linear programs and increments in rational arithmetic, elimination in extended precision, and for
-the mesh the singular exponents of the corner. Its times depend on the machine. To add a
-computation: a function that yields its `Question`, called by `study.questions`.
+form. Each computation has several settings of its accuracy. Errors are measured against references
+that are independent of the package: closed forms, linear programs and increments in rational
+arithmetic, elimination in extended precision, and for the mesh the singular exponents of the
+corner. Its times depend on the machine. To add a computation, write a function that yields its
+`Question`, and call it in `questions`.
 """
 
 from collections.abc import Iterator
@@ -39,7 +40,10 @@ def questions(parameters: Parameters) -> Iterator[Question]:
 
 
 def error_against_time(parameters: Parameters) -> pd.DataFrame:
-    """One row per question and method to answer it; rivals that are not installed are named in `attrs["absent"]`."""
+    """One row per question and method.
+
+    Rivals that are not installed are named in `attrs["absent"]`.
+    """
     rows = []
     with threadpool_limits(1):
         for question in each(questions(parameters), "error against time"):

@@ -1,4 +1,7 @@
-"""Above the shakedown limit one increment, transients and steady states: the exact path, engines in increments, and Lemke's method."""
+"""One increment, transients and steady states above the shakedown limit.
+
+The methods are the exact path, engines in increments, and Lemke's method.
+"""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -26,20 +29,21 @@ from validation.oracles import corner_loads
 
 Array = np.ndarray[Any, Any]
 
-_LARGE = 200  # nodes from which on Clarabel takes minutes for all tolerances
+# From this number of nodes on, Clarabel takes minutes for all tolerances.
+_LARGE = 200
 CYCLES = 2
-"""Cycles of a transient; the work in the last one is asked for."""
+"""Number of cycles of a transient. The work in the last cycle is compared."""
 STEPS = "increments from corner to corner"
 
 
 def questions(parameters: Parameters, scene: Scene, elements: int) -> Iterator[Question]:
-    """Work in the second cycle and in the steady one, on one mesh."""
+    """Work in the second cycle and in the steady cycle, on one mesh."""
     yield _transient(parameters, scene, elements)
     yield _steady(parameters, scene)
 
 
 def increments(parameters: Parameters, scene: Scene) -> Iterator[Question]:
-    """One increment on one mesh, in which few nodes slip, and in which most do."""
+    """One increment on one mesh, in which few nodes slip, and one in which most nodes slip."""
     for quantity, overload in (
         ("slip of few nodes", parameters.steady_overload),
         ("slip of most nodes", parameters.overload),
@@ -48,7 +52,7 @@ def increments(parameters: Parameters, scene: Scene) -> Iterator[Question]:
 
 
 def cylinders(parameters: Parameters) -> Iterator[Question]:
-    """The same two on a scene with a closed form, over its number of cells."""
+    """Transient and steady state of a scene with a closed form, for several numbers of cells."""
     asked = CYLINDER_LOADS, CYLINDER.f, SHEAR
     for computation, quantity, ask, work in (
         (
@@ -73,7 +77,10 @@ def cylinders(parameters: Parameters) -> Iterator[Question]:
 
 
 def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
-    """(N,) initial slip: random coefficients of the six lowest Chebyshev polynomials, times the slip scale of the study."""
+    """(N,) initial slip: random coefficients of the six lowest Chebyshev polynomials.
+
+    They are multiplied by the slip scale of the study.
+    """
     modes = np.polynomial.chebyshev.chebvander(system.x / system.x[-1], 6)[:, 1:]
     return np.asarray(
         parameters.start
@@ -83,6 +90,7 @@ def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
 
 
 def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
+    """The work of a transient on one mesh."""
     system, friction, factor = scene.system, parameters.friction, parameters.overload * scene.limit
     march = partial(fo.march, system, LOADS, friction, factor, cycles=CYCLES)
     exact = last_work(march())
@@ -93,11 +101,13 @@ def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
     ):
         methods += in_steps(f"frictopt, {engine}", partial(march, engine=engine), counts, exact)
     methods += _lemke(parameters, scene, factor, np.zeros(system.nodes), CYCLES, exact)
-    # reference: exact path; that of the path itself is its largest energy residual over the work
+    # The reference is the exact path. The error of the exact path is its largest energy
+    # residual over the work.
     return Question("transient", "work in the second cycle", scene.name, system.nodes, methods)
 
 
 def _steady(parameters: Parameters, scene: Scene) -> Question:
+    """The work of a steady state on one mesh."""
     system, friction, factor = (
         scene.system,
         parameters.friction,
@@ -124,14 +134,14 @@ def _steady(parameters: Parameters, scene: Scene) -> Question:
         for n in parameters.steady_cycles
     ]
     methods += _lemke(parameters, scene, factor, start, max(parameters.steady_cycles), exact)
-    # reference: work in cycle reference_cycles of the exact path
+    # The reference is the work in cycle `reference_cycles` of the exact path.
     return Question("steady state", "work in a cycle", scene.name, system.nodes, methods)
 
 
 def _lemke(
     parameters: Parameters, scene: Scene, factor: float, start: Array, cycles: int, exact: float
 ) -> Iterator[Method]:
-    """Lemke's method over that many cycles."""
+    """Lemke's method over a number of cycles."""
     if installed("quantecon") is None:
         return
     system = scene.system
@@ -156,7 +166,7 @@ def _lemke(
 
 
 def in_steps(name: str, march: Any, counts: Sequence[int], exact: float) -> list[Method]:
-    """Transients in so many increments, and the error of the work in their last cycle."""
+    """Transients with several numbers of increments, and the error of the work in their last cycle."""
     return [
         Method(name, STEPS, f"{steps}", partial(march, steps=steps), relative(exact, last_work))
         for steps in counts
@@ -169,11 +179,16 @@ def last_work(path: fo.results.Trajectory) -> float:
 
 
 def _energy_error(path: fo.results.Trajectory) -> float:
+    """Largest error of the energy of a path over the work."""
     return float(np.abs(path.energy_error).max()) / last_work(path)
 
 
 def posed(parameters: Parameters, scene: Scene, overload: float) -> tuple[ExactPath, Array]:
-    """The exact path at the first corner, so far above the shakedown limit, and the slip (N,) that one increment to the second corner leads to."""
+    """The exact path at the first corner, and the slip (N,) after one exact increment from there.
+
+    The increment leads to the second corner. The load factor is `overload` times the shakedown
+    limit.
+    """
     system, friction, n = scene.system, parameters.friction, scene.system.nodes
     path = ExactPath(system, LOADS, friction, overload * scene.limit).start()
     path.follow_to(path.corners[0], "the segment to the first corner")
@@ -183,7 +198,7 @@ def posed(parameters: Parameters, scene: Scene, overload: float) -> tuple[ExactP
 
 
 def _increment(parameters: Parameters, scene: Scene, quantity: str, overload: float) -> Question:
-    """From the state at the first corner, above the shakedown limit, to the second corner at once."""
+    """One increment from the state at the first corner, above the shakedown limit, to the second."""
     system, friction, n = scene.system, parameters.friction, scene.system.nodes
     path, exact = posed(parameters, scene, overload)
     before, bonded = path.state.u.copy(), path.corners[1]
@@ -256,13 +271,13 @@ def _increment(parameters: Parameters, scene: Scene, quantity: str, overload: fl
                 rival="quantecon",
             )
         )
-    # reference: linear system of the final statuses in rational arithmetic, refined to 40 digits;
-    # the contact law checked on it
+    # The reference solves the linear system of the final statuses in rational arithmetic,
+    # refined to 40 digits. The contact law is checked on it.
     return Question("increment", quantity, scene.name, n, methods)
 
 
 def _followed(path: ExactPath, before: Array) -> Array:
-    """(2N,) slip and gap at the second corner, on the exact path from a state at the first."""
+    """(2N,) slip and gap at the second corner, on the exact path from a state at the first corner."""
     here = path.at(before / path.unit)
     if here is None:
         raise ArithmeticError("the state at the first corner does not obey the contact law")

@@ -1,26 +1,46 @@
-"""What the study of peers varies."""
+"""Parameters of the study of peers."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Sizes and repetitions."""
+    """Sizes and repetitions.
 
-    sphere_cells: tuple[int, ...] = (10, 16, 24, 32)  # across the grid of the sphere
-    tamaas_cells: tuple[int, ...] = (32, 64, 128)  # along the periodic box
-    tamaas_radii: tuple[float, ...] = (0.15, 0.3)  # of the contact over the side of the box
+    Attributes
+    ----------
+    sphere_cells, siconos_cells
+        Cells across the grid of the sphere, for frictopt and for Siconos.
+    tamaas_cells, tamaas_radii
+        Cells along the periodic box, and radii of the contact over the side of the box.
+    tamaas_iterations, siconos_iterations
+        Largest numbers of iterations, for Siconos of one increment.
+    cylinder_cells, cylinder_steps
+        Cells of the cylinder, and its increments per segment.
+    block_elements, kratos_increments
+        Elements along each side of the block, and the increments of Kratos per segment.
+    elements, tolerances
+        Elements of the punch of the printed problems, and tolerances of solvers called directly.
+    repetitions
+        Largest number of repetitions of a timing.
+    seconds
+        Seconds after which a peer is stopped.
+    """
+
+    sphere_cells: tuple[int, ...] = (10, 16, 24, 32)
+    tamaas_cells: tuple[int, ...] = (32, 64, 128)
+    tamaas_radii: tuple[float, ...] = (0.15, 0.3)
     tamaas_iterations: int = 3000
-    siconos_cells: tuple[int, ...] = (10, 15)  # across the grid of the sphere
-    siconos_iterations: int = 500  # of one increment
+    siconos_cells: tuple[int, ...] = (10, 15)
+    siconos_iterations: int = 500
     cylinder_cells: tuple[int, ...] = (40, 80)
-    cylinder_steps: tuple[int, ...] = (5, 20)  # increments from corner to corner
-    block_elements: tuple[int, ...] = (4, 16)  # along each side of the block
-    kratos_increments: tuple[int, ...] = (1, 8)  # from corner to corner
-    elements: tuple[int, ...] = (16, 40)  # of the punch, for the printed problems
-    tolerances: tuple[float, ...] = (1e-6, 1e-9)  # of solvers that are called directly
-    repetitions: int = 5  # of a timing at most
-    seconds: float = 300.0  # after which a peer is stopped
+    cylinder_steps: tuple[int, ...] = (5, 20)
+    block_elements: tuple[int, ...] = (4, 16)
+    kratos_increments: tuple[int, ...] = (1, 8)
+    elements: tuple[int, ...] = (16, 40)
+    tolerances: tuple[float, ...] = (1e-6, 1e-9)
+    repetitions: int = 5
+    seconds: float = 300.0
 
 
 FULL = Parameters()

@@ -25,13 +25,15 @@ SHEAR_MODULUS = 0.5
 FRICTION = 0.5
 DOWN = 1e-4
 FAR = 2e-4
-BOUND = FRICTION * DOWN  # of the shear stress
+# Friction bound of the shear stress.
+BOUND = FRICTION * DOWN
 
-_PIVOTS = 100000  # of Lemke's method, which ends by itself
+# Limit of the pivots of Lemke's method, which ends earlier.
+_PIVOTS = 100000
 
 
 def contacts(parameters: Parameters) -> Iterator[Contact]:
-    """Both contacts."""
+    """The block and the cylinder."""
     yield _block(parameters)
     yield _cylinder(parameters)
 
@@ -49,7 +51,7 @@ def corners() -> list[tuple[float, float]]:
 
 
 def steps(increments: int) -> list[tuple[float, float]]:
-    """Motion and shear stress after each increment, so many from corner to corner."""
+    """Motion and shear stress after each increment, with a number of increments per segment."""
     path = [(0.0, 0.0)]
     for before, after in pairwise(np.array(corners())):
         for k in range(1, increments + 1):
@@ -65,7 +67,7 @@ def work_of_top(motions: Array, shears: Array, increments: int) -> float:
 
 
 def block_of_frictopt(elements: int) -> fo.ContactSystem:
-    """The block on ground that is held; load cases "down", "x" and the shear "side"."""
+    """The block on held ground, with the load cases "down", "x" and the shear "side"."""
     along = np.linspace(0.0, 1.0, elements + 1)
     edges = {
         "contact": lambda x: x[1] == 0.0,
@@ -95,12 +97,14 @@ def block_of_frictopt(elements: int) -> fo.ContactSystem:
 
 
 def _block_path(elements: int) -> fo.results.Trajectory:
+    """The exact path of the block over two cycles."""
     loop = [{"x": x, "side": shear} for x, shear in corners()[-4:]]
     cycle = fo.LoadCycle({"down": DOWN}, loop)
     return fo.march(block_of_frictopt(elements), cycle, FRICTION, 1.0, cycles=2)
 
 
 def _block(parameters: Parameters) -> Contact:
+    """The block, with the methods of frictopt, GetFEM and Kratos."""
     ours, peers = [], []
     path = steps(1)
     question = {"shear_modulus": SHEAR_MODULUS, "friction": FRICTION, "down": DOWN, "steps": path}
@@ -131,11 +135,13 @@ def _block(parameters: Parameters) -> Contact:
 
 
 def _error_of_top(motions: Array, increments: int, answer: Mapping[str, Any]) -> float:
+    """Relative error of the work of the top, from the shear forces of a peer."""
     shears = np.array(answer["shears"])
     return abs(work_of_top(motions, shears, increments) / block_work() - 1)
 
 
 def _cylinder(parameters: Parameters) -> Contact:
+    """The cylinder, with the methods of frictopt, quantecon and Siconos."""
     exact = CYLINDER.dissipation(SHEAR)
     ours, peers = [], []
     for cells in parameters.cylinder_cells:
@@ -168,7 +174,10 @@ def _cylinder(parameters: Parameters) -> Contact:
 
 
 def _loads(system: fo.ContactSystem, increments: int) -> list[Array]:
-    """Reactions (2N,), pressed shut, after each increment of two cycles; the mean load is reached in one."""
+    """Reactions (2N,) of the closed contact after each increment of two cycles.
+
+    One increment leads to the mean load.
+    """
     mean = np.concatenate(system.closed_reaction(CYLINDER_LOADS.mean))
     ends = [
         np.concatenate(system.closed_reaction({**CYLINDER_LOADS.mean, "Q": sign * SHEAR}))
@@ -193,4 +202,5 @@ def _lemke(cells: int, loads: list[Array], increments: int) -> float:
 
 
 def _error_of_works(exact: float, count: int, answer: Mapping[str, Any]) -> float:
+    """Relative error of the sum of the last works of a peer."""
     return float(abs(sum(answer["works"][-count:]) / exact - 1))

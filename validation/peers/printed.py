@@ -30,7 +30,8 @@ from validation.peers.questions import Contact
 Array = np.ndarray[Any, Any]
 
 FRICTION = 0.7
-SHARE = 0.9  # of the limit, at which the margin of a safe slip is asked for
+# Load factor of the safe slip over the limit.
+SHARE = 0.9
 RATIONAL = "vertex in rational arithmetic"
 
 
@@ -60,14 +61,14 @@ class Arrays:
         return -highs_cost(highs(self.program, options))
 
     def clarabel(self, tolerance: float) -> float:
-        """The same by Clarabel."""
+        """The largest objective, by Clarabel."""
         package, program = installed("clarabel"), self.program
         cones = [package.ZeroConeT(self.equal)]
         cones.append(package.NonnegativeConeT(len(program.right) - self.equal))
         return -clarabel_cone(program.cost, program.matrix, program.right, cones, tolerance)
 
     def osqp(self, tolerance: float) -> float:
-        """The same by OSQP with polishing.
+        """The largest objective, by OSQP with polishing.
 
         Raises
         ------
@@ -93,7 +94,7 @@ class Arrays:
         return -float(program.cost @ answer.x)
 
     def methods(self, exact: float, tolerances: tuple[float, ...]) -> Iterator[Method]:
-        """The solvers with their defaults, or at these tolerances."""
+        """The solvers, HiGHS with two settings and the others at these tolerances."""
         error = relative(exact, float)
         for name, options in (("dual simplex", {}), ("primal simplex, no presolve", SIMPLEX)):
             run = partial(self.highs, options)
@@ -123,6 +124,7 @@ def contacts(parameters: Parameters) -> Iterator[Contact]:
 def _limit(
     parameters: Parameters, system: fo.ContactSystem, limit: fo.results.ShakedownLimit
 ) -> Contact:
+    """The shakedown limit on one mesh."""
     exact = exact_limit(system, FRICTION)
     model = fo.ShakedownModel(system, LOADS)
     model.solve(FRICTION)
@@ -138,6 +140,7 @@ def _limit(
 
 
 def _safe_slip(parameters: Parameters, system: fo.ContactSystem, limit: float) -> Contact:
+    """The margin of a safe slip on one mesh."""
     factor = SHARE * limit
     exact = exact_largest_margin(system, FRICTION, factor)
     error = relative(exact, lambda safe: safe.margin)

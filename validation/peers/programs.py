@@ -1,4 +1,4 @@
-"""Peers in processes of their own: which Python has them, their versions, and their answers."""
+"""Peers run in other processes: the Python that has them, their versions, and their answers."""
 
 import json
 import os
@@ -25,7 +25,7 @@ class Peer:
     module
         The module that a Python must be able to import.
     package
-        How its package is called, on PyPI or on Debian.
+        The name of its package, on PyPI or on Debian.
     install
         The command that installs it.
     """
@@ -65,7 +65,7 @@ class Pythons:
         Raises
         ------
         NoAnswer
-            None does.
+            No interpreter imports it.
         """
         for python in self.paths:
             if _imports(python, peer.module):
@@ -86,7 +86,7 @@ class Pythons:
         return _run(query, "", 60.0).stdout.strip() if shutil.which("dpkg-query") else ""
 
     def answer(self, peer: Peer, asked: Mapping[str, Any], seconds: float) -> dict[str, Any]:
-        """What the program of a peer answers to a question, both as JSON.
+        """The answer of the program of a peer to a question, both as JSON.
 
         Raises
         ------
@@ -107,13 +107,14 @@ class Pythons:
 
 
 def known_pythons() -> tuple[str, ...]:
-    """The Python of this process, and that of the system, which sees packages of the system."""
+    """The Python of this process, and the Python of the system, which sees packages of the system."""
     system = shutil.which("python3", path=os.defpath)
     return (sys.executable, *([system] if system else []))
 
 
 @cache
 def _imports(python: str, module: str) -> bool:
+    """Whether a Python imports a module."""
     try:
         return _run([python, "-c", f"import {module}"], "", 120.0).returncode == 0
     except (OSError, subprocess.TimeoutExpired):

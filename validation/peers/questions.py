@@ -1,4 +1,4 @@
-"""What is asked of a contact, and the ways in which frictopt, its solvers and peers answer."""
+"""Quantities of a contact, and the ways in which frictopt, its solvers and peers compute them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,8 @@ from validation.error_vs_time.methods import EPSILON, ROUNDING, Method, installe
 from validation.peers.programs import NoAnswer, Peer, Pythons
 
 OURS = "frictopt"
-_EQUAL = 1.01  # ratio of errors up to which they count as equal
+# Ratio up to which two errors count as equal.
+_EQUAL = 1.01
 
 
 @dataclass(frozen=True)
@@ -42,16 +43,16 @@ class Asked:
 
 @dataclass(frozen=True)
 class Contact:
-    """One contact and quantity, with all ways to compute it.
+    """One contact and quantity, with all ways to compute the quantity.
 
     Attributes
     ----------
     name, quantity
         The contact, and the quantity whose error is measured.
     reference
-        Where the right value comes from.
+        Source of the right value.
     ours
-        Answers in this process: those of frictopt, and of packages that its methods name.
+        Answers in this process, by frictopt and by packages that the methods name.
     peers
         Answers of other codes.
     """
@@ -66,7 +67,7 @@ class Contact:
 def answered(
     contact: Contact, pythons: Pythons, repetitions: int, seconds: float
 ) -> list[dict[str, Any]]:
-    """One row for each way: its error, its time, and our time for an error that is no larger."""
+    """One row for each way: its error, its time, and the time of frictopt for the same accuracy."""
     named = {"contact": contact.name, "quantity": contact.quantity, "reference": contact.reference}
     rows = [
         named | _in_this_process(method, repetitions)
@@ -92,6 +93,7 @@ def seconds_of_ours(ours: Sequence[Mapping[str, Any]], error: float) -> float:
 
 
 def _in_this_process(method: Method, repetitions: int) -> dict[str, Any]:
+    """The result of a method in this process."""
     setting = method.setting if method.knob == "none" else f"{method.knob} {method.setting}"
     row = {
         "code": method.rival or OURS,
@@ -107,6 +109,7 @@ def _in_this_process(method: Method, repetitions: int) -> dict[str, Any]:
 
 
 def _by_peer(asked: Asked, pythons: Pythons, seconds: float) -> dict[str, Any]:
+    """The result of a way of a peer."""
     row = {"code": asked.peer.name, "method": asked.method, "setting": asked.setting}
     try:
         answer = pythons.answer(asked.peer, asked.question, seconds)
@@ -117,4 +120,5 @@ def _by_peer(asked: Asked, pythons: Pythons, seconds: float) -> dict[str, Any]:
 
 
 def _failed(reason: str) -> dict[str, Any]:
+    """The result of a way without an answer."""
     return {"result": reason, "error": np.inf, "seconds": np.nan}

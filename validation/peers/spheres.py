@@ -16,9 +16,12 @@ from validation.peers.questions import Asked, Contact
 
 Array = np.ndarray[Any, Any]
 
-RADIUS = 5.0  # of the sphere; that of the contact is 1
-WIDTH = 1.12  # of the grid of cells over the contact
-SHARE = 0.5  # of the shear force over f P
+# Radius of the sphere; the radius of the contact is 1.
+RADIUS = 5.0
+# Width of the grid of cells over the width of the contact.
+WIDTH = 1.12
+# Shear force over f P.
+SHARE = 0.5
 FRICTION = 0.5
 
 
@@ -30,7 +33,7 @@ def contacts(parameters: Parameters) -> Iterator[Contact]:
 
 
 def ellipse(r: Array, a: float) -> Array:
-    """The square root of 1 - (r / a)^2 within a, and 0 outside."""
+    """The square root of 1 - (r / a)^2 for r below a, and 0 outside."""
     return np.asarray(np.sqrt(np.maximum(1 - (r / a) ** 2, 0.0)))
 
 
@@ -46,15 +49,16 @@ def shear(r: Array) -> Array:
 
 
 def norm_error(found: Array, exact: Array) -> float:
-    """The norm of the difference over that of the exact values."""
+    """The norm of the difference over the norm of the exact values."""
     return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
-# An incompressible material on a rigid one, or two equal ones, leave shear and pressure uncoupled.
+# If both materials are incompressible, or equal, shear and pressure are uncoupled.
 _NU = 0.5
 
 
 def _grid(cells: int, nu: float) -> fo.ContactSystem:
+    """The contact on a grid of cells."""
     arrays: Any = half_space_contact(cells, WIDTH, RADIUS, 1.0, nu)
     return fo.ContactSystem(**arrays)
 
@@ -84,6 +88,8 @@ def _sheared_once(cells: int, nu: float) -> tuple[Array, Array]:
 
 
 def _pressed(parameters: Parameters) -> Contact:
+    """The sphere that is only pressed."""
+
     def pressed(cells: int) -> tuple[Array, Array]:
         system = _grid(cells, _NU)
         increment = fo.increments.NewtonIncrement(system, FRICTION)
@@ -119,6 +125,7 @@ def _pressed(parameters: Parameters) -> Contact:
 
 
 def _of_tamaas(cells: int, a: float) -> dict[str, Any]:
+    """The part of a question to tamaas that describes the grid."""
     return {"cells": cells, "a": a, "R": 4.0}
 
 
@@ -129,6 +136,7 @@ def _error_of_tamaas(a: float, exact: Any, friction: float, answer: Mapping[str,
 
 
 def _sheared(parameters: Parameters) -> Contact:
+    """The sphere that is pressed and sheared once."""
     ours = [
         Method(
             "frictopt",
@@ -164,13 +172,13 @@ def _sheared(parameters: Parameters) -> Contact:
 
 
 def work_error(work: float, normal: float, tangential: float) -> float:
-    """Error of the work of a cycle of a sphere with nu = 0 under these forces."""
+    """Error of the work of a cycle, for a sphere with nu = 0 under these forces."""
     ball = SphereContact(normal, RADIUS, 1.0, 0.0, FRICTION)
     return abs(work / ball.dissipation(tangential) - 1)
 
 
 def _to_and_fro(parameters: Parameters) -> Contact:
-    """The work of a cycle, by Siconos on the matrices and loads of frictopt."""
+    """The sphere sheared to and fro: Siconos has the matrices and loads of frictopt."""
     cycle = fo.LoadCycle({"approach": 1 / RADIUS}, [{"x": 1.0}, {"x": -1.0}])
 
     def followed(cells: int) -> fo.results.Trajectory:
@@ -211,7 +219,10 @@ def _to_and_fro(parameters: Parameters) -> Contact:
 
 
 def _loads(system: fo.ContactSystem, far: float) -> list[list[float]]:
-    """Reactions, pressed shut, after each increment: pressed, then two increments for each half cycle."""
+    """Reactions of the closed contact after each increment.
+
+    One increment presses the sphere. Two increments follow for each half cycle.
+    """
     motions = [0.0, 0.5, 1.0] + 2 * [0.0, -1.0, 0.0, 1.0]
     loads = []
     for motion in motions:
@@ -221,4 +232,5 @@ def _loads(system: fo.ContactSystem, far: float) -> list[list[float]]:
 
 
 def _error_of_siconos(forces: tuple[float, float], answer: Mapping[str, Any]) -> float:
+    """Error of the work of the last cycle of Siconos."""
     return work_error(sum(answer["works"][-4:]), *forces)

@@ -1,9 +1,9 @@
-"""The same contacts by other codes and by frictopt: error against closed forms, and processor time.
+"""The same contacts by other codes and by frictopt: errors against closed forms, and times.
 
 Run with `python -m studies peers [--quick] [--pythons PYTHON ...]`; it prints two tables in
-Markdown. tamaas, Kratos, Siconos and GetFEM run in Pythons of their own, which `--pythons` names.
-By default the Python of the study and that of the system are tried. A peer that no Python imports
-is named in the table, with the command that installs it.
+Markdown. tamaas, Kratos, Siconos and GetFEM run in other Python interpreters, which `--pythons`
+names. The default is the Python of the study and the Python of the system. If no Python imports a
+peer, the table names the command that installs it. Times are processor times.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,7 +24,7 @@ from validation.peers.questions import OURS, Contact, answered
 
 
 def contacts(parameters: Parameters) -> Iterator[Contact]:
-    """All contacts."""
+    """The contacts of all files."""
     yield from plane.contacts(parameters)
     yield from spheres.contacts(parameters)
     yield from printed.contacts(parameters)
@@ -61,7 +61,7 @@ def report(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _shown(part: pd.DataFrame) -> Iterator[Any]:
-    """All rows of frictopt and of peers; of several settings of a solver the two extremes of time.
+    """The rows of the printed table.
 
     Rows of one method that fail for one reason are one row.
     """
@@ -75,11 +75,13 @@ def _shown(part: pd.DataFrame) -> Iterator[Any]:
 
 
 def _name(row: Any) -> str:
+    """Code and method of a row."""
     code = row.code if row.code != OURS else f"**{OURS}**"
     return f"{code}, {row.method}" if row.method and row.method != row.code else code
 
 
 def _cost(row: Any) -> tuple[str, str]:
+    """Error and time of a row."""
     if row.result != "answer":
         return row.result, ""
     error = "rounding" if row.error <= 100 * EPSILON else f"{row.error:.1e}"
@@ -87,7 +89,7 @@ def _cost(row: Any) -> tuple[str, str]:
 
 
 def _beside(row: Any) -> str:
-    """Time over that of the fastest answer of frictopt that is as exact."""
+    """Time over the time of the fastest answer of frictopt that is as exact."""
     if row.code == OURS or row.result != "answer":
         return ""
     if np.isinf(row.ours):

@@ -1,7 +1,8 @@
-"""The block of `slider` by GetFEM; run by a Python that has GetFEM, not by that of frictopt.
+"""The block of `plane` by GetFEM, run by a Python that has GetFEM.
 
-It reads one question as JSON and writes the answer as JSON, see `programs`. The block stands on
-rigid ground. Both sides carry the shear of the closed form, so that stress is uniform.
+This Python need not have frictopt. The program reads one question as JSON and writes the answer as
+JSON, see `programs`. The block stands on rigid ground. Both sides carry the shear of the closed
+form, so that stress is uniform.
 """
 
 import json

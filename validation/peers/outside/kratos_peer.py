@@ -1,8 +1,8 @@
-"""The block of `slider` by Kratos; run by a Python that has Kratos, not by that of frictopt.
+"""The block of `plane` by Kratos, run by a Python that has Kratos.
 
-It reads one question as JSON and writes the answer as JSON, see `programs`. The block stands on a
-wider one, of which all nodes are held. Both sides of the block carry the shear of the closed form,
-so that stress is uniform.
+This Python need not have frictopt. The program reads one question as JSON and writes the answer as
+JSON, see `programs`. The block stands on a wider block whose nodes are all held. Both sides of the
+upper block carry the shear of the closed form, so that stress is uniform.
 """
 
 import json
@@ -42,12 +42,13 @@ def block(name: str, words: str, rows: list[Any]) -> str:
 
 
 class Mesh:
-    """Both blocks, the sides of the upper one, and both faces."""
+    """Both blocks, the sides of the upper block, and both faces of the contact."""
 
     def __init__(self, elements: int) -> None:
         n = elements
         self.size = 1.0 / n
-        beside = max(1, n // 4)  # elements by which the ground is wider, on each side
+        # Number of elements by which the ground is wider on each side.
+        beside = max(1, n // 4)
         up, up_elements = grid(n, n, 0.0, 0.0, self.size, 1)
         ground, ground_elements = grid(
             n + 2 * beside, 1, -beside * self.size, -self.size, self.size, len(up) + 1
@@ -158,7 +159,7 @@ class Analysis(structural_mechanics_analysis.StructuralMechanicsAnalysis):  # ty
         self.shears: list[float] = []
 
     def RunSolutionLoop(self) -> None:
-        """Solve all steps. Kratos goes on after a step that has not converged; this counts them."""
+        """Solve all steps, and count the steps that do not converge; Kratos continues after them."""
         self.failed = 0
         while self.KeepAdvancingSolutionLoop():
             self.time = self._AdvanceTime()

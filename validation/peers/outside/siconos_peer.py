@@ -1,7 +1,8 @@
-"""A path of increments by Siconos; run by a Python that has Siconos, not by that of frictopt.
+"""A path of increments by Siconos, run by a Python that has Siconos.
 
-It reads one question as JSON and writes the answer as JSON, see `programs`. Each increment is one
-call of a driver of Siconos, on the matrices and loads of frictopt, from the slip of the last one.
+This Python need not have frictopt. The program reads one question as JSON and writes the answer as
+JSON, see `programs`. Each increment is one call of a driver of Siconos, with the matrices and loads
+of frictopt. It starts from the slip of the increment before.
 """
 
 import json
@@ -16,10 +17,9 @@ Array = np.ndarray[Any, Any]
 
 
 def complementarity(asked: dict[str, Any], S: Array, loads: Array) -> list[float]:
-    """Work of friction of each increment, as linear complementarity problems in the plane.
+    """Work of friction of each increment, by linear complementarity problems in the plane.
 
-    The unknowns are the gaps and the slips to both sides, in the stiffness form, which needs no
-    compliance.
+    The unknowns are the gaps and the slips in both senses. This stiffness form needs no compliance.
     """
     n, f = len(S) // 2, asked["friction"]
     A, B, C = S[:n, :n], S[n:, :n], S[n:, n:]
@@ -49,7 +49,7 @@ def complementarity(asked: dict[str, Any], S: Array, loads: Array) -> list[float
 
 
 def cones(asked: dict[str, Any], S: Array, loads: Array) -> list[float]:
-    """Work of friction of each increment, as friction-contact problems in space."""
+    """Work of friction of each increment, by friction-contact problems in space."""
     n, f = len(S) // 3, asked["friction"]
     order = np.arange(3 * n).reshape(3, n)[[2, 0, 1]].T.ravel()  # normal, then two tangents
     W = np.linalg.inv(S)[np.ix_(order, order)]

@@ -1,4 +1,6 @@
-"""A rigid sphere on a half-space by tamaas; run by a Python that has it, not by that of frictopt.
+"""A rigid sphere on a half-space by tamaas, run by a Python that has tamaas.
+
+This Python need not have frictopt.
 
 It reads one question as JSON and writes the answer as JSON, see `programs`. Lengths are in units of
 the side of the periodic box, and moduli such that E / (1 - nu^2) is 1. The material is
