@@ -1,4 +1,4 @@
-"""Run times of whole calls: processor times, so that what else runs on the machine counts little."""
+"""Run times of whole calls: processor times, which other work on the machine disturbs little."""
 
 import statistics
 import time
@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-_ENOUGH = 2.0  # seconds that the repetitions may take together; at least one is made
+# Seconds that all repetitions may take together. At least one repetition is made.
+_ENOUGH = 2.0
 
 
 @dataclass(frozen=True)
@@ -19,8 +20,9 @@ class Timed:
 
 
 def timed(run: Callable[[], Any], repetitions: int) -> Timed:
-    """Run once untimed, then so many times, for at most 2 s; a run that takes longer is its own time, and so is one without repetitions.
+    """Run once without timing, then repeat with timing, for at most 2 s.
 
+    If the first run takes longer, or no repetition is requested, the time of the first run counts.
     The median of an even number is the faster of the two middle times.
     """
     start = time.process_time()

@@ -1,4 +1,4 @@
-"""What the columns mean that many tables share."""
+"""The meaning of the columns that many tables share."""
 
 COLUMNS = {
     "joint": "which joint",
@@ -24,4 +24,7 @@ COLUMNS = {
     "seconds": "time of the answer",
     "residual": "largest residual of the answers",
 }
-"""Columns of many tables -> their meaning; of the paper's scene in the units of `studies.paper`."""
+"""Columns of many tables -> their meaning.
+
+Columns of the paper's scene have the units of `studies.paper`.
+"""

@@ -1,14 +1,15 @@
-"""Frequency and damping of three joints against load and friction, with their range over residual slips; and a bolted joint on three meshes.
+"""Frequency and damping of three joints against load and friction, and a bolted joint on meshes.
 
-Run with `python -m studies damping [--quick]`. The joints are plane: the paper's punch on a block
-that is stretched, the dovetail root of a blade that sways, and a lap joint of two plates, pressed
-together where they overlap and pulled. Load factors are over the shakedown limit, frequencies over
-that of the glued joint, as if the load were that of a mode. The range is that of the steady states
-that a search finds; others may lie outside.
+Run with `python -m studies damping [--quick]`. Damping is given with its range over residual slips.
+The joints are plane: the paper's punch on a block that is stretched, the dovetail root of a blade
+that sways, and a lap joint of two plates, pressed together on their overlap and pulled. Load
+factors are relative to the shakedown limit, frequencies relative to the glued joint, as if the load
+were the load of a mode. The range is the range of the steady states that a search finds; there may
+be others.
 
 The bolted joint is in space: two plates, clamped by one bolt, which are pulled to and fro and lift
-off around it. Its load factors are over the load at which the plates slide off. It is followed in
-two increments from corner to corner.
+off around it. Its load factors are relative to the load at which the plates slide off. Its
+transients have two increments per segment.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,24 +26,29 @@ from .progress import each
 from .tables import Row, Study, Table, described, markdown
 
 _BOLTED_FRICTION, _STEPS = 0.3, 2
-_ARM, _THICKNESS = 3.0, 0.5  # of each plate beyond the overlap, over half its length
+# Length of each plate beyond the overlap, and thickness, relative to half the length of the
+# overlap.
+_ARM, _THICKNESS = 3.0, 0.5
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     punch_elements: int = 40
-    dovetail_elements: int = 12  # on each flank
+    # Number of elements on each flank.
+    dovetail_elements: int = 12
     lap_elements: int = 32
     friction: float = 0.6
+    # Load factors relative to the shakedown limit.
     ratios: tuple[float, ...] = tuple(
         round(float(ratio), 6) for ratio in np.geomspace(0.2, 2.5, 12)
-    )  # over the shakedown limit
+    )
     frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     friction_ratios: tuple[float, ...] = (0.8, 1.5)
-    meshes: tuple[int, ...] = (18, 24, 30)  # elements along the bolted joint
-    # of the load at which its plates slide off
+    # Numbers of elements along the bolted joint.
+    meshes: tuple[int, ...] = (18, 24, 30)
+    # Load factors of the bolted joint, relative to the load at which its plates slide off.
     shares: tuple[float, ...] = (0.1, 0.2, 0.3, 0.5, 0.7, 0.9)
 
 
@@ -60,7 +66,10 @@ QUICK = Parameters(
 
 
 def lap(elements: int) -> fo.ContactModel:
-    """Two plates of one thickness that overlap in -1 <= x <= 1, under unit pressure there; the lower one is clamped, the upper one pulled by 1."""
+    """Two plates of one thickness that overlap in -1 <= x <= 1, under unit pressure there.
+
+    The lower plate is clamped, and the upper plate is pulled by 1.
+    """
     over, arm = np.linspace(-1.0, 1.0, elements + 1), np.linspace(1.0, 1.0 + _ARM, elements + 1)[1:]
     up = np.linspace(0.0, _THICKNESS, max(2, elements // 4) + 1)
     plates = {"upper": (np.r_[over, arm], up), "lower": (np.r_[-arm[::-1], over], -up[::-1])}
@@ -84,7 +93,7 @@ def lap(elements: int) -> fo.ContactModel:
 
 
 def joints(parameters: Parameters) -> dict[str, tuple[fo.ContactSystem, fo.LoadCycle]]:
-    """The joints, name -> contact and load cycle."""
+    """The contact and load cycle of each joint, by name."""
     return {
         "punch": (
             fo.scenes.PunchOnHalfPlane(elements=parameters.punch_elements).condense(),
@@ -130,9 +139,8 @@ def _curve(
     limit = fo.shakedown_limit(system, cycle, f).load_factor
     (case,) = cycle.corners[0]
     compliance = float(np.diag(np.asarray(system.compliance))[list(system.bonded).index(case)])
-    glued = 1 / (
-        2 * np.pi * np.sqrt(compliance)
-    )  # with a modal mass of 1, which the frequencies over it do not depend on
+    # The modal mass is 1. Frequency ratios do not depend on it.
+    glued = 1 / (2 * np.pi * np.sqrt(compliance))
     curve = fo.backbone_curve(
         system, cycle, f, limit * np.array(ratios), natural_frequency=glued, range=True
     )
@@ -207,7 +215,7 @@ FRICTION = Table(
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """How far apart the limits of each joint are, and how much its damping scatters."""
+    """The limits of each joint, and the scatter of its damping."""
     rows = []
     for name, table in tables[BACKBONE.name].groupby("joint", sort=False):
         worst = table.loc[(table["most_damping"] - table["least_damping"]).idxmax()]
@@ -233,7 +241,7 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _on_meshes(table: pd.DataFrame) -> str:
-    """How far the limit, work and slipping share of the bolted joint differ from mesh to mesh."""
+    """The differences of limit, work and slipping share of the bolted joint between meshes."""
     rows, meshes = [], table.groupby("elements")
     for share, of_load in table.groupby("load_share"):
         rows.append(

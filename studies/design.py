@@ -1,9 +1,10 @@
-"""Best designs: profiles of a punch against its limits, the profile that wear makes, relief of a dovetail's flanks, and the bolts of a lap joint.
+"""Best designs: profiles of a punch, relief of a dovetail's flanks, and the bolts of a lap joint.
 
-Run with `python -m studies design [--quick]`. Material is taken off the face of the paper's punch
-up to a depth, in half-widths of the punch where its pressure is its modulus E; "three shapes" are
-even polynomials up to the sixth degree. The lap joint is in space: three bolts in a row, a small
-pressure, and a pull and a side load that swing.
+Run with `python -m studies design [--quick]`. Material is removed from the face of the paper's
+punch up to a depth. Its unit is the half-width of the punch if the pressure equals the modulus E.
+The limits of the best profiles stand beside the profile that wear makes. "Three shapes" are even
+polynomials up to the sixth degree. The lap joint is in space: three bolts in a row, a small
+pressure, and a pull and a side load to and fro.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,7 +30,7 @@ _SHEARED = fo.LoadCycle(
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     elements: int = 64
     frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
@@ -37,7 +38,8 @@ class Parameters:
     worn_elements: int = 40
     flank_elements: int = 20
     relief: tuple[float, ...] = (0.0, 0.01, 0.03, 0.1, 0.3)
-    lap_elements: int = 12  # along the lap
+    # Number of elements along the lap.
+    lap_elements: int = 12
     load_factors: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4)
 
 
@@ -55,7 +57,10 @@ QUICK = Parameters(
 
 
 def lap(elements: int) -> fo.ContactModel:
-    """Two thick plates that overlap in -1.5 <= x <= 1.5; each of three bolts presses both faces round its place by 1 in all."""
+    """Two thick plates that overlap in -1.5 <= x <= 1.5, with three bolts.
+
+    Each bolt presses both faces around its place by a total force of 1.
+    """
     over, arm = np.linspace(-1.5, 1.5, elements + 1), np.linspace(1.5, 3.0, 1 + elements // 3)[1:]
     across, up = (
         np.linspace(-0.5, 0.5, 1 + max(2, elements // 3)),
@@ -136,7 +141,10 @@ def _limits(design: fo.results.Design, friction: float) -> dict[str, float]:
 
 
 def profiles(parameters: Parameters) -> Iterator[Row]:
-    """One row for each node of the flat punch, of the one that is worn in, and of the best ones of the same depth."""
+    """One row for each node and profile: the flat punch, the worn punch, and the best profiles.
+
+    The worn punch and the best profiles have the same depth.
+    """
     system = fo.scenes.PunchOnHalfPlane(elements=parameters.worn_elements).condense()
     flat = fo.shakedown_limit(system, LOADS, _FRICTION)
     worn = fo.wear(system, LOADS, _FRICTION, _ABOVE * flat.load_factor, coefficient=1e-3)
@@ -177,7 +185,7 @@ def relief(parameters: Parameters) -> Iterator[Row]:
 
 
 def bolts(parameters: Parameters) -> Iterator[Row]:
-    """One row for each load factor: the least forces that carry it."""
+    """One row for each load factor: the least bolt forces that carry it."""
     system = lap(parameters.lap_elements).condense()
     names = [f"bolt {k}" for k in range(len(_BOLTS))]
     model = fo.DesignModel(system, _SHEARED, preloads=names)
@@ -244,7 +252,7 @@ BOLTS = Table(
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """What the deepest profiles gain, and what bolts save."""
+    """The gain of the deepest profiles, and the saving of bolt forces."""
     rows = []
     for (friction, face), table in tables[LIMITS.name].groupby(["friction", "face"]):
         flat, deepest = table.iloc[0], table.iloc[-1]

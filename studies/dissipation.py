@@ -1,7 +1,7 @@
-"""Steady dissipation of the paper's scene: thousands of transients from many residual slips, below and above the shakedown limit.
+"""Steady dissipation of the paper's scene from many residual slips, around the shakedown limit.
 
-Run with `python -m studies dissipation [--quick] [--workers 2] [--store FILE]`. Its columns of
-seconds depend on the machine.
+Run with `python -m studies dissipation [--quick] [--workers 2] [--store FILE]`. There are thousands
+of transients. The columns of seconds depend on the machine.
 """
 
 from collections.abc import Iterator
@@ -27,9 +27,10 @@ from .tables import Row, Study, Table, described, whole_number
 class Parameters:
     """Parameters of the study."""
 
-    elements: int = 124  # default grading: 50,910 unknowns, 250 on the interface
+    # The default grading has 50,910 unknowns, 250 of them on the interface.
+    elements: int = 124
     frictions: tuple[float, ...] = (0.5, 0.7)
-    # Load factors over lambda_2
+    # Load factors relative to lambda_2.
     ratios: tuple[float, ...] = (
         0.1,
         0.2,
@@ -52,12 +53,16 @@ class Parameters:
         1.8,
         2.0,
     )
-    safe: tuple[float, ...] = (1.0, 0.5, -1.0, 2.0)  # multiples of the safe slip
-    # root mean square of random slips, in units of a (P / 2a) / E*
+    # Multiples of the safe slip.
+    safe: tuple[float, ...] = (1.0, 0.5, -1.0, 2.0)
+    # Root mean squares of random slips, in units of a (P / 2a) / E*.
     amplitudes: tuple[float, ...] = (0.02, 0.06, 0.2, 0.6, 2.0)
-    count: int = 10  # random slips of each kind and amplitude
-    overloads: tuple[float, ...] = (1.5, 2.0, 3.0)  # first cycle, over the run's own load factor
-    pair_friction: float = 0.7  # friction of the example with two steady states at one load
+    # Number of random slips of each kind and amplitude.
+    count: int = 10
+    # Load factors of the first cycle, relative to the load factor of the run.
+    overloads: tuple[float, ...] = (1.5, 2.0, 3.0)
+    # Friction of the example with two steady states at one load.
+    pair_friction: float = 0.7
     pair_ratio: float = 1.2
 
 
@@ -118,14 +123,16 @@ def runs_of(parameters: Parameters, workers: int = 1, store: str | None = None) 
             )
             part = part.filter(described(_RUN))
             part["amplitude"] /= slip_unit(case.system)
-            parts.append(
-                part.assign(friction=case.friction, load_ratio=ratio)
-            )  # without the rounding of a division
+            # The ratio is assigned, because a division would round it.
+            parts.append(part.assign(friction=case.friction, load_ratio=ratio))
     return pd.concat(parts, ignore_index=True)
 
 
 def summary(runs: pd.DataFrame, *more: str) -> pd.DataFrame:
-    """One row for each friction, load factor and what else is named, of the table `RUNS`: how many shake down, W E* / P^2 per cycle."""
+    """One row for each friction, load factor and further named column of the table `RUNS`.
+
+    A row has the number of runs that shake down, and W E* / P^2 per cycle.
+    """
     work = "dissipation_scaled"
     return (
         runs.assign(shaken=runs["outcome"] == "SHAKEDOWN")
@@ -155,7 +162,10 @@ def limits_of(parameters: Parameters) -> Iterator[Row]:
 
 
 def states_of(parameters: Parameters, **options: Any) -> pd.DataFrame:
-    """One row for each event and node of the steady cycle, of the two runs at one load with the least and the most dissipation."""
+    """One row for each event and node of the steady cycle of two runs at one load.
+
+    The two runs have the least and the most dissipation.
+    """
     runs = runs_of(parameters, **options)
     runs = runs[
         (runs["friction"] == parameters.pair_friction)

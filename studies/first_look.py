@@ -32,14 +32,16 @@ class Parameters:
     elements: int = 124
     friction: float = 0.7
     load_factors: tuple[float, ...] = (1.5, 1.9)
-    # load at which the start of most work is searched, over the shakedown limit
+    # Load at which the start of most work is searched, relative to the shakedown limit.
     searched: float = 0.95
-    points: int = 25  # loads of the picture
+    # Number of loads of the picture.
+    points: int = 25
 
 
 FULL = Parameters()
 QUICK = Parameters(elements=16, points=13)
-_LETTERS = 84  # of a line as wide as the picture
+# Number of letters of a line as wide as the picture.
+_LETTERS = 84
 # Letters of a line that is turned upright if there is no room for more.
 _NARROW = 9
 # The table and the picture have the same numbers under the same names.
@@ -48,7 +50,8 @@ _ALL_STARTS = "guaranteed limit, from all starts"
 _OVERLOADED = "guaranteed limit, after one overload"
 _SHAKEDOWN = "shakedown limit"
 _LIMITS = (_ONSET, _OVERLOADED, _SHAKEDOWN)
-_ZONES = (  # between these loads: what the contact does there, colour
+# The behaviour of the contact between neighbouring loads, and its colour.
+_ZONES = (
     ("bonded", "#FFFFFF"),
     ("slips for a while,\nthen sticks", "#E3EEF6"),
     ("the start decides:\nit sticks, or\nslips for ever", "#F8E3D6"),
@@ -74,20 +77,23 @@ def answers(parameters: Parameters) -> Iterator[Row]:
 def _contact_and_models(
     elements: int, friction: float
 ) -> tuple[fo.ContactSystem, fo.GuaranteedModel, Callable[[], fo.results.GuaranteedLimit]]:
-    """The contact, its model of the guaranteed limit, and that after one overload, which is asked once."""
+    """The contact, its model of the guaranteed limit, and its model after one overload."""
     system = fo.scenes.PunchOnHalfPlane(elements=elements).condense()
     model = fo.GuaranteedModel(system, LOADS)
     return system, model, cache(lambda: fo.after_overload(model.solve(friction)))
 
 
 def works(parameters: Parameters) -> Iterator[Row]:
-    """One row per load and start: no slip; of slips that one overload can leave that of most work, its opposite, the witness; the safe slip."""
+    """One row per load and start.
+
+    There are these starts: no slip, the slip of most work that one overload can leave, the opposite
+    slip, the witness, and the safe slip.
+    """
     system, lower, after_overload = _contact_and_models(parameters.elements, parameters.friction)
     safe = fo.shakedown_limit(system, LOADS, parameters.friction)
     limit = safe.load_factor
-    most = left_by_overload(
-        lower.solve(parameters.friction), limit
-    )  # the bound of all these starts
+    # The slip bound of all these starts.
+    most = left_by_overload(lower.solve(parameters.friction), limit)
     worst = fo.dissipation_range(
         system,
         LOADS,
@@ -171,7 +177,7 @@ def _questions(
 
 
 def _compile() -> tuple[float, str, float]:
-    """A transient of two nodes, so that the times of the others are their own."""
+    """Run a transient of two nodes, so that later times contain no compilation."""
     rod = fo.ContactSystem.from_blocks(**fo.reference.foundation_rod(nodes=2, EA=1.0, h=1.0))
     fo.steady_state(
         rod, fo.LoadCycle({"pressure": 1.0}, [{"force": 1.0}, {"force": -1.0}]), 0.5, 0.1
@@ -209,7 +215,7 @@ python -m paper_figures                      draws all figures (if interrupted, 
 
 
 def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
-    """The axis of load with the limits on it, what the contact does between them, and the range of work that the starts lead to."""
+    """The axis of load with the limits, the behaviour of the contact, and the range of the work."""
     values, runs = tables[ANSWERS.name].set_index("question")["value"], tables[WORKS.name]
     path, edges, end = (
         folder / "first_look.png",
@@ -259,9 +265,8 @@ def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
             if edge < end:
                 zones.axvline(edge, color=BLACK, lw=0.8)
                 axes.axvline(edge, color=BLACK, lw=0.8)
-                above = (
-                    20 if number % 2 else 4
-                )  # points: names of neighbours do not lie on each other
+                # Distance in points, so that names of neighbours do not overlap.
+                above = 20 if number % 2 else 4
                 zones.annotate(
                     f"{name} {edge:.2f}",
                     (edge, 1.0),

@@ -1,8 +1,8 @@
-"""What the paper of Flicek, Hills, Barber and Dini (2015) says, beside answers of frictopt.
+"""Claims of the paper of Flicek, Hills, Barber and Dini (2015) beside answers of frictopt.
 
 Run with `python -m studies flicek [--quick]`; it prints a table in Markdown, and needs the
-transients of the study "dissipation". Of the paper the abstract, the introduction and the beginning
-of section 2 are public; its claims are those.
+transients of the study "dissipation". The claims are from the public parts of the paper: the
+abstract, the introduction and the beginning of section 2.
 """
 
 import time
@@ -25,14 +25,17 @@ from .tables import Row, Study, Table, markdown, two_digits
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    elements: int = 124  # default grading, as in the study "dissipation"
+    # The default grading, as in the study "dissipation".
+    elements: int = 124
     frictions: tuple[float, ...] = (0.5, 0.7)
     range_elements: int = 32
     range_frictions: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-    incomplete: tuple[int, ...] = (40, 80, 160)  # cells of the cylinder
-    uncoupled: int = 40  # cells of the flat half-plane
+    # Numbers of cells of the cylinder.
+    incomplete: tuple[int, ...] = (40, 80, 160)
+    # Number of cells of the flat half-plane.
+    uncoupled: int = 40
 
 
 FULL = Parameters()
@@ -42,7 +45,7 @@ QUICK = Parameters(
 
 
 def answers(parameters: Parameters) -> Iterator[Row]:
-    """One row per question, and friction, mesh or cells that it is asked at."""
+    """One row per question and friction, mesh or number of cells."""
     scene = fo.scenes.PunchOnHalfPlane(elements=parameters.elements)
     model = scene.model()
     system = model.condense()
@@ -66,7 +69,8 @@ def answers(parameters: Parameters) -> Iterator[Row]:
     coarse = fo.scenes.PunchOnHalfPlane(elements=parameters.range_elements).condense()
     for f in each(parameters.range_frictions, "range of a coupled contact"):
         yield _row("coupled", f, partial(fo.guaranteed_limit, coarse, LOADS, f), _both)
-    pressed = {"P": np.pi / 4}  # P = pi E* a^2 / (4 R) for a = 1
+    # The half-width a is 1: P = pi E* a^2 / (4 R).
+    pressed = {"P": np.pi / 4}
     for cells in each(parameters.incomplete, "incomplete contact"):
         cylinder = fo.ContactSystem.from_blocks(**half_plane_contact(cells, 1.25, 1.0, R=1.0))
         sheared = fo.LoadCycle(pressed, [{"Q": -pressed["P"]}, {"Q": pressed["P"]}])
@@ -106,9 +110,11 @@ def _row(
     answer = ask()
     seconds = time.process_time() - begin
     value, other = read(answer)
+    # If the mean load causes slip, the residual of the onset is the excess over the bound, and
+    # no error.
     residual = (
         0.0 if isinstance(answer, fo.results.Onset) and answer.mean_slips else answer.residual
-    )  # there it says how far beyond its bound
+    )
     return {
         "question": question,
         "at": float(at),
@@ -120,7 +126,7 @@ def _row(
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """The claims one after the other."""
+    """The claims in their order."""
     asked = dict(list(tables[ANSWERS.name].groupby("question")))
     runs = tables[dissipation.RUNS.name]
     head = ["said", "of theirs", "of ours", "command"]

@@ -1,8 +1,9 @@
-"""The guaranteed limit of the paper's scene beside the shakedown limit, and the plane of slips of two nodes that explains it.
+"""The guaranteed limit of the paper's scene beside the shakedown limit, and two nodes as example.
 
 Run with `python -m studies guaranteed [--quick]`. All limits of the scene are amplitudes of the
 bulk stress over the mean pressure, sigma / (P / 2a). Between the two limits the start decides
-whether the contact stops slipping. The guaranteed limit is the upper bound with a witness.
+whether the contact stops slipping. The guaranteed limit is the upper bound with a witness. The
+plane of slips of two nodes explains it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,22 +29,27 @@ _SENSES = {1: "forward", -1: "backward"}
 class Parameters:
     """Parameters of the study."""
 
-    elements: tuple[int, ...] = (16, 32, 64, 124)  # meshes of the friction table, grading "sine"
+    # Meshes of the friction table, grading "sine".
+    elements: tuple[int, ...] = (16, 32, 64, 124)
     frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.1, 1.5001, 0.02))
-    corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124)  # grading "sine"
+    # Meshes of the table of corners, grading "sine".
+    corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124)
     corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.5, 0.7)
-    bound_elements: int = 64  # grading "sine"
+    # Mesh of the table of slip bounds, grading "sine".
+    bound_elements: int = 64
     bound_frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
-    bounds: tuple[float, ...] = tuple(
-        round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41)
-    )  # slip bounds in units of (P / 2a) a / E*
-    # load factors of the plane over the guaranteed limit, before the shakedown limit itself
+    # Slip bounds in units of (P / 2a) a / E*.
+    bounds: tuple[float, ...] = tuple(round(float(b), 6) for b in np.geomspace(0.1, 10.0, 41))
+    # Load factors of the plane of slips, relative to the guaranteed limit. The shakedown limit
+    # follows them.
     shares: tuple[float, ...] = (0.5, 1.0, 1.4)
-    path_share: float = 1.4  # the one at which paths are followed
+    # The load factor of these at which paths are followed.
+    path_share: float = 1.4
+    # Slips from which the paths start.
     starts: tuple[tuple[float, float], ...] = (
         (-0.5, 0.9),
         (0.1, 1.1),
-    )  # slips that the paths start from
+    )
     path_cycles: int = 6
 
 
@@ -60,7 +66,7 @@ QUICK = Parameters(
 
 
 def pair() -> fo.ContactSystem:
-    """The coupled pair of nodes of the plane of slips."""
+    """The two coupled nodes of the plane of slips."""
     A, B = np.array([[1.0, -0.4], [-0.4, 1.0]]), np.array([[-0.1, -0.7], [0.7, 0.1]])
     loads = {
         "mean": (np.zeros(2), np.ones(2)),
@@ -122,7 +128,10 @@ def _limits(
 
 
 def plane_of_slips(parameters: Parameters) -> Iterator[Row]:
-    """Lines, safe region and paths at several load factors, as polylines: one row per point, in order."""
+    """Lines, safe region and paths at several load factors, as polylines.
+
+    There is one row per point, in the order of the points.
+    """
     system = pair()
     limit = fo.guaranteed_limit(system, PAIR_LOADS, PAIR_FRICTION)
     factors = [("", share * limit.load_factor) for share in parameters.shares] + [
@@ -178,7 +187,10 @@ def _point(what: str, node: int | None, sense: str, number: int, slip: Any) -> d
 
 
 def _lines(system: fo.ContactSystem, factor: float) -> Iterator[tuple[int, int, Any, float, float]]:
-    """Node, sense, and `normal . v <= strength - factor * rate` for each friction bound at its ruling corner."""
+    """Node, sense, and `normal . v <= strength - factor * rate` of each friction bound.
+
+    Each bound is taken at the corner at which it governs.
+    """
     q0, p0 = PAIR_LOADS.mean_reaction(system)
     q1, p1 = PAIR_LOADS.corner_reactions(system)
     for node in range(system.nodes):
@@ -194,7 +206,7 @@ def _lines(system: fo.ContactSystem, factor: float) -> Iterator[tuple[int, int, 
 
 
 def _region(lines: Sequence[tuple[int, int, Any, float, float]], factor: float) -> list[Any]:
-    """Vertices of the safe slips in order."""
+    """Vertices of the region of safe slips, in order."""
     normals = np.array([line[2] for line in lines])
     heights = np.array([line[3] - factor * line[4] for line in lines])
     found = [

@@ -1,7 +1,7 @@
-"""The exact path of the paper's scene above the shakedown limit: the way into the steady cycle, and that cycle.
+"""The exact path of the paper's scene above the shakedown limit: the way into the steady cycle.
 
-Run with `python -m studies increments [--quick]`. What increments cost and how far off they are is
-in the study "error_vs_time".
+Run with `python -m studies increments [--quick]`. The study "error_vs_time" has the cost and the
+errors of increments.
 """
 
 from collections.abc import Iterator
@@ -23,13 +23,18 @@ class Parameters:
     """Parameters of the study."""
 
     friction: float = 0.7
-    overload: float = 1.4  # load factor over the shakedown limit
-    elements: int = 124  # default grading
-    cycles: int = 20  # the last one of so many is the steady one
-    # of the cycle, in load corners visited; most slip comes late
+    # Load factor relative to the shakedown limit.
+    overload: float = 1.4
+    # Number of elements with the default grading.
+    elements: int = 124
+    # Number of cycles; the last one is taken as the steady cycle.
+    cycles: int = 20
+    # Instants of the cycle, in load corners visited. Most slip happens late.
     instants: tuple[float, ...] = (0.0, 0.5, 0.75, 0.9, 1.0, 1.5, 1.75, 1.9, 2.0)
-    first_cycles: int = 3  # cycles of the history before the steady one
-    inner_x: float = -0.9  # the inner node is the one nearest to it, over a
+    # Number of cycles of the history before the steady cycle.
+    first_cycles: int = 3
+    # Place of the inner node over a; the nearest node is taken.
+    inner_x: float = -0.9
 
 
 FULL = Parameters()
@@ -38,7 +43,7 @@ QUICK = Parameters(elements=16)
 
 @dataclass(frozen=True)
 class _Case:
-    """The scene under the loads of the study, and its exact path from no initial slip."""
+    """The scene under the loads of the study, and its exact path without initial slip."""
 
     scene: fo.scenes.PunchOnHalfPlane
     system: fo.ContactSystem
@@ -62,7 +67,10 @@ def _case(parameters: Parameters) -> _Case:
 
 
 def steady_cycle(parameters: Parameters) -> Iterator[Row]:
-    """One row per instant and node. Between events the exact path is linear in time, and so is the interpolation."""
+    """One row per instant and node.
+
+    Between events the exact path is linear in time, and so is the interpolation.
+    """
     case = _case(parameters)
     path = case.path
     start = (parameters.cycles - 1) * len(LOADS.corners)
@@ -72,9 +80,8 @@ def steady_cycle(parameters: Parameters) -> Iterator[Row]:
         sigma, q, p, slip = (
             np.array([np.interp(at, path.time, column) for column in values.T]) for values in found
         )
-        state = (
-            np.searchsorted(path.time, at - 1e-9) - 1
-        )  # its status lasts until the event at or after the instant
+        # The status of an interval lasts until the event at or after the instant.
+        state = np.searchsorted(path.time, at - 1e-9) - 1
         ratio = np.divide(
             q, case.friction * p, out=np.full_like(q, np.nan), where=p > 1e-9 * np.mean(p)
         )
@@ -83,7 +90,10 @@ def steady_cycle(parameters: Parameters) -> Iterator[Row]:
 
 
 def corner_history(parameters: Parameters) -> Iterator[Row]:
-    """One row per node and state of the exact path, from the mean load on: the first cycles, then the steady one."""
+    """One row per node and state of the exact path, from the mean load on.
+
+    The first cycles come first, then the steady cycle.
+    """
     case = _case(parameters)
     path = case.path
     corners = len(LOADS.corners)

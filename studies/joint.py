@@ -1,8 +1,9 @@
-"""Two joints from their load history to what frets where: the dovetail root of a blade, and a collar shrunk onto a shaft.
+"""Two joints from their load history to fretting: a dovetail root, and a collar on a shaft.
 
-Run with `python -m studies joint [--quick]`. Lengths in mm, stresses in MPa, forces in N (the
-dovetail: per mm of depth; the press fit: of the whole circumference). The histories are made up:
-turning points at random, sampled on the straight ways between them, as a data logger would.
+Run with `python -m studies joint [--quick]`. The dovetail is the root of a blade; the collar is
+shrunk onto the shaft. Lengths are in mm, stresses in MPa, forces in N (dovetail: per mm of depth;
+press fit: of the whole circumference). The histories are invented: random turning points, sampled
+on the straight segments between them, as by a data logger.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,13 +22,16 @@ STEEL = fo.Material(E=210e3, nu=0.3)
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    dovetail_elements: int = 40  # on each flank
+    # Number of elements on each flank.
+    dovetail_elements: int = 40
     press_fit_elements: int = 80
     growth: float = 1.15
-    turns: int = 24  # turning points of each history
-    samples: int = 400  # rows from one turning point to the next
+    # Number of turning points of each history.
+    turns: int = 24
+    # Number of rows from one turning point to the next.
+    samples: int = 400
     seed: int = 20
 
 
@@ -99,7 +103,10 @@ def joints(parameters: Parameters) -> Iterator[Joint]:
 def _history(
     rng: np.random.Generator, parameters: Parameters, ranges: Mapping[str, tuple[float, float]]
 ) -> pd.DataFrame:
-    """Rows of a data logger: straight ways between turning points at random, among them the two with all loads least and all largest."""
+    """Rows of a data logger: straight segments between random turning points.
+
+    Two of the turning points have all loads at their least and at their largest values.
+    """
     least, most = np.array(list(ranges.values())).T
     turns = rng.uniform(least, most, size=(parameters.turns, len(ranges)))
     turns[1], turns[2] = most, least
@@ -118,7 +125,7 @@ def _cycle(joint: Joint) -> fo.LoadCycle:
 def _fretting(
     joint: Joint, system: fo.ContactSystem
 ) -> tuple[fo.results.SteadyState, pd.DataFrame]:
-    """The steady state under the history itself, and its fretting table with the stress of body 2 at all corners."""
+    """The steady state under the history, and its fretting table with the stress of body 2."""
     steady = fo.steady_state(system, _cycle(joint), joint.friction, 1.0)
     stress, strain = zip(
         *(fields.at_contact(2) for _, fields, _ in joint.model._over(steady, every=False)),
@@ -161,7 +168,7 @@ def fretting(parameters: Parameters) -> Iterator[Row]:
 
 
 def regions(parameters: Parameters) -> Iterator[Row]:
-    """One row for each vertex of the safe amplitudes of each joint, and one for the amplitudes of its history."""
+    """One row for each vertex of the safe amplitudes of each joint, and one for its history."""
     for joint in joints(parameters):
         region = fo.safe_region(joint.model.condense(), joint.mean, joint.loads, joint.friction)
         head = {

@@ -1,10 +1,10 @@
-"""Contacts that lift off: limits of a pin, a fir tree and a flange by which nodes open, and the theorem of uncoupled contacts attacked.
+"""Contacts that lift off: limits of a pin, a fir tree and a flange, and uncoupled contacts.
 
-Run with `python -m studies lift_off [--quick]`. The pin is `PinInPlate`, pushed to and fro; the fir
+Run with `python -m studies lift_off [--quick]`. The pin is `PinInPlate`, pushed to and fro. The fir
 tree is the mesh of the tutorial, under spin and a body force of 0.01 N/mm^3 on the blade to and
-fro; the flange is half a pipe joint of four bolts of 25 kN, pulled along one diameter by 1 kN to
-and fro. The uncoupled contacts are random: one to four nodes with gaps, B = 0, and cyclic loads
-that lift nodes off.
+fro. The flange is half a pipe joint of four bolts of 25 kN, pulled along one diameter by 1 kN to
+and fro. The uncoupled contacts test the theorem: random contacts of one to four nodes with gaps, B
+= 0, and cyclic loads that lift nodes off.
 """
 
 from collections.abc import Iterator, Mapping
@@ -24,31 +24,38 @@ from .tables import Row, Study, Table, markdown
 
 _FIR = Path(__file__).parents[1] / "docs" / "tutorial" / "blade.msh"
 _TO_AND_FRO = fo.LoadCycle({"mean": 1.0}, [{"cyclic": 1.0}, {"cyclic": -1.0}])
-_BOLT, _PULL, _WASHER = 25e3, 1e3, 8.0  # N, N, mm
-_LITTLE = 1e-3  # load factor of the transient that settles under the mean load first
+# Force of a bolt in N, pull in N, radius of a washer in mm.
+_BOLT, _PULL, _WASHER = 25e3, 1e3, 8.0
+# Load factor of the transient that first settles the contact under the mean load.
+_LITTLE = 1e-3
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
+    # Numbers of elements and frictions.
     pins: tuple[tuple[int, float], ...] = (
         (8, 0.8),
         (16, 0.5),
         (16, 1.0),
         (32, 0.9),
-    )  # elements, friction
+    )
     fir_frictions: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+    # Numbers of elements around the half, and frictions.
     flanges: tuple[tuple[int, float], ...] = (
         (12, 0.15),
         (12, 0.2),
         (12, 0.3),
         (18, 0.15),
-    )  # elements around the half, friction
-    contacts: int = 200  # uncoupled ones, with seeds from 0 on
+    )
+    # Number of uncoupled contacts, with seeds from 0 on.
+    contacts: int = 200
     starts: int = 5
-    cycles: int = 6  # of which the energy is followed
-    apart: float = 0.02  # load factors of the transients below and above a limit, as a share of it
+    # Number of cycles whose energy is followed.
+    cycles: int = 6
+    # Relative distance of the transients from a limit, below and above it.
+    apart: float = 0.02
 
 
 FULL = Parameters()
@@ -77,7 +84,10 @@ def fir_tree() -> fo.ContactSystem:
 
 
 def flange(elements: int) -> fo.ContactSystem:
-    """Half a pipe joint beside its plane of symmetry; bolts press on washers, whatever the joint does."""
+    """Half a pipe joint beside its plane of symmetry.
+
+    Bolts press on washers with a constant force.
+    """
     radii, angles, heights = (
         np.linspace(30.0, 60.0, 6),
         np.linspace(0.0, np.pi, elements + 1),
@@ -156,7 +166,10 @@ def joints(parameters: Parameters) -> Iterator[Row]:
 def _limits(
     system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float, apart: float, events: bool
 ) -> dict[str, Any]:
-    """Limits with no nodes open, with those of the settled mean load, and of the search, with transients from its slip on both sides."""
+    """Limits with no nodes open, with the open nodes of the settled mean load, and of the search.
+
+    Transients from the slip of the limit follow on both sides of it.
+    """
     steps = None if system.slip_shape == (system.nodes,) else 4
     path = fo.march(system, cycle, friction, _LITTLE, cycles=1, steps=steps)
     settled = path.gap[path.time == 0][-1] > 0
@@ -192,7 +205,10 @@ def _limits(
 
 
 def uncoupled_contact(seed: int) -> tuple[fo.ContactSystem, float]:
-    """A random contact with B = 0, some nodes with gaps, some pulled by the mean load, and its friction."""
+    """A random contact with B = 0, and its friction.
+
+    Some nodes have gaps, and the mean load pulls some nodes.
+    """
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(1, 5))
     A, C = (G @ G.T / nodes + 0.5 * np.eye(nodes) for G in rng.normal(size=(2, nodes, nodes)))
@@ -210,7 +226,7 @@ def uncoupled_contact(seed: int) -> tuple[fo.ContactSystem, float]:
 
 
 def uncoupled(parameters: Parameters) -> Iterator[Row]:
-    """One row for each contact that has a finite limit."""
+    """One row for each contact with a finite limit."""
     for seed in each(range(parameters.contacts), "uncoupled contacts"):
         system, friction = uncoupled_contact(seed)
         limit = fo.shakedown_limit(system, _TO_AND_FRO, friction, events=True)
@@ -246,7 +262,10 @@ def uncoupled(parameters: Parameters) -> Iterator[Row]:
 def _growth(
     system: fo.ContactSystem, friction: float, load_factor: float, starts: NDArray[Any], cycles: int
 ) -> float:
-    """The largest growth of the energy between the first transient and another one from corner to corner, over that of their starts."""
+    """The largest growth of the energy between the first transient and another one.
+
+    The growth from one corner to the next is relative to the energy between the starts.
+    """
     paths = [
         fo.march(system, _TO_AND_FRO, friction, load_factor, initial_slip=start, cycles=cycles)
         for start in starts

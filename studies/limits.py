@@ -1,7 +1,8 @@
-"""Limits of the paper's scene without any transient: onset and shakedown limit against friction and corner size, and the safe slip at the limit.
+"""Limits of the paper's scene without transients: onset, shakedown limit and safe slip.
 
-Run with `python -m studies limits [--quick]`. All limits are amplitudes of the bulk stress over the
-mean pressure, sigma / (P / 2a).
+Run with `python -m studies limits [--quick]`. Onset and shakedown limit are computed against
+friction and corner size, the safe slip at the limit. All limits are amplitudes of the bulk stress
+over the mean pressure, sigma / (P / 2a).
 """
 
 from collections.abc import Iterable, Iterator
@@ -18,13 +19,13 @@ from .paper import LOADS, force_unit, slip_unit
 from .progress import each
 from .tables import Row, Study, Table, described
 
-# friction over the traction ratio of the bonded corner, near which the limit goes with no power of
-# the mesh
+# Friction relative to the traction ratio of the bonded corner. Close to this ratio the limit
+# follows no power law of the mesh.
 _BELOW = 0.95
 
 
 def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
-    """Runs of (first, last, step), joined; rounded, so that 0.7 is 0.7."""
+    """Values of runs (first, last, step), joined and rounded, so that 0.7 is exactly 0.7."""
     return tuple(
         round(float(value), 6)
         for first, last, step in runs
@@ -36,21 +37,24 @@ def _steps(*runs: tuple[float, float, float]) -> tuple[float, ...]:
 class Parameters:
     """Parameters of the study."""
 
-    # meshes of the friction table: elements on the contact, grading "sine"
+    # Numbers of elements on the contact of the friction table, grading "sine".
     elements: tuple[int, ...] = (16, 32, 64, 124)
     frictions: tuple[float, ...] = _steps(
         (0.1, 0.65, 0.025), (0.655, 0.75, 0.005), (0.775, 1.5, 0.025), (1.6, 3.0, 0.1)
     )
     corner_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.543, 0.6, 0.7, 0.8)
-    # grading "sine"
+    # Meshes of the corner table, grading "sine".
     corner_elements: tuple[int, ...] = (8, 12, 16, 24, 32, 48, 64, 96, 124, 192, 256)
-    graded_elements: int = 64  # number of elements of the meshes that vary the grading alone
+    # Number of elements of the meshes with different gradings.
+    graded_elements: int = 64
     gradings: tuple[float, ...] = (2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
-    reaction_elements: int = 124  # with the default grading
+    # Number of elements with the default grading, for the reactions.
+    reaction_elements: int = 124
     reaction_frictions: tuple[float, ...] = (0.3, 0.7)
     surface_friction: float = 0.5
-    surface_elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96, 124, 192, 256)  # grading "sine"
-    # E* over the contact stiffness, over a; 0: hard
+    # Meshes of the table of contact stiffness, grading "sine".
+    surface_elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96, 124, 192, 256)
+    # E* over the contact stiffness and over a; 0 is a hard contact.
     surfaces: tuple[float, ...] = (0.0, 0.005, 0.02, 0.1)
 
 
@@ -97,20 +101,21 @@ def limits_by_corner(parameters: Parameters) -> Iterator[Row]:
 
 
 def corner_law(table: pd.DataFrame) -> pd.DataFrame:
-    """Of the table `CORNER` the meshes of one number of elements whose gradings are decades apart, coarse first, with the law of the corner.
+    """The law of the corner, for the meshes of the table `CORNER` with one number of elements.
 
-    At the limit the corner slides, while its bonded tractions grow as `r ** (l_bonded - 1)`: the
-    limit goes with the size h of the corner element as `h ** (l_sliding - l_bonded)`, with the
-    exponents of the sliding and of the bonded corner, for friction below the traction ratio of the
-    bonded corner. So it has no value without a mesh. `expected` is that exponent in closed form,
-    `exponent` the one from the mesh before to this one.
+    Their gradings are decades apart, coarse first. At the limit the corner slides, while its bonded
+    tractions grow as `r ** (l_bonded - 1)`. If friction is below the traction ratio of the bonded
+    corner, the limit varies with the size h of the corner element as `h ** (l_sliding - l_bonded)`.
+    The exponents are those of the sliding and of the bonded corner. So the limit has no value
+    without a mesh. `expected` is the exponent in closed form. `exponent` is the exponent between
+    the mesh before and this mesh.
     """
     bonded = bonded_corner()[0]
     rows = table[
         (table["grading"] != "sine") & (table["friction"] < _BELOW * bonded.traction_ratio)
     ]
     decades = np.log10(rows["grading"].astype(float))
-    # meshes that are closer have exponents between them that scatter
+    # Exponents between closer meshes scatter.
     apart = decades.max() - decades
     rows = rows[np.isclose(apart, apart.round())].sort_values(
         ["friction", "corner_size"], ascending=[True, False], ignore_index=True
@@ -166,7 +171,10 @@ def _limits(system: fo.ContactSystem, frictions: Iterable[float]) -> pd.DataFram
 
 
 def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
-    """First slip and separation of the bonded contact as the bulk is pulled (plus) and as it is pressed (minus)."""
+    """First slip and first separation of the bonded contact.
+
+    The bulk is pulled (plus) or pressed (minus).
+    """
     row: dict[str, Any] = {}
     onset = fo.onset(system, fo.LoadCycle(LOADS.mean, [{"sigma": 1.0}, {"sigma": -1.0}]), friction)
     for name, slip, separation in zip(
@@ -188,9 +196,8 @@ def _corner_reactions(
         .sum()
         .reindex(range(system.nodes), fill_value=0.0)
     )
-    loaded = p > 1e-9 * np.mean(
-        p
-    )  # without pressure q vanishes too, and their ratio has no meaning
+    # Without pressure q vanishes, too, and their ratio has no meaning.
+    loaded = p > 1e-9 * np.mean(p)
     return pd.DataFrame(
         {
             "friction": friction,

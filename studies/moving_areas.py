@@ -1,14 +1,14 @@
-"""A cylinder whose normal load varies with its shear: its limit, and the work of a cycle, against the phase between the two and against Dundurs' constant.
+"""A cylinder whose normal load varies with its shear: its limit, and the work of a cycle.
 
 Run with `python -m studies moving_areas [--quick]`. The mean normal load is P, its amplitude P / 5,
-and that of the shear the load factor times P. Pressure and shear of similar half-planes do not feel
-each other, so normal loads alone open and close the nodes at the rim. In phase the contact comes to
-rest up to friction times P / 5; with a phase no shear is small enough, and the work of a cycle
-grows from zero. The work is over P^2 / E*, per depth.
+and the amplitude of the shear the load factor times P. Pressure and shear of similar half-planes
+are uncoupled, so normal loads alone open and close the nodes at the rim. In phase the contact
+shakes down up to friction times P / 5. With a phase, even the smallest shear causes slip, and the
+work of a cycle grows from zero. The unit of the work is P^2 / E*, per depth.
 
-Dundurs' constant beta couples shear and pressure of two materials. `BETAS` has limits with events, of
-pressure and shear in phase and of a cylinder that rolls to and fro under a static shear, and the work
-of a cycle above them (`validation.moving_events`).
+Dundurs' constant beta couples shear and pressure of two materials. `BETAS` has limits with events
+and the work of a cycle above them, for pressure and shear in phase, and for a cylinder that rolls
+to and fro under a static shear (`validation.moving_events`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,13 +34,14 @@ from .tables import Row, Study, Table, markdown
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     cells: int = 40
     half_length: float = 1.6
     corners: int = 16
     friction: float = 0.35
-    phases: tuple[float, ...] = (0.0, 2.0, 5.0, 10.0, 20.0, 45.0, 90.0)  # degrees
+    # Phases in degrees.
+    phases: tuple[float, ...] = (0.0, 2.0, 5.0, 10.0, 20.0, 45.0, 90.0)
     load_factors: tuple[float, ...] = tuple(
         round(float(value), 6) for value in np.linspace(0.01, 0.14, 14)
     )
@@ -58,8 +59,8 @@ QUICK = Parameters(
     betas=(0.0, 0.1),
 )
 
-# Cycles of two materials: half-length of the contact in half-widths, and the shear over P of a steady
-# state above the limit at beta = 0.
+# Cycles of two materials: half-length of the contact in half-widths, and the shear over P of a
+# steady state above the limit at beta = 0.
 _CYCLES = {"in_phase": (IN_PHASE, 1.6, 0.2), "rolls": (ROLLS, 1.8, 0.22)}
 
 

@@ -1,4 +1,4 @@
-"""Where a table comes from: its sources, and the machine."""
+"""The origin of a table: its sources, and the machine."""
 
 import ast
 import hashlib
@@ -13,7 +13,7 @@ import frictopt as fo
 
 
 def machine() -> str:
-    """Model and number of the processors, as far as the system says."""
+    """Model and number of the processors, if the system reports them."""
     cpuinfo = Path("/proc/cpuinfo")
     lines = cpuinfo.read_text(encoding="utf-8").splitlines() if cpuinfo.is_file() else []
     models = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
@@ -21,7 +21,11 @@ def machine() -> str:
 
 
 def source_digest(study: str) -> str:
-    """Digest of the code that makes a table: all of frictopt, the module that computes it, and all studies that this imports."""
+    """Digest of the code that makes a table.
+
+    The code is all of frictopt, the module that computes the table, and all studies that this
+    module imports.
+    """
     files = {
         *Path(fo.__file__).parent.rglob("*.py"),
         *(Path(str(sys.modules[name].__file__)) for name in _imported(study, set())),
@@ -32,7 +36,7 @@ def source_digest(study: str) -> str:
 
 
 def _imported(name: str, found: set[str]) -> set[str]:
-    """Adds the module of that name, if it is one of the studies, and all of them that it imports."""
+    """Add a module and all studies that it imports, if the module is a study."""
     module = sys.modules.get(name)
     if module is None or name in found or name.partition(".")[0] != __package__:
         return found

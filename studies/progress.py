@@ -1,4 +1,4 @@
-"""Progress of the studies: what is computed, and how far it is."""
+"""Progress of the studies: the current computation, and the part that is done."""
 
 from collections.abc import Iterable, Iterator
 from typing import TypeVar
@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 def each(things: Iterable[T], what: str) -> Iterator[T]:
-    """Each of these things, while a bar or lines say how many are done."""
+    """The things one by one, while a bar or lines show how many are done."""
     known = list(things)
     with progress_bar(True, what, total=len(known)) as bar:
         for thing in known:

@@ -1,8 +1,9 @@
-"""The range of steady dissipation found without sampling, the slip that no start avoids, and the load that assembly and overloads leave.
+"""The range of steady dissipation found by a search, the least slip, and limits after a protocol.
 
-Run with `python -m studies range [--quick]`. The scene is the paper's; loads are amplitudes of the
-bulk stress over the mean pressure, sigma / (P / 2a). The sampled starts are those of the study
-"dissipation".
+Run with `python -m studies range [--quick]`. The scene is the paper's scene; loads are amplitudes
+of the bulk stress over the mean pressure, sigma / (P / 2a). No start avoids the least slip. The
+limits after a protocol follow assembly and overloads. The sampled starts are the starts of the
+study "dissipation".
 """
 
 from collections.abc import Iterator
@@ -20,14 +21,15 @@ from .paper import LOADS, slip_unit, work_unit
 from .progress import each
 from .tables import Row, Study, Table
 
-_INSIDE = 1e-6  # excess over the range, relative, that counts as rounding
+# Relative excess over the range that counts as rounding.
+_INSIDE = 1e-6
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    # scene, frictions, loads and starts of the sample
+    # Scene, frictions, loads and starts of the sample.
     sampled: dissipation.Parameters = dissipation.FULL
     protocol_elements: int = 124
     protocol_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
@@ -71,7 +73,11 @@ def found_of(parameters: Parameters) -> Iterator[Row]:
 
 
 def against_sample(found: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """The table `FOUND` with what the runs at the same friction and load have: the least and the largest W E* / P^2, number, and how many outside."""
+    """The table `FOUND` beside the sampled runs at the same friction and load.
+
+    The new columns are the least and the largest W E* / P^2 of the runs, their number, and the
+    number of runs outside the range.
+    """
     load = ["friction", "load_ratio"]
     runs = runs.loc[runs["outcome"] != "FAILED", [*load, "dissipation_scaled"]].merge(
         found[[*load, "least", "most"]], on=load
@@ -113,7 +119,7 @@ def _corners(state: fo.results.SteadyState) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _total(slip: np.ndarray, gap: np.ndarray) -> float:
-    """Sum over the nodes of the slip between corners; NaN where a node is open."""
+    """Sum over the nodes of the slip between corners; NaN for open nodes."""
     return float("nan") if gap.any() else float(np.ptp(slip, axis=0).sum())
 
 

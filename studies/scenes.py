@@ -1,7 +1,8 @@
-"""Limits of the other scenes against friction: dovetail, pin in a plate, rounded punch.
+"""Limits of the dovetail, the pin in a plate and the rounded punch against friction.
 
-Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene: the mean pull
-of the blade, the mean pressure of the fit over the radius, the mean pressure of the punch are one.
+Run with `python -m studies scenes [--quick]`. Loads are in the units of each scene. Each of these
+is one: the mean pull of the blade, the mean pressure of the fit over the radius, the mean pressure
+of the punch.
 """
 
 from collections.abc import Iterator
@@ -18,17 +19,19 @@ from .tables import Study, Table
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     flank_elements: int = 40
     angles: tuple[float, ...] = (35.0, 45.0, 60.0)
-    # friction over the cotangent of the angle
+    # Frictions relative to the cotangent of the angle.
     shares: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.001)
     ring_elements: int = 80
-    corners: int = 8  # of the polygon that stands for a rotating force
+    # Number of corners of the polygon that approximates a rotating force.
+    corners: int = 8
     frictions: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
     punch_elements: int = 40
-    radii: tuple[float, ...] = (np.inf, 2.0, 0.5, 0.2)  # of the edges; inf: sharp
+    # Radii of the edges; inf is sharp.
+    radii: tuple[float, ...] = (np.inf, 2.0, 0.5, 0.2)
 
 
 FULL = Parameters()
@@ -44,7 +47,7 @@ QUICK = Parameters(
 
 
 def punch(radius: float, elements: int) -> fo.scenes.PunchOnHalfPlane | fo.scenes.RoundedPunch:
-    """The punch whose outer fifth is rounded; sharp for an infinite radius."""
+    """The punch with a rounded outer fifth; an infinite radius gives sharp edges."""
     flat = fo.scenes.PunchOnHalfPlane(elements=elements, grading=1.0)
     return flat if np.isinf(radius) else fo.scenes.RoundedPunch(radius, 0.8 * flat.half_width, flat)
 
@@ -59,7 +62,7 @@ def limits(parameters: Parameters) -> pd.DataFrame:
 def _runs(
     parameters: Parameters,
 ) -> Iterator[tuple[str, str, float, fo.ContactSystem, fo.LoadCycle, float]]:
-    """Scene, load, parameter, contact, load cycle and friction coefficient of each row."""
+    """Scene, load, parameter, contact, load cycle and friction of each row."""
     for angle in parameters.angles:
         system = fo.scenes.Dovetail(angle=angle, elements=parameters.flank_elements).condense()
         for case in ("pull", "sway"):

@@ -1,14 +1,15 @@
-"""Limits of contacts that open: rounded punches and a cylinder over mesh, edge and friction; a flat punch at high friction, and a pin.
+"""Limits of contacts that open: rounded punches, a cylinder, a flat punch, and a pin.
 
-Run with `python -m studies separation [--quick]`. Where the pressure falls to zero at the edge of
-the contact, the continuum slips there at any cyclic load: the limit belongs to the mesh and falls
-with it. For the cylinder it falls in proportion to the cell, for the edge pressure goes as the root
-of the distance from the edge, and the bonded shear as one over it. Partial slip (Cattaneo 1938,
-Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two dimensions) then reaches just one cell. The flat punch
-and the pin are closed under the mean load, yet they rest above the limit with all nodes closed,
-with nodes that open and close in each cycle: the limit with these is compared with transients from
-its slip. Load factors of the punches are sigma / (P / 2a), of the cylinder Q / (f P), of the pin
-its force over the overlap of the fit.
+Run with `python -m studies separation [--quick]`. If the pressure falls to zero at the edge of the
+contact, the continuum slips there at any cyclic load. The limit then depends on the mesh, and falls
+with it. The limit of the cylinder falls in proportion to the cell. The pressure at the edge varies
+as the root of the distance from the edge, and the bonded shear as one over this root. Partial slip
+(Cattaneo 1938, Mindlin 1949: c/a = sqrt(1 - Q/(f P)) in two dimensions) then reaches just one cell.
+
+The flat punch at high friction and the pin are closed under the mean load. Yet they shake down
+above the limit with all nodes closed, with nodes that open and close in each cycle. The limit with
+these nodes is compared with transients from its slip. The load factor of a punch is sigma / (P /
+2a), of the cylinder Q / (f P), of the pin its force over the overlap of the fit.
 """
 
 import time
@@ -28,29 +29,30 @@ from .tables import Row, Study, Table, markdown, two_digits
 # Of the cylinder; E* = 1, and P so that the half-width of the contact is 1.
 _RADIUS, _HALF_LENGTH = 1.0, 2.0
 _CYLINDER_FRICTION = 0.5
-# load factors tried on contacts that are closed under the mean load, over the shakedown limit
+# Load factors relative to the shakedown limit, for contacts that are closed under the mean load.
 _BEYOND = 1.5
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    # of the cylinder's interface, twice as long as the contact
+    # Numbers of cells of the cylinder's interface, which is twice as long as the contact.
     cells: tuple[int, ...] = (20, 28, 40, 56, 80, 112, 160, 224)
-    elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96)  # of the punches, grading 3
-    # gap s (|x| / a - 0.6)^2 over a P / (2a E)
+    # Numbers of elements of the punches, grading 3.
+    elements: tuple[int, ...] = (16, 24, 32, 48, 64, 96)
+    # Roundings s: the gap is s (|x| / a - 0.6)^2 over a P / (2a E).
     roundings: tuple[float, ...] = (2.0, 20.0, 100.0, 1000.0)
     friction: float = 0.6
-    frictions: tuple[float, ...] = tuple(
-        round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.2)
-    )  # of the rounded punch
+    # Frictions of the rounded punch.
+    frictions: tuple[float, ...] = tuple(round(float(f), 6) for f in np.arange(0.2, 1.2001, 0.2))
     friction_elements: int = 48
     flat_elements: int = 20
     flat_frictions: tuple[float, ...] = (1.0, 1.25, 1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0)
     pin_elements: int = 40
     pin_frictions: tuple[float, ...] = (0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0)
-    closed_scan: int = 100  # load factors tried before the bisection
+    # Number of load factors before the bisection.
+    closed_scan: int = 100
 
 
 FULL = Parameters()
@@ -84,7 +86,8 @@ def _row(contact: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dic
 
 def cylinder(parameters: Parameters) -> Iterator[Row]:
     """One row per mesh."""
-    pressure = np.pi / 4  # P = pi E* a^2 / (4 R) for a = 1
+    # The half-width a is 1: P = pi E* a^2 / (4 R).
+    pressure = np.pi / 4
     loads = fo.LoadCycle(
         {"P": pressure},
         [{"Q": -_CYLINDER_FRICTION * pressure}, {"Q": _CYLINDER_FRICTION * pressure}],
@@ -150,7 +153,7 @@ def closed(parameters: Parameters) -> Iterator[Row]:
 
 
 def exponent(sizes: Any, limits: Any) -> float:
-    """Exponent of the limit in the size of the mesh, by least squares of the logarithms."""
+    """Exponent of the limit in the size of the mesh, by a least-squares fit of the logarithms."""
     return float(np.polyfit(np.log(sizes), np.log(limits), 1)[0])
 
 
@@ -199,7 +202,7 @@ CLOSED = Table(
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Exponents in the mesh size: of the cylinder, and of each rounding."""
+    """Exponents in the mesh size, of the cylinder and of each rounding."""
     line, punches = tables[CYLINDER.name], tables[ROUNDED.name]
     rows = [["cylinder", two_digits(exponent(line["size"], line["shakedown"])), "1"]]
     parameters = punches[punches["friction"] == FULL.friction]

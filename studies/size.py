@@ -1,8 +1,8 @@
-"""How large, how long, how much memory: condensation, limits and steady states over the number of contact nodes, in the plane and in space.
+"""Time and memory of condensation, limits and steady states over the number of contact nodes.
 
-Run with `python -m studies size [--quick]`. Every size runs in a process of its own, one thread;
-the memory is the largest of this process so far. The plane scene is that of the paper, the one in
-space a square punch, both whole and under bulk stress.
+Run with `python -m studies size [--quick]`. Each size runs in a new process with one thread. The
+memory is the largest memory of this process so far. The plane scene is the scene of the paper; the
+scene in space is a square punch. Both are without symmetry and under bulk stress.
 """
 
 import resource
@@ -35,12 +35,17 @@ _QUESTIONS = (
     "steady state below",
     "steady state above",
 )
-_IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6  # units of the largest memory, in gigabytes
+# Units of the largest memory in a gigabyte.
+_IN_MEMORY = 1e9 if sys.platform == "darwin" else 1e6
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """Numbers of elements along the contact of the scenes, and the largest ones of which the guaranteed limit and steady states are asked too."""
+    """Numbers of elements along the contact of the scenes.
+
+    The guaranteed limit and steady states have largest numbers of their own, because they take
+    longer.
+    """
 
     plane: tuple[int, ...] = (64, 124, 250, 500, 1000)
     space: tuple[int, ...] = (9, 14, 19, 29, 39, 49)
@@ -75,7 +80,7 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
 def _answered(
     scene: str, elements: int, guaranteed: bool, transients: bool
 ) -> list[dict[str, Any]]:
-    """The rows of one size; everything is compiled by a small contact before."""
+    """The rows of one size; a small contact compiles everything before."""
     with threadpool_limits(1):
         _rows(scene, 2, guaranteed, transients)
         return _rows(scene, elements, guaranteed, transients)
@@ -175,7 +180,10 @@ def _report(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _exponent(rows: pd.DataFrame) -> str:
-    """Growth of the time over the sizes from a quarter of the largest one on; steady states have none, their cycles decide."""
+    """Growth of the time over the sizes from a quarter of the largest size on.
+
+    Steady states have no exponent, because the number of their cycles varies.
+    """
     nodes, seconds = (rows[name].to_numpy() for name in ("nodes", "seconds"))
     upper = nodes >= nodes.max() / 4
     if upper.sum() < 2 or rows["question"].iloc[0].startswith("steady"):

@@ -1,7 +1,8 @@
-"""Both limits in three dimensions: a square punch and a sphere against friction and mesh, and the work of friction from one limit to the other.
+"""Both limits in three dimensions, and the work of friction between the limits.
 
-Run with `python -m studies space [--quick]`. Bulk stress and shear of the square punch are in units
-of the mean pressure; the shear of the sphere, in units of its approach, moves its far end.
+Run with `python -m studies space [--quick]`. The limits of a square punch and of a sphere are
+computed against friction and mesh. Bulk stress and shear of the square punch are in units of the
+mean pressure. The shear of the sphere moves its far end, in units of its approach.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,9 +20,8 @@ from .tables import Row, Study, Table, markdown, two_digits
 
 def _circle(corners: int) -> list[tuple[float, float]]:
     angles = 2 * np.pi * np.arange(corners) / corners
-    return [
-        (round(float(np.cos(angle)), 15), round(float(np.sin(angle)), 15)) for angle in angles
-    ]  # so that what is 0 is
+    # Rounding leaves tiny amplitudes, which are set to 0.
+    return [(round(float(np.cos(angle)), 15), round(float(np.sin(angle)), 15)) for angle in angles]
 
 
 def _shears(mean: str, x: str, y: str) -> dict[str, fo.LoadCycle]:
@@ -41,22 +41,25 @@ LOADS: Mapping[str, fo.LoadCycle] = {
     "bulk": fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0}, {"sigma": 1.0}]),
     **_shears("P", "Qx", "Qy"),
 }
-"""Load cycles of the punch by name: bulk stress, and shear on its top."""
+"""Load cycles of the punch by name: bulk stress, and shear on the top."""
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    elements: int = 10  # along a side of the punch
+    # Number of elements along a side of the punch.
+    elements: int = 10
     frictions: tuple[float, ...] = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.0, 1.25, 1.5)
     friction: float = 0.5
     meshes: tuple[int, ...] = (4, 6, 8, 10, 14, 18)
-    cells: tuple[int, ...] = (9, 13, 17, 21, 25)  # along the diameter of the sphere's contact
+    # Numbers of cells along the diameter of the sphere's contact.
+    cells: tuple[int, ...] = (9, 13, 17, 21, 25)
     work_elements: int = 3
-    # of the load factor to lambda_2
+    # Load factors relative to lambda_2.
     ratios: tuple[float, ...] = (0.7, 0.8, 0.85, 0.9, 0.95, 1.05, 1.1, 1.2)
-    starts: int = 8  # random ones
+    # Number of random starts.
+    starts: int = 8
 
 
 FULL = Parameters()
@@ -122,13 +125,17 @@ def against_mesh(parameters: Parameters) -> Iterator[Row]:
 
 
 def work_between(parameters: Parameters) -> Iterator[Row]:
-    """One row for each load factor of bulk stress: work from no slip, and the least and the most of all starts."""
+    """One row for each load factor of bulk stress.
+
+    A row has the work without initial slip, and the least and the most work of all starts.
+    """
     system, _ = _punch(parameters.work_elements)
     limit, guaranteed = (
         ask(system, LOADS["bulk"], parameters.friction)
         for ask in (fo.shakedown_limit, fo.guaranteed_limit)
     )
-    size = float(np.sqrt(np.mean(np.sum(limit.slip**2, axis=1))))  # of the safe slip at the limit
+    # Root mean square of the safe slip at the limit.
+    size = float(np.sqrt(np.mean(np.sum(limit.slip**2, axis=1))))
     starts = [*fo.starts.no_slip(), *fo.starts.random_slips(system, [size], parameters.starts // 2)]
     factors = [ratio * limit.load_factor for ratio in parameters.ratios]
     table = fo.dissipation_study(system, LOADS["bulk"], parameters.friction, factors, starts=starts)

@@ -1,7 +1,7 @@
-"""A square punch in three dimensions: its face at the limit under bulk stress and under shear that turns, error of increments, proofs of limits.
+"""A square punch in three dimensions: its face at the limit, errors of increments, and proofs.
 
-Run with `python -m studies spatial [--quick]`. Loads are in units of the mean pressure on the
-punch.
+Run with `python -m studies spatial [--quick]`. The loads are bulk stress, and shear that turns, in
+units of the mean pressure on the punch.
 """
 
 import time
@@ -22,19 +22,21 @@ from .tables import Row, Study, Table, described, markdown, two_digits
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     map_elements: int = 16
     map_friction: float = 0.5
     step_elements: int = 6
-    step_ratio: float = 1.15  # load factor of the transients over lambda_2
+    # Load factor of the transients relative to lambda_2.
+    step_ratio: float = 1.15
     steps: tuple[int, ...] = (2, 4, 8, 16, 32, 64)
     reference_steps: int = 256
     proof_elements: int = 19
     proof_frictions: tuple[float, ...] = (0.1, 0.3, 0.5, 1.0, 2.0)
-    # Young's modulus of the punch over that of the block
+    # Young's modulus of the punch relative to the block.
     proof_ratios: tuple[float, ...] = (1e-4, 1e-2, 1.0, 1e2, 1e4)
-    proof_units: tuple[float, ...] = (1e-12, 1e12)  # of force, and of length
+    # Units of force, and of length.
+    proof_units: tuple[float, ...] = (1e-12, 1e12)
 
 
 FULL = Parameters()
@@ -105,7 +107,10 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
 
 
 def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
-    """One row per mesh, ratio of stiffness, unit, load cycle and friction; in other units for bodies of one stiffness alone."""
+    """One row per mesh, ratio of stiffness, unit, load cycle and friction.
+
+    Only bodies of equal stiffness have other units.
+    """
     cases = [(mesh, ratio) for mesh in ("even", "uneven") for ratio in parameters.proof_ratios]
     for mesh, ratio in each(cases, "proofs of limits"):
         model = fo.scenes.SquarePunch(
@@ -134,7 +139,10 @@ def proofs_of_limits(parameters: Parameters) -> Iterator[Row]:
 
 
 def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, Any]:
-    """The gap between slip and mechanism with all nodes closed, also where much friction has some that want to open; or that it is refused."""
+    """The gap between slip and mechanism with all nodes closed, or the refusal of the limit.
+
+    The nodes are kept closed even if high friction would open some of them.
+    """
     with threadpool_limits(1):
         start = time.process_time()
         try:
@@ -161,7 +169,10 @@ def _proof(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> di
 
 
 def _uneven(model: fo.ContactModel) -> fo.ContactModel:
-    """The model with the nodes of its face moved towards the edges: along each side the element there is a tenth or less of that in the middle."""
+    """The model with the nodes of its face moved towards the edges.
+
+    Along each side the element at the edge is at most a tenth of the element in the middle.
+    """
 
     def moved(x: Any) -> Any:
         return np.where(np.abs(x) < 1, np.sign(x) * (1 - (1 - np.abs(x)) ** 2), x)

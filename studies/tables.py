@@ -24,16 +24,17 @@ from .columns import COLUMNS
 from .origin import machine, source_digest
 
 DATA = Path(__file__).parent / "data"
-INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
+# Exit status after Ctrl-C, as in shells.
+INTERRUPTED = 130
 _LIBRARIES = ("numpy", "scipy", "cvxpy", "highspy", "clarabel", "osqp", "scikit-fem", "pandas")
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-Row: TypeAlias = Mapping[str, Any] | pd.DataFrame  # of a table, or a part of it
-P = TypeVar(
-    "P", bound="DataclassInstance"
-)  # parameters of a study: a frozen dataclass of plain values
+# A row of a table, or a part of the table.
+Row: TypeAlias = Mapping[str, Any] | pd.DataFrame
+# Parameters of a study are a frozen dataclass of plain values.
+P = TypeVar("P", bound="DataclassInstance")
 
 
 def data_folder(quick: bool) -> Path:
@@ -42,12 +43,12 @@ def data_folder(quick: bool) -> Path:
 
 
 def writable(name: str | Path) -> Path:
-    """Type of a command line's option: a folder that can be written; it is created if it does not exist.
+    """A folder from the command line that can be written; it is created if it does not exist.
 
     Raises
     ------
     argparse.ArgumentTypeError
-        It cannot be made or written in.
+        The folder cannot be created, or cannot be written.
     """
     try:
         if not str(name) or "://" in str(name):
@@ -63,10 +64,12 @@ def writable(name: str | Path) -> Path:
 
 
 def whole_number(least: int, most: int = 10**6) -> Callable[[str], int]:
-    """Type of a command line's option: a whole number in this range, else an `argparse.ArgumentTypeError`."""
-    return partial(
-        _whole_number, least, most
-    )  # no function of its own: tables take their options with them to other processes
+    """Type of an option of the command line: a whole number in a range.
+
+    Another value raises an `argparse.ArgumentTypeError`.
+    """
+    # A partial function can be sent to other processes together with its table.
+    return partial(_whole_number, least, most)
 
 
 def _whole_number(least: int, most: int, text: str) -> int:
@@ -89,36 +92,36 @@ def two_digits(value: float) -> str:
 
 
 def described(columns: Mapping[str, str]) -> list[str]:
-    """The columns that a table may take over from that of a result: its own, and the shared ones."""
+    """The columns that a table may take from a result: its columns, and the shared columns."""
     return [*COLUMNS, *columns]
 
 
 @dataclass(frozen=True)
 class Table(Generic[P]):
-    """One table of a study: how it is computed, what its columns mean, and the file that keeps it.
+    """One table of a study: its computation, the meaning of its columns, and its file.
 
     The file is parquet and carries in `attrs`: table, about, columns, parameters, versions,
-    seconds, and what `compute` notes in `attrs`. Nothing in it but run times and such notes depends
-    on the machine.
+    seconds, and the notes of `compute`. Only run times and such notes depend on the machine.
 
     Parameters
     ----------
     name
         Name of the file, without ending.
     about
-        What a row is.
+        Meaning of a row.
     columns
-        Column -> meaning and unit, of those that are its own; others of `COLUMNS` may stand beside
-        them.
+        Column -> meaning and unit, for the columns of this table alone. Columns of `COLUMNS` may stand
+        beside them.
     full, quick
         Parameters of the two sizes.
     compute
-        Parameters -> table, or its rows, or parts of it; its options, if any, are keywords.
+        Function of the parameters that returns the table, its rows, or parts of it. Its options, if
+        any, are keywords.
     options
-        Options of the computation that change nothing in the table but its times: name -> keywords
-        of `ArgumentParser.add_argument`.
+        Options of the computation that change only the times: name -> keywords of
+        `ArgumentParser.add_argument`.
     alone
-        Whether its times are what it is for, so that nothing else should run beside it.
+        Whether the table measures times, so that nothing else should run beside it.
     """
 
     name: str
@@ -144,7 +147,7 @@ class Table(Generic[P]):
         Raises
         ------
         ValueError
-            One of its own columns is not computed, or one is computed that nothing describes.
+            A column of the table is not computed, or a computed column has no description.
         """
         with progress_bar(True, f"table {self.name}", "part") as bar:
             found = self.compute(parameters, **options)
@@ -178,15 +181,19 @@ class Table(Generic[P]):
         return table
 
     def stored(self, parameters: P, folder: Path) -> pd.DataFrame | None:
-        """The table in the file, or None if it is missing, unreadable, or made with other parameters or by other sources."""
+        """The table in the file; None if it is missing, unreadable, or made with another origin.
+
+        The origin is the parameters and the sources.
+        """
+        # There is no file, or the file is not parquet.
         try:
             table = pd.read_parquet(self.path(folder))
-        except (OSError, ValueError):  # no file, or not a parquet file
+        except (OSError, ValueError):
             return None
         return table if _same_origin(table.attrs, self._origin(parameters, table)) else None
 
     def load(self, parameters: P, folder: Path) -> pd.DataFrame:
-        """The stored table if there is one for these parameters, else a new one."""
+        """The stored table for these parameters, or else a new table."""
         table = self.stored(parameters, folder)
         return self.make(parameters, folder) if table is None else table
 
@@ -206,7 +213,8 @@ class Table(Generic[P]):
             "parameters": asdict(parameters),
             "versions": versions,
         }
-        return dict(json.loads(json.dumps(origin)))  # as it is read back: tuples become lists
+        # Tuples become lists, as in a file that is read back.
+        return dict(json.loads(json.dumps(origin)))
 
 
 @dataclass(frozen=True)
@@ -216,20 +224,22 @@ class Study:
     Parameters
     ----------
     module
-        Full name of its module, of which the last part is the name of the study.
+        Full name of its module; the last part is the name of the study.
     about
-        What the study computes.
+        Description of the study.
     quick
-        What its quick size is.
+        Description of its quick size.
     tables
         Its tables.
     summary
-        What is printed of the tables, by name, after they are made; by default nothing.
+        Function that returns the text that is printed after the tables, from the tables by name. The
+        default prints nothing.
     picture
-        Draws one picture: tables by name, folder -> its file; by default none.
+        Function that draws one picture into a folder, from the tables by name, and returns its file.
+        The default draws nothing.
     needs
-        Tables of other studies that the summary compares with; they are loaded, and computed first
-        where they are missing.
+        Tables of other studies with which the summary compares. They are loaded, or computed first if
+        they are missing.
     """
 
     module: str
@@ -271,12 +281,12 @@ class Study:
         return parser
 
     def run(self, argv: Sequence[str] | None = None) -> int:
-        """Compute all tables and write them, with the options of the command line (by default that of the process).
+        """Compute all tables and write them; `argv` is the command line, by default of the process.
 
         Returns
         -------
         int
-            The exit status: 0; 1 where a table or a run cannot be written; 130 after Ctrl-C.
+            The exit status: 0; 1 if a table or a run cannot be written; 130 after Ctrl-C.
         """
         arguments = list(sys.argv[1:] if argv is None else argv)
         options = self.parser().parse_args(arguments)
@@ -336,7 +346,7 @@ class Study:
 
 
 def _same_origin(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> bool:
-    """Whether a stored table is still valid; new versions of libraries alone do not make it invalid."""
+    """Whether a stored table is still valid; new versions of libraries alone keep it valid."""
     same = all(found.get(key) == wanted[key] for key in ("table", "columns", "parameters"))
     return same and found.get("versions", {}).get("frictopt") == wanted["versions"]["frictopt"]
 

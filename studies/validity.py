@@ -1,9 +1,9 @@
-"""What Poisson's ratio, the element and the corner make of the limits of the paper's scene.
+"""The effect of Poisson's ratio, the element and the corner on the limits of the paper's scene.
 
 Run with `python -m studies validity [--quick]`; it prints two tables in Markdown. Linear elements
 lock as Poisson's ratio approaches 0.5, elements with averaged dilatation do not. The guaranteed
-limit falls with the corner element, and jumps up at the friction from which the corner node only
-lifts off; its values are those of the study "guaranteed".
+limit falls with the corner element. It jumps up at the friction above which the corner node only
+lifts off. Its values are from the study "guaranteed".
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,15 +21,18 @@ from .paper import LOADS
 from .progress import each
 from .tables import Row, Study, Table, markdown
 
-_USUAL = 0.3  # Poisson's ratio that the others are compared with
-_JUMP = 1.5  # ratio to all guaranteed limits before it from which on a rise counts as a jump
+# Poisson's ratio with which the others are compared.
+_USUAL = 0.3
+# A rise counts as a jump from this ratio on, relative to all guaranteed limits before it.
+_JUMP = 1.5
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    elements: int = 124  # default grading
+    # Number of elements with the default grading.
+    elements: int = 124
     kinds: tuple[Literal["linear", "mean_dilatation"], ...] = ("linear", "mean_dilatation")
     ratios: tuple[float, ...] = (0.0, 0.1, _USUAL, 0.4, 0.45, 0.49, 0.4999)
     frictions: tuple[float, ...] = (0.3, 0.5, 0.7)
@@ -76,7 +79,10 @@ POISSON = Table(
 
 
 def jump(rows: pd.DataFrame) -> tuple[float, float] | None:
-    """The two neighbouring frictions between which the guaranteed limit of one mesh rises most; None if that is no jump above all before it."""
+    """The two neighbouring frictions between which the guaranteed limit of a mesh jumps up.
+
+    None if the largest rise is no jump above all values before it.
+    """
     ordered = rows.sort_values("friction")
     friction, limit = ordered["friction"].to_numpy(), ordered["guaranteed"].to_numpy()
     k = int(np.diff(limit).argmax())

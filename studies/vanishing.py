@@ -1,11 +1,11 @@
-"""Cyclic slip just above the guaranteed limit in space: how its amplitude, and the room that is left to the nodes that slip, fall with the distance.
+"""Cyclic slip just above the guaranteed limit in space: amplitude and room against distance.
 
-Run with `python -m studies vanishing [--quick]`. The contacts are those of `python -m studies
-followed` whose two limits are apart. One transient is followed from the witness at each distance
-above the guaranteed limit, in one increment from corner to corner. Theory says that cyclic slip
-whose amplitude goes to zero leaves some node no room (`paper/guaranteed-in-space.md`); that the
-amplitude does go to zero is an observation. Beside it stand both limits of a few meshes of `python
--m studies space`.
+Run with `python -m studies vanishing [--quick]`. The contacts are the contacts of `python -m
+studies followed` whose two limits differ. One transient starts from the witness at each distance
+above the guaranteed limit, with one increment per segment. According to theory, cyclic slip whose
+amplitude vanishes leaves some node no room (`paper/guaranteed-in-space.md`). That the amplitude
+does vanish is an observation. Both limits of a few meshes of `python -m studies space` stand beside
+it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,18 +25,22 @@ from . import space
 from .progress import each
 from .tables import Row, Study, Table, markdown, two_digits
 
-_APART = 0.01, 0.97  # least and largest ratio of the limits of the contacts that are followed
+# Least and largest ratio of the two limits of the followed contacts.
+_APART = 0.01, 0.97
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
-    contacts: int = 100  # drawn, with seeds from 0 on
-    # of the load factors above the guaranteed limit, over it
+    # Number of random contacts, with seeds from 0 on.
+    contacts: int = 100
+    # Distances of the load factors from the guaranteed limit, relative to it.
     distances: tuple[float, ...] = (0.016, 0.008, 0.004, 0.002)
-    meshes: tuple[int, ...] = (4, 6, 8, 10)  # of the square punch
-    cells: tuple[int, ...] = (9,)  # of the sphere
+    # Meshes of the square punch.
+    meshes: tuple[int, ...] = (4, 6, 8, 10)
+    # Meshes of the sphere.
+    cells: tuple[int, ...] = (9,)
 
 
 FULL = Parameters()
@@ -63,9 +67,8 @@ def _above(limit: fo.results.GuaranteedLimit, distance: float) -> dict[str, Any]
     path, corners = steady.states(), len(cycle.corners)
     moved = np.linalg.norm(path.slip - path.slip[0], axis=-1).max(axis=0)
     of_corner = (np.round(path.time).astype(int) - 1) % corners
-    least = (path.p - load_factor * cycle.corner_reactions(system)[1][of_corner]).min(
-        axis=0
-    )  # what the slips leave without the cyclic load
+    # The room that the slips leave without the cyclic load.
+    least = (path.p - load_factor * cycle.corner_reactions(system)[1][of_corner]).min(axis=0)
     question = pose(system, cycle, friction)
     needed_bounds = needed(friction, question.q1, question.p1)[1]
     room = least - load_factor * needed_bounds / friction

@@ -1,9 +1,9 @@
-"""Wear of a cylinder, a rounded punch and a lap joint: profiles, work of friction, damping and frequency over the cycles, limits before and after.
+"""Wear of a cylinder, a rounded punch and a lap joint over the cycles.
 
-Run with `python -m studies wear [--quick]`. The cylinder (Hertz, half-width of the contact 1) is
-sheared by shares of gross slip, the rounded punch is worn by the strain of the block above its
-shakedown limit, the lap joint by a pull of 1.6 of its limit; the coefficient of wear is 1e-3 in the
-units of each contact.
+Run with `python -m studies wear [--quick]`. Profiles, work of friction, damping, frequency and
+limits are computed. Shares of gross slip shear the cylinder (Hertz, half-width of the contact 1).
+The strain of the block above the shakedown limit wears the rounded punch. A pull of 1.6 times the
+limit wears the lap joint. The coefficient of wear is 1e-3 in the units of each contact.
 """
 
 from collections.abc import Iterator, Mapping
@@ -20,23 +20,28 @@ from .paper import LOADS
 from .tables import Row, Study, Table, described, markdown, two_digits
 
 _FRICTION, _COEFFICIENT = 0.5, 1e-3
-_ABOVE = 1.6  # load of the lap joint, over its shakedown limit before wear
+# Load of the lap joint, relative to its shakedown limit before wear.
+_ABOVE = 1.6
 _CYLINDER = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / pi, f=_FRICTION)
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     nodes: int = 128
-    shares: tuple[float, ...] = (0.3, 0.5, 0.7)  # of gross slip
-    elements: int = 48  # of the rounded punch
-    meshes: tuple[int, ...] = (16, 32, 64, 128, 256)  # nodes of the cylinder whose limit is asked
+    # Shear relative to gross slip.
+    shares: tuple[float, ...] = (0.3, 0.5, 0.7)
+    # Number of elements of the rounded punch.
+    elements: int = 48
+    # Numbers of nodes of the cylinder whose limit is computed.
+    meshes: tuple[int, ...] = (16, 32, 64, 128, 256)
     profiles: int = 6
     lap_elements: int = 32
+    # Numbers of load cycles of the lap joint.
     lives: tuple[float, ...] = tuple(
         round(float(cycles)) for cycles in np.geomspace(30, 100_000, 15)
-    )  # load cycles of the lap joint
+    )
 
 
 FULL = Parameters()
@@ -116,7 +121,10 @@ def limits(parameters: Parameters) -> Iterator[Row]:
 
 
 def life(parameters: Parameters) -> Iterator[Row]:
-    """One row for each number of cycles of the lap joint, which goes on from the state of the row before."""
+    """One row for each number of cycles of the lap joint.
+
+    Each row continues from the state of the row before.
+    """
     system, cycle = (
         lap(parameters.lap_elements).condense(),
         fo.LoadCycle({"press": 1.0}, [{"pull": 1.0}, {"pull": -1.0}]),
@@ -210,7 +218,7 @@ LIFE = Table(
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """How long each contact takes, and how deep it wears."""
+    """The time and the depth of wear of each contact."""
     rows = []
     for name, table in tables[HISTORY.name].groupby("contact", sort=False):
         rows.append(

@@ -1,8 +1,8 @@
 """Measured and computed data sets of others beside results of frictopt.
 
 Run with `python -m studies datasets [--quick]`. It prints a table in Markdown. The numbers of
-others are in `theirs.csv`, with their sources and licences. Results of others that are closed forms
-are in the study `published`.
+others are in `theirs.csv`, with their sources and licences. Closed forms of others are in the study
+`published`.
 """
 
 from collections.abc import Iterator, Mapping
@@ -30,11 +30,15 @@ _NUMBERS = Path(__file__).with_name("theirs.csv")
 class Parameters:
     """Meshes of frictopt."""
 
-    cells: int = 151  # of the cylinders, along 1.15 times the width of Hertz
-    increments: int = 2  # of the pressing, as many as MOOSE takes in its finer example
-    many: int = 40  # increments that stand for slow pressing
+    # Number of cells of the cylinders, along 1.15 times the width of Hertz.
+    cells: int = 151
+    # Number of increments of the pressing, as in the finer example of MOOSE.
+    increments: int = 2
+    # Number of increments that approximate slow pressing.
+    many: int = 40
     lap_elements: int = 100
-    lap_thickness: float = 0.02  # of the outer plate over half the overlap
+    # Thickness of the outer plate over half the overlap.
+    lap_thickness: float = 0.02
 
 
 FULL = Parameters()
@@ -43,18 +47,18 @@ QUICK = Parameters(cells=41, many=8, lap_elements=60, lap_thickness=0.03)
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number of others beside ours.
+    """One number of others beside the number of frictopt.
 
     Attributes
     ----------
     source, quantity
-        Whose number it is, and what it means.
+        The source of the number, and its meaning.
     theirs, ours
         Both numbers.
     why
-        How ours is computed, and the reason for the difference.
+        The computation by frictopt, and the reason for the difference.
     residual
-        Residual of our result.
+        Residual of the result of frictopt.
     """
 
     source: str
@@ -66,19 +70,22 @@ class Comparison:
 
 
 def numbers(source: str, quantity: str) -> tuple[Array, Array]:
-    """Places and values of a quantity of a source."""
+    """Places and values of a quantity from a source."""
     table = pd.read_csv(_NUMBERS, comment="#")
     rows = table[(table["source"] == source) & (table["quantity"] == quantity)]
     return rows["at"].to_numpy(), rows["value"].to_numpy()
 
 
 def total_of_half(at: Array, values: Array) -> float:
-    """Integral of an even function from its values on one half, at equal distances, by trapezia."""
+    """Integral of an even function by the trapezoidal rule.
+
+    The values are at equal distances on one half.
+    """
     return float((at[1] - at[0]) * (values[0] + 2 * values[1:].sum()))
 
 
 def dundurs(moduli: tuple[float, float], poisson: float) -> float:
-    """Second constant of Dundurs of two materials in plane strain; the second may be rigid (inf)."""
+    """Second constant of Dundurs for two materials in plane strain; the second may be rigid (inf)."""
     first, second = (0.0 if np.isinf(E) else 1 / E for E in moduli)
     return float((first - second) * (1 - 2 * poisson) / (2 * (1 - poisson) * (first + second)))
 
@@ -86,7 +93,7 @@ def dundurs(moduli: tuple[float, float], poisson: float) -> float:
 def pressed_cylinder(
     force: float, radius: float, E_star: float, beta: float, friction: float, cells: int, steps: int
 ) -> tuple[Array, Array, Array]:
-    """Places, pressure and shear of a cylinder that is pressed in so many equal increments."""
+    """Places, pressure and shear of a cylinder that is pressed in equal increments."""
     width = 1.15 * np.sqrt(4 * force * radius / (pi * E_star))
     system = fo.ContactSystem.from_blocks(
         **half_plane_contact(cells, width, E_star, R=radius, beta=beta)
@@ -107,11 +114,12 @@ def comparisons(parameters: Parameters) -> Iterator[Comparison]:
     yield from _beam(parameters)
 
 
-_MODULUS, _POISSON, _RADIUS, _FRICTION = 1e6, 0.3, 3.0, 0.4  # of the cylinder of MOOSE
+# Modulus, Poisson's ratio, radius and friction of the cylinder of MOOSE.
+_MODULUS, _POISSON, _RADIUS, _FRICTION = 1e6, 0.3, 3.0, 0.4
 
 
 def _moose(parameters: Parameters) -> Iterator[Comparison]:
-    """A cylinder on rigid ground. The force is the integral of their pressure."""
+    """A cylinder on rigid ground; the integral of the pressure of MOOSE is the force."""
     E_star = _MODULUS / (1 - _POISSON**2)
     beta = dundurs((_MODULUS, np.inf), _POISSON)
     for name, steps in (("multipliers", 3), ("augmented", parameters.increments)):
@@ -149,7 +157,7 @@ def _moose(parameters: Parameters) -> Iterator[Comparison]:
 
 
 def _roller(parameters: Parameters) -> Comparison:
-    """Steel cylinder of radius 50 mm on aluminium, 35 kN / mm."""
+    """A steel cylinder of radius 50 mm on aluminium, under 35 kN / mm."""
     force, radius = 35000.0, 50.0
     block, roller = 70000.0, 210000.0
     E_star = 1 / ((1 - _POISSON**2) * (1 / block + 1 / roller))
@@ -173,7 +181,8 @@ def _beam(parameters: Parameters) -> Iterator[Comparison]:
     """Exponents of the measured damping, and of a lap joint under even pressure."""
     acceleration, force = numbers("beam", "force")
     frequency = numbers("beam", "frequency")[1]
-    ratio = force / acceleration  # proportional to the damping ratio
+    # This ratio is proportional to the damping ratio.
+    ratio = force / acceleration
     above = np.log(ratio[2:] - ratio[0])
     measured = float(np.polyfit(np.log(acceleration[2:]), above, 1)[0])
     contact = lap(parameters.lap_elements, parameters.lap_thickness).condense(progress=False)

@@ -17,28 +17,38 @@ from frictopt.reference import LineContact, half_plane_contact
 from .case import Array, Case, first_loading, opposed, stuck
 
 _FRICTION = 0.4
-_CYLINDER = LineContact(P=pi / 4, R=1.0, E_star=1.0, f=_FRICTION)  # half-width 1
-_GROSS = _FRICTION * _CYLINDER.P  # shear force at which the cylinder slides
+# The half-width of the contact is 1.
+_CYLINDER = LineContact(P=pi / 4, R=1.0, E_star=1.0, f=_FRICTION)
+# Shear force at which the cylinder slides.
+_GROSS = _FRICTION * _CYLINDER.P
 _HALF_LENGTH = 1.25
-_STEPS = 240  # of a cycle of springs
+# Number of steps of a cycle of springs.
+_STEPS = 240
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What varies."""
+    """Parameters of the cases."""
 
     cells: int = 250
-    shears: tuple[float, ...] = (0.25, 0.5, 0.75, 0.95)  # Q / (f P)
+    # Shear forces Q / (f P).
+    shears: tuple[float, ...] = (0.25, 0.5, 0.75, 0.95)
     bulk_shear: float = 0.5
-    bulks: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 1.0)  # sigma / (f p_0)
+    # Bulk stresses sigma / (f p_0).
+    bulks: tuple[float, ...] = (0.0, 0.25, 0.5, 0.75, 1.0)
     swing_shear: float = 0.5
-    swings: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)  # amplitude of the normal force / mean
-    phases: tuple[float, ...] = (0.0, 30.0, 60.0, 90.0)  # of the normal force, degrees
-    points: int = 64  # of the polygon in place of an ellipse
-    springs: int = 1000  # of theirs
+    # Amplitudes of the normal force relative to its mean.
+    swings: tuple[float, ...] = (0.05, 0.1, 0.2, 0.3, 0.4)
+    # Phases of the normal force in degrees.
+    phases: tuple[float, ...] = (0.0, 30.0, 60.0, 90.0)
+    # Number of corners of the polygon that approximates an ellipse.
+    points: int = 64
+    # Number of springs of the method of others.
+    springs: int = 1000
     still_swing: float = 0.3
     still_shear: float = 0.2
-    flat: float = 0.6  # half-width of the flat part of the rounded punch
+    # Half-width of the flat part of the rounded punch.
+    flat: float = 0.6
 
 
 def cases(parameters: Parameters) -> Iterator[Case]:
@@ -89,16 +99,17 @@ def _cattaneo_mindlin(
 
 
 def _bulk_stress(cylinder: fo.ContactSystem, cell: float, parameters: Parameters) -> Iterator[Case]:
-    """Shear force and bulk stress in the half-plane grow together; the slip zones have one sense.
+    """Shear force and bulk stress in the half-plane grow together; all slip has one sense.
 
-    Under full slip the surfaces separate tangentially with the slope `2 f p_0 x / (E* a)`, the bulk
-    stress adds `sigma / (2 E*)`, that of the strain `(1 - nu^2) sigma / E` of one of two equal
-    bodies. The corrective traction, a Hertzian one, takes off both where it sticks: its middle is
-    moved by `e = a sigma / (4 f p_0)`, its half-width is that without bulk stress (Nowell & Hills
-    1987).
+    Under full slip the surfaces separate tangentially with the slope `2 f p_0 x / (E* a)`. The bulk
+    stress adds `sigma / (2 E*)`, the strain `(1 - nu^2) sigma / E` of one of two equal bodies. A
+    corrective traction as in Hertz's theory removes both in the stick zone. Its middle is moved by
+    `e = a sigma / (4 f p_0)`, and its half-width is the half-width without bulk stress (Nowell &
+    Hills 1987).
     """
     zones, residuals = [], []
-    stretch = -cylinder.A @ (cylinder.x / 2)  # bonded reaction to a bulk stress of 1
+    # Bonded reaction to a bulk stress of 1.
+    stretch = -cylinder.A @ (cylinder.x / 2)
     pulled = cylinder.with_bonded({**cylinder.bonded, "bulk": (stretch, np.zeros(cylinder.nodes))})
     unit = _FRICTION * _CYLINDER.peak_pressure
     for bulk in parameters.bulks:
@@ -194,14 +205,16 @@ def _swinging(swing: float, share: float) -> fo.LoadCycle:
 
 
 def work_of_both(swing: float, share: float) -> float:
-    """Work of friction per cycle, W E* / (f P)^2, of a cylinder whose normal and shear force go to and fro in phase, by `swing P` and `share f P`.
+    """Work of friction per cycle, W E* / (f P)^2, of a cylinder under forces in phase.
 
-    At a point of the way the change of shear since the last end is that of full slip under the sum
-    of both pressures, less twice that of a stick zone which would carry the force P_s (Mindlin &
-    Deresiewicz 1953 for spheres, Jäger 1998 for all shapes). In the plane both approaches go with
-    the force by `D(P) = -P log P / (pi E*)`, up to terms that cancel. With `S` the integral of D,
-    `g` the change of shear over that of the normal force divided by f, above 1, and P_c the force
-    of the permanent stick zone, the area of the loop is::
+    The normal force varies by `swing P`, and the shear force by `share f P`. At a point of the
+    path, the change of shear since the last end is the difference of two terms. The first is full
+    slip under the sum of both pressures. The second is twice the shear of a stick zone that would
+    carry the force P_s (Mindlin & Deresiewicz 1953 for spheres, Jäger 1998 for all shapes). In the
+    plane both approaches vary with the force by `D(P) = -P log P / (pi E*)`, up to terms that
+    cancel. `S` is the integral of D. `g`, above 1, is the change of shear over the change of the
+    normal force, divided by f. P_c is the force of the permanent stick zone. Then the area of the
+    loop is::
 
         W = 2 f^2 g (2 (S_1 - S_c) / (g - 1) + 2 (S_2 - S_c) / (g + 1) - (S_2 - S_1) - (P_2 - P_1)
         D_c)
@@ -251,13 +264,14 @@ def _out_of_phase(cylinder: fo.ContactSystem, parameters: Parameters) -> Case:
 
 
 def work_of_springs(swing: float, share: float, phase: float, springs: int) -> float:
-    """Work of friction per cycle, W E* / (f P)^2, of a cylinder under harmonic forces: normal `P + swing P cos(t + phase)`, shear `share f P cos t`.
+    """Work of friction per cycle, W E* / (f P)^2, of a cylinder under harmonic forces.
 
-    The superposition of Jäger and Ciavarella is that of springs which do not feel each other. Each
-    touches from one normal force on, is pressed by how far D (see `work_of_both`, with a rigid
-    motion that makes it rise) has grown since, and slips at f times that. They are as stiff both
-    ways; those that touch at a force are together as stiff as the contact is there, `1 / D'`. The
-    second cycle is steady.
+    The normal force is `P + swing P cos(t + phase)`, the shear force `share f P cos t`. The
+    superposition of Jäger and Ciavarella equals uncoupled springs. Each spring touches above some
+    normal force. Its pressure is the growth of D since then (see `work_of_both`, with a rigid
+    motion that makes D rise), and it slips at f times this pressure. The springs are equally stiff
+    in both directions. The springs that touch at one force have together the stiffness of the
+    contact there, `1 / D'`. The second cycle is steady.
     """
     P = _CYLINDER.P
 
@@ -323,11 +337,12 @@ def _rounded_punch(parameters: Parameters) -> Case:
 
 
 def force_on_rounded(half: float, flat: float) -> float:
-    """Normal force on a contact of this half-width under a punch that is flat over `flat` and has edges of radius 1, E* = 1.
+    """Normal force on a contact of this half-width under a punch with rounded edges, E* = 1.
 
-    `P = E* a^2 (pi - 2 phi - sin 2 phi) / (4 R)` with `sin phi = flat / a` (Ciavarella, Hills &
-    Monno 1998): `E*` times the integral of the slope of the profile and `x / sqrt(a^2 - x^2)`. With
-    the force `P - Q / f` it is the stick zone (Ciavarella 1998, Jäger 1998).
+    The punch is flat over `flat`, and its edges have the radius 1. `P = E* a^2 (pi - 2 phi - sin 2
+    phi) / (4 R)` with `sin phi = flat / a` (Ciavarella, Hills & Monno 1998). It is `E*` times the
+    integral of the slope of the profile and `x / sqrt(a^2 - x^2)`. With the force `P - Q / f` the
+    contact is the stick zone (Ciavarella 1998, Jäger 1998).
     """
     phi = asin(min(1.0, flat / half))
     return half**2 * (pi - 2 * phi - sin(2 * phi)) / 4

@@ -24,17 +24,24 @@ _BEAM_FRICTION, _LAP_FRICTION = 0.3, 0.1
 
 @dataclass(frozen=True)
 class Parameters:
-    """What varies."""
+    """Parameters of the cases."""
 
-    slider_loads: tuple[float, ...] = (0.1, 0.2, 0.35, 0.5)  # amplitude of the base
-    rod_nodes: int = 40  # along the rod; all but the last slip under the largest load
-    rod_loads: tuple[float, ...] = (0.25, 0.5, 1.0)  # over that load
-    beam_elements: int = 80  # along the beam, four through each layer
-    beam_length: float = 20.0  # over the thickness of a layer
-    beam_loads: tuple[float, ...] = (1.1, 1.5, 2.0, 3.0)  # over the load at which the layers slip
+    # Amplitudes of the base of the sliders.
+    slider_loads: tuple[float, ...] = (0.1, 0.2, 0.35, 0.5)
+    # Number of nodes along the rod. All nodes but the last slip under the largest load.
+    rod_nodes: int = 40
+    # Loads relative to this largest load.
+    rod_loads: tuple[float, ...] = (0.25, 0.5, 1.0)
+    # Number of elements along the beam; four elements lie through each layer.
+    beam_elements: int = 80
+    # Length over the thickness of a layer.
+    beam_length: float = 20.0
+    # Loads relative to the load at which the layers slip.
+    beam_loads: tuple[float, ...] = (1.1, 1.5, 2.0, 3.0)
     lap_elements: int = 200
-    lap_thickness: float = 0.02  # of the outer plate over half the overlap
-    # over the load at which the plates slide off
+    # Thickness of the outer plate over half the overlap.
+    lap_thickness: float = 0.02
+    # Loads relative to the load at which the plates slide off.
     lap_loads: tuple[float, ...] = (0.2, 0.4, 0.6, 0.8, 0.95)
     corner_elements: int = 124
     corner_grading: float = 200.0
@@ -77,7 +84,10 @@ def _sliders(parameters: Parameters) -> Case:
 
 
 def _rod(parameters: Parameters) -> Case:
-    """Unit stiffness EA, friction and distance of the nodes: a force slips as many nodes as it has units."""
+    """Unit stiffness EA, friction and distance of the nodes.
+
+    A force of n units slips n nodes.
+    """
     n = parameters.rod_nodes
     rod = fo.ContactSystem.from_blocks(**foundation_rod(nodes=n + 2, EA=1.0, h=1.0))
     steady = [
@@ -100,7 +110,10 @@ def _rod(parameters: Parameters) -> Case:
 
 
 def beam(elements: int, length: float) -> fo.ContactModel:
-    """Two cantilevers of thickness 1, one on the other, under unit pressure, and half a unit of tip force each; roots held against rotation."""
+    """Two cantilevers of thickness 1, one on the other, under unit pressure.
+
+    The tip force is half a unit each. The roots cannot turn.
+    """
     along, across = np.linspace(0.0, length, elements + 1), np.linspace(0.0, 1.0, 5)
     sides = {
         "face": lambda x: x[1] == 0.0,
@@ -108,7 +121,8 @@ def beam(elements: int, length: float) -> fo.ContactModel:
         "root": lambda x: x[0] == 0.0,
         "held": lambda x: (
             (x[0] == 0.0) & (np.abs(x[1]) > 0.25)
-        ),  # the faces end in the root, and may open there
+            # The faces end in the root, and may open there.
+        ),
         "tip": lambda x: x[0] == length,
     }
     meshes = {
@@ -133,11 +147,12 @@ def beam(elements: int, length: float) -> fo.ContactModel:
 
 
 def beam_work(over: float, length: float) -> float:
-    """Work of friction per cycle of two layers of unit thickness, pressure and modulus, at this ratio of the tip force to that of first slip.
+    """Work of friction per cycle of two layers of unit thickness, pressure and modulus.
 
-    The interface slips all at once from the tip force `4 f p h / 3` on, where the shear stress of
-    one beam reaches f p, with the slip `(L^2 - x^2) (3 F - 4 f p h) / (E h^2)` on the way up and
-    twice that on the way back. So `W = 8 f p L^3 (F - 4 f p h / 3) / (E h^2)`, per width.
+    `over` is the tip force over the tip force of first slip. The whole interface slips from the
+    tip force `4 f p h / 3` on, at which the shear stress of one beam reaches f p. The slip is `(L^2
+    - x^2) (3 F - 4 f p h) / (E h^2)` on the way up, and twice as large on the way back. So `W = 8 f
+    p L^3 (F - 4 f p h / 3) / (E h^2)`, per width.
     """
     return 8 * _BEAM_FRICTION * length**3 * 4 / 3 * _BEAM_FRICTION * (over - 1)
 
@@ -167,7 +182,10 @@ def _layered_beam(parameters: Parameters) -> Case:
 
 
 def lap(elements: int, thickness: float) -> fo.ContactModel:
-    """A double lap joint, halved along the middle plate: plates of equal stiffness, which overlap in -1 <= x <= 1 under unit pressure there."""
+    """A double lap joint, halved along its middle plate.
+
+    The plates have equal stiffness, and overlap in -1 <= x <= 1 under unit pressure.
+    """
     over, arm = np.linspace(-1.0, 1.0, elements + 1), np.linspace(1.0, 2.0, elements // 4 + 1)[1:]
     up = np.linspace(0.0, thickness, 3)
     sides = {
@@ -192,7 +210,11 @@ def lap(elements: int, thickness: float) -> fo.ContactModel:
 
 
 def _lap_joint(parameters: Parameters) -> Case:
-    """Each plate carries F / 2 where they stick. At each end friction tau takes over F / 2 within `F / (2 tau)`; so W = F^3 / (3 EA tau)."""
+    """The work W = F^3 / (3 EA tau) of a lap joint.
+
+    Each plate carries F / 2 where the plates stick. At each end the friction tau transfers F / 2
+    within the length `F / (2 tau)`.
+    """
     h, slides = parameters.lap_thickness, 2 * _LAP_FRICTION
     contact = lap(parameters.lap_elements, h).condense()
     cycles = [
@@ -216,7 +238,11 @@ def _lap_joint(parameters: Parameters) -> Case:
 
 
 def _corner(parameters: Parameters) -> Iterator[Case]:
-    """The tractions near a corner are those of both singular modes and a regular term; of q and p less the weaker mode, the stronger one is left."""
+    """Exponent and traction ratio of the singular modes near a corner.
+
+    The tractions are the sum of both singular modes and a regular term. If the weaker mode is
+    subtracted from q and p, the stronger mode is left.
+    """
     system = fo.scenes.PunchOnHalfPlane(
         elements=parameters.corner_elements, grading=parameters.corner_grading
     ).condense()
@@ -256,7 +282,10 @@ def _corner(parameters: Parameters) -> Iterator[Case]:
 
 
 def _corner_law(parameters: Parameters) -> Case:
-    """At the limit the corner slides, and the bonded tractions there grow as the element shrinks; see `studies.limits.corner_law`."""
+    """The limit against the size of the corner element, see `studies.limits.corner_law`.
+
+    At the limit the corner slides, and the bonded tractions there grow as the element shrinks.
+    """
     sizes, limits, residuals = [], [], []
     for grading in parameters.law_gradings:
         scene = fo.scenes.PunchOnHalfPlane(elements=parameters.law_elements, grading=grading)

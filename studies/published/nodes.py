@@ -1,4 +1,4 @@
-"""Contacts of one and two nodes: both limits, the friction from which they wedge, and loads out of phase."""
+"""Contacts of one and two nodes: both limits, the friction of wedging, and loads out of phase."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,20 +13,26 @@ import frictopt as fo
 from ..guaranteed import PAIR_LOADS, pair
 from .case import Array, Case, opposed
 
-_FRICTION = 0.5  # of the node under loads out of phase
+# Friction of the node under loads out of phase.
+_FRICTION = 0.5
 # Its normal load, over the shear load and the mean pressure.
 _NORMAL = 0.8
-_LOAD = 1.2  # load factor of its work
+# Load factor at which the work of this node is computed.
+_LOAD = 1.2
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What varies."""
+    """Parameters of the cases."""
 
-    frictions: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # of the two nodes
-    angles: tuple[float, ...] = (30.0, 45.0, 60.0, 75.0)  # of the tilted bar, degrees
-    phases: tuple[float, ...] = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)  # degrees
-    points: int = 128  # of the polygon in place of an ellipse
+    # Frictions of the two nodes.
+    frictions: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+    # Angles of the tilted bar in degrees.
+    angles: tuple[float, ...] = (30.0, 45.0, 60.0, 75.0)
+    # Phases in degrees.
+    phases: tuple[float, ...] = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
+    # Number of corners of the polygon that approximates an ellipse.
+    points: int = 128
     bisections: int = 26
 
 
@@ -79,12 +85,13 @@ def _meeting(contact: fo.ContactSystem, number: int, f: float) -> float:
 def two_node_limits(
     contact: fo.ContactSystem, cycle: fo.LoadCycle, f: float
 ) -> tuple[float, float]:
-    """Both limits of two closed nodes, from where three of the four friction lines meet in the plane of their slips (Ahn, Bertocchi & Barber 2008).
+    """Both limits of two closed nodes, by the friction lines in the plane of their slips.
 
-    Slip of a node is held between two lines, `n . v = a + lam b`. As the load grows they close on
-    each other. lambda_2 is the least load factor at which those of a node and the line of the other
-    one that faces them meet in a point, lambda_1 the least at which any three do. It is meant for
-    friction so low that all four meetings come at positive load factors.
+    Three of the four lines meet at a limit (Ahn, Bertocchi & Barber 2008). The slip of a node lies
+    between two lines, `n . v = a + lam b`. As the load grows they approach each other. lambda_2 is
+    the least load factor at which both lines of a node and the facing line of the other node meet
+    in a point. lambda_1 is the least load factor at which any three lines meet. The rule holds if
+    friction is so low that all four meetings have positive load factors.
     """
     q0, p0 = contact.reaction(cycle.mean)
     q1, p1 = contact.reaction(cycle.corners[1])
@@ -106,7 +113,10 @@ def two_node_limits(
 
 
 def _tilted_bar(parameters: Parameters) -> Case:
-    """A bar of stiffness k at an angle to the face it is pressed on: A = k cos^2, B = k sin cos, so that A / B is the cotangent of the angle."""
+    """A bar of stiffness k at an angle to the face on which it is pressed.
+
+    A = k cos^2 and B = k sin cos, so A / B is the cotangent of the angle.
+    """
     found = []
     for angle in parameters.angles:
         c, s = cos(radians(angle)), sin(radians(angle))
@@ -168,8 +178,12 @@ def _of_pair(friction: Callable[[fo.ContactSystem], float], _: float) -> float:
 
 
 def one_wedged(contact: fo.ContactSystem) -> float:
-    """Friction with which the first of two nodes holds itself while the second is open: its shear over its pressure per slip, the second free."""
-    kept, free = [0, 2], [1, 3]  # slips before gaps
+    """Friction with which the first of two nodes wedges while the second node is open.
+
+    It is the shear over the pressure of the first node per slip, with the second node free.
+    """
+    # Slips come before gaps.
+    kept, free = [0, 2], [1, 3]
     stiffness = np.block([[contact.A, contact.B.T], [contact.B, contact.C]])
     eliminated = np.linalg.solve(stiffness[np.ix_(free, free)], stiffness[np.ix_(free, kept)])
     sheared, pressed = (stiffness[np.ix_(kept, kept)] - stiffness[np.ix_(kept, free)] @ eliminated)[
@@ -179,7 +193,10 @@ def one_wedged(contact: fo.ContactSystem) -> float:
 
 
 def least_wedged(contact: fo.ContactSystem) -> float:
-    """Least friction with which some slip of two nodes holds itself: the least over its directions of the largest `|A v| / (B v)`, `B v > 0`."""
+    """Least friction with which some slip of two nodes wedges.
+
+    It is the least value over all directions of the largest `|A v| / (B v)` with `B v > 0`.
+    """
 
     def needed(angles: Array) -> Array:
         slip = np.array([np.cos(angles), np.sin(angles)])
@@ -193,7 +210,8 @@ def least_wedged(contact: fo.ContactSystem) -> float:
         )
 
     angles = np.linspace(-pi, pi, 2001)
-    for _ in range(5):  # each a thousandth of the range before
+    # Each range is a thousandth of the range before.
+    for _ in range(5):
         at, step = angles[needed(angles).argmin()], angles[1] - angles[0]
         angles = np.linspace(at - step, at + step, 2001)
     return float(needed(angles).min())
@@ -202,7 +220,10 @@ def least_wedged(contact: fo.ContactSystem) -> float:
 def _first_infinite(
     contact: fo.ContactSystem, cycle: fo.LoadCycle, apart: npt.ArrayLike, bisections: int
 ) -> float:
-    """The friction from which the shakedown limit is infinite with these nodes open: slip that holds itself, made large, holds any load."""
+    """The least friction with an infinite shakedown limit with these nodes open.
+
+    A slip that wedges holds any load, if it is large enough.
+    """
     low, high = 0.0, 4.0
     for _ in range(bisections):
         middle = (low + high) / 2
@@ -254,7 +275,7 @@ def _out_of_phase(parameters: Parameters) -> Iterator[Case]:
 
 
 def _sizes(phase: float) -> tuple[float, float, float, float]:
-    """Amplitudes and phases of `f N + Q` and of `f N - Q`, for Q = 1 of phase 0."""
+    """Amplitudes and phases of `f N + Q` and of `f N - Q`, for Q = 1 with phase 0."""
     x, y = _FRICTION * _NORMAL * cos(radians(phase)), _FRICTION * _NORMAL * sin(radians(phase))
     return (
         hypot(x + 1, y),
@@ -265,18 +286,21 @@ def _sizes(phase: float) -> tuple[float, float, float, float]:
 
 
 def limit_at_phase(phase: float) -> float:
-    """Load factor at which the two bounds of the slip meet: `2 f P` over the sum of the amplitudes of `f N + Q` and `f N - Q`."""
+    """Load factor at which the two bounds of the slip meet.
+
+    It is `2 f P` over the sum of the amplitudes of `f N + Q` and `f N - Q`.
+    """
     plus, minus, *_ = _sizes(phase)
     return 2 * _FRICTION / (plus + minus)
 
 
 def work_at_phase(phase: float) -> float:
-    """Work of friction per cycle of one uncoupled node, P = A = 1, at the load factor of the study.
+    """Work of friction per cycle of one uncoupled node, P = A = 1, at the load factor `_LOAD`.
 
-    While it slips forward, `v = lam R cos s - f P` with R and s amplitude and phase of `-(f N +
-    Q)`, up to `v = lam R - f P`; backward likewise. Each passage begins where v is that of the
-    other end. Its work is the integral of `f p` over the way, with the pressure `P + lam N cos (s +
-    delta)`.
+    While the node slips forward, `v = lam R cos s - f P`, up to `v = lam R - f P`. R and s are the
+    amplitude and the phase of `-(f N + Q)`. Backward slip is analogous. Each passage begins at the
+    v of the other end. Its work is the integral of `f p` over the slip, with the pressure `P + lam
+    N cos (s + delta)`.
     """
     f, lam = _FRICTION, _LOAD
     plus, minus, at_plus, at_minus = _sizes(phase)
@@ -285,7 +309,8 @@ def work_at_phase(phase: float) -> float:
         return 0.0
     work = 0.0
     for size, angle in ((plus, at_plus), (minus, at_minus)):
-        delta = radians(phase) - angle + pi  # of N, seen from the end of the passage
+        # Phase of N, relative to the end of the passage.
+        delta = radians(phase) - angle + pi
         start = -acos(1 - travel / (lam * size))
         way = lam * size * (1 - cos(start))
         turning = (cos(delta) - cos(2 * start + delta)) / 4 - start * sin(delta) / 2

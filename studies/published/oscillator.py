@@ -1,4 +1,7 @@
-"""An oscillator of three masses and two wedge faces, whose damping depends on the residual tractions: a range sampled by others beside a search."""
+"""An oscillator of three masses and two wedge faces, whose damping depends on residual tractions.
+
+A range that others sampled stands beside the range of a search.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +14,8 @@ import frictopt as fo
 from .case import Case, opposed
 
 _FRICTION = 0.9
-_SAMPLED = {  # modal force -> what they found: least and most damping, least frequency in hertz
+# Modal force -> sampled values: least and most damping, and least frequency in hertz.
+_SAMPLED = {
     200.0: (0.0, 0.0436, 47.01),
     800.0: (0.0286, 0.0381, np.nan),
     1200.0: (0.0210, 0.0274, 42.93),
@@ -20,7 +24,7 @@ _SAMPLED = {  # modal force -> what they found: least and most damping, least fr
 
 @dataclass(frozen=True)
 class Parameters:
-    """What varies."""
+    """Parameters of the case."""
 
     forces: tuple[float, ...] = tuple(_SAMPLED)
 
@@ -72,10 +76,11 @@ def cases(parameters: Parameters) -> Iterator[Case]:
 
 
 def oscillator() -> tuple[fo.ContactSystem, float]:
-    """The contact (their file c1_demobbs.m), its springs condensed, with the load of its third mode; and the frequency of this mode while it sticks.
+    """The contact with the load of its third mode, and the frequency of this mode without slip.
 
-    Unknowns are x and y of two masses and of the damper between them, which rests on both by faces
-    inclined by 40 degrees, with springs both ways.
+    The springs are condensed. The model is from the file c1_demobbs.m of the authors. Unknowns are
+    x and y of two masses and of the damper between them. The damper rests on both masses by faces
+    inclined by 40 degrees, with springs in both directions.
     """
     k, between, damper, spring = 1e5, 3e5, 1e6, 3e5
     J = np.array([[1.0, -1.0], [-1.0, 1.0]])

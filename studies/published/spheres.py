@@ -1,4 +1,7 @@
-"""A sphere on a half-space of the same material, sheared to and fro and twisted, over several meshes of square cells."""
+"""A sphere on a half-space of the same material, sheared to and fro and twisted.
+
+Results are means over several meshes of square cells.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,18 +18,22 @@ from frictopt.reference import SphereContact, half_space_contact
 from .case import Array, Case, first_loading, opposed, stuck
 
 _R, _E, _NU, _FRICTION = 5.0, 1.0, 0.3, 0.5
-_P = _E / (1.5 * _R * (1 - _NU**2))  # the radius of the contact is 1
+# The radius of the contact is 1.
+_P = _E / (1.5 * _R * (1 - _NU**2))
 _HALF_LENGTH = 1.12
 _G = _E / (2 * (1 + _NU))
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What varies."""
+    """Parameters of the cases."""
 
-    cells: tuple[int, ...] = (16, 17, 18, 19)  # along the diameter; means over these meshes
-    shears: tuple[float, ...] = (0.5, 0.8)  # Q / (f P), about: the far end is moved
-    sticks: tuple[float, ...] = (0.3, 0.5, 0.7, 0.9)  # radius of the stick zone under a twist
+    # Numbers of cells along the diameter.
+    cells: tuple[int, ...] = (16, 17, 18, 19)
+    # Approximate shear forces Q / (f P), because the motion of the far end is prescribed.
+    shears: tuple[float, ...] = (0.5, 0.8)
+    # Radii of the stick zone under a twist.
+    sticks: tuple[float, ...] = (0.3, 0.5, 0.7, 0.9)
     steps: int = 2
 
 
@@ -42,7 +49,11 @@ def _sphere(cells: int, nu: float) -> fo.ContactSystem:
 
 
 def _sheared(meshes: list[fo.ContactSystem], parameters: Parameters) -> Case:
-    """Without Poisson's ratio, with which theirs neglects slip across the force. The far end moves: theirs is for the force of ours."""
+    """The sphere sheared to and fro, with Poisson's ratio 0.
+
+    With another ratio the closed form neglects slip across the force. The motion of the far end is
+    prescribed, and the closed form has the force of frictopt.
+    """
     ratios, residuals = [], []
     force = _E / (1.5 * _R)
     for share in parameters.shears:
@@ -126,20 +137,20 @@ def _elliptic(stick: float | Array) -> Array:
 
 
 def twist(stick: float) -> float:
-    """Angle by which the spheres turn against each other when the stick zone has this radius, a = 1.
+    """Relative angle of the spheres when the stick zone has this radius, a = 1.
 
-    `3 f P (K - E) / (2 pi G a^2)` (Lubkin 1951). Rigid twists of circles of all radii s from c to
-    a, each with the traction `r / sqrt(s^2 - r^2)` inside it (Reissner & Sagoci 1944), make up the
-    traction f p where it slips: an equation of Abel for the twist of each circle.
+    `3 f P (K - E) / (2 pi G a^2)` (Lubkin 1951). Rigid twists of circles of all radii s from c to a
+    add up to the traction f p in the slip zone. Each circle has the traction `r / sqrt(s^2 - r^2)`
+    inside (Reissner & Sagoci 1944). The twist of each circle follows from Abel's equation.
     """
     return 3 * _FRICTION * _P / (2 * pi * _G) * float(_elliptic(stick))
 
 
 def torque(stick: float) -> float:
-    """Couple over `f P a` at this radius of the stick zone, a = 1: the couples `16 G s^3 / 3` of the rigid twists of `twist`, summed up.
+    """Couple over `f P a` at this radius of the stick zone, a = 1.
 
-    `(4 / pi) (c^3 (K - E)(c) + 3 times the integral of s^2 (K - E)(s) from c to 1)`, which is `3 pi
-    / 16` where all slips.
+    It is the sum of the couples `16 G s^3 / 3` of the rigid twists of `twist`: `(4 / pi) (c^3 (K -
+    E)(c) + 3 times the integral of s^2 (K - E)(s) from c to 1)`. If all slips, it is `3 pi / 16`.
     """
     rest, _ = quad(lambda s: s**2 * float(_elliptic(s)), stick, 1.0)
     return 4 / pi * float((stick**3 * float(_elliptic(stick)) if stick > 0 else 0.0) + 3 * rest)

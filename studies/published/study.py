@@ -1,8 +1,8 @@
-"""Results of others beside ours: contacts of one and two nodes, of cylinders and spheres, joints, and the corner of a punch.
+"""Results of others beside frictopt: nodes, cylinders, spheres, joints, and the corner of a punch.
 
-Run with `python -m studies published [--quick]`. It prints a table in Markdown: of each result the
-value at which the two differ most. Theirs is a closed form or a rule of theirs, evaluated here;
-ours is an answer of frictopt at the mesh that is named.
+Run with `python -m studies published [--quick]`. It prints a table in Markdown: for each result the
+value with the largest difference. The result of others is a closed form or a rule, evaluated here.
+The result of frictopt is computed on the named mesh.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -17,13 +17,14 @@ from ..tables import Row, Study, Table, markdown
 from . import half_planes, joints, nodes, oscillator, spheres
 from .case import Case
 
-_POINTS = 61  # of a curve of theirs
+# Number of points of a curve of others.
+_POINTS = 61
 _ENDS = {"least": "idxmin", "most": "idxmax"}
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What the study varies."""
+    """Parameters of the study."""
 
     of_nodes: nodes.Parameters = field(default_factory=nodes.Parameters)
     of_half_planes: half_planes.Parameters = field(default_factory=half_planes.Parameters)
@@ -69,7 +70,7 @@ QUICK = Parameters(
 
 @cache
 def cases(parameters: Parameters) -> tuple[Case, ...]:
-    """All cases."""
+    """The cases of all files."""
     rooms: tuple[Callable[[], Iterator[Case]], ...] = (
         lambda: nodes.cases(parameters.of_nodes),
         lambda: half_planes.cases(parameters.of_half_planes),
@@ -81,7 +82,7 @@ def cases(parameters: Parameters) -> tuple[Case, ...]:
 
 
 def compared(parameters: Parameters) -> Iterator[Row]:
-    """One row per result and value of what varies."""
+    """One row per result and value of its parameter."""
     for case in cases(parameters):
         theirs = [case.theirs(at) for at in case.at]
         size = max(map(abs, theirs)) or 1.0
@@ -102,7 +103,7 @@ def compared(parameters: Parameters) -> Iterator[Row]:
 
 
 def curves(parameters: Parameters) -> Iterator[Row]:
-    """One row per result of theirs that is a curve, and point of it."""
+    """One row per point of each result of others that is a curve."""
     for case in cases(parameters):
         if case.curve and len(case.at) > 1:
             named = {"source": case.source, "quantity": case.quantity, "residual": case.residual}
@@ -113,7 +114,7 @@ def curves(parameters: Parameters) -> Iterator[Row]:
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
-    """Of each result the row at which the two differ most."""
+    """The row with the largest difference, for each result."""
     rows = []
     for (source, quantity), part in tables[COMPARED.name].groupby(
         ["source", "quantity"], sort=False
