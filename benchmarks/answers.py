@@ -1,11 +1,11 @@
-"""Three hundred answers with their times: what a change of structure has to leave as it is.
+"""Three hundred answers with their times, which a change of structure must not change.
 
-`python benchmarks/answers.py write FILE` asks all questions and writes answers and times as JSON;
-`python benchmarks/answers.py compare FILE` asks them again; words after FILE restrict it to
-families whose name holds one of them. A number may differ by 1e-9 of its size in the plane and by
-1e-7 in space, the time of a family by a tenth: what differs by more is printed. The exit status is
-the number of answers that differ. Each time is the least of three runs, of processor time; set
-OPENBLAS_NUM_THREADS=1.
+`python benchmarks/answers.py write FILE` computes all answers and writes answers and times as JSON.
+`python benchmarks/answers.py compare FILE` computes them again and compares. Words after FILE
+restrict the questions to families whose names contain one of the words. A number may differ by 1e-9
+of its size in the plane and by 1e-7 in space, the time of a family by a tenth. Larger differences
+are printed. The exit status is the number of answers that differ. Each time is the least processor
+time of three runs; set OPENBLAS_NUM_THREADS=1.
 """
 
 import json
@@ -69,7 +69,7 @@ def space_contact(seed: int) -> tuple[fo.ContactSystem, fo.LoadCycle, np.ndarray
 
 
 def sums(system: fo.ContactSystem | fo.ContactSystem) -> Numbers:
-    """What a condensation gives, in a few numbers that no order of nodes changes."""
+    """A few numbers of a condensed system that do not depend on the order of its nodes."""
     loads = [
         np.linalg.norm(np.concatenate([np.ravel(part) for part in system.reaction({name: 1.0})]))
         for name in sorted(system.bonded)
@@ -93,12 +93,12 @@ def onset(found: fo.results.Onset) -> Numbers:
 
 
 def range_of(found: fo.results.DissipationRange) -> Numbers:
-    """Both ends."""
+    """Both ends of a range."""
     return [found.least, found.most]
 
 
 def questions_of(kind: str, seed: int) -> Iterator[Question]:
-    """The questions that one random contact is asked."""
+    """The questions about one random contact."""
     system, cycle, f = plane_contact(seed) if kind == "plane" else space_contact(seed)
     limit = fo.shakedown_limit(system, cycle, f).load_factor
     load = 1.0 if not np.isfinite(limit) else limit
@@ -140,7 +140,7 @@ def questions_of(kind: str, seed: int) -> Iterator[Question]:
 
 
 def engines(seed: int) -> Iterator[Question]:
-    """One increment, by each way."""
+    """One increment by each engine."""
     system, _, f = plane_contact(seed)
     slip = np.zeros(system.nodes)
     load = system.reaction({"mean": 1.0, "corner0": 0.7})
@@ -224,7 +224,7 @@ def scenes() -> Iterator[Question]:
 
 
 def questions() -> Iterator[Question]:
-    """All questions."""
+    """The questions of all families."""
     for seed in range(24):
         yield from questions_of("plane", seed)
     for seed in range(12):
@@ -234,7 +234,10 @@ def questions() -> Iterator[Question]:
 
 
 def asked(words: Sequence[str] = ()) -> tuple[list[tuple[str, Numbers | str]], dict[str, float]]:
-    """Answers, or the name of the error that stands for one, and the processor time of each family that holds one of the words, or of all."""
+    """Answers, and the processor time of each family that contains one of the words, or of all.
+
+    If a question raises an error, the name of the error is its answer.
+    """
     answers, times = [], dict[str, float]()
     for family, question in questions():
         if words and not any(word in family for word in words):
@@ -253,7 +256,7 @@ def asked(words: Sequence[str] = ()) -> tuple[list[tuple[str, Numbers | str]], d
 
 
 def apart(one: Numbers | str, other: Numbers | str) -> float:
-    """Distance of two answers, relative to the larger number of each pair."""
+    """Largest difference of two answers, each relative to the larger number of its pair."""
     if isinstance(one, str) or isinstance(other, str):
         return 0.0 if one == other else np.inf
     if len(one) != len(other):
@@ -266,7 +269,7 @@ def apart(one: Numbers | str, other: Numbers | str) -> float:
 
 
 def main(action: str, file: Path, *words: str) -> int:
-    """Write the answers, or compare them with those of a file."""
+    """Write the answers, or compare them with the answers in a file."""
     answers, times = asked(words)
     if action == "write":
         file.write_text(json.dumps({"answers": answers, "times": times}, indent=1))

@@ -1,4 +1,4 @@
-"""Ratios against a rival in the same run: both are run by turns, one thread each, and the medians are compared."""
+"""Ratios to a rival in the same run: both run by turns with one thread, and the medians count."""
 
 import statistics
 import time
@@ -26,7 +26,10 @@ def cycle():
 
 @pytest.fixture
 def compare(benchmark, record_property):
-    """Time `ours` and `rival` by turns; return the ratio of the medians, and show it with the benchmark."""
+    """Time `ours` and `rival` by turns, and return the ratio of the medians.
+
+    The benchmark shows the ratio.
+    """
 
     def run(ours, rival, rounds=9):
         times = {ours: [], rival: []}

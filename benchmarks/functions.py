@@ -1,13 +1,13 @@
-"""What a reader passes from a question to its answer: functions of frictopt that are entered, their files, and the classes of what they pass.
+"""The functions, files and classes that a reader passes from a question to its answer.
 
-`python benchmarks/functions.py` asks for the limit, the steady state and the condensed model of a
-punch in the plane and in space; `--names` lists what it counted. Before a question is counted, the
-same one is answered for another, smaller contact: so none profits from what an earlier one imported
-or compiled, and each has a contact of its own. Methods and generators count as functions; lambdas
-and comprehensions belong to the function that they stand in, what dataclasses generate and numba
-compiles is not seen. A class counts where an object of it is an argument or a result of such a
-function: of the whole call, and in brackets, before the first program is solved. The exit status is
-the number of bounds that are exceeded.
+`python benchmarks/functions.py` counts them for the limit, the steady state and the condensed model
+of a punch in the plane and in space; `--names` lists them. Before a question is counted, it is
+answered for another, smaller contact. So earlier questions do not import or compile anything for
+later ones, and each question has a contact of its own. Methods and generators count as functions.
+Lambdas and comprehensions are a part of the function around them. Functions that dataclasses
+generate or numba compiles are not seen. A class counts if an object of it is an argument or a
+result of a counted function. The first number is for the whole call, the number in brackets for the
+part before the first program is solved. The exit status is the number of exceeded bounds.
 """
 
 import argparse
@@ -22,23 +22,25 @@ from frictopt.solve.solvers import run
 
 PACKAGE = Path(fo.__file__).parent
 SOLVE = run.__code__
-# Bounds are the counts of today. Functions hold one thought each, so there are more of them than in
-# dense code; a bound is raised only together with the reason for another function on the way.
+# Bounds of the numbers of functions and of files. They are the present counts. Functions have one
+# thought each, so there are more of them than in dense code. A bound is raised only together with
+# the reason for another function on the way.
 MOST = {
     "shakedown_limit": (224, 32),
     "steady_state": (119, None),
     "condense": (97, None),
-}  # functions, files
+}
 MOST_TYPES = 35
 
 
 @dataclass
 class Count:
-    """What one call entered."""
+    """The functions, files and types of one call."""
 
     functions: set[CodeType] = field(default_factory=set)
     types: set[type] = field(default_factory=set)
-    before: set[type] | None = None  # types, when the first program goes to its solver
+    # The types before the first program goes to its solver.
+    before: set[type] | None = None
 
     @property
     def files(self) -> set[str]:
@@ -64,7 +66,7 @@ class Count:
 
 
 def passed(frame: FrameType, event: str, result: object) -> Iterator[object]:
-    """The arguments of a function that is entered, or its results, and what stands in a tuple or list of them."""
+    """The arguments or results of a function, and the items of tuples and lists among them."""
     code = frame.f_code
     names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
     for value in [frame.f_locals.get(name) for name in names] if event == "call" else [result]:
@@ -82,7 +84,7 @@ def counted(question: Callable[[], object]) -> Count:
 
 
 def questions(world: str, elements: int) -> dict[str, Callable[[], object]]:
-    """The questions about a punch, each with a contact of its own."""
+    """The questions about a punch, each with another contact."""
     scene = (
         fo.scenes.PunchOnHalfPlane(elements=elements)
         if world == "plane"

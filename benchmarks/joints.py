@@ -1,4 +1,7 @@
-"""Joints of the size that users bring, from meshes by gmsh (extra `test`); lengths in mm, forces in N."""
+"""Joints of the size that users bring, with meshes by gmsh (extra `test`).
+
+Lengths are in mm, forces in N.
+"""
 
 import math
 from contextlib import contextmanager
@@ -10,18 +13,18 @@ import frictopt as fo
 
 LAP = Path(__file__).parent.parent / "docs/tutorial/lap.msh"
 FRICTION = 0.15
-SHEAR = fo.LoadCycle({"preload": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])  # kN
+# The shear is in kN.
+SHEAR = fo.LoadCycle({"preload": 1.0}, [{"shear": 1.0}, {"shear": -1.0}])
 PULL = fo.LoadCycle({"preload": 1.0}, [{"pull": 1.0, "side": 1.0}, {"pull": -1.0, "side": -1.0}])
 VIBRATION = fo.LoadCycle({"spin": 1.0}, [{"vib": 1.0}, {"vib": -1.0}])
-ASKEW = fo.LoadCycle(
-    {"P": 1.0}, [{"sigma": -1.0, "Qx": 0.1, "Qy": 0.07}, {"sigma": 1.0}]
-)  # no symmetry of the punch is left
+# These loads leave no symmetry of the punch.
+ASKEW = fo.LoadCycle({"P": 1.0}, [{"sigma": -1.0, "Qx": 0.1, "Qy": 0.07}, {"sigma": 1.0}])
 BOLTS = ("bolt1", "bolt2", "bolt3", "bolt4")
 
 
 @contextmanager
 def _mesh(path, size):
-    """A mesh with elements of a size at most, saved where the shapes are made and named."""
+    """A mesh with elements of at most a given size, saved after the shapes are made and named."""
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -45,7 +48,10 @@ def _in_box(dimension, low, high):
 
 
 def flange(folder, size):
-    """Two pipes that meet in a whole ring with four bolts of 25 kN: 747 contact nodes with a size of 9, 1,096 with 5."""
+    """Two pipes that meet in a whole ring, with four bolts of 25 kN.
+
+    The size 9 gives 747 contact nodes, the size 5 gives 1,096.
+    """
     places = [
         (48 * math.cos(angle), 48 * math.sin(angle))
         for angle in (math.pi / 4 + k * math.pi / 2 for k in range(4))
@@ -123,7 +129,10 @@ def lap_joint():
 
 
 def fir_tree(folder, size=0.25):
-    """A blade in a disc, in the plane, on four flanks: 96 contact nodes, of which more than half open as it spins."""
+    """A blade in a disc, in the plane, on four flanks with 96 contact nodes.
+
+    More than half of the nodes open when the blade spins.
+    """
     blade = [(10, 30), (10, 0), (16, -6), (8, -14), (14, -20), (6, -28)]
     disc = [
         (40, -60),
@@ -139,10 +148,11 @@ def fir_tree(folder, size=0.25):
         (16, -20),
         (16, -32),
     ]
+    # Low and high corners of the boxes of the right flanks.
     flanks = {
         "1": ((11, -5), (15, -1)),
         "2": ((9, -19), (13, -15)),
-    }  # low and high corner of their boxes, on the right
+    }
     with _mesh(folder / "fir.msh", 4) as occ:
 
         def outline(right):

@@ -1,14 +1,15 @@
-"""Mutation tests: the faults of `tests/ROOM/faults.py`, planted one at a time in a copy of the
-repository, and the tests that should fail.
+"""Mutation tests: faults are planted in a copy of the repository, and tests must find them.
 
 Run with `python benchmarks/mutants.py [--page FOLDER] [FILE ...]`; FILE is a room or the beginning
-of a file's name, `limits` or `study/run`. A fault that no test finds has "SURVIVED"; one that does
-not stand once in its file is "gone". The exit status is the number of both. A fault counts as
-killed only if the test that fails with it passes without it; slow tests are not asked.
+of the name of a file, `limits` or `study/run`. The faults are listed in `tests/ROOM/faults.py`, and
+planted one at a time. A fault that no test finds has "SURVIVED". A fault whose text does not stand
+exactly once in its file is "gone". The exit status is the number of both. A fault counts as killed
+only if the test that fails with it passes without it. Slow tests are not run.
 
-A test that takes more than `PATIENCE` seconds of processor time has no end: its fault is killed, too,
-if the test ends without the fault, but the output and the page name such faults apart. Other work
-on the machine does not change the verdict, because it takes no processor time of the test.
+A test that takes more than `PATIENCE` seconds of processor time has no end. Its fault is killed,
+too, if the test ends without the fault, but the output and the page name such faults separately.
+Other work on the machine does not change the verdict, because it takes no processor time of the
+test.
 """
 
 import argparse
@@ -37,10 +38,13 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from helpers.planting import Fault, faults, planted  # noqa: E402
 
 FAULTS = faults()
-OF_THE_COPY = "frictopt" not in sys.modules  # else a process would test the code without the fault
-PATIENCE = 150  # seconds of processor time for one test; cold, the longest takes about 60
+# A process that has imported frictopt would test the code without the fault.
+OF_THE_COPY = "frictopt" not in sys.modules
+# Seconds of processor time for one test. The longest test takes about 60 s without compiled code.
+PATIENCE = 150
 COLLECTION = "the collection"
-WAITING = 3000  # seconds of the clock for one test, for one that waits and computes nothing
+# Seconds of the clock for one test. They end a test that waits and computes nothing.
+WAITING = 3000
 PROCESSES = get_context("forkserver")
 
 
@@ -66,7 +70,7 @@ def test_files(fault: Fault, copy: Path) -> list[str]:
 
 
 class Failure(NamedTuple):
-    """A test that failed, or in which the process had a crash or no end."""
+    """A failed test, or a test during which the process crashed or had no end."""
 
     test: str
     how: Literal["", "crash", "no end"] = ""
@@ -76,17 +80,17 @@ class Failure(NamedTuple):
 
 
 class Fate(NamedTuple):
-    """What became of a planted fault."""
+    """The outcome of a planted fault."""
 
     killed: bool
     no_end: bool = False
 
 
 class _Reporter:
-    """A plugin of pytest that says which test begins and which fails, and limits the time of each.
+    """A plugin of pytest that reports the tests that begin and fail, and limits the time of each.
 
-    A failing example of hypothesis is not made smaller: that would cost hundreds of runs of the
-    test, and change no verdict.
+    It switches off the reduction of failing examples of hypothesis, which would cost hundreds of
+    runs of the test and change no verdict.
     """
 
     def __init__(self, end: Connection, patience: float) -> None:
@@ -113,8 +117,9 @@ class _Reporter:
 
 
 def _limit_processor_time(seconds: float) -> None:
-    """The system ends this process if it computes for more seconds from now on."""
-    end = ceil(process_time() + seconds)  # the system counts whole seconds since the process began
+    """Let the system end this process if it computes for more seconds from now on."""
+    # The system counts whole seconds since the process began.
+    end = ceil(process_time() + seconds)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (end, hard))
 
@@ -122,14 +127,16 @@ def _limit_processor_time(seconds: float) -> None:
 def _run(
     end: Connection, copy: Path, caches: str, arguments: Sequence[str], patience: float
 ) -> None:
-    """Run tests of a copy in a process that has the libraries already.
+    """Run tests of a copy in a process that has loaded the libraries already.
 
-    Those that begin and those that fail are named, and None says that all have run.
+    The names of tests that begin and of tests that fail are sent, and None at the end of all tests.
     """
-    import numba  # not before the process knows its number of threads
+    # numba is imported only after the process knows its number of threads.
+    import numba
 
     os.chdir(copy)
-    sys.dont_write_bytecode = False  # a planted fault has a time of its own
+    # A planted fault has another time than the source, so bytecode may be written.
+    sys.dont_write_bytecode = False
     sys.path[:0] = [str(copy), str(copy / "tests")]
     os.environ |= {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": caches}
     numba.config.CACHE_DIR = caches
@@ -138,12 +145,13 @@ def _run(
     _limit_processor_time(patience)
     options = ["-q", "-m", "not slow", "-p", "no:cacheprovider"]
     status = pytest.main([*options, *arguments], [_Reporter(end, patience)])
-    if status != pytest.ExitCode.INTERNAL_ERROR:  # of a test that is not there nothing has failed
+    # A test that does not exist has not failed.
+    if status != pytest.ExitCode.INTERNAL_ERROR:
         end.send(None)
 
 
 class Ground:
-    """A copy of the repository to plant faults in, and the compiled code of its path."""
+    """A copy of the repository for planted faults, and the compiled code of its exact path."""
 
     def __init__(self, folder: Path) -> None:
         self.copy, self._folder = folder / "copy", folder
@@ -154,9 +162,9 @@ class Ground:
     def failures(
         self, tests: Iterable[str], *options: str, cold: bool = False, patience: float = PATIENCE
     ) -> list[Failure]:
-        """Which tests fail or have no end, by the names that pytest gives them.
+        """The tests that fail or have no end, by their names in pytest.
 
-        `cold`: with code compiled anew.
+        `cold`: whether the code is compiled anew.
         """
         mine, other = PROCESSES.Pipe(duplex=False)
         with tempfile.TemporaryDirectory() as empty:
@@ -190,7 +198,7 @@ class Ground:
         return found
 
     def failures_with(self, fault: Fault) -> list[Failure] | None:
-        """The first test that fails with a fault, if one does; None if the fault is gone."""
+        """The first test that fails with a fault, if one fails; None if the fault is gone."""
         file = place(fault, self.copy)
         before, times = file.read_text(), file.stat()
         with_fault = planted(before, fault)
@@ -209,7 +217,7 @@ class Ground:
 
 
 def fates_of(results: dict[Fault, list[Failure] | None], ground: Ground) -> dict[Fault, Fate]:
-    """What became of each fault. A test that fails without the faults, too, kills none."""
+    """The outcome of each fault. A test that also fails without the fault does not kill it."""
     killers = {fault: failures[0] for fault, failures in results.items() if failures}
     tests = sorted({killer.test for killer in killers.values() if "::" in killer.test})
     failures = ground.failures(tests) if tests else []
@@ -221,7 +229,8 @@ def fates_of(results: dict[Fault, list[Failure] | None], ground: Ground) -> dict
         print(f"without a fault, too: {failure}")
     wrong = {failure.test for failure in failures}
     if any(failure.how for failure in failures):
-        wrong |= set(tests)  # The tests behind one that ended the process did not run.
+        # If a test ended the process, the tests behind it did not run.
+        wrong |= set(tests)
     fates = dict[Fault, Fate]()
     for fault in results:
         killer = killers.get(fault)
@@ -231,7 +240,7 @@ def fates_of(results: dict[Fault, list[Failure] | None], ground: Ground) -> dict
 
 
 def words(fault: Fault) -> str:
-    """How the page names a fault."""
+    """The text for a fault on the page."""
     return f"{fault.meaning} (`{fault.file}`)"
 
 
@@ -248,7 +257,10 @@ def rows_of(page: str) -> dict[str, list[str]]:
 def row_of_room(
     before: Sequence[str] | None, fates: dict[Fault, Fate], own: Sequence[Fault], code: str
 ) -> list[str] | None:
-    """The row of a room whose faults are `own`; None if neither this run nor `before` knows all."""
+    """The row of a room with the faults `own`.
+
+    None if neither this run nor `before` knows the outcomes of all faults.
+    """
     known = {fault: fates[fault] for fault in own if fault in fates}
     codes = [code]
     if len(known) < len(own):
@@ -272,8 +284,8 @@ def row_of_room(
 def page(before: str, fates: dict[Fault, Fate], code: str, made: str) -> str:
     """The table, one row for each room.
 
-    A row is made anew if all faults of its room were planted. If some were, the row that counts all
-    says what became of these.
+    A row is made anew if all faults of its room were planted. If only some were planted, the last
+    row still counts their outcomes.
     """
     rows = rows_of(before)
     for name in dict.fromkeys(map(room, fates)):
@@ -293,7 +305,7 @@ def page(before: str, fates: dict[Fault, Fate], code: str, made: str) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Plant the chosen faults, or all; returns how many survived or are gone."""
+    """Plant the chosen faults, or all faults; returns the number that survived or are gone."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -1,4 +1,7 @@
-"""Frequency and damping of the paper's punch at thirty amplitudes, with the range over residual slips: processor time."""
+"""Frequency and damping of the paper's punch at thirty amplitudes, with their range.
+
+The processor time is measured.
+"""
 
 import time
 
@@ -11,9 +14,10 @@ import frictopt as fo
 def test_thirty_amplitudes_with_their_range_in_a_minute_of_one_thread(
     system, cycle, record_property
 ):
-    """Most of them are between both limits, where the range takes longest."""
+    """Most amplitudes are between both limits, where the range takes longest."""
     limit = fo.shakedown_limit(system, cycle, 0.5).load_factor
-    fo.steady_state(system, cycle, 0.5, 1.2 * limit)  # compiles
+    # This call compiles the exact path.
+    fo.steady_state(system, cycle, 0.5, 1.2 * limit)
     with threadpool_limits(1):
         start = time.process_time()
         curve = fo.backbone_curve(

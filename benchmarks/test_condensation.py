@@ -1,4 +1,7 @@
-"""Condensation at the paper's size against scipy's sparse factorisation of the same stiffness, assembled by scikit-fem."""
+"""Condensation at the paper's size against scipy's sparse factorisation of the same stiffness.
+
+scikit-fem assembles the stiffness.
+"""
 
 import numpy as np
 import pytest

@@ -1,7 +1,7 @@
-"""Condensation of the matrices of three bodies and two inclined contacts, the size of a dovetail, against one sparse factorisation by scipy.
+"""Condensation of three bodies and two inclined contacts, against a factorisation by scipy.
 
-The rival factorises the stiffness of the glued bodies, assembled by scikit-fem, and has no
-stiffness of the interface then.
+The matrices have the size of a dovetail. The rival factorises the stiffness of the glued bodies,
+assembled by scikit-fem. It does not compute the stiffness of the interface.
 """
 
 import numpy as np
@@ -15,7 +15,8 @@ from tests.meshes import wedge
 import frictopt as fo
 from validation.error_vs_time.condensation import ORDERINGS
 
-MOST = {"COLAMD": 1.5, "MMD_AT_PLUS_A": 3.0}  # MMD_AT_PLUS_A is the best of scipy's orderings here
+# MMD_AT_PLUS_A is the best of scipy's orderings here.
+MOST = {"COLAMD": 1.5, "MMD_AT_PLUS_A": 3.0}
 
 
 @pytest.fixture(scope="module")

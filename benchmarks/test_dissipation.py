@@ -1,4 +1,4 @@
-"""The dissipation study: what a second process gains, what the store costs, and what limits cost."""
+"""The dissipation study: the gain by a second process, and the costs of the store and of limits."""
 
 import statistics
 import time
@@ -35,7 +35,7 @@ def study():
 
 
 def by_turns(first, second, rounds=3):
-    """Median times of both, run by turns after one run of each."""
+    """Median times of two functions, run by turns after one run of each."""
     times = [(first(), second()) for _ in range(rounds + 1)][1:]
     return [statistics.median(column) for column in zip(*times, strict=True)]
 
@@ -51,7 +51,10 @@ def test_two_processes(study, record_property):
 
 
 def test_store(study, record_property, tmp_path, monkeypatch):
-    """The store's own time over that of the study: whole studies differ from each other by more."""
+    """The time of the store over the time of the study.
+
+    Whole studies differ from each other by more than the store takes.
+    """
     spent = []
 
     def timed(method):
@@ -77,7 +80,10 @@ def test_store(study, record_property, tmp_path, monkeypatch):
 
 
 def test_a_study_without_limits_and_one_from_a_full_store(record_property, tmp_path):
-    """Over the study with limits of a contact that lifts off: three preloads, four frictions."""
+    """Times over the study with limits, for a contact that lifts off.
+
+    There are three preloads and four frictions.
+    """
     contact = fo.scenes.PunchOnHalfPlane(elements=60).condense()
     contact = contact.with_gap(2.0 * contact.x**4)
     corners = [{"sigma": -1.0}, {"sigma": 1.0}]

@@ -1,6 +1,7 @@
-"""The elimination of a condensation against scipy's sparse factorisation and MKL Pardiso's Schur complement of the same matrix, one thread each.
+"""The elimination of a condensation against the same elimination by scipy and by MKL Pardiso.
 
-Each call is timed by the processor time of its thread, the rivals by turns with ours.
+scipy factorises the matrix, and Pardiso computes its Schur complement. Each call is timed by the
+processor time of its one thread, the rivals by turns with frictopt.
 """
 
 import ctypes
@@ -44,9 +45,10 @@ def least(calls, rounds=3):
 
 
 def pardiso(K, kept):
-    """Schur complement of the kept unknowns by MKL's Pardiso, which orders by Metis."""
+    """Schur complement of the kept unknowns by MKL's Pardiso with the ordering of Metis."""
     call = pytest.importorskip("pypardiso").PyPardisoSolver().libmkl.pardiso
-    call.argtypes = None  # pypardiso's own leave out the Schur complement
+    # The argument types of pypardiso lack the Schur complement.
+    call.argtypes = None
     upper = csr_matrix(triu(K))
     upper.sort_indices()
     k, iparm = int(kept.sum()), np.zeros(64, dtype=np.int32)
@@ -54,7 +56,8 @@ def pardiso(K, kept):
         np.zeros((k, k)),
         *(part.astype(np.int32) for part in (upper.indptr, upper.indices, kept)),
     )
-    iparm[[0, 1, 34, 35]] = 1, 2, 1, 1  # no defaults, Metis, rows from zero on, a Schur complement
+    # These are: no defaults, Metis, rows from zero on, a Schur complement.
+    iparm[[0, 1, 34, 35]] = 1, 2, 1, 1
     handle, error = np.zeros(64, dtype=np.int64), ctypes.c_int32(0)
 
     def number(value):
@@ -64,7 +67,8 @@ def pardiso(K, kept):
         return values.ctypes.data_as(ctypes.c_void_p)
 
     matrix = [array(values) for values in (upper.data, starts, columns, chosen)]
-    for phase in (12, -1):  # factorise a positive definite matrix, release
+    # The phases factorise a positive definite matrix, and release it.
+    for phase in (12, -1):
         known = [
             array(handle),
             *map(number, (1, 1, 2, phase, K.shape[0])),
@@ -79,7 +83,7 @@ def pardiso(K, kept):
 
 
 def compared(ours, rival, record_property):
-    """Ratio of the times of two calls, and what they give."""
+    """Ratio of the times of two calls, and their results."""
     one, other = least([ours, rival])
     record_property("ratio", one / other)
     print(f"\n    ours {one:.3f} s, rival {other:.3f} s, ratio {one / other:.2f}")
@@ -103,7 +107,7 @@ def test_plane_against_one_factorisation(glued, ordering, record_property):
 
 
 def test_against_pardiso(glued, record_property):
-    """The same complement; in space 43,000 unknowns, of which 2,700 are kept."""
+    """In space there are 43,000 unknowns, and 2,700 of them are kept."""
     _, K, front = glued
     (S, _), other = eliminate(K, front), pardiso(K, front < 0)
     assert np.abs(S - other).max() < 1e-12 * np.abs(S).max()

@@ -1,7 +1,8 @@
-"""The first answer of a new process, against a process that only imports the packages it needs; and the compilation of the exact path.
+"""The first answer of a new process, and the compilation of the exact path.
 
-Each process is timed by its processor time, start of Python included, the least of a few by turns.
-The system is loaded from a file, and the bytecode and machine code are on disk.
+The rival is a process that only imports the necessary packages. Each process is timed by its
+processor time, including the start of Python, as the least of a few runs by turns. The system is
+loaded from a file, and the bytecode and machine code are on disk.
 """
 
 import os
@@ -18,7 +19,7 @@ _ASK = (
     "cycle = fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}])\n"
 )
 FIRST = {
-    # The question, what its process needs at least, and the largest ratio.
+    # The question, the imports that its process needs at least, and the largest ratio.
     "limit": ("assert fo.shakedown_limit(system, cycle, 0.7).load_factor > 0", "cvxpy", 1.35),
     "limit with open nodes": (
         "gap = 2.0 * system.x**4\n"
@@ -68,7 +69,7 @@ def test_first_answer_against_its_imports(system, folder, question, record_prope
 
 
 def test_compilation_of_the_exact_path(tmp_path, record_property):
-    """Below 8 s beside the imports, with no machine code on disk."""
+    """The compilation takes less than 8 s beside the imports, without machine code on disk."""
     code = "from frictopt.transients.exact.kernel import compiled; compiled()"
     kept = {"NUMBA_CACHE_DIR": str(tmp_path)}
     first = spent(code, **kept)

@@ -1,6 +1,7 @@
-"""Joints of the size that users bring: steady states in dense solves and against plain cycling, limits against Clarabel on the same rows.
+"""Joints of the size that users bring, against dense solves, plain cycling, and Clarabel.
 
-Each call is timed by the processor time of one thread, once where it takes seconds.
+Steady states are compared with dense solves and with plain cycling, limits with Clarabel on the
+same rows. Each call is timed by the processor time of one thread, once if it takes seconds.
 """
 
 import numpy as np
@@ -17,7 +18,7 @@ from joints import ASKEW, FRICTION, PULL, SHEAR, VIBRATION, fir_tree, flange, la
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Contacts by name, made once."""
+    """Contacts by name, each made once."""
     folder, known = tmp_path_factory.mktemp("joints"), {}
     ways = {
         "flange": lambda: flange(folder, 9),
@@ -35,7 +36,7 @@ def made(tmp_path_factory):
 
 
 def asked(name):
-    """Cycle and friction of a joint."""
+    """Load cycle and friction of a joint."""
     return {"lap joint": (PULL, 0.3), "fir tree": (VIBRATION, 0.3)}.get(name, (SHEAR, FRICTION))
 
 
@@ -43,9 +44,8 @@ def asked(name):
     ("name", "nodes"), [("flange", 747), ("fine flange", 1096), ("fir tree", 96)]
 )
 def test_the_joints_have_their_sizes(made, name, nodes):
-    assert made(name).nodes == pytest.approx(
-        nodes, rel=0.02
-    )  # which depends on the version of gmsh
+    # The number of nodes depends on the version of gmsh.
+    assert made(name).nodes == pytest.approx(nodes, rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,10 @@ def test_the_joints_have_their_sizes(made, name, nodes):
     [("flange", 1.0, 60.0), ("flange", 5.0, 90.0), ("lap joint", 1.0, 1000.0)],
 )
 def test_steady_state_in_dense_solves(made, name, load_factor, most, record_property):
-    """With two increments from corner to corner, its proof and the error of its increments, over one dense solve of the contact by LAPACK."""
+    """The steady state by two increments per segment, with its proof and its error.
+
+    The unit of time is one dense solve of the contact by LAPACK.
+    """
     system, (cycle, friction), found = made(name), asked(name), []
     ours = seconds(
         lambda: found.append(fo.steady_state(system, cycle, friction, load_factor, steps=2))
@@ -73,7 +76,7 @@ def test_steady_state_in_dense_solves(made, name, load_factor, most, record_prop
 
 @pytest.mark.parametrize(("name", "most"), [("flange", 3.0), ("lap joint", 3.0)])
 def test_steady_state_against_plain_cycling(made, name, most, record_property):
-    """Over as many load cycles from increment to increment, without extrapolation, proof or error."""
+    """The rival follows as many load cycles by increments, without extrapolation, proof or error."""
     system, (cycle, friction), found, path = made(name), asked(name), [], []
     ours = seconds(lambda: found.append(fo.steady_state(system, cycle, friction, 1.0, steps=2)))
 
@@ -89,7 +92,10 @@ def test_steady_state_against_plain_cycling(made, name, most, record_property):
 
 
 def limit_ratio(model, friction, open_nodes, record_property):
-    """Of a first limit of one set of open nodes, with what cvxpy and the proof add, over that of Clarabel on the rows of the same program."""
+    """Time of a first limit of one set of open nodes over the time of Clarabel on the same rows.
+
+    The first time contains cvxpy and the proof.
+    """
     limits = []
     ours = seconds(lambda: limits.append(model.solve(friction, open=open_nodes)))
     *_, program = model._programs.values()
@@ -129,7 +135,7 @@ def test_limit_without_symmetry_against_clarabel(elements, most, record_property
 
 
 def test_required_friction_in_limits(made, record_property):
-    """Of the fir tree at half its limit, over the time of one limit with its search of sets."""
+    """The required friction of the fir tree at half its limit, over one limit with its search."""
     system, (cycle, friction), limits = made("fir tree"), asked("fir tree"), []
     rival = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
     ours = seconds(lambda: fo.required_friction(system, cycle, 0.5 * limits[0].load_factor))
@@ -137,7 +143,7 @@ def test_required_friction_in_limits(made, record_property):
 
 
 def test_two_million_sets_of_open_nodes_against_single_limits(made, record_property):
-    """`best_open_nodes` of 21 nodes at the border of the open ones, over the limit of one set."""
+    """`best_open_nodes` with 21 nodes at the border of the open nodes, over the limit of one set."""
     system = made("fir tree")
     cycle, friction = asked("fir tree")
     limit = fo.shakedown_limit(system, cycle, friction)
@@ -159,7 +165,7 @@ def test_two_million_sets_of_open_nodes_against_single_limits(made, record_prope
 
 @pytest.mark.parametrize("friction", [0.2, 0.3, 0.5])
 def test_the_search_of_open_nodes_against_one_limit(made, friction, record_property):
-    """15 to 34 sets, over the limit of the best one."""
+    """The search computes 15 to 34 sets. The rival is the limit of the best set."""
     system = made("fir tree")
     cycle, _ = asked("fir tree")
     limit = fo.shakedown_limit(system, cycle, friction)
@@ -178,7 +184,10 @@ def test_the_search_of_open_nodes_against_one_limit(made, friction, record_prope
 
 @pytest.mark.slow
 def test_the_search_of_open_nodes_in_space_against_one_limit(made, record_property):
-    """About 60 sets of the flange, two minutes, over the limit of the best one."""
+    """The search computes about 60 sets of the flange in two minutes.
+
+    The rival is the limit of the best set.
+    """
     system, (cycle, friction), limits = made("flange"), asked("flange"), []
     whole = seconds(lambda: limits.append(fo.shakedown_limit(system, cycle, friction)))
     one = seconds(lambda: fo.shakedown_limit(system, cycle, friction, open=limits[0].open))

@@ -1,4 +1,7 @@
-"""The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices, and required friction against the limit."""
+"""The shakedown limit at the paper's size against a bare HiGHS call on the same reduced matrices.
+
+Required friction is compared with the limit.
+"""
 
 import pickle
 
@@ -30,7 +33,8 @@ def test_compiled_limit_against_bare_highs(compare, system, cycle, options, simp
 def test_first_time(benchmark, cycle, nodes, most):
     system = fo.scenes.PunchOnHalfPlane(elements=nodes - 1).condense()
     with threadpool_limits(1):
-        fresh = pickle.dumps(system)  # nothing is known of a copy
+        # A copy has no cached results.
+        fresh = pickle.dumps(system)
         benchmark.pedantic(
             fo.shakedown_limit, setup=lambda: ((pickle.loads(fresh), cycle, 0.7), {}), rounds=9
         )
@@ -59,7 +63,7 @@ def test_sweep_of_50_against_single_solves(compare, system, cycle):
 
 
 def test_other_loads_on_one_model_against_models_of_their_own(compare, system, cycle):
-    """Mean loads, amplitudes and friction, closed; `cycle=` compiles nothing anew."""
+    """Mean loads, amplitudes and friction vary, with closed nodes; `cycle=` compiles nothing anew."""
     model = fo.ShakedownModel(system, cycle)
     none_open = np.zeros(system.nodes, dtype=bool)
     asked = [
@@ -76,7 +80,10 @@ def test_other_loads_on_one_model_against_models_of_their_own(compare, system, c
 
 
 def test_sweep_with_its_search_against_the_closed_contact(compare, system, cycle):
-    """Eight frictions, for six of which some node tends to open, over as many closed limits."""
+    """Time of eight frictions over as many limits with closed nodes.
+
+    For six of the frictions some node tends to open.
+    """
     frictions = np.linspace(0.3, 1.2, 8)
     model = fo.ShakedownModel(system, cycle)
     none_open = np.zeros(system.nodes, dtype=bool)

@@ -9,13 +9,15 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import frictopt as fo
 
-SIDES = (13, 17, 10)  # nodes in x, y, z; those at the bottom are not in the file
-HEX = [0, 3, 6, 2, 1, 5, 7, 4]  # scikit-fem's order of a brick's nodes in that of decks
+# Numbers of nodes in x, y, z. The nodes at the bottom are not in the file.
+SIDES = (13, 17, 10)
+# The order of a brick's nodes in scikit-fem, by their numbers in decks.
+HEX = [0, 3, 6, 2, 1, 5, 7, 4]
 
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
-    """Files as CalculiX writes them: upper triangle, 14 digits, one label a row."""
+    """Files as CalculiX writes them: upper triangle, 14 digits, one label per row."""
     folder = tmp_path_factory.mktemp("job")
     mesh = MeshHex.init_tensor(*(np.linspace(0, 1, nodes) for nodes in (*SIDES[:2], SIDES[2] + 1)))
     K = linear_elasticity(*lame_parameters(1.0, 0.3)).assemble(

@@ -1,4 +1,4 @@
-"""Limits of uncoupled contacts whose areas open and close, against those of closed contacts."""
+"""Limits of uncoupled contacts whose areas open and close, against limits of closed contacts."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def limit(system, cycle, **options):
 
 
 def pad():
-    """A flat contact of as many nodes, which a roll of the load only tilts."""
+    """A flat contact with a number of nodes, which a roll of the load tilts."""
     arrays = fo.reference.half_plane_contact(CELLS, 1.0, 1.0)
     system = fo.ContactSystem.from_blocks(**arrays)
     rolls = system.B.T @ system.x, system.C @ system.x
@@ -31,7 +31,7 @@ def test_a_rolling_cylinder_against_a_pad_that_stays_closed(compare):
 
 @pytest.mark.parametrize("scaled", [0.0, 0.1])
 def test_a_closed_contact_pays_nothing_for_nodes_that_may_open(compare, scaled):
-    """`open=` with no node names the set, so that neither a search nor an event is looked for."""
+    """`open=` without a node names the set, so that neither open nodes nor events are searched."""
     closed = pad()
     corner = {"Q": 0.4 * PRESS, "P": scaled * PRESS}
     cycle = fo.LoadCycle({"P": PRESS}, [corner, {case: -load for case, load in corner.items()}])

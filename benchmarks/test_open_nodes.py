@@ -1,8 +1,8 @@
 """The search of open nodes, against the limit of the closed contact.
 
-Of a contact that lifts off under the mean load, the search asks several programs, 6 to 19 here,
-each for some more than the closed contact, and one to seven transients. In small contacts it also
-opens nodes that the mean load presses.
+If a contact lifts off under the mean load, the search solves several programs, here 6 to 19, and
+follows one to seven transients. The closed contact has one program. In small contacts the search
+also opens nodes that the mean load presses.
 """
 
 import time
@@ -16,7 +16,7 @@ import frictopt as fo
 
 
 def spent(contact, cycle, opened):
-    """Processor time of the first answer, one thread."""
+    """Processor time of the first answer with one thread."""
     with threadpool_limits(1):
         start = time.process_time()
         limit = fo.shakedown_limit(contact, cycle, 0.6)
@@ -26,7 +26,7 @@ def spent(contact, cycle, opened):
 
 
 def ratio(closed, gap, cycle, rounds, record_property):
-    """Medians over rounds by turns."""
+    """Ratio of the medians over rounds by turns."""
     lifted = closed.with_gap(gap)
     times = np.median(
         [[spent(lifted, cycle, True), spent(closed, cycle, False)] for _ in range(rounds)], axis=0
@@ -66,7 +66,7 @@ def test_small_contacts_in_space(record_property):
 
 
 def least(question, **options):
-    """Least processor time of three limits, one thread."""
+    """Least processor time of three limits with one thread."""
     times = []
     with threadpool_limits(1):
         for _ in range(3):

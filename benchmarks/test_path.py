@@ -1,4 +1,7 @@
-"""Transients on the paper's scene: the exact path against Lemke's method on increments (quantecon), and steady states from random and hard starts."""
+"""Transients on the paper's scene: the exact path against Lemke's method, and steady states.
+
+Lemke's method (quantecon) takes increments. The steady states have random and hard starts.
+"""
 
 import os
 import resource
@@ -29,7 +32,10 @@ def exact(contact, cycle, load_factor):
 
 
 def lemke(contact, cycle, load_factor):
-    """The same by Lemke's method, as a function of the number of increments in a cycle."""
+    """A function of the number of increments in a cycle.
+
+    It returns the work of friction in the second cycle by Lemke's method.
+    """
     pytest.importorskip("quantecon")
     path = ExactPath(contact, cycle, FRICTION, load_factor)
     rival, loads = Lemke(contact, FRICTION, path.force), [path.bonded, path.mean, *path.corners * 2]
@@ -53,7 +59,10 @@ def test_two_cycles_above_the_limit_against_lemke(compare, contact, cycle):
 
 
 def test_steady_states_from_random_starts(benchmark, contact, cycle):
-    """Whole transients to their proven steady states: 5 load factors, Chebyshev modes 1 .. 6 of several amplitudes."""
+    """Whole transients to their proven steady states.
+
+    There are 5 load factors, and Chebyshev modes 1 to 6 of several amplitudes.
+    """
     limit = fo.shakedown_limit(contact, cycle, FRICTION).load_factor
     modes = np.polynomial.chebyshev.chebvander(contact.x, 6)[:, 1:]
     rng = np.random.default_rng(0)
@@ -83,7 +92,10 @@ def test_steady_states_from_random_starts(benchmark, contact, cycle):
 
 
 def test_hard_starts_against_products_with_the_stiffness(compare, cycle):
-    """Whole transients from unit modes, N = 125, .9 to 1.5 lambda_2, against one product of the stiffness with the motions for each event."""
+    """Whole transients from unit modes, N = 125, at load factors of 0.9 to 1.5 lambda_2.
+
+    The rival is one product of the stiffness with the motions for each event.
+    """
     contact = fo.scenes.PunchOnHalfPlane(elements=124).condense()
     limit = fo.shakedown_limit(contact, cycle, FRICTION).load_factor
     starts, u = (
@@ -109,7 +121,7 @@ def test_hard_starts_against_products_with_the_stiffness(compare, cycle):
 
 
 def test_compilation_in_new_processes(record_property, tmp_path):
-    """A first path on a fresh machine, over a first path whose machine code is kept."""
+    """A first path on a new machine, over a first path with stored machine code."""
     code = "from frictopt.transients.exact.kernel import compiled; compiled()"
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path), "OPENBLAS_NUM_THREADS": "1"}
     times = []

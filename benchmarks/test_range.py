@@ -1,4 +1,4 @@
-"""The range of dissipation found over all starts against the transients of the study's 108 starts at the same load."""
+"""The range of dissipation over all starts against the 108 starts of the study at the same load."""
 
 import statistics
 import time
@@ -35,12 +35,13 @@ def test_range_against_a_sample(compare, system, cycle, friction, ratio):
         and span.most >= works.max() * (1 - 1e-9)
         and span.least <= works.min() * (1 + 1e-9)
     )
-    assert ours_over_rival < 2  # .8 to 1.6: both ends are searched
+    # The ratio is 0.8 to 1.6, because both ends are searched.
+    assert ours_over_rival < 2
 
 
 @pytest.mark.parametrize(("friction", "ratio"), CASES)
 def test_range_in_two_seconds_of_one_thread(system, cycle, record_property, friction, ratio):
-    """Processor time, which does not count what else runs on the machine."""
+    """Other work on the machine does not count in the processor time."""
     limit, spent = fo.shakedown_limit(system, cycle, friction).load_factor, []
     with threadpool_limits(1):
         for _ in range(4):

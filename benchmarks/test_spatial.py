@@ -1,7 +1,7 @@
-"""Three dimensions at N = 400 and at 50,000 unknowns: times, against the bare solver and one dense solve; and memory.
+"""Three dimensions with 400 nodes and with 50,000 unknowns: times and memory.
 
-Each call is timed once or a few times by the processor time of one thread, because it takes
-seconds.
+The rivals are the bare solver and one dense solve. Each call is timed once or a few times by the
+processor time of one thread, because it takes seconds.
 """
 
 import os
@@ -33,7 +33,7 @@ def contact(model):
 
 
 def seconds(call, rounds=1):
-    """Least processor time of a call, one thread."""
+    """Least processor time of a call with one thread."""
     spent = []
     with threadpool_limits(1):
         for _ in range(rounds):
@@ -51,7 +51,7 @@ def ratio(ours, rival, record_property):
 
 @pytest.mark.parametrize(("elements", "most"), [(19, 1.5), (29, 0.15)])
 def test_limit_against_the_bare_solver(elements, most, record_property):
-    """Of the whole contact, with what cvxpy and our proof add, against Clarabel alone on the same cones."""
+    """The limit of the whole contact, with cvxpy and the proof, against Clarabel on the same cones."""
     contact = fo.scenes.SquarePunch(elements=elements).condense()
     model, limits = fo.ShakedownModel(contact, BULK, simplify=False), []
     model.solve(0.5)
@@ -66,14 +66,15 @@ def test_limit_against_the_bare_solver(elements, most, record_property):
 
 
 def test_steps_through_the_block_against_direct_ones(record_property, monkeypatch):
-    """The limit of 900 nodes, and the same with direct steps alone."""
+    """The limit of 900 nodes, against the limit with direct steps only."""
     contact = fo.scenes.SquarePunch(elements=29).condense()
     limits = []
 
     def ask():
         limits.append(fo.shakedown_limit(contact, BULK, 0.5, simplify=False))
 
-    ask()  # compiles, and keeps what all questions to this contact share
+    # This call compiles, and stores what all questions about the contact share.
+    ask()
     ours = seconds(ask, rounds=2)
     monkeypatch.setattr(interior_point, "begins_through_block", lambda program: False)
     rival = seconds(ask, rounds=2)
@@ -83,14 +84,16 @@ def test_steps_through_the_block_against_direct_ones(record_property, monkeypatc
 
 
 def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
-    """Largest memory of a limit, less that of a process that has solved a small one, over that of
-    the stiffness."""
+    """Largest memory of a limit, in sizes of the stiffness.
+
+    The memory of a process that has solved a small limit is subtracted.
+    """
     contact = fo.scenes.SquarePunch(elements=39).condense()
     contact.save(tmp_path / "contact.npz")
     code = (
         "import re, sys, frictopt as fo\n"
         "from pathlib import Path\n"
-        # The resource usage of a process begins with the memory of the one that started it.
+        # The resource usage of a process begins with the memory of its parent.
         "def largest(): return int(re.search(r'VmHWM:\\s*(\\d+)', Path('/proc/self/status').read_text())[1])\n"
         "cycle = fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}])\n"
         "small = fo.scenes.SquarePunch(elements=5).condense()\n"
@@ -114,7 +117,7 @@ def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
 
 
 def test_limit_and_safe_slip_of_2500_nodes(record_property):
-    """Each of the whole contact below 180 s and 8 GB, proven from both sides."""
+    """Each of both takes less than 180 s and 8 GB for the whole contact, proven from both sides."""
     code = (
         "import resource, time, frictopt as fo\n"
         "contact = fo.scenes.SquarePunch(elements=49).condense()\n"
@@ -157,7 +160,7 @@ def test_increment_against_one_dense_solve(contact, record_property):
 
 @pytest.mark.parametrize("elements", [9, 19])
 def test_increment_against_bare_sweeps(elements, record_property):
-    """Sweeps over all nodes to 1e-12 alone, without a proof or a state."""
+    """The rival sweeps over all nodes to 1e-12, without a proof or a state."""
     contact = fo.scenes.SquarePunch(elements=elements).condense()
     factor = 0.9 * fo.shakedown_limit(contact, BULK, 0.5).load_factor
     increments, load = (
@@ -187,4 +190,5 @@ def test_memory_at_50000_unknowns(record_property):
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     record_property("gigabytes", int(done.stdout) / 1e6)
-    assert int(done.stdout) < 2e6  # kB
+    # The unit is kB.
+    assert int(done.stdout) < 2e6

@@ -1,4 +1,7 @@
-"""Wear of a cylinder until it is worn in: processor time, and against explicit jumps of cycles near their limit of stability."""
+"""Wear of a cylinder until it is worn in: processor time, and a comparison with explicit jumps.
+
+The jumps of cycles are near their limit of stability.
+"""
 
 import time
 from math import pi
@@ -10,13 +13,13 @@ import frictopt as fo
 
 NODES, COEFFICIENT = 128, 1e-3
 ASKED = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}, {"Q": -1.0}]), 0.5, 0.25
-# of the longest stable jump, after which the stiffest pressure has changed its sign and not its
-# size
+# Share of the longest stable jump. After such a jump the stiffest pressure has changed its sign but
+# not its size.
 SHARE = 0.9
 
 
 def explicit(system):
-    """Number of explicit jumps to a thousandth of the work, each from no slip."""
+    """Number of explicit jumps to a thousandth of the work, each without initial slip."""
     steady, stiffest, works = (
         fo.steady_state(system, *ASKED),
         np.linalg.eigvalsh(system.C)[-1],
@@ -37,7 +40,8 @@ def test_a_cylinder_is_worn_in_within_five_seconds_and_sooner_than_by_explicit_j
 ):
     arrays = fo.reference.half_plane_contact(NODES, 1.3, 4 / pi, R=1.0)
     system = fo.ContactSystem.from_blocks(**arrays, width=np.full(NODES, 2.6 / NODES))
-    fo.wear(system, *ASKED, coefficient=COEFFICIENT, cycles=1)  # compiles, and imports its room
+    # This call compiles, and imports the room.
+    fo.wear(system, *ASKED, coefficient=COEFFICIENT, cycles=1)
     with threadpool_limits(1):
         begin = time.process_time()
         history = fo.wear(system, *ASKED, coefficient=COEFFICIENT)
