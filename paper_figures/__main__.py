@@ -1,8 +1,8 @@
 """Draw the figures: `python -m paper_figures [name ...] [--quick] [--workers N] [--list]`.
 
-Data that is missing, or was made with other parameters or by another version of frictopt, is
-computed first, on all processors. Tables of times come after the others, alone. Finished tables are
-kept, so after an interrupt the same command goes on where it stopped.
+If data is missing, or has other parameters or another version of frictopt, it is computed first, on
+all processors. Tables of times come after the others, alone. Finished tables are kept, so the same
+command continues after an interrupt.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from .prepare import prepare
 
 
 class Script(Protocol):
-    """What a script of this folder offers."""
+    """The interface of a script of this folder."""
 
     __doc__: str | None
     TABLES: Mapping[str, Table[Any]]
@@ -47,7 +47,7 @@ FIGURES: dict[str, Script] = {
 def make(
     name: str, *, quick: bool = False, data: Path | None = None, output: Path | None = None
 ) -> list[Path]:
-    """Draw one figure, computing the tables that it lacks, and return the paths of its files.
+    """Draw one figure, compute the tables that it lacks, and return the paths of its files.
 
     Parameters
     ----------

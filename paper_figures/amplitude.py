@@ -14,12 +14,17 @@ from .style import GREY, WIDE, new_figure, panel_label, plain_log
 
 TABLES: Mapping[str, Table[Any]] = {"runs": RUNS}
 
-_RATIOS = (0.5, 0.9, 1.2, 1.6)  # those of them that the study has
-_APART = 0.06  # of the two families' marks, relative
+# Load factors of the figure, if the study has them.
+_RATIOS = (0.5, 0.9, 1.2, 1.6)
+# Relative distance of the marks of the two families.
+_APART = 0.06
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Rows: frictions; columns: loads. Marks are runs, lines medians; the grey line is the contact without initial slip."""
+    """Rows are frictions, columns loads.
+
+    Marks are runs, lines medians. The grey line is the contact without initial slip.
+    """
     runs = tables["runs"]
     runs = runs[runs["outcome"] != "FAILED"]
     frictions = sorted(runs["friction"].unique())
@@ -69,5 +74,7 @@ def _panel(axes: Any, runs: pd.DataFrame) -> None:
             label=f"{label}: median",
         )
     top = 1.08e3 * runs["dissipation_scaled"].max() or 1.0
-    axes.set_ylim(-0.04 * top, top)  # the marks at zero whole
-    axes.ticklabel_format(axis="y", style="plain")  # the label has a power of ten already
+    # The marks at zero are shown as a whole.
+    axes.set_ylim(-0.04 * top, top)
+    # The label has a power of ten already.
+    axes.ticklabel_format(axis="y", style="plain")

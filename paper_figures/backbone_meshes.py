@@ -1,4 +1,7 @@
-"""A bolted joint on three meshes: its shakedown limit jumps from mesh to mesh, work of friction and slipping share lie on each other."""
+"""A bolted joint on three meshes: shakedown limit, work of friction and slipping share.
+
+The limit jumps from mesh to mesh, while the curves of work and slipping share agree.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +18,10 @@ TABLES: Mapping[str, Table[Any]] = {"meshes": MESHES}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Work of friction and share that slips over the load, a look for each mesh; its limit is a line in its colour."""
+    """Work of friction and slipping share over the load, with a look for each mesh.
+
+    A line in its colour shows its limit.
+    """
     figure = new_figure(WIDE, 75)
     work, share = panels = figure.subplots(1, 2)
     for (elements, rows), look in zip(tables["meshes"].groupby("elements"), SERIES, strict=False):

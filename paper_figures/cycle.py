@@ -19,7 +19,10 @@ _STYLES = {"falls": "-", "rises": (0, (4, 1.5))}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: q / (f p); right: slip. Colours tell sigma, lines whether it falls or rises."""
+    """Left: q / (f p). Right: slip.
+
+    Colours show sigma; solid and dashed lines show whether sigma falls or rises.
+    """
     table = tables["cycle"]
     figure = new_figure(WIDE, 88)
     left, right = figure.subplots(1, 2)
@@ -50,11 +53,12 @@ def _levels(table: pd.DataFrame) -> pd.Series:
 
 
 def _color(level: float) -> Any:
-    return colormaps["viridis"](0.45 * (1 + level))  # without the light end
+    # The light end of the colour map is not used.
+    return colormaps["viridis"](0.45 * (1 + level))
 
 
 def _instants(left: Any, right: Any, table: pd.DataFrame) -> None:
-    """One line for each instant; the last one is the first one again."""
+    """One line for each instant; the last instant is the first one again."""
     end = table["instant"].max()
     for instant, rows in table[table["instant"] < end].groupby("instant"):
         level = _levels(rows).iloc[0]
@@ -79,9 +83,8 @@ def _legend(figure: Figure, levels: Sequence[float]) -> None:
         r"$\sigma = 0$" if level == 0 else label
         for level, label in zip(levels, labels, strict=True)
     ]
-    handles += [Line2D([], [], linestyle="none")] * (
-        len(levels) % 2
-    )  # the two lines have the last column of two
+    # The names of the two lines have the last of two columns.
+    handles += [Line2D([], [], linestyle="none")] * (len(levels) % 2)
     labels += [""] * (len(levels) % 2)
     handles += [Line2D([], [], color=BLACK, lw=0.9, linestyle=style) for style in _STYLES.values()]
     figure.legend(

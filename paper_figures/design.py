@@ -1,4 +1,4 @@
-"""Best designs: limits of a punch against the depth of its profile, profiles and pressures, relief of a dovetail, bolts of a lap joint."""
+"""Best designs: profiles and limits of a punch, relief of a dovetail, bolts of a lap joint."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,7 +20,7 @@ TABLES: Mapping[str, Table[Any]] = {
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Above: shakedown and guaranteed limits of the punch, its profiles; below: pressures, dovetail, lap joint."""
+    """Above: limits and profiles of the punch. Below: pressures, dovetail, lap joint."""
     figure = new_figure(WIDE, 120)
     (upper, lower, profiles), (pressures, relief, bolts) = figure.subplots(2, 3)
     for (friction, table), look in zip(tables["limits"].groupby("friction"), SERIES, strict=False):

@@ -1,4 +1,7 @@
-"""Steady dissipation against the load: every start is a mark; between the guaranteed and the shakedown limit the outcome depends on the start."""
+"""Steady dissipation against the load, with a mark for every start.
+
+Between the guaranteed and the shakedown limit the outcome depends on the start.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,13 +27,16 @@ FAMILIES: Mapping[str, tuple[str, Mapping[str, Any]]] = {
 }
 """Family of starts -> its name in legends and its look."""
 
-# by which the families of one load stand apart, in load ratios: none may seem to lie beyond the
-# limit
+# Distance of the families of one load, in load ratios. It is so small that no mark seems to lie
+# beyond the limit.
 _WIDTH = 0.0025
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One panel for each friction; a strip below the logarithmic axis holds the runs without dissipation."""
+    """One panel for each friction.
+
+    A strip below the logarithmic axis has the runs without dissipation.
+    """
     runs = tables["runs"]
     runs = runs[runs["outcome"] != "FAILED"]
     frictions = sorted(runs["friction"].unique())

@@ -1,4 +1,4 @@
-"""The range of steady dissipation found over all starts, drawn over the sampled ones."""
+"""The range of steady dissipation over all starts, with the sampled starts in it."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,7 +20,11 @@ _SHADE = "#DCE6EE"
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One panel for each friction: the band from the least to the largest dissipation found, and a mark for each sampled start."""
+    """One panel for each friction.
+
+    The band goes from the least to the largest dissipation of the search. Each sampled start has a
+    mark.
+    """
     found, runs = against_sample(tables["found"], tables["runs"]), tables["runs"]
     runs = runs[runs["dissipation_scaled"] > 0]
     frictions = sorted(found["friction"].unique())
@@ -36,10 +40,11 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         )
         marks = runs[runs["friction"] == friction]
         least = rows["least"].where(rows["least"] > 0)
+        # Below the limit the least dissipation is 0.
         for side, label in (
             (rows["load_ratio"] < 1, "range found"),
             (rows["load_ratio"] > 1, None),
-        ):  # the least is 0 below the limit
+        ):
             part = rows[side]
             axes.fill_between(
                 part["load_ratio"],

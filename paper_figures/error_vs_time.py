@@ -1,4 +1,7 @@
-"""Error against run time of each computation on its finest mesh: frictopt, and direct calls of other packages for the same work."""
+"""Error against run time of each computation on its finest mesh, for frictopt and other packages.
+
+Direct calls of the other packages do the same work.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -32,7 +35,10 @@ _PROGRAMS = ("qp", "milp", "QP", "MILP")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One panel for each comparison with others, and for each one of increments in three dimensions; the line is the front of undominated methods."""
+    """One panel for each comparison with other packages, and for increments in three dimensions.
+
+    The line is the front of undominated methods.
+    """
     questions = {
         key: rows[rows["nodes"] == rows["nodes"].max()]
         for key, rows in tables["error"].groupby(["computation", "quantity"], sort=False)
@@ -74,7 +80,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _shown(rows: pd.DataFrame) -> bool:
-    """Whether others answer the question too, or it is one of increments in three dimensions."""
+    """Whether other packages answer the question, too, or it is an increment in three dimensions."""
     in_space = rows["computation"].iloc[0].endswith("3-D")
     return bool(
         (rows["rival"] != "").any()
@@ -92,7 +98,7 @@ def _panel(axes: Any, rows: pd.DataFrame) -> None:
 
 
 def _front(axes: Any, rows: pd.DataFrame) -> None:
-    """Line along the front, from the upper edge of the panel to its right one."""
+    """The line along the front, from the upper edge of the panel to its right edge."""
     error = rows["error"].clip(lower=ROUNDING)
     edges = (
         [rows["seconds"].iloc[0], *rows["seconds"], axes.get_xlim()[1]],

@@ -14,8 +14,10 @@ from validation.extremes.study import EXTREMES
 from .style import BLACK, GREY, SERIES, WIDE, new_figure
 
 TABLES: Mapping[str, Table[Any]] = {"extremes": EXTREMES}
-_FLOOR = 1e-17  # smaller ones are drawn here
-_SHIFT = 0.17  # of the marks from the middle of a line
+# Smaller values are drawn here.
+_FLOOR = 1e-17
+# Distance of the marks from the middle of a line.
+_SHIFT = 0.17
 _MARKS: Mapping[str, dict[str, Any]] = {
     "residual": {"color": SERIES[0]["color"], "marker": "o", "mfc": "white"},
     "error": {"color": SERIES[1]["color"], "marker": "s"},

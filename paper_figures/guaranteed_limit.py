@@ -1,4 +1,7 @@
-"""Guaranteed and shakedown limit against friction, corner size and slip bound, with the region where the outcome depends on the start."""
+"""Guaranteed and shakedown limit against friction, corner size and slip bound.
+
+Between them is the region in which the outcome depends on the start.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +24,10 @@ _GUARANTEED, _SHAKEDOWN = "-", (0, (4, 1.5))
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: against friction on the finest mesh, and lambda_1 on coarser ones; middle: against the corner element; right: against the slip bound."""
+    """Left: against friction. Middle: against the corner element. Right: against the slip bound.
+
+    The left panel has the finest mesh, and lambda_1 on coarser meshes.
+    """
     figure = new_figure(WIDE, 80)
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.4, 1, 1))
     _against_friction(left, tables["friction"])

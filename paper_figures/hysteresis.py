@@ -1,4 +1,7 @@
-"""Shear against slip of a corner node and of an inner node: from the unslipped contact into the steady loop above the shakedown limit."""
+"""Shear against slip of a corner node and of an inner node, above the shakedown limit.
+
+The curves lead from the contact without slip into the steady loop.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,7 +26,8 @@ _ARROW = {
     "shrinkA": 0,
     "shrinkB": 0,
 }
-_ENDS = {"v": -1, "^": 1}  # marker -> sense of sigma
+# Marker -> sense of sigma.
+_ENDS = {"v": -1, "^": 1}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
@@ -102,13 +106,14 @@ def _node(axes: Any, rows: pd.DataFrame) -> None:
 
 
 def _arrow(axes: Any, steady: pd.DataFrame, sense: int) -> None:
-    """Arrow head on the branch that slips in this sense, in the middle of its slip."""
+    """Arrow head on the branch of one sense of slip, in the middle of its slip."""
     middle = (steady["slip"].min() + steady["slip"].max()) / 2
     slip, q, status = (steady[name].to_numpy() for name in ("slip", "q", "status"))
     crossing = np.flatnonzero(
         (status[:-1] == sense) & ((slip[:-1] - middle) * (slip[1:] - middle) < 0)
     )
-    for index in crossing[:1]:  # none where the node never slips
+    # If the node never slips, there is no arrow.
+    for index in crossing[:1]:
         share = (middle - slip[index]) / (slip[index + 1] - slip[index])
         tip = (middle, (1 - share) * q[index] + share * q[index + 1])
         axes.annotate("", tip, (slip[index], q[index]), arrowprops=_ARROW)

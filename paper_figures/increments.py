@@ -1,4 +1,4 @@
-"""Error of the steady cycle's dissipation against run time: increments of two kinds, and the exact path."""
+"""Error of the steady cycle's dissipation against run time, for increments and the exact path."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -23,7 +23,7 @@ _MARKERS = {
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Markers tell the engine, colours and lines the mesh; numbers are increments from corner to corner."""
+    """Markers show the engine, colours and lines the mesh; numbers are increments per segment."""
     table = tables["error"].query("computation == 'transient' and nodes > 0 and rival == ''")
     figure = new_figure(WIDE, 88)
     axes = figure.subplots()
@@ -67,7 +67,10 @@ def _steps(axes: Any, rows: pd.DataFrame) -> None:
 
 
 def _order(axes: Any, table: pd.DataFrame) -> None:
-    """Line of second order, below the points: what a run time proportional to the number of increments would give."""
+    """Line of second order below the points.
+
+    A run time proportional to the number of increments would give this line.
+    """
     last = table[table["method"] == "frictopt, qp"].groupby("nodes").last().iloc[0]
     times = last["seconds"] * np.array([0.2, 1.0])
     errors = last["error"] / 20 * np.array([25.0, 1.0])

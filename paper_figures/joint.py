@@ -1,4 +1,7 @@
-"""Where two joints fret under a measured history: slip, work, fretting parameters, and the safe amplitudes of two loads."""
+"""Fretting of two joints under a measured history.
+
+The figure has slip, work, fretting parameters, and the safe amplitudes of two loads.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -18,7 +21,11 @@ _SCALE = {"push": 1e-3}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Rows: joints. Columns: slip range, fretting parameters over their largest values, safe amplitudes beside those of the history."""
+    """Rows are joints. Columns are slip range, fretting parameters, and safe amplitudes.
+
+    Fretting parameters are relative to their largest values. The amplitudes of the history stand
+    beside the safe amplitudes.
+    """
     fretting, region = tables["fretting"], tables["region"]
     names = list(dict.fromkeys(fretting["joint"]))
     figure = new_figure(WIDE, 14 + 52 * len(names))

@@ -1,4 +1,4 @@
-"""The slip that no start avoids above the shakedown limit: what is proven beside what is found."""
+"""The slip that no start avoids above the shakedown limit: proven values beside values of a search."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,7 +15,7 @@ TABLES: Mapping[str, Table[Any]] = {"slip": SLIP}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: the weighted slip that the theorem bounds; right: the sum of the slips of all nodes."""
+    """Left: the weighted slip that the theorem bounds. Right: the sum of the slips of all nodes."""
     table = tables["slip"]
     figure = new_figure(WIDE, 72)
     left, right = figure.subplots(1, 2)

@@ -1,4 +1,4 @@
-"""Load up to which the contact comes to rest, after what was done to it before, against friction."""
+"""Load up to which the contact shakes down after several protocols, against friction."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Errors of the mesh: corner exponent, dissipation against a closed form, the law of the shakedown limit at the corner, and surfaces that give."""
+"""Errors of the mesh: corner exponent, dissipation, the law of the corner, and contact stiffness."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,10 @@ TABLES: Mapping[str, Table[Any]] = {"error": ERROR, "corner": CORNER, "surface":
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Errors against run time above; below the fitted exponents against the expected ones, and limits without and with contact stiffness."""
+    """Above: errors against run time. Below: fitted against expected exponents, and limits.
+
+    The limits are without and with contact stiffness.
+    """
     figure = new_figure(WIDE, 140)
     panels = figure.subplots(2, 2).ravel()
     meshes = tables["error"][tables["error"]["nodes"] == 0]
@@ -91,7 +94,8 @@ def _surface(axes: Any, table: pd.DataFrame) -> None:
             lw=0.8,
             label=f"${give:g}\\,a$" if give else "0 (hard)",
         )
-        slips = rows[rows["onset"] > 0]  # else the mean load alone slips
+        # In the other rows the mean load alone causes slip.
+        slips = rows[rows["onset"] > 0]
         axes.plot(
             slips["corner_size"],
             slips["onset"],

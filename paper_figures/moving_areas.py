@@ -1,4 +1,7 @@
-"""A cylinder under a normal load that varies with its shear: limit and work of a steady cycle, against the phase between them and against Dundurs' constant."""
+"""A cylinder under a normal load that varies with its shear: limit and work of a steady cycle.
+
+They are drawn against the phase between both loads and against Dundurs' constant.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,7 +19,7 @@ TABLES: Mapping[str, Table[Any]] = {"phases": PHASES, "betas": BETAS}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Above: limit and work against the phase, and work against the load; below: against beta."""
+    """Above: limit and work against the phase, and work against the load. Below: against beta."""
     table = tables["phases"]
     figure = new_figure(WIDE, 122)
     (left, right), of_betas = figure.subplots(2, 2)
@@ -55,7 +58,7 @@ _NAMES = {"in_phase": "in phase", "rolls": "rolls"}
 
 
 def _against_beta(table: pd.DataFrame, panels: Sequence[Axes]) -> None:
-    """Left: limits against beta; right: the work of a steady cycle above them."""
+    """Left: limits against beta. Right: the work of a steady cycle above them."""
     limits, works = panels
     for (cycle, rows), look in zip(table.groupby("cycle"), SERIES, strict=False):
         ordered = rows.sort_values("beta")
@@ -67,7 +70,7 @@ def _against_beta(table: pd.DataFrame, panels: Sequence[Axes]) -> None:
     limits.set_ylabel("limit, load factor")
     limits.set_ylim(bottom=0)
     works.set_ylabel(r"work of a cycle $W E^* / P^2$")
-    # In phase the work is thousands of times smaller than that of rolling.
+    # The work in phase is thousands of times smaller than the work of rolling.
     works.set_yscale("log")
     for axes in panels:
         axes.set_xlabel(r"Dundurs' constant $\beta$")

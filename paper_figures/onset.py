@@ -22,10 +22,11 @@ _CURVES = {
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Onset on the finest mesh, for a bulk that is pulled and one that is pressed."""
+    """Onset on the finest mesh, for a pulled and for a pressed bulk."""
     table = tables["friction"]
     finest = table[table["elements"] == table["elements"].max()]
-    bonded = finest[finest["mean_slips"] == 0]  # below, the first slip comes before any sigma
+    # Below this friction the first slip comes before any sigma.
+    bonded = finest[finest["mean_slips"] == 0]
     figure = new_figure(NARROW, 84)
     axes = figure.subplots()
     for (column, label), series in zip(_CURVES.items(), SERIES, strict=False):

@@ -1,4 +1,4 @@
-"""The tables that figures lack are computed side by side, those of one study in one process."""
+"""Compute the tables that figures lack in parallel; the tables of one study share a process."""
 
 import os
 import sys
@@ -15,18 +15,18 @@ from studies.tables import Table
 
 
 def prepare(tables: Iterable[Table[Any]], quick: bool, folder: Path, workers: int) -> None:
-    """Compute those of the tables that are not stored, in several processes.
+    """Compute the tables that are not stored, in several processes.
 
     Tables that measure times are left out, since nothing else should run beside them.
 
     Parameters
     ----------
     tables
-        The tables. Those of one study share what they compute, and stay together.
+        The tables. The tables of one study share computations, and stay together.
     quick
         Compute the quick size.
     folder
-        Where they are stored.
+        Folder of the stored tables.
     workers
         Number of processes.
     """
@@ -40,9 +40,10 @@ def prepare(tables: Iterable[Table[Any]], quick: bool, folder: Path, workers: in
         ProcessPoolExecutor(min(workers, len(studies)), get_context("spawn"), _begin) as pool,
         progress_bar(True, "studies", "study", total=len(studies)) as bar,
     ):
+        # The longest computations are among the last studies, so these begin first.
         jobs = [
             pool.submit(_compute, missing, quick, folder) for missing in reversed(studies.values())
-        ]  # the longest are among the last
+        ]
         try:
             for job in as_completed(jobs):
                 job.result()
@@ -53,7 +54,7 @@ def prepare(tables: Iterable[Table[Any]], quick: bool, folder: Path, workers: in
 
 
 def _begin() -> None:
-    """One thread for each process, and no bars of progress but that of the first process."""
+    """Set one thread for each process, and show only the progress of the first process."""
     threadpool_limits(1)
     sys.stderr = open(os.devnull, "w", encoding="utf-8")
 

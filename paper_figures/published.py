@@ -1,4 +1,7 @@
-"""Results of others beside ours: nodes, cylinders, a twisted sphere and a layered beam; lines are theirs, marks ours."""
+"""Results of others beside frictopt: nodes, cylinders, a twisted sphere and a layered beam.
+
+Lines are results of others, marks results of frictopt.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,9 +17,10 @@ from .style import BLACK, SERIES, WIDE, new_figure, panel_label
 
 TABLES: Mapping[str, Table[Any]] = {"compared": COMPARED, "curves": CURVES}
 
-_ABOVE, _BELOW = 5, -11  # points from the line to its name
-# how quantities begin -> their names, where along the line and on which side these stand;
-# horizontal and vertical axis
+# Distance in points from a line to its name.
+_ABOVE, _BELOW = 5, -11
+# Beginning of a quantity -> its name, the place of the name along the line, its side, and the names
+# of the horizontal and the vertical axis.
 _PANELS = (
     (
         {
@@ -77,7 +81,7 @@ _PANELS = (
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Eight panels: a line of theirs through marks of ours each."""
+    """Eight panels, each with a line of others through marks of frictopt."""
     figure = new_figure(WIDE, 92)
     for axes, letter, (series, across, up) in zip(
         figure.subplots(2, 4).flat, "abcdefgh", _PANELS, strict=True
@@ -123,7 +127,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _named(table: pd.DataFrame, begins: str) -> str:
-    """The shortest of the quantities that begin so."""
+    """The shortest quantity with a given beginning."""
     return min(
         (str(name) for name in table["quantity"].unique() if name.startswith(begins)), key=len
     )

@@ -20,16 +20,18 @@ _LINE = {"color": BLACK, "shrinkA": 0, "shrinkB": 0}
 _LOAD = _LINE | {"arrowstyle": "-|>", "mutation_scale": 6, "lw": 0.8}
 _AXIS = _LINE | {"arrowstyle": "->", "mutation_scale": 6, "lw": 0.8}
 _LENGTH = _LINE | {"arrowstyle": "<|-|>", "mutation_scale": 5, "lw": 0.5}
+# A white background keeps a word legible on the lines of the mesh.
 _ON_MESH = {
     "facecolor": "white",
     "edgecolor": "none",
     "pad": 0.8,
-}  # keeps a word legible on the lines of the mesh
-_ZOOM = 0.12  # half the width of the corner's panel, over a
+}
+# Half the width of the panel of the corner, over a.
+_ZOOM = 0.12
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Whole scene on the left, the mesh at the right corner of the contact on the right."""
+    """Left: the whole scene. Right: the mesh at the right corner of the contact."""
     scene = fo.scenes.PunchOnHalfPlane()
     figure = new_figure(WIDE, 70)
     whole, corner = figure.subplots(1, 2, width_ratios=[1.95, 1])
@@ -73,7 +75,7 @@ def _loads(axes: Any, side: float, depth: float, height: float) -> None:
 
 
 def _supports(axes: Any, side: float, depth: float) -> None:
-    """Rollers along the bottom; the node in its middle is held sideways as well."""
+    """Rollers along the bottom. The node in the middle of the bottom is also held sideways."""
     radius = 0.3
     ground = -depth - 2 * radius
     for share in (-0.96, -0.72, -0.48, -0.24, 0.24, 0.48, 0.72, 0.96):

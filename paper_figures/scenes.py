@@ -29,7 +29,7 @@ _LOAD = {
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Scenes above, limits below."""
+    """Above: scenes. Below: limits."""
     table = tables["limits"]
     figure = new_figure(WIDE, 118)
     axes = figure.subplots(2, 3, height_ratios=[1.0, 1.05])

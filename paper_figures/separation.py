@@ -1,4 +1,4 @@
-"""Limits of contacts that open: a cylinder and rounded punches over the mesh, rounded punches over friction, nodes that open in each cycle."""
+"""Limits of contacts that open: a cylinder, rounded punches, a flat punch and a pin."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,10 @@ TABLES: Mapping[str, Table[Any]] = {"cylinder": CYLINDER, "rounded": ROUNDED, "c
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: the cylinder against the cell; then rounded punches against the element, and friction; right: flat punch and pin."""
+    """The cylinder and rounded punches over the mesh, punches over friction, and moving nodes.
+
+    The right panel has a flat punch and a pin, whose nodes open in each cycle.
+    """
     figure = new_figure(WIDE, 66)
     first, second, third, fourth = figure.subplots(1, 4)
     _cylinder(first, tables["cylinder"])

@@ -19,7 +19,10 @@ _LIMIT = r"shakedown limit $\lambda_2 = \sigma / (P / 2a)$"
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: against friction for several corner sizes; right: against the corner size at several frictions."""
+    """Left: against friction for several corner sizes. Right: against the corner size.
+
+    The right panel has several frictions.
+    """
     figure = new_figure(WIDE, 84)
     left, right = figure.subplots(1, 2)
     _against_friction(left, tables["friction"])
@@ -77,7 +80,8 @@ def _against_corner(axes: Any, table: pd.DataFrame) -> None:
     axes.set_xscale("log")
     plain_log(axes, "y")
     axes.set_xlim(right=0.5)
-    axes.set_ylim(bottom=0.78 * table["load_factor"].min())  # room for the legend
+    # The legend needs room.
+    axes.set_ylim(bottom=0.78 * table["load_factor"].min())
     axes.set_xlabel("corner element / $a$")
     axes.set_ylabel(_LIMIT)
     handles = [

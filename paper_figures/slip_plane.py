@@ -1,4 +1,7 @@
-"""The plane of slips of two coupled nodes: friction lines that close in as the load grows, and what is left of the safe slips."""
+"""The plane of slips of two coupled nodes, at several loads.
+
+The friction lines approach each other as the load grows, and the region of safe slips shrinks.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -43,7 +46,8 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 def _panel(axes: Any, rows: pd.DataFrame) -> None:
     safe = rows[rows["what"] == "safe"]
     axes.fill(safe["v1"], safe["v2"], color=_SAFE, lw=0)
-    if np.ptp(safe["v1"]) < 1e-6:  # a single slip
+    # The region is a single slip.
+    if np.ptp(safe["v1"]) < 1e-6:
         axes.plot(safe["v1"].iloc[:1], safe["v2"].iloc[:1], "o", color=BLACK, zorder=5)
     for (what, node, sense), line in rows[rows["what"].isin(["line", "mean line"])].groupby(
         ["what", "node", "sense"]

@@ -1,4 +1,4 @@
-"""Both limits in three dimensions against friction and mesh, and the work of friction from one to the other."""
+"""Both limits in three dimensions against friction and mesh, and the work between the limits."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -27,7 +27,10 @@ _MESH = (
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: square punch against friction; middle: against the mesh; right: work over the load factor."""
+    """Left: square punch against friction. Middle: against the mesh. Right: work.
+
+    The work is drawn over the load factor.
+    """
     figure = new_figure(WIDE, 66)
     friction, mesh, work = figure.subplots(1, 3)
     for (load, rows), look in zip(
@@ -52,7 +55,8 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
     plain_log(mesh, "xy")
     mesh.set_xlabel("node pairs $N$")
     mesh.set_ylabel("load factor")
-    mesh.set_ylim(top=10 * mesh.get_ylim()[1])  # room for the legend
+    # The legend needs room.
+    mesh.set_ylim(top=10 * mesh.get_ylim()[1])
     mesh.legend(loc="upper right")
     rows = tables["work"]
     work.fill_between(
@@ -64,7 +68,8 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
         work.axvline(place, color=BLACK, linestyle=line, lw=0.8, label=words)
     work.set_xlabel(r"load factor / $\lambda_2$")
     work.set_ylabel(r"work of friction per cycle $W E / (a^3 \bar p^2)$")
-    work.set_ylim(0.0, 1.5 * rows["most"].max())  # room for the legend
+    # The legend needs room.
+    work.set_ylim(0.0, 1.5 * rows["most"].max())
     work.legend(
         loc="upper left",
         ncols=2,
@@ -87,7 +92,7 @@ def _limits(axes: Any, rows: pd.DataFrame, over: str, color: str, marker: str = 
 
 
 def _legend(axes: Any) -> None:
-    """Loads by colour, limits by line."""
+    """Colours show loads, lines show limits."""
     handles, labels = axes.get_legend_handles_labels()
     for line, words in _LIMITS.values():
         handles.append(Line2D([], [], color=BLACK, linestyle=line))

@@ -19,7 +19,10 @@ _FACES = ("bulk", "turning, 4 corners")
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: limits; middle and right: traction ratio at the first corner and safe slip, with the length of an arrow below."""
+    """Left: limits. Middle and right: traction ratio at the first corner, and safe slip.
+
+    The length of an arrow stands below.
+    """
     figure = new_figure(WIDE, 66)
     left, *faces = figure.subplots(1, 3, width_ratios=(1.15, 1, 1))
     _limits(left, tables["limits"])
@@ -40,7 +43,8 @@ def _limits(axes: Any, table: pd.DataFrame) -> None:
     plain_log(axes, "xy")
     axes.set_xlabel("coefficient of friction $f$")
     axes.set_ylabel(r"shakedown limit $\lambda_2$ / mean pressure")
-    axes.set_ylim(top=9 * table["shakedown"].max())  # room for the legend
+    # The legend needs room.
+    axes.set_ylim(top=9 * table["shakedown"].max())
     axes.legend(loc="upper left")
 
 
@@ -67,9 +71,8 @@ def _face(axes: Any, rows: pd.DataFrame) -> Any:
         width=0.006,
         headwidth=3.5,
     )
-    size = float(
-        f"{np.hypot(rows['slip1'], rows['slip2']).max():.0e}"
-    )  # the longest, with one digit
+    # The length of the longest arrow, rounded to one digit.
+    size = float(f"{np.hypot(rows['slip1'], rows['slip2']).max():.0e}")
     axes.quiverkey(
         arrows,
         0.86,

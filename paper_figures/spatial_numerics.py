@@ -25,7 +25,7 @@ _QUESTIONS = (
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: error of the dissipation, and what the result itself says of it; right: processor times."""
+    """Left: error of the dissipation, and its estimate in the result. Right: processor times."""
     figure = new_figure(WIDE, 74)
     left, right = figure.subplots(1, 2)
     _errors(left, tables["steps"])
@@ -58,7 +58,8 @@ def _times(axes: Any, table: pd.DataFrame) -> None:
         rows = table.query("scene == 'space' and question == @question")
         axes.plot(rows["nodes"], rows["seconds"], label=question, **series)
     whole_decades(axes, "xy")
-    axes.set_ylim(top=10 * axes.get_ylim()[1])  # room for the legend
+    # The legend needs room.
+    axes.set_ylim(top=10 * axes.get_ylim()[1])
     axes.set_xlabel("node pairs $N$")
     axes.set_ylabel("processor time, s")
     axes.legend(loc="upper left")

@@ -1,4 +1,4 @@
-"""Look of all figures, and the one place that saves them."""
+"""The look of all figures, and the function that saves them."""
 
 from math import ceil, floor, log10
 from pathlib import Path
@@ -27,7 +27,8 @@ __all__ = [
 ]
 
 OUTPUT = Path(__file__).parent / "output"
-NARROW, WIDE = 84.0, 174.0  # one and two columns of a journal page, mm
+# Widths of one and two columns of a journal page, in mm.
+NARROW, WIDE = 84.0, 174.0
 
 
 def styled() -> Any:
@@ -36,7 +37,10 @@ def styled() -> Any:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Figure of that size in mm; it has no window and is in no global list, so it need not be closed."""
+    """A figure of a size in mm.
+
+    It has no window and is in no global list, so nobody has to close it.
+    """
     return Figure(figsize=(width / 25.4, height / 25.4), layout="constrained")
 
 
@@ -56,7 +60,10 @@ def plain_log(axes: Any, directions: str) -> None:
 
 
 def whole_decades(axes: Any, directions: str) -> None:
-    """Make "x", "y" or "xy" logarithmic, from the decade below the data to the one above, with the powers of ten alone as labels."""
+    """Make "x", "y" or "xy" logarithmic, with whole decades and powers of ten as labels.
+
+    The axis begins with the decade below the data and ends with the decade above.
+    """
     for direction in directions:
         axes.set(**{f"{direction}scale": "log"})
         low, high = getattr(axes, f"get_{direction}lim")()
@@ -65,17 +72,19 @@ def whole_decades(axes: Any, directions: str) -> None:
 
 
 def output_folder(quick: bool) -> Path:
-    """Default folder of the figures; those of quick data have another one."""
+    """Default folder of the figures; figures of quick data have another folder."""
     return OUTPUT / "quick" if quick else OUTPUT
 
 
 def save(figure: Figure, name: str, folder: Path) -> list[Path]:
-    """Write the figure as PDF and PNG, the same bytes for the same data, and return the two paths."""
+    """Write the figure as PDF and PNG, and return the two paths.
+
+    The same data gives the same bytes.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{name}.pdf", folder / f"{name}.png"]
     figure.savefig(paths[0], metadata={"CreationDate": None})
-    figure.set_layout_engine(
-        "none"
-    )  # both have the same layout, which takes as long as the drawing
+    # Both files have the same layout, which takes as long as the drawing.
+    figure.set_layout_engine("none")
     figure.savefig(paths[1])
     return paths

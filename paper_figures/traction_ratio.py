@@ -1,4 +1,4 @@
-"""Shear over the friction bound along the contact at the shakedown limit, and the safe slip that makes it possible."""
+"""Shear over the friction bound along the contact at the shakedown limit, and the safe slip."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -15,15 +15,21 @@ from .style import BLACK, GREY, SERIES, WIDE, new_figure, panel_label
 
 TABLES: Mapping[str, Table[Any]] = {"reactions": REACTIONS}
 
+# Shares of the mechanism above which a node is marked: along the whole contact, and near its edge.
 _LARGE = (
     0.05,
     0.01,
-)  # shares of the mechanism above which a node is marked: along the whole contact, near its edge
-_CORNER = 0.03  # width of the corner's panel, over a
+)
+# Width of the panel of the corner, over a.
+_CORNER = 0.03
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """One row of panels for each friction: the ratio at both load corners, the same near the edge of the contact, and the safe slip."""
+    """One row of panels for each friction.
+
+    The panels are the ratio at both load corners, the ratio near the edge of the contact, and the
+    safe slip.
+    """
     table = tables["reactions"]
     frictions = table["friction"].unique()
     figure = new_figure(WIDE, 10 + 54 * len(frictions))
@@ -83,7 +89,8 @@ def _ratio(axes: Any, rows: pd.DataFrame, large: float) -> None:
 
 
 def _slip(axes: Any, rows: pd.DataFrame) -> None:
-    part = rows[rows["sigma"] == rows["sigma"].iloc[0]]  # the slip is the same at all corners
+    # The slip is the same at all corners.
+    part = rows[rows["sigma"] == rows["sigma"].iloc[0]]
     axes.plot(part["x"], part["slip"], color=BLACK)
     axes.axhline(0, color=GREY, lw=0.6)
     axes.set_ylabel(r"safe slip $v\,E^* / (a\,P / 2a)$")

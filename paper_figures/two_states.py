@@ -1,4 +1,4 @@
-"""Two steady states at one load above the shakedown limit, those of the starts with the least and the most dissipation."""
+"""Two steady states at one load above the shakedown limit, with least and most dissipation."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,7 +17,10 @@ TABLES: Mapping[str, Table[Any]] = {"states": STATES}
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Left: slip along the contact, its range over the cycle shaded; middle: that range alone; right: the loop of the node that dissipates most."""
+    """Left: slip along the contact. Middle: range of the slip. Right: a loop.
+
+    The range over the cycle is shaded. The loop belongs to the node that dissipates most.
+    """
     table = tables["states"]
     figure = new_figure(WIDE, 76)
     slip, width, loop = figure.subplots(1, 3)
@@ -79,7 +82,7 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _most(rows: pd.DataFrame) -> float:
-    """Place of the node whose loop encloses most."""
+    """Place of the node whose loop encloses the largest area."""
     loops = {x: abs(np.trapezoid(node["q"], node["slip"])) for x, node in rows.groupby("x")}
     return float(max(loops, key=loops.__getitem__))
 

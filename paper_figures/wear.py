@@ -1,4 +1,8 @@
-"""Wear: depth and pressure of a cylinder over the cycles, work of friction, limits before and after; damping and limits of a lap joint."""
+"""Wear of a cylinder and a lap joint over the cycles.
+
+The figure has depth, pressure and work of friction of the cylinder, damping of the lap joint, and
+limits before and after.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -22,7 +26,7 @@ TABLES: Mapping[str, Table[Any]] = {
 
 
 def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
-    """Above: profiles; then work of friction, and limits; below: a lap joint."""
+    """Above: profiles. Middle: work of friction, and limits. Below: the lap joint."""
     figure = new_figure(WIDE, 170)
     (depth, pressure), (work, limits), joint = figure.subplots(3, 2)
     profiles = tables["profiles"]
@@ -70,7 +74,10 @@ def draw(tables: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _joint(panels: Sequence[Axes], life: pd.DataFrame) -> None:
-    """Damping and frequency, and both limits, of the lap joint over the cycles; the unworn joint at the left end."""
+    """Damping, frequency and both limits of the lap joint over the cycles.
+
+    The joint without wear is at the left end.
+    """
     damping, limits = panels
     first = float(life["cycles"].iloc[1])
     cycles = life["cycles"].clip(lower=first / 2)
