@@ -119,10 +119,8 @@ def beam(elements: int, length: float) -> fo.ContactModel:
         "face": lambda x: x[1] == 0.0,
         "pressed": lambda x: np.abs(x[1]) == 1.0,
         "root": lambda x: x[0] == 0.0,
-        "held": lambda x: (
-            (x[0] == 0.0) & (np.abs(x[1]) > 0.25)
-            # The faces end in the root, and may open there.
-        ),
+        # The faces end in the root, and may open there.
+        "held": lambda x: (x[0] == 0.0) & (np.abs(x[1]) > 0.25),
         "tip": lambda x: x[0] == length,
     }
     meshes = {

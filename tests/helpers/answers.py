@@ -1,5 +1,8 @@
-"""An answer of each kind to questions about a coupled pair of nodes, for all tests that look at
-answers as such. An answer is computed when a test first asks for it, and is then kept."""
+"""An answer of each kind to questions about a coupled pair of nodes.
+
+The answers are for all tests of properties that answers share. An answer is computed when a test
+first requests it, and is then kept.
+"""
 
 from dataclasses import replace
 from functools import cache

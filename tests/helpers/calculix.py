@@ -1,5 +1,7 @@
-"""Decks for CalculiX, what it makes of them, and the same contacts by dense matrices of scikit-fem
-with Lagrange's multipliers."""
+"""Decks for CalculiX, their results, and the same contacts by dense matrices of scikit-fem.
+
+Lagrange's multipliers glue the bodies of the dense matrices.
+"""
 
 import os
 import shutil
@@ -38,8 +40,10 @@ def lines(*ends):
 
 @dataclass
 class Block:
-    """A box of bricks or a rectangle of quadrilaterals: numbers of the nodes from `first` on, lines
-    of the mesh along each axis."""
+    """A box of bricks or a rectangle of quadrilaterals.
+
+    The numbers of the nodes begin with `first`. The lines of the mesh along each axis are given.
+    """
 
     first: int
     lines: list
@@ -82,7 +86,7 @@ class Block:
         return f"*NODE, NSET=ALL\n{nodes}*ELEMENT, TYPE={self.kind}, ELSET={self.name}\n{elements}{material}{section}"
 
     def stiffness(self):
-        """(size, size) by scikit-fem, node by node."""
+        """The stiffness (size, size) by scikit-fem, node by node."""
         mesh, element = (
             (MeshQuad, ElementQuad1()) if len(self.lines) == 2 else (MeshHex, ElementHex1())
         )
@@ -105,7 +109,7 @@ def equation(*terms):
 
 
 def run(folder, deck, step=MATRIX, name="job"):
-    """Let CalculiX compute a step; the path of the job, and what it said."""
+    """Let CalculiX compute a step; return the path of the job, and the output of CalculiX."""
     (folder / f"{name}.inp").write_text(deck + f"*STEP\n{step}*END STEP\n")
     said = subprocess.run(
         ["ccx", "-i", name],
@@ -119,7 +123,7 @@ def run(folder, deck, step=MATRIX, name="job"):
 
 
 def displacements(folder, deck, loads):
-    """Number of a node -> displacements, as CalculiX computes them."""
+    """Number of a node -> its displacements by CalculiX."""
     job, _ = run(folder, deck, f"*STATIC\n{loads}*NODE PRINT, NSET=ALL\nU\n", "static")
     rows = [line.split() for line in job.with_suffix(".dat").read_text().splitlines()]
     return {
@@ -137,8 +141,9 @@ def chained(top, direction):
 
 
 def glued(blocks, held, pairs, equations, loads):
-    """Stiffness of the pairs of a contact, direction by direction, and their reactions under each
-    of some loads, by multipliers.
+    """Stiffness of the pairs of a contact, direction by direction, and their reactions under loads.
+
+    Multipliers glue the pairs.
 
     Parameters
     ----------
@@ -188,7 +193,7 @@ AXES = {6: (1, 2), 8: (1, 3), 10: (1, 2, 3), 20: (1, 3, 4)}
 
 
 def elements(mesh, kind):
-    """(m, k) nodes of a scikit-fem mesh as the code counts them, turned the right way round."""
+    """The nodes (m, k) of the elements of a scikit-fem mesh, in the order of the other code."""
     n, t = NODES[kind], mesh.dofs.element_dofs
     t = t[HEX_MAPPING][:20] if n == 20 else t[:n]
     sides = np.stack([mesh.p[:, t[i]] - mesh.p[:, t[0]] for i in AXES[n]])
@@ -196,8 +201,7 @@ def elements(mesh, kind):
 
 
 def deck(bodies, kind):
-    """Two boxes, with sets of nodes for both faces of the contact (CU, CL), the top and the bottom,
-    which is held."""
+    """Two boxes with node sets for both faces of the contact (CU, CL), the top and the held bottom."""
     text, element, d = "", 1, dimensions(KINDS[kind])
     first = {"upper": 1, "lower": 1001}
     for name, body in bodies.items():

@@ -1,5 +1,8 @@
-"""How many cases a test tries: a third of them in each run, or fewer where each costs much; all of
-them where the environment has ALL_CASES=1, as in the weekly job."""
+"""The number of cases that a test tries.
+
+Each run tries a third of them, or fewer if a case is expensive. With ALL_CASES=1 in the environment
+it tries all, as in the weekly job.
+"""
 
 import os
 
@@ -7,8 +10,10 @@ ALL_CASES = os.environ.get("ALL_CASES") == "1"
 
 
 def few(cases, least=2, share=3):
-    """One of `share` of a number of cases, or of a list the first ones, but `least` of them at
-    least; with ALL_CASES all."""
+    """A share of a number of cases, or the first cases of a list, but `least` of them at least.
+
+    The share is one of `share`. With ALL_CASES it is all cases.
+    """
     number = cases if isinstance(cases, int) else len(cases)
     kept = number if ALL_CASES else min(number, max(least, -(-number // share)))
     return kept if isinstance(cases, int) else cases[:kept]

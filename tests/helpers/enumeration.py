@@ -20,8 +20,10 @@ def admissible_states(contact, friction, slip, bonded):
 
 
 def random_increment(rng, nodes, most_friction, floor=0.05, rigid=None):
-    """A coupled contact (with the columns of `rigid` as motions that need no force), friction, slip
-    and load: everything random, half with gaps."""
+    """A random coupled contact, its friction, slip and load; half of the contacts have gaps.
+
+    The columns of `rigid` are motions without force.
+    """
     G = rng.normal(size=(2 * nodes, 2 * nodes))
     S = G @ G.T / (2 * nodes) + floor * np.eye(2 * nodes)
     if rigid is not None:
@@ -44,6 +46,6 @@ def random_increment(rng, nodes, most_friction, floor=0.05, rigid=None):
 
 
 def distance(states, increment):
-    """Distance of a result from the nearest of the states, in any of slip, gap, q, p."""
+    """Distance of a result from the nearest state, in slip, gap, q or p."""
     found = np.array([increment.slip, increment.gap, increment.q, increment.p])
     return min((float(np.abs(state - found).max()) for state in states), default=np.inf)

@@ -1,4 +1,4 @@
-"""Guaranteed limits by other ways, for the tests."""
+"""Guaranteed limits by independent methods, for the tests."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,16 @@ def random_cycle(rng, corners):
 
 
 def least_by_node(contact, cycle, friction, most=None):
-    """The least load factor of every node: inf where the node never is on both bounds."""
+    """The least load factor of every node; inf if the node is never on both bounds."""
     return np.nan_to_num(on_both_bounds(contact, cycle, friction, most=most)[:, 0], nan=np.inf)
 
 
 def check(limit):
-    """The witness is safe, and its node on its bounds at its corners, in the plane first of forward
-    slip; the limit is not above lambda_2."""
+    """Check the witness, its node and the limit.
+
+    The witness is safe. Its node is on its bounds at its corners, in the plane first on the bound
+    of forward slip. The limit is not above lambda_2.
+    """
     (q, p), f = limit.reactions, limit.friction
     size, force = (
         np.linalg.norm(q.reshape(*p.shape, -1), axis=-1),
@@ -39,7 +42,8 @@ def check(limit):
             and len(set(at)) == len(at) > 1
         )
         ways = (q[at, i] if q.ndim == 2 else q[at, i] @ [1, 1j]) / np.maximum(size[at, i], 1e-300)
-        angles = np.sort(np.angle(ways))  # no half-plane holds all
+        # No half-plane contains all directions.
+        angles = np.sort(np.angle(ways))
         assert (
             limit.load_factor == 0
             or np.diff(np.r_[angles, angles[0] + 2 * np.pi]).max() <= np.pi + 1e-5

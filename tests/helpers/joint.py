@@ -1,5 +1,7 @@
-"""One joint in space that every door of matrices leads to: two blocks of bricks whose stiffness has
-whole numbers."""
+"""One joint in space for all readers of matrices: two blocks of bricks.
+
+The entries of its stiffness are whole numbers.
+"""
 
 import numpy as np
 from scipy.sparse import block_diag
@@ -43,8 +45,10 @@ def stiffness():
 
 
 def limit(job):
-    """The shakedown limit of the joint, from any job: pressed by 1 on top, pulled to and fro there,
-    each at its four corners alike."""
+    """The shakedown limit of the joint, from any job.
+
+    It is pressed by 1 on top and pulled to and fro there, equally at the four corners of the top.
+    """
     row = {(int(n), int(k)): i for i, (n, k) in enumerate(job.labels)}
     top, K = [int(n) for n in UPPER.on(2, 1)], job.K
     loads = {"P": np.zeros(K.shape[0]), "Q": np.zeros(K.shape[0])}

@@ -1,4 +1,4 @@
-"""Solvers that lie, for the tests of what is believed of them."""
+"""Solvers with wrong answers, for tests of the checks of answers."""
 
 import cvxpy as cp
 import numpy as np
@@ -15,7 +15,7 @@ HONEST, TOLD, BY_CVXPY = chain.run, Reduced.back, policy._run
 def lying(monkeypatch, lie):
     """Let every optimum of a program of arrays pass through `lie(program, solver, x, y)`.
 
-    It returns None, the x and multipliers that are told in their place, or a status.
+    `lie` returns None, other x and multipliers instead, or a status.
     """
 
     def run(program, name, above):
@@ -33,8 +33,10 @@ def lying(monkeypatch, lie):
 
 
 def misread(monkeypatch, lie):
-    """Let every answer on its way to the user's unknowns pass through `lie(compiled, z,
-    multipliers)`, which changes them; no polish mends that."""
+    """Let every answer pass through `lie(compiled, z, multipliers)` before the user's unknowns.
+
+    `lie` changes the answer, and no polish repairs it.
+    """
 
     def back(self, x, y):
         z, multipliers = TOLD(self, x, y)
@@ -45,8 +47,10 @@ def misread(monkeypatch, lie):
 
 
 def lying_by_cvxpy(monkeypatch, lie):
-    """Let every optimum of a cvxpy problem pass through `lie(problem, solver)`, which changes its
-    values, or returns what is said in its place."""
+    """Let every optimum of a cvxpy problem pass through `lie(problem, solver)`.
+
+    `lie` changes its values, or returns a status instead.
+    """
 
     def run(problem, name):
         outcome = BY_CVXPY(problem, name)
@@ -56,26 +60,28 @@ def lying_by_cvxpy(monkeypatch, lie):
 
 
 def sloppy(size):
-    """Each unknown is off by random numbers of this size."""
+    """A lie that changes each unknown by a random number of this size."""
     return lambda program, name, x, y: (x + size * np.random.default_rng(0).normal(size=len(x)), y)
 
 
 def is_excess(program):
-    """Whether a program looks for the excess that proves that another has no optimum: it is all
-    that it minimises."""
+    """Whether a program minimises only the excess that proves that another program has no optimum."""
     return program.zero == 0 and bool(program.cost[-1] == 1) and not program.cost[:-1].any()
 
 
 def unpolished(monkeypatch):
-    """Let answers stand as they are told."""
+    """Leave answers without polish."""
     monkeypatch.setattr(chain, "polish", lambda program, x, y: (x, y))
 
 
 def persuasive(program, x):
-    """Multipliers in their cones whose work is that of an x that is no optimum, out of balance as
-    little as can be. Of a linear program."""
+    """Multipliers in their cones with the least imbalance, for an x that is no optimum.
+
+    Their work equals the work of this x. The program is linear.
+    """
     matrix, zero, heavy = program.matrix.toarray(), program.zero, 1e6
-    rows = np.hstack([matrix.T, -matrix[:zero].T])  # those of equations have both signs
+    # Multipliers of equations have both signs.
+    rows = np.hstack([matrix.T, -matrix[:zero].T])
     work = np.r_[program.right, -program.right[:zero]]
     size = max(abs(work).max(), 1e-300)
     y = nnls(

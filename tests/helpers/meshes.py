@@ -9,7 +9,8 @@ from frictopt.fem.elasticity import parts_of
 from frictopt.fem.mixed import places_among
 
 RUBBER = fo.Material(2.0, 0.45)
-THICK = 0.7  # of strips one element thick
+# Thickness of strips of one element.
+THICK = 0.7
 
 
 def rotation(angle):
@@ -24,8 +25,10 @@ def turned(mesh, turn):
 
 
 def box(kind, *lines):
-    """A box along the lines of its mesh; its sides are x-, x+, y- and so on, but what is at height
-    0 (y in the plane, z in space) is the contact."""
+    """A box along the lines of its mesh, with the sides x-, x+, y- and so on.
+
+    The side at height 0 (y in the plane, z in space) is the contact.
+    """
     mesh = kind.init_tensor(*(np.asarray(line, dtype=float) for line in lines))
     ends = [
         (f"{'xyz'[k]}{sign}", k, line[end])
@@ -41,8 +44,10 @@ def box(kind, *lines):
 
 
 def two_blocks(kinds, upper=(5, 6), lower=(4, 3), seed=0):
-    """A block 2 wide on another one, of so many elements across; nodes are moved at random (unless
-    seed is None) as far as their sides stay plane."""
+    """A block 2 wide on another block, with a number of elements across.
+
+    Unless `seed` is None, nodes are moved at random, but the sides stay plane.
+    """
     rng, meshes = np.random.default_rng(seed), {}
     for name, kind, cells, heights in (
         ("upper", kinds[0], upper, [0.0, 0.4, 1.0]),
@@ -69,8 +74,10 @@ def traction(angle, body, boundary, x=0.0, y=0.0):
 
 
 def ring(radii, elements, inner, outer, start=0.0):
-    """Rings of quadrilaterals that begin at an angle, with names for the innermost and the
-    outermost circle."""
+    """Rings of quadrilaterals that begin at an angle.
+
+    The innermost and the outermost circle have names.
+    """
     n, angle = elements, start + 2 * np.pi * np.arange(elements) / elements
     points = np.concatenate([r * np.array([np.cos(angle), np.sin(angle)]) for r in radii], axis=1)
     i, j = (index.ravel() for index in np.indices((len(radii) - 1, n)))
@@ -85,8 +92,10 @@ def ring(radii, elements, inner, outer, start=0.0):
 
 
 def trapezium(bottom, top, elements, boundaries):
-    """Quadrilaterals between two level segments, (left, right, y) each, `elements` across and up,
-    its four sides renamed."""
+    """Quadrilaterals between two level segments, each given as (left, right, y).
+
+    There are `elements` across and up, and the four sides have new names.
+    """
     s, t = np.linspace(0, 1, elements[0] + 1), np.linspace(0, 1, elements[1] + 1)
     sides = {
         "left": lambda x: x[0] == 0,
@@ -104,8 +113,10 @@ def trapezium(bottom, top, elements, boundaries):
 
 
 def wedge(angle=0.0, jaws=(4, 6), wedge_up=6, wedge_across=5, loads=None):
-    """A wedge between two jaws, flanks at 60 degrees to the horizontal, the whole turned by
-    `angle`; three bodies, two contacts."""
+    """A wedge between two jaws: three bodies, two contacts.
+
+    The flanks are at 60 degrees to the horizontal, and the whole is turned by `angle`.
+    """
     slope = 1 / np.tan(np.pi / 3)
     middle = trapezium(
         (-0.5, 0.5, 0.0),
@@ -171,8 +182,10 @@ def uniform_loads(angle=0.0):
 
 
 def hung(angle=0.0):
-    """Supports of the block of two blocks that leave it free to strain: a corner, and one direction
-    of the other."""
+    """Supports of the block of two blocks that leave it free to strain.
+
+    They hold a corner, and one direction of another corner.
+    """
     left, right = (
         tuple(float(value) for value in rotation(angle) @ [x, -1.0]) for x in (-1.0, 1.0)
     )
@@ -201,8 +214,10 @@ def column(**options):
 
 
 def matrices_of(model):
-    """What `condense` is given for a model whose faces match: each pair has the nodes of both
-    bodies."""
+    """The arguments of `condense` for a model whose faces match.
+
+    Each pair has the nodes of both bodies.
+    """
     parts, opening = model._assembly, model._assembly.glued.interface.opening.sorted_indices()
     others = [int(row.indices[row.data < 0][0]) for row in opening]
     return {
@@ -218,8 +233,7 @@ def matrices_of(model):
 
 
 def vector_field(mesh, displacement):
-    """The basis of a mesh's vector element in scikit-fem, and its degrees of freedom of
-    displacements (d, nodes)."""
+    """The vector basis of a mesh in scikit-fem, and its degrees of freedom (d, nodes)."""
     basis = Basis(mesh, ElementVector(mesh.elem()))
     u, own = np.zeros(basis.N), mesh.dofs.element_dofs
     for axis, component in enumerate(displacement):
@@ -228,8 +242,10 @@ def vector_field(mesh, displacement):
 
 
 def around(mesh, count, turn):
-    """A ring of so many copies of the mesh of a sector, turned again and again by a matrix; nodes
-    on the cuts, and names, are joined."""
+    """A ring of copies of the mesh of a sector, each turned by a matrix from the copy before.
+
+    Nodes on the cuts are joined, and so are names.
+    """
     n, corners = mesh.nvertices, mesh.p[:, : mesh.nvertices]
     points = np.hstack([np.linalg.matrix_power(turn, k) @ corners for k in range(count)])
     pairs = cKDTree(points.T).query_pairs(1e-9, output_type="ndarray").T

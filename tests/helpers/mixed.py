@@ -37,7 +37,7 @@ def cut(shape, corners):
 def box(shapes, lines, order=1, bent=lambda x: x):
     """Points of the nodes, and (type, nodes) of the elements, of a box of cells on three lines.
 
-    `shapes` are those of the columns along x; `bent` moves each point.
+    `shapes` has the shape of each column along x; `bent` moves each point.
     """
     number, elements = {}, []
 

@@ -1,4 +1,4 @@
-"""Rigid motions and load cycles about their middle, written without the package's own functions."""
+"""Rigid motions, and load cycles about their middle, without functions of the package."""
 
 import numpy as np
 from scipy.linalg import eigh
@@ -7,15 +7,17 @@ import frictopt as fo
 
 
 def free_motions(system):
-    """(M, k) orthonormal motions that strain nothing, by the eigenvalues of the scaled stiffness."""
+    """(M, k) orthonormal motions without strain, by the eigenvalues of the scaled stiffness."""
     root = np.sqrt(system.own_stiffness)
     values, vectors = eigh(system.S / np.outer(root, root))
     return np.linalg.qr(vectors[:, values < 1e-12 * len(values)] / root[:, None])[0]
 
 
 def about_its_middle(cycle, load_factor):
-    """The loads of a cycle at a load factor as one of load factor 1, with the middle of its corners
-    as its mean load."""
+    """The loads of a cycle at a load factor as a cycle with the load factor 1.
+
+    The middle of its corners is its mean load.
+    """
     corners = cycle.at(load_factor)
     cases = {case for corner in corners for case in corner}
     middle = {

@@ -1,4 +1,4 @@
-"""Bodies glued pair by pair, by dense algebra with multipliers: what condensation must give."""
+"""Bodies glued pair by pair by dense algebra with multipliers, as a reference for condensation."""
 
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix
@@ -21,8 +21,10 @@ def by_multipliers(K, F, G, held):
 
 
 class Assembled:
-    """Dense stiffness of bodies by scikit-fem's own elements, body behind body, and the unknowns of
-    their nodes."""
+    """Dense stiffness of bodies by elements of scikit-fem, body after body.
+
+    The unknowns of their nodes are known by place.
+    """
 
     def __init__(self, bodies):
         self.bases = {
@@ -56,8 +58,10 @@ class Assembled:
         )
 
     def motions(self, frames, partners):
-        """(d N, size) relative motions along the frames of N nodes, from (body, place, weight) of
-        all nodes that a pair consists of."""
+        """(d N, size) relative motions along the frames of N nodes.
+
+        Each node has the (body, place, weight) of all nodes of its pair.
+        """
         G = np.zeros((frames.shape[0] * frames.shape[1], len(self.K)))
         for i, terms in enumerate(partners):
             for body, place, weight in terms:
@@ -66,11 +70,10 @@ class Assembled:
 
 
 def glued_pairs(model, *held, others=None):
-    """S of a model whose pairs have the nodes of both bodies, by multipliers, its nodes held on
-    planes: (body, axis, place, directions or all).
+    """S of a model whose pairs have the nodes of both bodies, by multipliers.
 
-    The body of each pair that is not the first one of the model is named in `others`, by default
-    the second one.
+    Nodes are held on planes: (body, axis, place, directions or all). `others` names the body of
+    each pair that is not the first body of the model. The default is the second body.
     """
     whole, system, (one, two, *_) = Assembled(model.bodies), model.condense(), model.bodies
     others = others or [two] * system.nodes
@@ -87,8 +90,10 @@ def glued_pairs(model, *held, others=None):
 
 
 def problem(rng, upper, lower, kind=MeshTri, turn=None, held=True):
-    """Two blocks as another code would give them, of given lines across: the rows of K in any
-    order, the contact at height 0 before the turn."""
+    """Two blocks in the form of another code, with given lines across.
+
+    The rows of K may have any order. The contact is at height 0 before the turn.
+    """
     blocks = [
         kind.init_tensor(*lines, heights)
         for lines, heights in ((upper, [0.0, 0.6, 1.0]), (lower, [-1.0, -0.3, 0.0]))
@@ -118,9 +123,8 @@ def problem(rng, upper, lower, kind=MeshTri, turn=None, held=True):
         for nodes in (np.flatnonzero((height == 0) & side) for side in (above, ~above))
     )
     return {
-        "K": csr_matrix(
-            spin @ K[old][:, old].toarray() @ spin.T
-        ),  # isotropic: turned points, the same matrix turned
+        # The material is isotropic, so turned points have the turned matrix.
+        "K": csr_matrix(spin @ K[old][:, old].toarray() @ spin.T),
         "loads": {"a": rng.normal(size=size), "b": rng.normal(size=size)},
         "one": one,
         "two": two,

@@ -1,5 +1,7 @@
-"""A contact in the plane or in space as a plain program over raw slips: all nodes at all corners,
-with nothing left out."""
+"""A contact as a plain program over raw slips, in the plane or in space.
+
+All nodes are in it at all corners; nothing is omitted.
+"""
 
 import cvxpy as cp
 import numpy as np
@@ -11,11 +13,11 @@ FINE = dict.fromkeys(("tol_feas", "tol_gap_abs", "tol_gap_rel"), 1e-9)
 
 
 class Oracle:
-    """Slips and reactions of a contact whose closed nodes stick within `|q| <= f p` and whose
-    `opened` nodes are free of force, at every corner.
+    """Slips and reactions of a contact at every corner.
 
-    `slip` is that at load factor 0 and corner 0; `q` and `p` have one part for each corner, `lam`
-    is the load factor, `most` a slip bound.
+    Closed nodes stick within `|q| <= f p`, and the `opened` nodes are free of force. `slip` is the
+    slip at load factor 0 and corner 0. `q` and `p` have one part for each corner. `lam` is the load
+    factor, `most` a slip bound.
     """
 
     def __init__(self, contact, cycle, f, opened=None, most=None):
@@ -42,8 +44,10 @@ class Oracle:
         self.rows += [] if most is None else [self.size(slip) <= most]
 
     def state(self, load):
-        """Slips, gaps and reactions under a load: closed nodes have the shared slip, open ones move
-        so that nothing acts on them."""
+        """Slips, gaps and reactions under a load.
+
+        Closed nodes have the shared slip, and open nodes move so that no force acts on them.
+        """
         n, axes, u, w = (
             self.contact.nodes,
             self.contact.tangents,
@@ -66,15 +70,17 @@ class Oracle:
         return u, w, q, p
 
     def shaped(self, vectors):
-        """(N,) in the plane, (N, 2) in space."""
+        """Values (N,) in the plane, (N, 2) in space."""
         return vectors[:, 0] if self.contact.tangents == 1 else vectors
 
     def size(self, vectors):
         return cp.abs(vectors[:, 0]) if self.contact.tangents == 1 else cp.norm(vectors, 2, axis=1)
 
     def largest(self, own=(), goal=None):
-        """The largest load factor, or value of a goal, under rows of one's own; inf where it has no
-        end, nan where nothing obeys the rows."""
+        """The largest load factor, or value of a goal, with further rows.
+
+        The result is inf if there is no bound, and nan if nothing obeys the rows.
+        """
         problem = cp.Problem(cp.Maximize(self.lam if goal is None else goal), [*self.rows, *own])
         value = problem.solve(
             **{"solver": "SCIPY", "scipy_options": TIGHT}
@@ -84,5 +90,5 @@ class Oracle:
         return np.nan if value is None or value == -np.inf else value
 
     def least(self):
-        """The least load factor, nan where there is none."""
+        """The least load factor; nan if there is none."""
         return -self.largest(goal=-self.lam)

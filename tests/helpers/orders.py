@@ -1,5 +1,7 @@
-"""Largest load factor of a rest whose nodes open and close in a given order: a plain linear program
-in all slips and gaps, by scipy."""
+"""Largest load factor of a state of rest whose nodes open and close in a given order.
+
+A plain linear program of scipy has all slips and gaps as unknowns.
+"""
 
 from itertools import pairwise, permutations, product
 
@@ -8,11 +10,11 @@ from scipy.optimize import linprog
 
 
 def largest_in_order(contact, cycle, friction, start, events, most, margin=None):
-    """Load factor up to `most` with the nodes `start` open at the first corner, and those that open
-    or close at each event; None if there is none.
+    """The largest load factor up to `most` of a state of rest; None if there is no state.
 
-    Each node has one slip while it is closed. With the units (force, length) of a `margin`: the
-    largest one at the load factor `most`.
+    The nodes `start` are open at the first corner, and given nodes open or close at each event.
+    Each node has one slip while it is closed. If `margin` has the units (force, length), the result
+    is the largest margin at the load factor `most`.
     """
     n, S, between = contact.nodes, contact.S, [frozenset(start)]
     for event in events:
@@ -63,8 +65,10 @@ def largest_in_order(contact, cycle, friction, start, events, most, margin=None)
 
 
 def every_order(nodes):
-    """All orders in which each node opens or closes at most once: nodes that are open at the first
-    corner, and one node at each event."""
+    """All orders in which each node opens or closes at most once.
+
+    An order has the nodes that are open at the first corner, and one node at each event.
+    """
     for at_first, at_last in product(product([False, True], repeat=nodes), repeat=2):
         changes = [i for i in range(nodes) if at_first[i] != at_last[i]]
         start = frozenset(i for i in range(nodes) if at_first[i])
@@ -73,12 +77,12 @@ def every_order(nodes):
 
 
 def largest_round_a_cycle(contact, cycle, friction, start, events, most=30.0, at=None):
-    """The largest load factor up to `most` of a state of rest with nodes that open and close on any
-    leg of a cycle: a plain linear program in all slips and gaps, by scipy; None if there is none.
+    """The largest load factor up to `most` of a state of rest with events in a cycle.
 
-    `start` are the nodes open at the first corner, `events` pairs of a leg and the nodes that open
-    or close there. A node keeps its slip from each instant to the next while it is closed. With
-    `at`, the load factor is given: whether a state of rest exists.
+    A plain linear program of scipy has all slips and gaps as unknowns. None: there is no state.
+    `start` are the nodes open at the first corner. `events` are pairs of a segment and the nodes
+    that open or close there. A node keeps its slip while it is closed. With `at`, the load factor
+    is given, and the result shows whether a state of rest exists.
     """
     n, S, corners = contact.nodes, contact.S, len(cycle.corners)
     fixed = [np.concatenate(contact.reaction(loads)) for loads in cycle.unscaled]

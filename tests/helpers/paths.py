@@ -9,7 +9,7 @@ from frictopt.transients.steady import reported
 
 
 def followed(*asked, cycles=0, keep=False):
-    """A path that has followed some cycles after the mean load, and if wanted keeps its states."""
+    """A path that has followed some cycles after the mean load; on request it keeps its states."""
     path = ExactPath(*asked)
     path = path.recorded() if keep else path
     path.start()
@@ -18,15 +18,14 @@ def followed(*asked, cycles=0, keep=False):
 
 
 def settled(path):
-    """The steady state that cycles lead to from where a transient is, and a transient on it."""
+    """The steady state after some cycles from the state of a transient, and a transient on it."""
     run = Run(path, 2000)
     found = run.settled()
     return reported(run, found, np.inf if path.steps else 0.0), found.path
 
 
 def bonded_at(path, times):
-    """(T, 2N) bonded reactions at times that count the corners visited, from the path's first cycle
-    on."""
+    """(T, 2N) bonded reactions at times that count the visited corners, from the first cycle on."""
     corners = np.array(
         [path.mean, *path.corners * int(np.ceil(times.max() / len(path.corners)) + 1)]
     )
@@ -52,15 +51,15 @@ def judged(path):
     ).residual
 
 
-# A punch that rocks under a steady pull walks: each node holds while the other one slips.
+# A punch that rocks under a steady pull walks: each node holds while the other node slips.
 ROCKED = {"P": ([0.3, 0.3], [1, 1]), "rock": ([0, 0], [0.6, -0.6]), "Q": ([0.5, -0.5], [0, 0])}
 ROCKING = fo.ContactSystem.from_blocks(
     [[1, -1], [-1, 1]], np.zeros((2, 2)), np.eye(2), [0, 1], ROCKED
 )
 WALKING = ROCKING, fo.LoadCycle({"P": 1.0}, [{"rock": 1.0}, {"rock": -1.0}]), 0.5, 1.0
 
-# Node 0 opens at corner 1 and drags node 1 along before: the further it has slid, the less it is
-# dragged in the next cycle.
+# Node 0 opens at corner 1, and drags node 1 along before. The further node 1 has slid, the less it
+# is dragged in the next cycle.
 A, B, C = (
     [[6.02, 2.5], [2.5, 11.2]],
     [[1.75, -4.16], [-7.96, -6.72]],

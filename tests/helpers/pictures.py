@@ -1,4 +1,4 @@
-"""What stands in pictures, for their tests."""
+"""The contents of pictures, for their tests."""
 
 import numpy as np
 import pytest
@@ -27,14 +27,14 @@ ALL = pytest.mark.parametrize(("contact", "cycle"), CASES.values(), ids=CASES)
 
 
 def labelled(ax):
-    """Label -> line."""
+    """The lines of a picture by their labels."""
     return {
         line.get_label(): line for line in ax.get_lines() if not line.get_label().startswith("_")
     }
 
 
 def joined(ax, name, parts=1):
-    """Values of the line of that name, on all contacts: the lines of a name follow each other."""
+    """Values of the lines of a name on all contacts, one line after another."""
     every = ax.get_lines()
     first = every.index(labelled(ax)[name])
     return tuple(
@@ -78,7 +78,7 @@ def check_ratio(ax, contact, q, p, names, friction=F):
 
 
 def check_mechanism(ax, motion):
-    """A circle on the bound of each node that moves, as large as its share."""
+    """Check that each node that moves has a circle on its bound, as large as its share."""
     drawn = circles(ax)
     expected = sorted(zip(motion["x"], -motion["direction"], 400 * motion["share"], strict=True))
     assert np.allclose(sorted(map(tuple, drawn.round(9))), expected, atol=1e-6) and np.isclose(

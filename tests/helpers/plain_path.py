@@ -1,19 +1,22 @@
-"""The exact path of a contact in the plane on one page of numpy: without speed, proofs, and the
-rare events that need a complementarity problem.
+"""The exact path of a contact in the plane on one page of numpy.
 
-Between two events the load changes linearly, each node keeps its status, and so slip, gap and
-reactions change linearly, too. An event ends this: a node comes to its friction bound, loses its
-pressure, or closes. Then statuses are sought that agree with the signs of their rates.
+It is slow, proves nothing, and lacks the rare events that need a complementarity problem. Between
+two events the load changes linearly and each node keeps its status, so slip, gap and reactions
+change linearly, too. At an event a node reaches its friction bound, loses its pressure, or closes.
+Then statuses are searched that agree with the signs of their rates.
 """
 
 import numpy as np
 
-TINY = 1e-11  # slack, over the friction bound and a thousandth of the force scale, that is rounding
+# Slack that counts as rounding, relative to the friction bound and a thousandth of the force scale.
+TINY = 1e-11
 
 
 def rates(S, f, status, load):
-    """Rates of `[v, w]` and `[q, p]` under a rate of the load: `q' + status f p' = 0` where a node
-    slips, `q' = p' = 0` where it is open."""
+    """Rates of `[v, w]` and `[q, p]` under a rate of the load.
+
+    `q' + status f p' = 0` if a node slips, and `q' = p' = 0` if it is open.
+    """
     n, u = len(f), np.zeros(len(S))
     factor = np.r_[np.where(status == 2, 0.0, status * f), np.zeros(n)]
     moving = np.flatnonzero(np.r_[status != 0, status == 2])
@@ -23,12 +26,15 @@ def rates(S, f, status, load):
 
 
 def follow(S, f, gap, force, state, load, corner):
-    """Work of friction on the straight way from a load to a corner; the state `(u, r, status)` is
-    changed in place."""
+    """Work of friction on the straight segment from a load to a corner.
+
+    The state `(u, r, status)` changes in place.
+    """
     (u, r, status), n, time, work = state, len(f), 0.0, np.zeros(len(f))
     change = corner - load
     none_r, none_u = 1e-11 * np.abs(change).max(), 1e-11 * np.abs(change).max() / np.diag(S).mean()
-    status[status != 2] = 0  # at a corner all nodes stick, until their rates say otherwise
+    # At a corner all nodes stick, until their rates show that they slip.
+    status[status != 2] = 0
     while time < 1:
         for iteration in range(200):
             du, dr = rates(S, f, status, change)
@@ -76,7 +82,7 @@ def follow(S, f, gap, force, state, load, corner):
 
 
 def cycle_work(system, cycle, friction, load_factor, slip, cycles):
-    """(cycles, N) work of friction in each load cycle, from a residual slip on."""
+    """(cycles, N) work of friction in each load cycle, from a residual slip."""
     n, mean = system.nodes, np.concatenate(system.reaction(cycle.mean))
     corners = [np.concatenate(system.reaction(loads)) for loads in cycle.at(load_factor)]
     f, force = np.full(n, friction), np.abs(mean[n:]).mean()

@@ -1,7 +1,7 @@
-"""Planted faults: one changed expression or statement, found by syntax, so that a formatter loses
-none.
+"""Planted faults: one changed expression or statement, found by syntax.
 
-Each room has its list in `tests/ROOM/faults.py`. `benchmarks/mutants.py` plants them one at a time.
+A formatter therefore does not lose a fault. Each room has its list in `tests/ROOM/faults.py`.
+`benchmarks/mutants.py` plants the faults one at a time.
 """
 
 import ast
@@ -17,10 +17,10 @@ TESTS = Path(__file__).parents[1]
 class Fault(NamedTuple):
     """A fault that a reviewer would fear.
 
-    `file` is a path in the package, or one that begins with "studies" or "validation". `old` and
-    `new` are an expression each, or statements. `old` stands once in the file, or once in the
+    `file` is a path in the package, or a path that begins with "studies" or "validation". `old` and
+    `new` are one expression each, or statements. `old` stands once in the file, or once in the
     function or class `within`, such as "Scene._checked". `tests` are names of test files without
-    "test_", each alone or with a test in it, as "limit_kinds compiled::test_an_infeasible_program".
+    "test_", each alone or with a test, such as "limit_kinds compiled::test_an_infeasible_program".
     """
 
     file: str
@@ -44,7 +44,7 @@ def faults() -> list[Fault]:
 
 
 def planted(source: str, fault: Fault) -> str | None:
-    """The text of a file with the fault in it; None if `old` does not stand there exactly once."""
+    """The text of a file with the fault; None if `old` does not stand there exactly once."""
     scope = _scope(_parsed(source), fault.within)
     if scope is None:
         return None
@@ -77,9 +77,9 @@ def _scope(tree: ast.AST, within: str) -> ast.AST | None:
 
 @cache
 def _walk(node: ast.AST) -> list[ast.AST]:
-    """A node and all below it, as they stand in the file; listed once for all faults in it.
+    """A node and all nodes below it, in the order of the file, listed once for all faults in it.
 
-    Texts with braces count as a whole: Python 3.11 does not know places in them.
+    Texts with braces count as a whole, because Python 3.11 does not know places in them.
     """
     listed = []
     ahead = [node]
@@ -103,7 +103,8 @@ def _statements(scope: ast.AST, wanted: list[ast.stmt]) -> Iterator[list[ast.AST
     for node in _walk(scope):
         for name in ("body", "orelse", "finalbody"):
             block = getattr(node, name, None)
-            if not isinstance(block, list):  # the body of a lambda is an expression
+            # The body of a lambda is an expression.
+            if not isinstance(block, list):
                 continue
             for first in range(len(block) - len(wanted) + 1):
                 run = block[first : first + len(wanted)]
@@ -113,7 +114,8 @@ def _statements(scope: ast.AST, wanted: list[ast.stmt]) -> Iterator[list[ast.AST
 
 def _replaced(source: str, run: list[ast.AST], new: str) -> str:
     """The source with the nodes of a run replaced by a text."""
-    lines = source.encode().splitlines(keepends=True)  # columns of nodes are counted in bytes
+    # Columns of nodes are counted in bytes.
+    lines = source.encode().splitlines(keepends=True)
     first, last = run[0], run[-1]
     begin = sum(map(len, lines[: first.lineno - 1])) + first.col_offset
     end = sum(map(len, lines[: last.end_lineno - 1])) + last.end_col_offset

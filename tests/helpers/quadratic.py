@@ -11,8 +11,10 @@ SECOND = {MeshTri: MeshTri2, MeshQuad: MeshQuad2, MeshTet: MeshTet2, MeshHex: Me
 
 
 def box(kind, *sides, bulge=None, steps=2, linear=False):
-    """A box of given (low, high) along each axis; `bulge` moves all nodes of the quadratic mesh,
-    corners and others."""
+    """A box with (low, high) along each axis.
+
+    `bulge` moves all nodes of the quadratic mesh, at corners and between them.
+    """
     straight = kind.init_tensor(
         *(
             np.linspace(*side, n + 1)
@@ -38,13 +40,13 @@ def dimensions(kind):
 
 
 def waves(p):
-    """Curve a box 1 wide, between heights 0 and 1 or -1 and 0, but for its lower and upper face."""
+    """Curve a box 1 wide, between heights 0 and 1 or -1 and 0, except its lower and upper face."""
     p[0] += 0.06 * np.sin(2 * np.pi * p[-1]) * (1 + p[0])
     return p
 
 
 def two_boxes(kind, material, bulge=waves, turn=None):
-    """Two boxes one on the other, that meet at height 0, turned as a whole."""
+    """Two boxes, one on the other, that meet at height 0, turned as a whole."""
     turn = np.eye(dimensions(kind)) if turn is None else turn
     bodies = {}
     for name, low, face, far in (("upper", 0.0, "0", "1"), ("lower", -1.0, "1", "0")):

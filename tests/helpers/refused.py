@@ -1,4 +1,4 @@
-"""Tables of what is refused, for the tests."""
+"""Tables of refused arguments, for the tests."""
 
 from inspect import Parameter, Signature, signature
 
@@ -8,8 +8,10 @@ import frictopt as fo
 
 
 def refused(*rows):
-    """Ask a test with each row: its first arguments, and what the error of ours must say then.
-    Further arguments are fixtures."""
+    """Run a test with each row: its first arguments, and the text that the error must contain.
+
+    Further arguments are fixtures.
+    """
 
     def tabled(test):
         names = list(signature(test).parameters)

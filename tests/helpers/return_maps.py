@@ -1,4 +1,4 @@
-"""Cycles of maps that are known, for the tests of steady states."""
+"""Cycles of known maps, for the tests of steady states."""
 
 from copy import copy
 from types import SimpleNamespace
@@ -11,11 +11,10 @@ from frictopt.transients.transient import FollowedCycle, Scales
 
 
 class Mapped:
-    """A transient whose cycles map the slips x by a given function instead of following a contact;
-    slips are in units of the slip scale.
+    """A transient whose cycles map the slips x by a given function instead of following a contact.
 
-    Pressures are 1 and so is the friction: slips are safe where all shears `x + load` are at most
-    1.
+    Slips are in units of the slip scale. Pressures and friction are 1, so slips are safe if all
+    shears `x + load` are at most 1.
     """
 
     steps, far_start, force, largest, length = 0, False, 1.0, 1.0, 1.0

@@ -1,5 +1,7 @@
-"""The rooms of the package and the imports between its files: for the test of the house and for the
-page on its architecture."""
+"""The rooms of the package, and the imports between its files.
+
+The test of the house and the page on the architecture use them.
+"""
 
 import ast
 import sys
@@ -28,7 +30,7 @@ BELOW = {
     "results": _BASE | {"contact", "transients", "limits", "study", "joints"},
     "command": _BASE | {"contact", "fem", "readers", "study"},
 }
-"""Room -> the rooms that it may import, in their order: each stands below it."""
+"""Room -> the rooms that it may import, in their order. Each room stands below these rooms."""
 
 LIBRARIES: dict[str, set[str]] = {
     "errors": {"numpy"},
@@ -47,7 +49,7 @@ LIBRARIES: dict[str, set[str]] = {
     "results": set(),
     "command": {"numpy", "pandas"},
 }
-"""Room -> libraries that its files may import, beyond those of drawing."""
+"""Room -> libraries that its files may import, except libraries of drawing."""
 
 DRAWING = {"matplotlib", "mpl_toolkits", "pandas", "skfem", "pyvista"}
 DRAWS = {"pictures", "views", "face", "triangles", "strip", "draw", "style", "plot_study"}
@@ -77,8 +79,10 @@ def room(name: str) -> str:
 
 
 def imports(name: str) -> Iterator[str]:
-    """Dotted names that a file imports: at its head, inside functions, for hints of types, and by
-    `import_module`."""
+    """Dotted names that a file imports.
+
+    They stand at its head, inside functions, in hints of types, or in `import_module`.
+    """
     path = files()[name]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     for node in ast.walk(_tree(path)):
@@ -103,8 +107,10 @@ def _calls_import(function: ast.expr) -> bool:
 
 
 def _home(module: str, name: str) -> str:
-    """The file that defines a name which is imported from a module: a room hands on names of its
-    files."""
+    """The file that defines a name that another file imports from a module.
+
+    A room exports names of its files.
+    """
     known = files()
     if f"{module}.{name}" in known:
         return f"{module}.{name}"
@@ -132,8 +138,10 @@ def _assigns(module: str, name: str) -> bool:
 
 @cache
 def arrows() -> dict[str, set[str]]:
-    """File -> files of the package that it imports. The face of the package, which hands all names
-    on, counts for none."""
+    """File -> files of the package that it imports.
+
+    The `__init__` of the package exports all names, so it does not count.
+    """
     known = files()
     found = {}
     for name in known:
@@ -144,6 +152,6 @@ def arrows() -> dict[str, set[str]]:
 
 
 def foreign(name: str) -> set[str]:
-    """Libraries beyond the standard one that a file imports, by dotted name."""
+    """Libraries that a file imports, except the standard library, by dotted name."""
     others = (other for other in imports(name) if not other.startswith("frictopt"))
     return {other for other in others if other.split(".")[0] not in sys.stdlib_module_names}

@@ -1,4 +1,4 @@
-"""Random contacts that open, and what rests on them."""
+"""Random contacts that open, and starts from which they shake down."""
 
 import numpy as np
 from hypothesis import assume
@@ -9,8 +9,10 @@ from helpers.systems import CYCLE, random_system
 
 
 def pulled_system(rng, nodes):
-    """A random contact with gaps, nodes that the mean load pulls, and cyclic loads that lift nodes
-    off."""
+    """A random contact with gaps.
+
+    The mean load pulls some nodes, and cyclic loads lift nodes off.
+    """
     contact = random_system(rng, nodes)
     (q, p), (cyclic_q, cyclic_p) = contact.bonded["mean"], contact.bonded["cyclic"]
     p = p - np.where(rng.random(nodes) < 0.3, rng.uniform(0.5, 2.0, nodes), 0.0)
@@ -21,14 +23,14 @@ def pulled_system(rng, nodes):
 
 
 def lifted_system(rng, nodes):
-    """A random contact that is closed under its mean load, and that the cyclic load lifts."""
+    """A random contact that is closed under its mean load, while the cyclic load lifts nodes off."""
     contact = random_system(rng, nodes, coupling=1.0)
     (q, p), mean = contact.bonded["cyclic"], contact.bonded["mean"]
     return contact.with_bonded({"mean": mean, "cyclic": (q, 3 * p)})
 
 
 def rests(contact, cycle, friction, load_factor, **begin):
-    """Whether a transient comes to rest; a path that ends does not."""
+    """Whether a transient shakes down; a path that ends does not."""
     try:
         return (
             fo.steady_state(contact, cycle, friction, load_factor, **begin, most_cycles=200).outcome
@@ -39,7 +41,7 @@ def rests(contact, cycle, friction, load_factor, **begin):
 
 
 def resting_starts(contact, cycle, friction, load_factor, witness, count, rng):
-    """How many of random starts around a slip come to rest."""
+    """Number of random starts around a slip from which the contact shakes down."""
     size = np.abs(witness).max() + 0.5
     starts = witness + rng.normal(size=(count, contact.nodes)) * size * rng.choice(
         [0.03, 0.1, 0.3, 1.0, 3.0], size=(count, 1)
@@ -63,7 +65,7 @@ def open_contact(seed, most_nodes=6, cycle=CYCLE):
 
 
 def open_in_space(seed, nodes=5):
-    """The same in space, with its load cycle."""
+    """A random contact in space whose limit has open nodes, its friction, load cycle and limit."""
     rng = np.random.default_rng(seed)
     contact = random_contact(rng, nodes)
     loads = vectors(contact)

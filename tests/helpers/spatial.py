@@ -16,8 +16,10 @@ def single(*, friction_bound=1.0):
 
 
 def random_contact(rng, nodes, coupling=0.5, stiffness=1.0):
-    """Coupled contact with a well-conditioned S; the load case "mean" presses, a, b and c are
-    random."""
+    """A coupled contact with a well-conditioned S.
+
+    The load case "mean" presses, and a, b and c are random.
+    """
     G = rng.normal(size=(3 * nodes, 3 * nodes))
     S = stiffness * (G @ G.T / (3 * nodes) + 0.3 * np.eye(3 * nodes))
     S[: 2 * nodes, 2 * nodes :] *= coupling
@@ -39,8 +41,10 @@ def cycle(corners=3):
 
 
 def thick(thickness):
-    """A plane contact, and the same of some thickness in space, where nothing is loaded across the
-    plane."""
+    """A plane contact, and the same contact with a thickness in space.
+
+    No load acts across the plane.
+    """
     flat = fo.scenes.PunchOnHalfPlane(elements=6, growth=1.5).condense()
     n, none = flat.nodes, np.zeros((flat.nodes, flat.nodes))
     S = thickness * np.block(

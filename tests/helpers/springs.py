@@ -1,4 +1,4 @@
-"""Contacts with springs of their own, for the tests."""
+"""Contacts whose springs are given, for the tests."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ import frictopt as fo
 
 
 def collocation(cells, give=0.0, beta=0.286):
-    """Flexibility of a half-plane under a rigid flat punch of half-width 1, E* = 1: even tractions
-    on cells, displacements at their middles.
+    """Flexibility of a half-plane under a rigid flat punch of half-width 1, E* = 1.
 
-    Shear of a cell moves the surface along, pressure down, and Dundurs' constant beta couples the
-    two (Johnson 1985, section 2.2 and 5.4).
+    Tractions are constant on cells, and displacements are taken in their middles. Shear of a cell
+    moves the surface along, and pressure moves it down. Dundurs' constant beta couples the two
+    (Johnson 1985, sections 2.2 and 5.4).
     """
     ends = np.sin(np.pi / 2 * np.linspace(-1, 1, cells + 1))
     x, width = (ends[1:] + ends[:-1]) / 2, np.diff(ends)
@@ -25,7 +25,7 @@ def collocation(cells, give=0.0, beta=0.286):
 
 
 def punch(cells, give=0.0):
-    """The rigid punch, free to slide and press, under a force P and a strain of the half-plane."""
+    """The rigid punch, free to slide and to press, under a force P and a strain of the half-plane."""
     x, width, flexibility = collocation(cells, give)
     free = np.kron(np.eye(2), np.ones((cells, 1)))
     K = np.linalg.inv(flexibility)

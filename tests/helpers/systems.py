@@ -62,8 +62,10 @@ THREE = (
 
 
 def system(A, B, q0, p0, q1, p1, C=None, gap=None):
-    """System with the load cases "mean" (q0, p0) and "cyclic" (q1, p1); C large enough for S to be
-    positive definite."""
+    """A system with the load cases "mean" (q0, p0) and "cyclic" (q1, p1).
+
+    C is so large that S is positive definite.
+    """
     A, B = np.atleast_2d(A).astype(float), np.atleast_2d(B).astype(float)
     n = len(A)
     if C is None:
@@ -77,7 +79,7 @@ def system(A, B, q0, p0, q1, p1, C=None, gap=None):
 
 
 def random_system(rng, nodes, loads=("mean", "cyclic"), coupling=0.5):
-    """Coupled system with a well-conditioned S; every load case random, the mean pressing."""
+    """A coupled system with a well-conditioned S; every load case is random, and the mean presses."""
     G = rng.normal(size=(2 * nodes, 2 * nodes))
     S = G @ G.T / (2 * nodes) + np.eye(2 * nodes)
     A, B, C = S[:nodes, :nodes], coupling * S[nodes:, :nodes], S[nodes:, nodes:]
@@ -113,13 +115,12 @@ def mirrored(rng, nodes, gap=False, coupling=1.0):
 
 
 def explained(answer):
-    """What an answer, or a model, prints of itself."""
+    """The text that an answer or a model prints about itself."""
     return answer.explain()
 
 
 def at_corners(contact, cycle, load_factor, slip):
-    """Reactions q and p at all corners under a slip that keeps all nodes closed, from the stiffness
-    matrix."""
+    """Reactions q and p at all corners under a slip with all nodes closed, from the stiffness."""
     bonded = np.array([joined(*contact.closed_reaction(loads)) for loads in cycle.at(load_factor)])
     return parted(
         bonded + contact.S @ joined(np.asarray(slip), np.zeros(contact.nodes)), contact.tangents + 1
@@ -127,8 +128,10 @@ def at_corners(contact, cycle, load_factor, slip):
 
 
 def stress_of(contact, table, friction):
-    """(N,) shear forces that the slips of a mechanism leave, zero if they do no work on any
-    residual slip."""
+    """(N,) shear forces that the slips of a mechanism leave.
+
+    They are zero if the slips do no work on any residual slip.
+    """
     net, lift = np.zeros((2, contact.nodes))
     np.add.at(net, table.node, table.direction * table.share)
     np.add.at(lift, table.node, lifts(table, friction) * table.share)
@@ -136,15 +139,19 @@ def stress_of(contact, table, friction):
 
 
 def lifts(table, friction):
-    """(rows,) how far each slip of a mechanism lifts its node per length: by the coefficient of
-    friction, and an opening by itself."""
+    """(rows,) the lift of its node per length of each slip of a mechanism.
+
+    A slip lifts by the coefficient of friction, an opening by 1.
+    """
     f = np.asarray(friction)
     return np.where(table.direction == 0, 1.0, f[table.node] if f.ndim else f)
 
 
 def corner_rows(contact, cycle, friction):
-    """(2, K, N, N + 1) rows and (2, K, N) right sides of `rows @ (v, lam) <= right`: neither
-    forward nor backward slip at any corner."""
+    """(2, K, N, N + 1) rows and (2, K, N) right sides of `rows @ (v, lam) <= right`.
+
+    They exclude forward slip and backward slip at all corners.
+    """
     f, ways = np.broadcast_to(friction, contact.nodes), (-1.0, 1.0)
     unscaled, corners = (
         map(contact.closed_reaction, cycle.at(0.0)),
@@ -163,11 +170,10 @@ def corner_rows(contact, cycle, friction):
 
 
 def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least=False):
-    """Largest (or least) load factor from all K corners and raw slips of at most `most`, by scipy:
-    (status, value).
+    """Largest (or least) load factor from all K corners and raw slips of at most `most`, by scipy.
 
-    Status 0 is optimal, 2 infeasible (value nan), 3 unbounded (inf). More rows `(a, b, right)` mean
-    `a @ v + b lam <= right`, or `==`.
+    Returns (status, value). Status 0 is optimal, 2 infeasible (value nan), 3 unbounded (inf). More
+    rows `(a, b, right)` mean `a @ v + b lam <= right`, or `==`.
     """
     n, unscaled = contact.nodes, [contact.closed_reaction(loads)[1] for loads in cycle.at(0.0)]
     rows, right = corner_rows(contact, cycle, friction)
@@ -183,7 +189,8 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
     tight = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
     goal = np.append(np.zeros(n), 1.0 if least else -1.0)
     answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)], options=tight)
-    if answer.status == 4:  # more than HiGHS can do with so many rows of nearly the same direction
+    # HiGHS cannot solve so many rows of nearly the same direction.
+    if answer.status == 4:
         answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)])
     if answer.status == 4:
         answer = linprog(goal, rows, right, **also, bounds=[*slips, (0, None)], method="highs-ipm")
@@ -194,8 +201,10 @@ def linprog_limit(contact, cycle, friction, most=None, upper=(), equal=(), least
 
 
 def linprog_margin(contact, cycle, friction, load_factor, most=None, upper=()):
-    """Largest margin at a load factor of raw slips of at most `most`, by scipy. More rows `(a, b,
-    right)` mean `a @ v + b margin <= right`."""
+    """Largest margin of raw slips of at most `most` at a load factor, by scipy.
+
+    More rows `(a, b, right)` mean `a @ v + b margin <= right`.
+    """
     n, (rows, right) = contact.nodes, corner_rows(contact, cycle, friction)
     unit = np.mean([(friction * contact.reaction(loads)[1]).mean() for loads in cycle.unscaled])
     stuck = np.column_stack([rows.reshape(-1, n + 1)[:, :-1], np.full(right.size, unit)])
@@ -204,7 +213,8 @@ def linprog_margin(contact, cycle, friction, load_factor, most=None, upper=()):
         (right - load_factor * rows[..., -1]).ravel(),
     )
     slips = [(None, None)] * n if most is None else [(-m, m) for m in np.broadcast_to(most, n)]
-    exact = {"primal_feasibility_tolerance": 1e-10}  # 1e-7 hides what small load factors change
+    # The default tolerance of 1e-7 hides changes by small load factors.
+    exact = {"primal_feasibility_tolerance": 1e-10}
     return -linprog(
         -np.eye(n + 1)[-1],
         rows,
@@ -215,8 +225,10 @@ def linprog_margin(contact, cycle, friction, load_factor, most=None, upper=()):
 
 
 def on_both_bounds(contact, cycle, friction, **options):
-    """(N, 2) least and largest load factor at which a safe slip holds a node on both its bounds, by
-    scipy; nan where none does."""
+    """(N, 2) least and largest load factor at which a safe slip holds a node on both its bounds.
+
+    scipy computes them. They are nan if no slip does.
+    """
     rows, right = corner_rows(contact, cycle, friction)
     found = np.full((contact.nodes, 2), np.nan)
     for node in range(contact.nodes):
@@ -257,8 +269,10 @@ TO_AND_FRO = [{"Q": 1.0}, {"Q": -1.0}]
 
 
 def rigid(points, normals):
-    """(M, 3) or (M, 6) reactions' directions in the shifts and turns of body 1, by the places and
-    normals of the nodes."""
+    """(M, 3) or (M, 6) directions of reactions in the shifts and turns of body 1.
+
+    They follow from the places and normals of the nodes.
+    """
     n, axes = points.shape
     frames = frames_of(normals)
     shifts = [np.tile(axis, (n, 1)) for axis in np.eye(axes)]
@@ -273,8 +287,10 @@ def rigid(points, normals):
 
 
 def body(rng, points, normals, bonded, **more):
-    """A body that the contact alone holds: a random stiffness without resistance to its rigid
-    motions."""
+    """A body that only its contact holds.
+
+    Its random stiffness does not resist its rigid motions.
+    """
     motions, frames = rigid(points, normals)
     root = rng.normal(size=(len(motions),) * 2)
     off = np.eye(len(motions)) - motions @ np.linalg.pinv(motions)
@@ -297,9 +313,9 @@ def block(rng, width=2.0, height=1.0, nodes=5, axes=2, **more):
         )
     normals = np.eye(axes)[[-1] * len(points)]
     motions, _ = rigid(points, normals)
-    resultants = np.zeros(
-        (2, motions.shape[1])
-    )  # of what body 2 does on body 1: along the axes, and moments about the origin
+    # These are the forces of body 2 on body 1 along the axes, and their moments about the
+    # origin.
+    resultants = np.zeros((2, motions.shape[1]))
     resultants[0, axes - 1] = 1.0
     resultants[1, [0, 4 if axes == 3 else 2]] = -1.0, -height if axes == 3 else height
     forces = resultants @ np.linalg.pinv(motions)
@@ -307,7 +323,7 @@ def block(rng, width=2.0, height=1.0, nodes=5, axes=2, **more):
 
 
 def uncoupled(rng, nodes, tangents):
-    """A contact in which nothing but "mean" changes a pressure, and pressures of "mean"."""
+    """A contact in which only "mean" changes pressures, and the pressures under "mean"."""
     axes = tangents + 1
     root = rng.normal(size=(tangents * nodes,) * 2)
     S = np.zeros((axes * nodes,) * 2)
@@ -325,7 +341,7 @@ def uncoupled(rng, nodes, tangents):
 
 
 def freed(contact):
-    """The same contact without anything that resists a slide of all nodes."""
+    """The same contact without any resistance to a slide of all nodes."""
     n = contact.nodes
     project = np.eye(2 * n)
     project[:n, :n] -= 1 / n

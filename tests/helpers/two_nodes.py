@@ -1,20 +1,20 @@
-"""Limits of two coupled nodes, by hand in the plane of their slips: three of four friction lines
-meet (Ahn, Bertocchi & Barber 2008).
+"""Limits of two coupled nodes, by hand in the plane of their slips.
 
-Each node has two lines, `-(A + f B)_i v = (q0 + f p0)_i - lam |q1 + f p1|_i` (forward slip) and `(A
-- f B)_i v = (f p0 - q0)_i - lam |q1 - f p1|_i` (backward slip). Safe slips lie between the two
-lines of both nodes. As the load grows the lines close in. The two lines of a node cross in its
-apex; below the critical friction one line of the other node faces the apex and the other one lies
-behind it:
+Three of four friction lines meet at a limit (Ahn, Bertocchi & Barber 2008). Each node has two
+lines, `-(A + f B)_i v = (q0 + f p0)_i - lam |q1 + f p1|_i` (forward slip) and `(A - f B)_i v = (f
+p0 - q0)_i - lam |q1 - f p1|_i` (backward slip). Safe slips lie between the two lines of both nodes.
+As the load grows the lines approach each other. The two lines of a node cross in its apex. Below
+the critical friction one line of the other node faces the apex, and the other line lies behind it:
 
-* the apex of a node reaches the line facing it: no slip is safe any more, and lambda_2 is the first
-  such load factor;
-* the apex of a node that slips both ways, `|q1| > f |p1|`, lies between the lines of the other
-  node: it is a corner of the safe region, starts near it keep slipping to and fro, and lambda_1 is
-  the first load factor at which this is so. It is 0 if the apex is a corner from the outset.
+* If the apex of a node reaches the line facing it, no slip is safe any more. lambda_2 is the first
+  such load factor.
+* The apex of a node that slips both ways, `|q1| > f |p1|`, may lie between the lines of the other
+  node. Then it is a corner of the safe region, and starts near it keep slipping to and fro.
+  lambda_1 is the first load factor at which this is so. It is 0 if the apex is a corner from the
+  outset.
 
-Both hold for full contact. lambda_2 also covers a node that lifts off rather than slips; lambda_1
-leaves such a node out, which dissipates nothing.
+Both hold for full contact. lambda_2 also covers a node that lifts off rather than slips. lambda_1
+omits such a node, because it dissipates nothing.
 """
 
 import numpy as np
@@ -23,8 +23,11 @@ ROUNDING = 1e-12
 
 
 def two_node_limits(A, B, q0, p0, q1, p1, f):
-    """lambda_1 and lambda_2 of the corners `s = -1, +1`; inf if no load factor is too large, nan if
-    no slip is safe even without the cyclic load."""
+    """lambda_1 and lambda_2 of the corners `s = -1, +1`.
+
+    They are inf if all load factors are safe, and nan if no slip is safe even without the cyclic
+    load.
+    """
     A, B = np.asarray(A), np.asarray(B)
     q0, p0, q1, p1, f = (np.broadcast_to(part, 2) for part in (q0, p0, q1, p1, f))
     # Line 0 bounds forward slip, line 1 backward slip; safe is `normal . v <= strength - lam *
@@ -47,15 +50,17 @@ def two_node_limits(A, B, q0, p0, q1, p1, f):
 
 
 def meetings(normal, strength, demand, node):
-    """Of the apex of a node with the line of the other one that faces it, and with that behind it:
-    what resists, closes in, and size of the terms."""
+    """The apex of a node and both lines of the other node: the facing line, and the line behind it.
+
+    Returns the resistance, its decrease with the load, and the size of the terms.
+    """
     found = []
     for third, resists, closes in zip(
         normal[:, 1 - node], strength[:, 1 - node], demand[:, 1 - node], strict=True
     ):
-        # Weights with which the three normals add up to zero. Those of the apex's own lines are
-        # made positive; all three then have one sign, and no
-        # slip is safe behind the meeting, iff the third line faces the apex.
+        # With these weights the three normals add up to zero. The weights of the lines of
+        # the apex are made positive. All three weights then have one sign, and no slip is
+        # safe behind the meeting, exactly if the third line faces the apex.
         first, second = normal[:, node]
         weights = np.array(
             [
@@ -79,8 +84,10 @@ def meetings(normal, strength, demand, node):
 
 
 def corner(strength, demand, terms):
-    """Least load factor at which the apex lies before the line behind it, inf if there is none; up
-    to lambda_2 it lies before the facing one."""
+    """Least load factor at which the apex lies before the line behind it; inf if there is none.
+
+    Up to lambda_2 the apex lies before the facing line.
+    """
     if demand < 0:
         return max(0.0, strength / demand)
     return 0.0 if strength > ROUNDING * terms else np.inf

@@ -1,7 +1,7 @@
 """The words that pages and docstrings avoid: the table of docs/glossary.md, and habits of writing.
 
-Both lists hold for prose. Code, names in backquotes, formulas, the targets of links and tables that
-studies make are left out.
+Both lists hold for prose. Code, names in backquotes, formulas, targets of links, and tables of
+studies do not count as prose.
 """
 
 import re
@@ -16,8 +16,10 @@ PROSE = re.compile(
     r"|\]\([^)\s]*\)|<!--.*?-->|https?://\S+",
     re.DOTALL | re.MULTILINE,
 )
-SKIPPED = {"tables", "_build", "gallery"}  # Studies and the build of the site write these.
-HABITS = {  # pattern: what to write instead
+# Studies and the build of the site write these folders.
+SKIPPED = {"tables", "_build", "gallery"}
+# Pattern -> the remedy.
+HABITS = {
     r"\bthose\b": "repeat the noun",
     r"\b(than|is|are|as|to|by|from) that of\b": "repeat the noun",
     r"\bthe ones?\b(?! hand)": "repeat the noun",
@@ -71,7 +73,7 @@ def pages():
 
 
 def text_of(page):
-    """The text of a page; of the changelog only what is not released."""
+    """The text of a page; of the changelog only the part that is not released."""
     text = page.read_text(encoding="utf-8")
     if page.name != "CHANGELOG.md":
         return text

@@ -11,8 +11,10 @@ F = 0.5
 
 
 def cylinder(nodes, half_length=1.3, share=0.5):
-    """A cylinder with a contact of half-width 1 before wear, its load cycle, and the load factor at
-    which the shear is a share of gross slip."""
+    """A cylinder, its load cycle, and the load factor of a share of gross slip.
+
+    Before wear the half-width of the contact is 1.
+    """
     contact = fo.reference.LineContact(P=1.0, R=1.0, E_star=4 / np.pi, f=F)
     arrays = fo.reference.half_plane_contact(nodes, half_length, contact.E_star, R=contact.R)
     system = fo.ContactSystem.from_blocks(**arrays, width=np.full(nodes, 2 * half_length / nodes))
@@ -25,16 +27,20 @@ def cylinder(nodes, half_length=1.3, share=0.5):
 
 
 def on_edges(stick, reach=1.3, share=0.5):
-    """The same, with so many cells on each side of the middle in the stick zone, which ends on an
-    edge of cells."""
+    """The cylinder with a number of cells on each side of the middle in the stick zone.
+
+    The stick zone ends on an edge of cells.
+    """
     cell = np.sqrt(1 - share) / stick
     half = int(np.ceil(reach / cell))
     return cylinder(2 * half, half * cell, share)
 
 
 def driven_punch(nodes):
-    """A flat punch under a normal force, its far end moved to and fro by a load case that is that
-    motion: it slides as a whole."""
+    """A flat punch under a normal force, whose far end a load case moves to and fro.
+
+    The punch slides as a whole.
+    """
     arrays = fo.reference.half_plane_contact(nodes, 1.0, 1.0)
     stiff = 10.0 * np.eye(nodes)
     bonded = {"P": arrays["bonded"]["P"], "motion": (-stiff.sum(axis=1), np.zeros(nodes))}
@@ -44,8 +50,10 @@ def driven_punch(nodes):
 
 
 def plain_rate(steady, coefficient):
-    """Archard's law word by word: depth per cycle from the states of the steady cycle, force times
-    way over width."""
+    """Depth per cycle by Archard's law, from the states of the steady cycle.
+
+    The wear is force times slip over width.
+    """
     states = steady.states()
     slip, p = states.slip.reshape(*states.p.shape, -1), states.p
     ways = np.linalg.norm(np.diff(slip, axis=0), axis=2) * (states.gap[1:] == 0)
@@ -58,8 +66,10 @@ def plain_rate(steady, coefficient):
 
 
 def sphere(cells, half_length):
-    """A sphere under forces, whose contact has the radius 1 before wear, its load cycle, and the
-    load factor at half of gross slip."""
+    """A sphere under forces, its load cycle, and the load factor at half of gross slip.
+
+    Before wear the radius of the contact is 1.
+    """
     arrays = fo.reference.half_space_contact(cells, half_length, R=1.0, E=1.0, nu=0.0)
     return held_by_forces(
         arrays["S"],
@@ -70,11 +80,11 @@ def sphere(cells, half_length):
 
 
 def sphere_of_rings(stick, reach=1.3):
-    """The same with a node for each ring: without Poisson's ratio shear and slip are along the
-    load, and the same all around.
+    """The sphere with a node for each ring of the contact.
 
-    So many rings are in the stick zone, which ends on an edge of them. Displacements in the middle
-    of each ring, by those of discs.
+    Without Poisson's ratio, shear and slip are along the load, and the same all around. A number of
+    rings is in the stick zone, which ends on an edge of a ring. Displacements are taken in the
+    middle of each ring, as differences of displacements of discs.
     """
     edge = 0.5 ** (1 / 3) / stick * np.arange(int(np.ceil(reach / 0.5 ** (1 / 3) * stick)) + 1)
     r, area = (edge[1:] + edge[:-1]) / 2, np.pi * np.diff(edge**2)
@@ -82,9 +92,8 @@ def sphere_of_rings(stick, reach=1.3):
     def of_disc(a):
         inside, far = r < a, np.minimum(a / r, 1 - 1e-15) ** 2
         outside = r * (ellipe(far) - (1 - far) * ellipk(far))
-        return (
-            8 / np.pi * np.where(inside, a * ellipe(np.minimum(r / a, 1.0) ** 2), outside)
-        )  # of a uniform pressure of 1, E* = 1/2
+        # Displacements of a uniform pressure of 1, E* = 1/2.
+        return 8 / np.pi * np.where(inside, a * ellipe(np.minimum(r / a, 1.0) ** 2), outside)
 
     flexibility = (
         np.column_stack(
@@ -97,11 +106,14 @@ def sphere_of_rings(stick, reach=1.3):
 
 
 def held_by_forces(S, points, gap, width):
-    """A contact with a stiffness of its own, under forces on its far end, which is free, and the
-    rest of what `sphere` returns."""
+    """A contact under forces on its free far end, and the further results of `sphere`.
+
+    The stiffness of the contact is given.
+    """
     rigid, P = np.kron(np.eye(3), np.ones((len(gap), 1))), 2 / 3
     held = S @ rigid
-    shares = held @ np.linalg.inv(rigid.T @ held)  # of the nodes in a force on the far end
+    # Shares of the nodes in a force on the far end.
+    shares = held @ np.linalg.inv(rigid.T @ held)
     S = S - shares @ held.T
     system = fo.ContactSystem(
         (S + S.T) / 2, points, {"P": shares[:, 2], "Q": shares[:, 0]}, gap=gap, width=width

@@ -2,15 +2,15 @@
 
 A new public function or class has an entry in:
 
-- `frictopt/__init__.pyi`: the import and `__all__`; instead, a result in `frictopt/results.py`, a
-  scene in `frictopt/scenes/__init__.py`;
+- `frictopt/__init__.pyi`: the import and `__all__`. A result has its entry in `frictopt/results.py`
+  instead, a scene in `frictopt/scenes/__init__.py`;
 - one page of `docs/api`;
-- `called.py`: a good call with all its arguments, to which tests give odd values and odd contacts.
+- `called.py`: a good call with all its arguments. Tests replace them by odd values and contacts.
 
-A new question of contacts has one more in:
+A new question about contacts has further entries in:
 
-- `asked.py`: how it is asked of a small contact, and a row of `docs/questions.md`, which says for
-  each kind of contact whether it answers;
+- `asked.py`: its call for a small contact, and a row of `docs/questions.md`, which shows for each
+  kind of contact whether there is an answer;
 - `cited.py`: the equation of the theory page that its docstring cites.
 
 Readers have rows in `docs/formats.md`. A call that may take minutes has an entry in `CALLS` of

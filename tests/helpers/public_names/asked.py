@@ -1,5 +1,7 @@
-"""How each question of the page of questions is asked of a small contact. A new one has a line here,
-and in the lists that the head of this folder names."""
+"""A call of each question of the page of questions, for a small contact.
+
+A new question has a line here, and entries in the lists that the `__init__` of this folder names.
+"""
 
 import numpy as np
 
@@ -15,7 +17,7 @@ def _deep_profile(contact):
 
 
 def _curve(contact, lam, steps):
-    """Of a load as if it were that of a mode."""
+    """The backbone curve of a load, as if it were the load of a mode."""
     return fo.backbone_curve(
         contact,
         CYCLE,

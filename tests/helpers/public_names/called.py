@@ -1,5 +1,7 @@
-"""Every public function with arguments that work. A new one has a line here, and in the lists that
-the head of this folder names."""
+"""A call of every public function with valid arguments.
+
+A new function has a line here, and entries in the lists that the `__init__` of this folder names.
+"""
 
 import signal
 from collections.abc import Callable
@@ -17,7 +19,8 @@ import frictopt as fo
 from frictopt.transients.exact import ExactPath
 from helpers.systems import CYCLE, FIRST_PAIR, system
 
-SECONDS = 10  # that a call with an odd value may take, on a busy machine
+# Largest time of a call with an odd value, on a busy machine.
+SECONDS = 10
 
 CONTACT, UNCOUPLED_CONTACT = (
     system(*FIRST_PAIR),
@@ -47,9 +50,8 @@ ASKED_3D = {
 }
 SPLIT = MODEL.bodies["punch"].mesh.with_subdomains({"all": lambda x: x[1] > -1})
 INCREMENT = {"slip": SLIP, "bonded": BONDED}
-CLAIMED = dict.fromkeys(
-    ("v", "w", "q", "p", "previous_slip"), SLIP
-)  # may be nan, and the state is then infinitely wrong
+# These values may be nan. The error of the state is then infinite.
+CLAIMED = dict.fromkeys(("v", "w", "q", "p", "previous_slip"), SLIP)
 CURVE = fo.backbone_curve(CONTACT, CYCLE, FRICTION, [0.1, 0.2, 0.3], natural_frequency=1.0)
 STEP = fo.starts.LoadStep({"mean": 0.5})
 BLOCKS, PLACED = (
@@ -378,7 +380,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 
 
 class TooLong(BaseException):
-    """The call did not come back."""
+    """A call that does not return."""
 
 
 @contextmanager
