@@ -70,7 +70,8 @@ def lap(elements: int) -> fo.ContactModel:
 
     The lower plate is clamped, and the upper plate is pulled by 1.
     """
-    over, arm = np.linspace(-1.0, 1.0, elements + 1), np.linspace(1.0, 1.0 + _ARM, elements + 1)[1:]
+    over = np.linspace(-1.0, 1.0, elements + 1)
+    arm = np.linspace(1.0, 1.0 + _ARM, elements + 1)[1:]
     up = np.linspace(0.0, _THICKNESS, max(2, elements // 4) + 1)
     plates = {"upper": (np.r_[over, arm], up), "lower": (np.r_[-arm[::-1], over], -up[::-1])}
     sides = {
@@ -122,14 +123,12 @@ def backbones(parameters: Parameters) -> pd.DataFrame:
 
 def by_friction(parameters: Parameters) -> pd.DataFrame:
     """One row for each friction and load factor of the dovetail and of the lap joint."""
-    made = joints(parameters)
-    asked = each(
-        [(name, f) for name in ("dovetail", "lap joint") for f in parameters.frictions], "frictions"
-    )
-    return pd.concat(
-        [_curve(name, made[name], f, parameters.friction_ratios) for name, f in asked],
-        ignore_index=True,
-    )
+    joint_of_name = joints(parameters)
+    pairs = [(name, f) for name in ("dovetail", "lap joint") for f in parameters.frictions]
+    curves = []
+    for name, f in each(pairs, "frictions"):
+        curves.append(_curve(name, joint_of_name[name], f, parameters.friction_ratios))
+    return pd.concat(curves, ignore_index=True)
 
 
 def _curve(

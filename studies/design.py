@@ -61,11 +61,10 @@ def lap(elements: int) -> fo.ContactModel:
 
     Each bolt presses both faces around its place by a total force of 1.
     """
-    over, arm = np.linspace(-1.5, 1.5, elements + 1), np.linspace(1.5, 3.0, 1 + elements // 3)[1:]
-    across, up = (
-        np.linspace(-0.5, 0.5, 1 + max(2, elements // 3)),
-        np.linspace(0.0, 1.0, 1 + max(2, elements // 4)),
-    )
+    over = np.linspace(-1.5, 1.5, elements + 1)
+    arm = np.linspace(1.5, 3.0, 1 + elements // 3)[1:]
+    across = np.linspace(-0.5, 0.5, 1 + max(2, elements // 3))
+    up = np.linspace(0.0, 1.0, 1 + max(2, elements // 4))
     sides = {
         "lap": lambda x: (x[2] == 0.0) & (np.abs(x[0]) < 1.5),
         "outer": lambda x: (np.abs(x[2]) == 1.0) & (np.abs(x[0]) < 1.5),
@@ -106,11 +105,9 @@ def _designs(
     system: fo.ContactSystem, friction: float, depths: Sequence[float]
 ) -> Iterator[tuple[float, str, fo.results.Design]]:
     """The best free profile and the best of three shapes for each depth."""
-    model, deepest, factors = (
-        fo.DesignModel(system, LOADS, profile=True),
-        cp.Parameter(nonneg=True),
-        cp.Variable(4),
-    )
+    model = fo.DesignModel(system, LOADS, profile=True)
+    deepest = cp.Parameter(nonneg=True)
+    factors = cp.Variable(4)
     bounds = [model.profile >= 0, model.profile <= deepest]
     faces = {
         "free": bounds,

@@ -125,10 +125,8 @@ def works(parameters: Parameters) -> Iterator[Row]:
 def _questions(
     parameters: Parameters,
 ) -> Iterator[tuple[str, Callable[[], tuple[float, str, float]]]]:
-    (system, lower, overloaded), friction = (
-        _contact_and_models(parameters.elements, parameters.friction),
-        parameters.friction,
-    )
+    friction = parameters.friction
+    system, lower, overloaded = _contact_and_models(parameters.elements, friction)
 
     def onset() -> tuple[float, str, float]:
         first = fo.onset(system, LOADS, friction)
@@ -216,31 +214,33 @@ python -m paper_figures                      draws all figures (if interrupted, 
 
 def _picture(tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
     """The axis of load with the limits, the behaviour of the contact, and the range of the work."""
-    values, runs = tables[ANSWERS.name].set_index("question")["value"], tables[WORKS.name]
-    path, edges, end = (
-        folder / "first_look.png",
-        [float(values[name]) for name in _LIMITS],
-        float(runs["load_factor"].max()),
-    )
+    values = tables[ANSWERS.name].set_index("question")["value"]
+    runs = tables[WORKS.name]
+    path = folder / "first_look.png"
+    edges = [float(values[name]) for name in _LIMITS]
+    end = float(runs["load_factor"].max())
     ends = np.clip([0.0, *np.maximum.accumulate(edges), end], 0.0, end)
     work = runs.groupby("load_factor")["work"]
-    least, most, slipping = work.min(), work.max(), runs["work"][runs["work"] > 0]
-    low, high = 10 ** np.floor(np.log10(slipping.min())), 10 ** np.ceil(np.log10(slipping.max()))
+    least = work.min()
+    most = work.max()
+    slipping = runs["work"][runs["work"] > 0]
+    low = 10 ** np.floor(np.log10(slipping.min()))
+    high = 10 ** np.ceil(np.log10(slipping.max()))
     with screen():
         figure, (zones, axes) = plt.subplots(
             2, 1, figsize=(8.0, 4.8), sharex=True, height_ratios=(1.0, 3.0), layout="constrained"
         )
-        for (what, color), left, right in zip(_ZONES, ends[:-1], ends[1:], strict=True):
+        for (behaviour, color), left, right in zip(_ZONES, ends[:-1], ends[1:], strict=True):
             for each in (zones, axes):
                 each.axvspan(left, right, color=color, lw=0, zorder=0)
             if right > left:
                 room = int(_LETTERS * (right - left) / end)
                 wide = room >= _NARROW
-                lines = (
-                    [fill(line, room) for line in what.split("\n")]
-                    if wide
-                    else [fill(what.split("\n")[0].rstrip(":"), _NARROW)]
-                )
+                lines = behaviour.split("\n")
+                if wide:
+                    lines = [fill(line, room) for line in lines]
+                else:
+                    lines = [fill(lines[0].rstrip(":"), _NARROW)]
                 zones.text(
                     (left + right) / 2,
                     0.5,

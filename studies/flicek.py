@@ -112,9 +112,8 @@ def _row(
     value, other = read(answer)
     # If the mean load causes slip, the residual of the onset is the excess over the bound, and
     # no error.
-    residual = (
-        0.0 if isinstance(answer, fo.results.Onset) and answer.mean_slips else answer.residual
-    )
+    mean_load_slips = isinstance(answer, fo.results.Onset) and answer.mean_slips
+    residual = 0.0 if mean_load_slips else answer.residual
     return {
         "question": question,
         "at": float(at),
@@ -135,9 +134,8 @@ def summary(tables: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _scene(asked: Mapping[str, pd.DataFrame]) -> list[tuple[str, ...]]:
-    unknowns, interface = (
-        asked[name]["value"].iloc[0] for name in ("unknowns", "unknowns on the interface")
-    )
+    unknowns = asked["unknowns"]["value"].iloc[0]
+    interface = asked["unknowns on the interface"]["value"].iloc[0]
     return [
         ("unknowns of the finite-element model", "about 50,000", f"{unknowns:,.0f}", "flicek"),
         (
@@ -151,15 +149,11 @@ def _scene(asked: Mapping[str, pd.DataFrame]) -> list[tuple[str, ...]]:
 
 def _limits(asked: Mapping[str, pd.DataFrame]) -> list[tuple[str, ...]]:
     onset, upper, lower = asked["onset"], asked["shakedown limit"], asked["guaranteed limit"]
-    coupled, incomplete, uncoupled = (
-        asked["coupled"],
-        asked["incomplete"],
-        asked["uncoupled"].iloc[0],
-    )
-    apart, zero = (
-        (coupled["value"] < coupled["other"] * (1 - 1e-9)).sum(),
-        lower[lower["value"] == 0],
-    )
+    coupled = asked["coupled"]
+    incomplete = asked["incomplete"]
+    uncoupled = asked["uncoupled"].iloc[0]
+    apart = (coupled["value"] < coupled["other"] * (1 - 1e-9)).sum()
+    zero = lower[lower["value"] == 0]
     cells = ", ".join(f"{row.other:.3g} with {row.at:g} cells" for row in incomplete.itertuples())
     return [
         (
@@ -209,10 +203,8 @@ def _limits(asked: Mapping[str, pd.DataFrame]) -> list[tuple[str, ...]]:
 
 def _transients(runs: pd.DataFrame, lower: pd.DataFrame) -> list[tuple[str, ...]]:
     rests = runs["outcome"] == "SHAKEDOWN"
-    above, below = (
-        runs["load_ratio"] > 1,
-        runs["load_factor"] < runs["friction"].map(lower.set_index("at")["value"]),
-    )
+    above = runs["load_ratio"] > 1
+    below = runs["load_factor"] < runs["friction"].map(lower.set_index("at")["value"])
     between = ~above & ~below
     work = runs[runs["dissipation_scaled"] > 0].groupby(["friction", "load_ratio"])[
         "dissipation_scaled"

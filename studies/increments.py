@@ -54,7 +54,8 @@ class _Case:
 
 @cache
 def _case(parameters: Parameters) -> _Case:
-    scene, friction = fo.scenes.PunchOnHalfPlane(elements=parameters.elements), parameters.friction
+    scene = fo.scenes.PunchOnHalfPlane(elements=parameters.elements)
+    friction = parameters.friction
     system = scene.condense()
     load_factor = parameters.overload * fo.shakedown_limit(system, LOADS, friction).load_factor
     return _Case(

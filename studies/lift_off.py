@@ -88,11 +88,9 @@ def flange(elements: int) -> fo.ContactSystem:
 
     Bolts press on washers with a constant force.
     """
-    radii, angles, heights = (
-        np.linspace(30.0, 60.0, 6),
-        np.linspace(0.0, np.pi, elements + 1),
-        np.array([0.0, 6.0, 12.0, 26.0, 40.0]),
-    )
+    radii = np.linspace(30.0, 60.0, 6)
+    angles = np.linspace(0.0, np.pi, elements + 1)
+    heights = np.array([0.0, 6.0, 12.0, 26.0, 40.0])
     bolts = 48.0 * np.array(
         [[np.cos(angle), np.sin(angle)] for angle in (np.pi / 4, 3 * np.pi / 4)]
     )
@@ -173,10 +171,8 @@ def _limits(
     steps = None if system.slip_shape == (system.nodes,) else 4
     path = fo.march(system, cycle, friction, _LITTLE, cycles=1, steps=steps)
     settled = path.gap[path.time == 0][-1] > 0
-    given = [
-        fo.shakedown_limit(system, cycle, friction, open=nodes)
-        for nodes in (np.zeros_like(settled), settled)
-    ]
+    closed = fo.shakedown_limit(system, cycle, friction, open=np.zeros_like(settled))
+    with_settled = fo.shakedown_limit(system, cycle, friction, open=settled)
     limit = fo.shakedown_limit(system, cycle, friction, events=events)
     ends = [
         fo.steady_state(
@@ -192,8 +188,8 @@ def _limits(
     return {
         "nodes": system.nodes,
         "friction": friction,
-        "all_closed": given[0].load_factor,
-        "settled": given[1].load_factor,
+        "all_closed": closed.load_factor,
+        "settled": with_settled.load_factor,
         "shakedown": limit.load_factor,
         "open": int(limit.open.sum()),
         "opening": limit.events["node"].nunique(),
@@ -212,17 +208,17 @@ def uncoupled_contact(seed: int) -> tuple[fo.ContactSystem, float]:
     rng = np.random.default_rng(seed)
     nodes = int(rng.integers(1, 5))
     A, C = (G @ G.T / nodes + 0.5 * np.eye(nodes) for G in rng.normal(size=(2, nodes, nodes)))
-    pressed = rng.uniform(0.5, 1.5, nodes) - np.where(
-        rng.random(nodes) < 0.3, rng.uniform(0.5, 2.0, nodes), 0.0
-    )
+    pressed = rng.uniform(0.5, 1.5, nodes)
+    is_pulled = rng.random(nodes) < 0.3
+    pressed = pressed - np.where(is_pulled, rng.uniform(0.5, 2.0, nodes), 0.0)
     loads = {
         "mean": (0.1 * rng.normal(size=nodes), pressed),
         "cyclic": (rng.normal(size=nodes), rng.normal(size=nodes)),
     }
     gap = np.where(rng.random(nodes) < 0.3, 0.3 * rng.random(nodes), 0.0)
-    return fo.ContactSystem.from_blocks(
-        A, np.zeros((nodes, nodes)), C, np.arange(nodes), loads, gap
-    ), float(rng.uniform(0.2, 1.0))
+    none = np.zeros((nodes, nodes))
+    system = fo.ContactSystem.from_blocks(A, none, C, np.arange(nodes), loads, gap)
+    return system, float(rng.uniform(0.2, 1.0))
 
 
 def uncoupled(parameters: Parameters) -> Iterator[Row]:
@@ -270,18 +266,19 @@ def _growth(
         fo.march(system, _TO_AND_FRO, friction, load_factor, initial_slip=start, cycles=cycles)
         for start in starts
     ]
-    slips = np.array(
-        [
-            [
-                path.slip[np.flatnonzero(path.time == corner)[-1]]
-                for corner in range(1, 2 * cycles + 1)
-            ]
-            for path in paths
-        ]
-    )
-    off, apart = slips[1:] - slips[0], starts[1:] - starts[0]
-    energy, begin = (np.einsum("...i,ij,...j->...", slip, system.A, slip) for slip in (off, apart))
-    return float((np.diff(energy, axis=1).max(axis=1) / begin).max())
+    slips_at_corners = []
+    for path in paths:
+        visits = [np.flatnonzero(path.time == corner)[-1] for corner in range(1, 2 * cycles + 1)]
+        slips_at_corners.append(path.slip[visits])
+    slips = np.array(slips_at_corners)
+    energy = _energy(system, slips[1:] - slips[0])
+    energy_of_starts = _energy(system, starts[1:] - starts[0])
+    return float((np.diff(energy, axis=1).max(axis=1) / energy_of_starts).max())
+
+
+def _energy(system: fo.ContactSystem, slips: NDArray[Any]) -> NDArray[Any]:
+    """Twice the elastic energy of slips (..., N)."""
+    return np.asarray(np.einsum("...i,ij,...j->...", slips, system.A, slips))
 
 
 _JOINTS = {

@@ -187,7 +187,8 @@ def _onsets(system: fo.ContactSystem, friction: float) -> dict[str, Any]:
 def _corner_reactions(
     limit: fo.results.ShakedownLimit, friction: float, corner: int
 ) -> pd.DataFrame:
-    system, (q, p) = limit.system, (values[corner] for values in limit.reactions)
+    system = limit.system
+    q, p = (values[corner] for values in limit.reactions)
     force = force_unit(system)
     mechanism = limit.mechanism
     share = (

@@ -101,10 +101,8 @@ def _row(
     friction: float,
 ) -> dict[str, object]:
     onset = fo.onset(system, cycle, friction)
-    limit, lower = (
-        fo.shakedown_limit(system, cycle, friction),
-        fo.guaranteed_limit(system, cycle, friction),
-    )
+    limit = fo.shakedown_limit(system, cycle, friction)
+    lower = fo.guaranteed_limit(system, cycle, friction)
     return {
         "scene": scene,
         "case": case,

@@ -124,10 +124,8 @@ def rounded(parameters: Parameters) -> Iterator[Row]:
 
 def closed(parameters: Parameters) -> Iterator[Row]:
     """One row per scene and friction coefficient."""
-    punch, pin = (
-        fo.scenes.PunchOnHalfPlane(elements=parameters.flat_elements),
-        fo.scenes.PinInPlate(elements=parameters.pin_elements),
-    )
+    punch = fo.scenes.PunchOnHalfPlane(elements=parameters.flat_elements)
+    pin = fo.scenes.PinInPlate(elements=parameters.pin_elements)
     fit = fo.LoadCycle({"fit": 1.0}, [{"Fx": -1.0}, {"Fx": 1.0}])
     for name, scene, cycle, frictions in (
         ("flat punch", punch, LOADS, parameters.flat_frictions),

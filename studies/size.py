@@ -69,10 +69,8 @@ def times_by_size(parameters: Parameters) -> pd.DataFrame:
     rows = []
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool:
         for scene, elements in each(sizes, "times by size"):
-            guaranteed, transients = (
-                elements <= getattr(parameters, f"{scene}_{what}")
-                for what in ("guaranteed", "transients")
-            )
+            guaranteed = elements <= getattr(parameters, f"{scene}_guaranteed")
+            transients = elements <= getattr(parameters, f"{scene}_transients")
             rows += pool.submit(_answered, scene, elements, guaranteed, transients).result()
     return pd.DataFrame(rows)
 
@@ -100,10 +98,8 @@ def _rows(scene: str, elements: int, guaranteed: bool, transients: bool) -> list
     def asked(question: str, ask: Callable[[], Any]) -> Any:
         start = time.process_time()
         answer = ask()
-        seconds, memory = (
-            time.process_time() - start,
-            resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _IN_MEMORY,
-        )
+        seconds = time.process_time() - start
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / _IN_MEMORY
         cost = {
             "question": question,
             "seconds": seconds,

@@ -86,10 +86,8 @@ def _sphere(cells: int) -> tuple[fo.ContactSystem, Mapping[str, fo.LoadCycle]]:
 
 
 def _limits(system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> dict[str, float]:
-    shakedown, guaranteed = (
-        fo.shakedown_limit(system, cycle, friction),
-        fo.guaranteed_limit(system, cycle, friction),
-    )
+    shakedown = fo.shakedown_limit(system, cycle, friction)
+    guaranteed = fo.guaranteed_limit(system, cycle, friction)
     return {
         "onset": fo.onset(system, cycle, friction).slip.load_factor,
         "guaranteed": guaranteed.load_factor,
@@ -130,21 +128,18 @@ def work_between(parameters: Parameters) -> Iterator[Row]:
     A row has the work without initial slip, and the least and the most work of all starts.
     """
     system, _ = _punch(parameters.work_elements)
-    limit, guaranteed = (
-        ask(system, LOADS["bulk"], parameters.friction)
-        for ask in (fo.shakedown_limit, fo.guaranteed_limit)
-    )
+    limit = fo.shakedown_limit(system, LOADS["bulk"], parameters.friction)
+    guaranteed = fo.guaranteed_limit(system, LOADS["bulk"], parameters.friction)
     # Root mean square of the safe slip at the limit.
     size = float(np.sqrt(np.mean(np.sum(limit.slip**2, axis=1))))
     starts = [*fo.starts.no_slip(), *fo.starts.random_slips(system, [size], parameters.starts // 2)]
     factors = [ratio * limit.load_factor for ratio in parameters.ratios]
     table = fo.dissipation_study(system, LOADS["bulk"], parameters.friction, factors, starts=starts)
     for ratio, (_, runs) in zip(parameters.ratios, table.groupby("load_factor"), strict=True):
-        work, named = (
-            runs["dissipation"],
-            {"ratio": ratio, "guaranteed": guaranteed.load_factor / limit.load_factor},
-        )
-        yield named | {
+        work = runs["dissipation"]
+        yield {
+            "ratio": ratio,
+            "guaranteed": guaranteed.load_factor / limit.load_factor,
             "work": work[runs["start"] == "none"].iloc[0],
             "least": work.min(),
             "most": work.max(),

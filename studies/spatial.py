@@ -62,12 +62,8 @@ def faces_at_limit(parameters: Parameters) -> Iterator[Row]:
             .sum()
             .reindex(range(system.nodes), fill_value=0.0)
         )
-        unit = (
-            float(system.bonded["P"][1].sum())
-            / (4 * scene.half_width**2)
-            * scene.half_width
-            / scene.block_material.E
-        )
+        mean_pressure = float(system.bonded["P"][1].sum()) / (4 * scene.half_width**2)
+        unit = mean_pressure * scene.half_width / scene.block_material.E
         face = face.assign(
             first_ratio=limit.traction_ratios[0],
             slip1=face["slip1"] / unit,
@@ -82,10 +78,8 @@ def error_of_increments(parameters: Parameters) -> Iterator[Row]:
     system = fo.scenes.SquarePunch(elements=parameters.step_elements).condense()
     for load in ("to and fro", "turning, 4 corners"):
         cycle = LOADS[load]
-        at = (
-            parameters.step_ratio
-            * fo.shakedown_limit(system, cycle, parameters.map_friction).load_factor
-        )
+        limit = fo.shakedown_limit(system, cycle, parameters.map_friction)
+        at = parameters.step_ratio * limit.load_factor
         states = {
             steps: fo.steady_state(system, cycle, parameters.map_friction, at, steps=steps)
             for steps in each(

@@ -157,10 +157,8 @@ class Table(Generic[P]):
                     rows.append(row)
                     bar.update()
                 found = pd.concat(rows) if isinstance(rows[0], pd.DataFrame) else pd.DataFrame(rows)
-        missing, more = (
-            set(self.columns) - set(found.columns),
-            set(found.columns) - set(self._meanings),
-        )
+        missing = set(self.columns) - set(found.columns)
+        more = set(found.columns) - set(self._meanings)
         if missing or more:
             raise ValueError(
                 f"table {self.name}: described columns {sorted(missing)} are not computed, "

@@ -84,23 +84,20 @@ def jump(rows: pd.DataFrame) -> tuple[float, float] | None:
     None if the largest rise is no jump above all values before it.
     """
     ordered = rows.sort_values("friction")
-    friction, limit = ordered["friction"].to_numpy(), ordered["guaranteed"].to_numpy()
+    friction = ordered["friction"].to_numpy()
+    limit = ordered["guaranteed"].to_numpy()
     k = int(np.diff(limit).argmax())
-    return (
-        (float(friction[k]), float(friction[k + 1]))
-        if limit[k + 1] > _JUMP * limit[: k + 1].max()
-        else None
-    )
+    if limit[k + 1] > _JUMP * limit[: k + 1].max():
+        return float(friction[k]), float(friction[k + 1])
+    return None
 
 
 def summary(tables: Mapping[str, pd.DataFrame]) -> str:
     """Both tables."""
-    limits, rows = (
-        tables[POISSON.name].pivot(
-            index=["element", "nu"], columns="friction", values="load_factor"
-        ),
-        [],
+    limits = tables[POISSON.name].pivot(
+        index=["element", "nu"], columns="friction", values="load_factor"
     )
+    rows = []
     for element, nu in limits.index:
         change = 100 * (limits.loc[element, nu] / limits.loc[element, _USUAL] - 1)
         rows.append([str(element), f"{nu:g}", *(f"{value:+.1f} %" for value in change)])

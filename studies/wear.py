@@ -113,10 +113,8 @@ def limits(parameters: Parameters) -> Iterator[Row]:
     for nodes in parameters.meshes:
         contact = _cylinder(nodes)
         end = fo.worn_in(contact, _cycle(0.5), _FRICTION, 1.0)
-        before, after = (
-            fo.shakedown_limit(one, _cycle(0.5), _FRICTION).load_factor
-            for one in (contact, end.system)
-        )
+        before = fo.shakedown_limit(contact, _cycle(0.5), _FRICTION).load_factor
+        after = fo.shakedown_limit(end.system, _cycle(0.5), _FRICTION).load_factor
         yield {"nodes": nodes, "before": before, "after": after, "residual": end.residual}
 
 
@@ -125,12 +123,11 @@ def life(parameters: Parameters) -> Iterator[Row]:
 
     Each row continues from the state of the row before.
     """
-    system, cycle = (
-        lap(parameters.lap_elements).condense(),
-        fo.LoadCycle({"press": 1.0}, [{"pull": 1.0}, {"pull": -1.0}]),
-    )
+    system = lap(parameters.lap_elements).condense()
+    cycle = fo.LoadCycle({"press": 1.0}, [{"pull": 1.0}, {"pull": -1.0}])
     load = _ABOVE * fo.shakedown_limit(system, cycle, _FRICTION).load_factor
-    steady, done = fo.steady_state(system, cycle, _FRICTION, load), 0.0
+    steady = fo.steady_state(system, cycle, _FRICTION, load)
+    done = 0.0
     assert system.compliance is not None
     glued = system.compliance[-1, -1]
     for cycles in (0.0, *parameters.lives):
@@ -147,14 +144,10 @@ def life(parameters: Parameters) -> Iterator[Row]:
             )
             steady, done = history.steady, cycles
         swing = float(np.ptp(steady.displacement("pull"))) / 2
-        damping, frequency = (
-            steady.dissipation / (2 * pi * load * swing),
-            np.sqrt(load * glued / swing),
-        )
-        limit, guaranteed = (
-            ask(steady.system, cycle, _FRICTION)
-            for ask in (fo.shakedown_limit, fo.guaranteed_limit)
-        )
+        damping = steady.dissipation / (2 * pi * load * swing)
+        frequency = np.sqrt(load * glued / swing)
+        limit = fo.shakedown_limit(steady.system, cycle, _FRICTION)
+        guaranteed = fo.guaranteed_limit(steady.system, cycle, _FRICTION)
         found = {
             "cycles": cycles,
             "damping": damping,

@@ -120,11 +120,10 @@ def _bulk_stress(cylinder: fo.ContactSystem, cell: float, parameters: Parameters
         zones.append(cylinder.x[stuck(q, p, _FRICTION)])
         residuals.append(residual)
     how = f"{parameters.cells} cells, Q = {parameters.bulk_shear:g} f P; within a cell, {cell:.2g}"
-    source, over = "Nowell & Hills 1987", "sigma / (f p_0)"
-    middles, halves = (
-        [float(zone.mean()) for zone in zones],
-        [cell * len(zone) / 2 for zone in zones],
-    )
+    source = "Nowell & Hills 1987"
+    over = "sigma / (f p_0)"
+    middles = [float(zone.mean()) for zone in zones]
+    halves = [cell * len(zone) / 2 for zone in zones]
     yield Case(
         source,
         "middle of the stick zone / a",
@@ -283,18 +282,13 @@ def work_of_springs(swing: float, share: float, phase: float, springs: int) -> f
     middle = displacement((touch[1:] + touch[:-1]) / 2)
     spring, works = np.zeros(springs), []
     for angle in np.linspace(0.0, 4 * pi, 2 * _STEPS + 1):
-        bound = _FRICTION * np.maximum(
-            displacement(np.array(P * (1 + swing * np.cos(angle + radians(phase))))) - middle, 0.0
-        )
-        way = brentq(
-            _missing,
-            -9.0,
-            9.0,
-            args=(spring, bound, stiffness, share * _GROSS * np.cos(angle)),
-            xtol=1e-13,
-        )
-        moved = np.clip(spring + way, -bound, bound)
-        works.append(float(stiffness @ (bound * np.abs(spring + way - moved))))
+        normal_force = P * (1 + swing * np.cos(angle + radians(phase)))
+        shear_force = share * _GROSS * np.cos(angle)
+        bound = _FRICTION * np.maximum(displacement(np.array(normal_force)) - middle, 0.0)
+        arguments = spring, bound, stiffness, shear_force
+        motion = brentq(_missing, -9.0, 9.0, args=arguments, xtol=1e-13)
+        moved = np.clip(spring + motion, -bound, bound)
+        works.append(float(stiffness @ (bound * np.abs(spring + motion - moved))))
         spring = moved
     return sum(works[_STEPS + 1 :]) / _GROSS**2
 

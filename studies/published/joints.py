@@ -256,9 +256,9 @@ def _corner(parameters: Parameters) -> Iterator[Case]:
     slope, _ = np.polyfit(
         np.log(distance[near]), np.log(np.abs((q - weak.traction_ratio * p)[near])), 1
     )
-    source, how = (
-        "Williams 1952, Churchman & Hills 2006",
-        f"finite elements, {parameters.corner_elements} on the contact; fitted from 3 to 20 % of a",
+    source = "Williams 1952, Churchman & Hills 2006"
+    how = (
+        f"finite elements, {parameters.corner_elements} on the contact; fitted from 3 to 20 % of a"
     )
     quantity = "power of the distance from a bonded corner with which its tractions grow"
     yield Case(
