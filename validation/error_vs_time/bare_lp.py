@@ -82,18 +82,15 @@ def highs(program: LinearProgram, options: dict[str, Any]) -> Any:
     model = highspy.HighsModel()
     lp = model.lp_
     lp.num_row_, lp.num_col_ = program.matrix.shape
-    lp.col_cost_, lp.col_lower_, lp.col_upper_ = (
-        program.cost,
-        program.lower,
-        np.full(len(program.cost), np.inf),
-    )
-    lp.row_lower_, lp.row_upper_ = program.floor, program.right
+    lp.col_cost_ = program.cost
+    lp.col_lower_ = program.lower
+    lp.col_upper_ = np.full(len(program.cost), np.inf)
+    lp.row_lower_ = program.floor
+    lp.row_upper_ = program.right
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = (
-        program.matrix.indptr,
-        program.matrix.indices,
-        program.matrix.data,
-    )
+    lp.a_matrix_.start_ = program.matrix.indptr
+    lp.a_matrix_.index_ = program.matrix.indices
+    lp.a_matrix_.value_ = program.matrix.data
     solver = highspy.Highs()
     for name, value in {"output_flag": False, **options}.items():
         solver.setOptionValue(name, value)
@@ -143,7 +140,8 @@ def clarabel_cone(
     """
     package = installed("clarabel")
     settings = package.DefaultSettings()
-    settings.verbose, settings.max_threads = False, 1
+    settings.verbose = False
+    settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     answer = package.DefaultSolver(
         csc_matrix((len(cost),) * 2), cost, matrix, right, cones, settings

@@ -52,10 +52,10 @@ def assembled(scene: fo.scenes.PunchOnHalfPlane) -> Blocks:
         the kept unknowns.
     """
     model = scene.model()
-    (block, K_block), (punch, K_punch) = (
-        _stiffness(body) for body in (model.bodies["block"], model.bodies["punch"])
-    )
-    below, kept = (body.nodal_dofs[:, _contact(body.mesh)].ravel() for body in (block, punch))
+    block, K_block = _stiffness(model.bodies["block"])
+    punch, K_punch = _stiffness(model.bodies["punch"])
+    below = block.nodal_dofs[:, _contact(block.mesh)].ravel()
+    kept = punch.nodal_dofs[:, _contact(punch.mesh)].ravel()
     follows = csr_matrix((np.ones(len(kept)), (kept, below)), shape=(punch.N, block.N))
     motion = hstack([follows, identity(punch.N)]).tocsr()
     K = (
@@ -77,9 +77,8 @@ def _contact(mesh: Any) -> Any:
 def _stiffness(body: fo.Body) -> tuple[Any, Any]:
     """The basis and the stiffness of a body."""
     basis = Basis(body.mesh, ElementVector(ElementQuad1()))
-    return basis, linear_elasticity(*lame_parameters(body.material.E, body.material.nu)).assemble(
-        basis
-    )
+    form = linear_elasticity(*lame_parameters(body.material.E, body.material.nu))
+    return basis, form.assemble(basis)
 
 
 def multiple_right_hand_sides(blocks: Blocks, ordering: str) -> Array:
@@ -94,7 +93,8 @@ def refined_stiffness(blocks: Blocks) -> Array:
     The extended precision is numpy's longdouble, with 64 bits of mantissa on x86.
     """
     K_ii, K_ir, K_rr = blocks
-    factors, exact = splu(K_ii, **ORDERINGS["MMD_AT_PLUS_A"]), K_ii.tocsr().astype(np.longdouble)
+    factors = splu(K_ii, **ORDERINGS["MMD_AT_PLUS_A"])
+    exact = K_ii.tocsr().astype(np.longdouble)
     columns = []
     for first in range(0, K_ir.shape[1], _COLUMNS):
         right = K_ir[:, first : first + _COLUMNS].toarray().astype(np.longdouble)
@@ -115,7 +115,8 @@ def corner_exponent(system: fo.ContactSystem, corner_size: float) -> float:
     """
     q, p = system.bonded["P"]
     r = (system.x[1:] + system.x[:-1]) / 2 - system.x[0]
-    pressed, sheared = np.cumsum(p)[:-1], np.cumsum(q)[:-1]
+    pressed = np.cumsum(p)[:-1]
+    sheared = np.cumsum(q)[:-1]
     middle = np.sqrt(corner_size * system.x[-1])
     near = (r > middle / 2) & (r < middle * 2)
     alone = np.abs(pressed * bonded_corner()[1].traction_ratio - sheared)

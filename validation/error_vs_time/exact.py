@@ -32,9 +32,9 @@ class NotProven(ArithmeticError):
 def fractions(values: Any) -> Array:
     """Array of the rational numbers that equal these doubles."""
     array = np.asarray(values, dtype=float)
-    return np.array([Fraction(value) for value in array.ravel().tolist()] + [None], dtype=object)[
-        :-1
-    ].reshape(array.shape)
+    result = np.empty(array.size, dtype=object)
+    result[:] = [Fraction(value) for value in array.ravel().tolist()]
+    return result.reshape(array.shape)
 
 
 def refined(matrix: Array, right: Array) -> Array:
@@ -51,7 +51,8 @@ def refined(matrix: Array, right: Array) -> Array:
         inverse = np.linalg.inv(matrix.astype(float))
     except np.linalg.LinAlgError as error:
         raise NotProven("the basis is singular") from error
-    solution, residual = np.array([Fraction(0)] * len(right), dtype=object), right
+    solution = np.array([Fraction(0)] * len(right), dtype=object)
+    residual = right
     size = left = max(abs(right), default=Fraction(0))
     while left > _DIGITS * size:
         correction = inverse @ (residual / left).astype(float)
@@ -121,8 +122,11 @@ def exact_increment(
     NotProven
         The status contradicts its exact state.
     """
-    n, f, opened = system.nodes, Fraction(friction), status == _OPEN
-    S, before = fractions(system.S), fractions(slip)
+    n = system.nodes
+    f = Fraction(friction)
+    opened = status == _OPEN
+    S = fractions(system.S)
+    before = fractions(slip)
     r = fractions(np.concatenate(bonded)) + S[:, :n] @ before
     sense = np.array([Fraction(int(value)) for value in np.where(opened, 0, status)], dtype=object)
     moving, lifted = np.flatnonzero(status), n + np.flatnonzero(opened)
@@ -133,7 +137,9 @@ def exact_increment(
     change = np.array([Fraction(0)] * (2 * n), dtype=object)
     change[free] = refined(rows[:, free], -law)
     r = r + S @ change
-    q, p, size = r[:n], r[n:], sum(abs(r[n:])) / n
+    q = r[:n]
+    p = r[n:]
+    size = sum(abs(p)) / n
     # A negative pressure exceeds the friction bound as well.
     if max(abs(q) - f * p) > _ZERO * size or min(sense * change[:n]) < 0 or min(change[n:]) < 0:
         raise NotProven("the status of the increment contradicts its own exact state")

@@ -30,8 +30,11 @@ class FrozenBounds:
     """
 
     def __init__(self, system: fo.ContactSystem, friction: float) -> None:
-        n, self._f, self._scale = system.nodes, friction, system.stiffness_scale
-        one, self._S = eye_array(n), system.S / system.stiffness_scale
+        n = system.nodes
+        self._f = friction
+        self._scale = system.stiffness_scale
+        self._S = system.S / system.stiffness_scale
+        one = eye_array(n)
         self._P = csc_matrix(triu(block_diag([self._S, csc_matrix((n, n))])))
         # The program has the constraints `rows x <= 0`.
         self._rows = csc_matrix(
@@ -48,7 +51,8 @@ class FrozenBounds:
         ArithmeticError
             No optimum in 100,000 iterations, or bounds that do not converge.
         """
-        none, solver = np.zeros(len(self._rows.indptr) - 1), installed("osqp").OSQP()
+        none = np.zeros(len(self._rows.indptr) - 1)
+        solver = installed("osqp").OSQP()
         options = {
             "eps_abs": tolerance,
             "eps_rel": tolerance,
@@ -74,8 +78,10 @@ class FrozenBounds:
             No optimum, or bounds that do not converge.
         """
         package = installed("clarabel")
-        settings, none = package.DefaultSettings(), np.zeros(len(self._rows.indptr) - 1)
-        settings.verbose, settings.max_threads = False, 1
+        none = np.zeros(len(self._rows.indptr) - 1)
+        settings = package.DefaultSettings()
+        settings.verbose = False
+        settings.max_threads = 1
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
 
         def solved(cost: Array) -> Array:

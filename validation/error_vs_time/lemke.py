@@ -29,10 +29,14 @@ class Lemke:
 
     def __init__(self, system: fo.ContactSystem, friction: float, force: float) -> None:
         self._solve = installed("quantecon").lcp_lemke
-        self._S, self._n, self._f = system.S, system.nodes, friction
-        self._force, self._length = force, force / system.stiffness_scale
+        self._S = system.S
+        self._n = system.nodes
+        self._f = friction
+        self._force = force
+        self._length = force / system.stiffness_scale
         A, B, C, f = system.A, system.B, system.C, friction
-        plus, minus = A + f * B, A - f * B
+        plus = A + f * B
+        minus = A - f * B
         self._M = (
             np.block([[C, B, -B], [f * C + B.T, plus, -plus], [f * C - B.T, -minus, minus]])
             / system.stiffness_scale
@@ -54,7 +58,8 @@ class Lemke:
         if not violation <= _ACCEPTED:
             raise ArithmeticError(f"Lemke's method violates the problem by {violation:.1e}")
         slip = (z[n : 2 * n] - z[2 * n :]) * self._length
-        return v + slip, r[n:] + self._S[n:, :n] @ slip + self._S[n:, n:] @ z[:n] * self._length
+        pressure = r[n:] + self._S[n:, :n] @ slip + self._S[n:, n:] @ z[:n] * self._length
+        return v + slip, pressure
 
     def cycle_work(self, start: Array, loads: list[Array], steps: int, corners: int) -> float:
         """Work of friction in the last `corners` segments of a load path through loads (2N,).
@@ -62,7 +67,9 @@ class Lemke:
         Each segment has `steps` increments. The friction force of an increment follows from the
         mean of its two pressures. The load path begins with the slip `start` (N,).
         """
-        v, p, total = start, loads[0][self._n :] + self._S[self._n :, : self._n] @ start, 0.0
+        v = start
+        p = loads[0][self._n :] + self._S[self._n :, : self._n] @ start
+        total = 0.0
         for number, (before, after) in enumerate(pairwise(loads)):
             for step in range(1, steps + 1):
                 new, pressure = self.increment(v, before + step / steps * (after - before))

@@ -45,15 +45,11 @@ def exact_onset(system: fo.ContactSystem, friction: float) -> float:
 
     The arithmetic is rational. The mean load alone must not cause slip.
     """
-    (q0, p0), (q1, p1) = (
-        [fractions(values) for values in system.reaction(loads)]
-        for loads in (LOADS.mean, _DIRECTION)
-    )
+    q0, p0 = (fractions(values) for values in system.reaction(LOADS.mean))
+    q1, p1 = (fractions(values) for values in system.reaction(_DIRECTION))
     f = Fraction(friction)
-    slacks, rates = (
-        np.concatenate([q0 + f * p0, f * p0 - q0]),
-        np.concatenate([q1 + f * p1, f * p1 - q1]),
-    )
+    slacks = np.concatenate([q0 + f * p0, f * p0 - q0])
+    rates = np.concatenate([q1 + f * p1, f * p1 - q1])
     return float(min(-slack / rate for slack, rate in zip(slacks, rates, strict=True) if rate < 0))
 
 
@@ -66,9 +62,8 @@ def exact_limit(system: fo.ContactSystem, friction: float) -> float:
 def exact_largest_margin(system: fo.ContactSystem, friction: float, load_factor: float) -> float:
     """Largest margin of a safe slip under bulk stress, in rational arithmetic."""
     slips, mean, cyclic, bound = safe_rows(system, LOADS, friction)
-    return _largest(
-        slips, np.array([-bound] * len(mean), dtype=object), mean + Fraction(load_factor) * cyclic
-    )
+    margins = np.array([-bound] * len(mean), dtype=object)
+    return _largest(slips, margins, mean + Fraction(load_factor) * cyclic)
 
 
 def _largest(*program: Array) -> float:
@@ -76,9 +71,8 @@ def _largest(*program: Array) -> float:
     slips, last, right = (
         values.astype(float) / np.abs(values.astype(float)).max() for values in program
     )
-    active = highs_vertex(
-        highs(LinearProgram.maximum(np.column_stack([slips, last]), right), SIMPLEX)
-    )
+    scaled = LinearProgram.maximum(np.column_stack([slips, last]), right)
+    active = highs_vertex(highs(scaled, SIMPLEX))
     return largest(np.column_stack(program[:2]), program[2], active)
 
 
@@ -126,18 +120,14 @@ def _limit(parameters: Parameters, scene: Scene) -> Question:
 
 def _safe_slip(parameters: Parameters, scene: Scene) -> Question:
     """The margin of a safe slip on one mesh."""
-    system, friction, factor = (
-        scene.system,
-        parameters.friction,
-        parameters.margin_share * scene.limit,
-    )
+    system = scene.system
+    friction = parameters.friction
+    factor = parameters.margin_share * scene.limit
     exact = exact_largest_margin(system, friction, factor)
-    ask, error = (
-        partial(fo.safe_slip, system, LOADS, friction, factor),
-        relative(exact, lambda safe: safe.margin),
-    )
+    safe_slip = partial(fo.safe_slip, system, LOADS, friction, factor)
+    error = relative(exact, lambda safe: safe.margin)
     ours = [
-        Method("frictopt", "solver", solver, partial(ask, solver=solver), error)
+        Method("frictopt", "solver", solver, partial(safe_slip, solver=solver), error)
         for solver in LP_SOLVERS
     ]
     lean = fo.SafeSlipModel(system, LOADS)
@@ -173,9 +163,9 @@ class NodePrograms:
     @classmethod
     def of(cls, system: fo.ContactSystem, cycle: fo.LoadCycle, friction: float) -> "NodePrograms":
         """The programs of a contact."""
-        n, (slips, mean, cyclic) = (
-            system.nodes,
-            (rows.astype(float) for rows in safe_rows(system, cycle, friction)[:3]),
+        n = system.nodes
+        slips, mean, cyclic = (
+            rows.astype(float) for rows in safe_rows(system, cycle, friction)[:3]
         )
         load_unit = np.abs(mean).max() / np.abs(cyclic).max()
         matrix = csc_matrix(
@@ -186,9 +176,9 @@ class NodePrograms:
         lower = np.where(cost > 0, 0.0, -np.inf)
         programs = {}
         q, p = cycle.corner_reactions(system)
-        for node in np.flatnonzero(
-            (q + friction * p).argmin(axis=0) != (friction * p - q).argmin(axis=0)
-        ).tolist():
+        forward = (q + friction * p).argmin(axis=0)
+        backward = (friction * p - q).argmin(axis=0)
+        for node in np.flatnonzero(forward != backward).tolist():
             floor = np.full(len(right), -np.inf)
             floor[[node, n + node]] = right[[node, n + node]]
             programs[node] = LinearProgram(cost, matrix, right, lower, floor)
@@ -199,15 +189,19 @@ class NodePrograms:
 
         Programs without an optimum are skipped.
         """
-        found: tuple[float, int, Any] = np.inf, -1, None
+        least = np.inf
+        governing_node = -1
+        best_solver = None
         for node, program in self.programs.items():
             try:
                 solver = highs(program, options)
             except ArithmeticError:
                 continue
-            if highs_cost(solver) < found[0]:
-                found = highs_cost(solver), node, solver
-        return found[0] * self.load_unit, found[1], found[2]
+            if highs_cost(solver) < least:
+                least = highs_cost(solver)
+                governing_node = node
+                best_solver = solver
+        return least * self.load_unit, governing_node, best_solver
 
 
 def exact_least(system: fo.ContactSystem, friction: float) -> float:
@@ -219,7 +213,8 @@ def exact_least(system: fo.ContactSystem, friction: float) -> float:
 def _guaranteed(parameters: Parameters, scene: Scene) -> Question:
     """The upper bound on one mesh; HiGHS decides that no other node has a smaller load factor."""
     system, friction = scene.system, parameters.guaranteed_friction
-    bare, model = NodePrograms.of(system, LOADS, friction), fo.GuaranteedModel(system, LOADS)
+    bare = NodePrograms.of(system, LOADS, friction)
+    model = fo.GuaranteedModel(system, LOADS)
     exact = exact_least(system, friction)
 
     runs = {

@@ -42,12 +42,14 @@ def fronts(table: pd.DataFrame) -> str:
 
 def increments(table: pd.DataFrame) -> str:
     """Error and run time of one increment in the plane, by every method, on the finest mesh."""
-    asked = table[table["computation"] == "increment"]
-    finest = asked[asked["nodes"] == asked["nodes"].max()]
-    quantities, rows = list(finest["quantity"].unique()), []
-    for (method, setting), alike in finest.groupby(["method", "setting"], sort=False):
-        found = alike.set_index("quantity")
-        rows.append([f"{method} ({setting})", *(_cost(found.loc[name]) for name in quantities)])
+    of_increments = table[table["computation"] == "increment"]
+    finest = of_increments[of_increments["nodes"] == of_increments["nodes"].max()]
+    quantities = list(finest["quantity"].unique())
+    rows = []
+    for (method, setting), part in finest.groupby(["method", "setting"], sort=False):
+        by_quantity = part.set_index("quantity")
+        costs = [_cost(by_quantity.loc[name]) for name in quantities]
+        rows.append([f"{method} ({setting})", *costs])
     return markdown([f"increment, N = {finest['nodes'].max()}", *quantities], rows)
 
 
@@ -56,18 +58,17 @@ def calls(table: pd.DataFrame) -> str:
 
     The first call builds its model, and the second call is on the same model.
     """
-    asked = table[
-        table["method"].isin(["frictopt, first time", "frictopt, compiled"])
-        & (table["setting"] == "HIGHS")
-    ]
-    finest = asked[asked["nodes"] == asked["nodes"].max()].pivot(
+    is_call = table["method"].isin(["frictopt, first time", "frictopt, compiled"])
+    of_calls = table[is_call & (table["setting"] == "HIGHS")]
+    largest = of_calls["nodes"].max()
+    finest = of_calls[of_calls["nodes"] == largest].pivot(
         index="computation", columns="method", values="seconds"
     )
     rows = [
         [str(row.Index), *(two_digits(1e3 * seconds) for seconds in row[:0:-1])]
         for row in finest.itertuples()
     ]
-    return markdown([f"ms, N = {asked['nodes'].max()}", "first call", "second call"], rows)
+    return markdown([f"ms, N = {largest}", "first call", "second call"], rows)
 
 
 def law(table: pd.DataFrame) -> str:

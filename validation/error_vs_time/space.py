@@ -87,14 +87,13 @@ def spheres(parameters: Parameters) -> Question:
 
 def _limit(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     """The shakedown limit in space."""
-    system, friction = space[0], parameters.friction
-    exact, ask = (
-        exact_limit(scene.system, friction),
-        partial(fo.shakedown_limit, system, LOADS, friction),
-    )
+    system = space[0]
+    friction = parameters.friction
+    exact = exact_limit(scene.system, friction)
+    shakedown_limit = partial(fo.shakedown_limit, system, LOADS, friction)
     error = relative(exact, lambda limit: limit.load_factor)
     methods = [
-        Method("frictopt", "solver", solver, partial(ask, solver=solver), error)
+        Method("frictopt", "solver", solver, partial(shakedown_limit, solver=solver), error)
         for solver in ("CLARABEL", "CLARABEL_DIRECT")
     ]
     model = fo.ShakedownModel(system, LOADS)
@@ -130,15 +129,12 @@ def _clarabel(program: Arrays, tolerance: float) -> float:
 
 def _increment(parameters: Parameters, scene: Scene, space: InSpace) -> Question:
     """One increment from the state at the first corner, above the shakedown limit, to the second."""
-    n, (path, exact), (system, along) = (
-        scene.system.nodes,
-        posed(parameters, scene, parameters.overload),
-        space,
-    )
-    before, after, q = (
-        values[:, None] * along for values in (path.state.u[:n], exact, path.corners[1][:n])
-    )
-    bonded = q, path.corners[1][n:]
+    n = scene.system.nodes
+    path, exact = posed(parameters, scene, parameters.overload)
+    system, along = space
+    before = path.state.u[:n, None] * along
+    after = exact[:, None] * along
+    bonded = path.corners[1][:n, None] * along, path.corners[1][n:]
 
     def error(found: fo.increments.Increment) -> float:
         return float(np.abs(found.slip - after).max() / np.abs(after - before).max())
@@ -220,8 +216,10 @@ def _answers(
 
     On the coarsest mesh there are also two questions that follow transients.
     """
-    plane, friction = scene.system, parameters.friction
-    name, n = _name(scene), plane.nodes
+    plane = scene.system
+    friction = parameters.friction
+    name = _name(scene)
+    n = plane.nodes
 
     def question(computation: str, quantity: str, run: Any, value: Any, exact: float) -> Question:
         return Question(
@@ -232,24 +230,20 @@ def _answers(
             [Method("frictopt", "none", "default", run, relative(exact, value))],
         )
 
-    rubbing, factor, above = (
-        parameters.guaranteed_friction,
-        parameters.margin_share * scene.limit,
-        _ABOVE * scene.limit,
-    )
-    run: Any = partial(fo.guaranteed_limit, system, LOADS, rubbing)
+    guaranteed_friction = parameters.guaranteed_friction
+    factor = parameters.margin_share * scene.limit
+    above = _ABOVE * scene.limit
+    run: Any = partial(fo.guaranteed_limit, system, LOADS, guaranteed_friction)
     yield question(
         "lambda_1, 3-D",
         "upper bound",
         run,
         lambda limit: limit.load_factor,
-        exact_least(plane, rubbing),
+        exact_least(plane, guaranteed_friction),
     )
 
-    run, exact = (
-        partial(fo.safe_slip, system, LOADS, friction, factor),
-        exact_largest_margin(plane, friction, factor),
-    )
+    run = partial(fo.safe_slip, system, LOADS, friction, factor)
+    exact = exact_largest_margin(plane, friction, factor)
     yield question("safe slip, 3-D", "margin", run, lambda safe: safe.margin, exact)
 
     run = partial(fo.required_friction, system, LOADS, exact_limit(plane, friction))
@@ -266,13 +260,14 @@ def _answers(
 
     if elements == min(parameters.space_elements):
         exact = fo.limit_after_protocol(plane, LOADS, friction, tolerance=_PROVEN).load_factor
-        ask, steps = (
-            partial(fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN),
-            parameters.search_steps,
+        after_protocol = partial(
+            fo.limit_after_protocol, system, LOADS, friction, tolerance=_PROVEN
         )
-        error = relative(exact, lambda found: found.load_factor)
+        steps = parameters.search_steps
+        error = relative(exact, lambda limit: limit.load_factor)
         methods = [
-            Method("frictopt", STEPS, f"{many}", partial(ask, steps=many), error) for many in steps
+            Method("frictopt", STEPS, f"{many}", partial(after_protocol, steps=many), error)
+            for many in steps
         ]
         yield Question("limit after protocol, 3-D", "load factor", name, n, methods)
 

@@ -82,11 +82,8 @@ def start_slip(parameters: Parameters, system: fo.ContactSystem) -> Array:
     They are multiplied by the slip scale of the study.
     """
     modes = np.polynomial.chebyshev.chebvander(system.x / system.x[-1], 6)[:, 1:]
-    return np.asarray(
-        parameters.start
-        * modes
-        @ np.random.default_rng(parameters.seed).normal(size=modes.shape[1])
-    )
+    coefficients = np.random.default_rng(parameters.seed).normal(size=modes.shape[1])
+    return np.asarray(parameters.start * modes @ coefficients)
 
 
 def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
@@ -108,18 +105,14 @@ def _transient(parameters: Parameters, scene: Scene, elements: int) -> Question:
 
 def _steady(parameters: Parameters, scene: Scene) -> Question:
     """The work of a steady state on one mesh."""
-    system, friction, factor = (
-        scene.system,
-        parameters.friction,
-        parameters.steady_overload * scene.limit,
-    )
+    system = scene.system
+    friction = parameters.friction
+    factor = parameters.steady_overload * scene.limit
     start = start_slip(parameters, system)
     march = partial(fo.march, system, LOADS, friction, factor, initial_slip=start)
     exact = last_work(march(cycles=parameters.reference_cycles))
-    run, error = (
-        partial(fo.steady_state, system, LOADS, friction, factor, initial_slip=start),
-        relative(exact, last_work),
-    )
+    run = partial(fo.steady_state, system, LOADS, friction, factor, initial_slip=start)
+    error = relative(exact, last_work)
     methods = [
         Method(
             "frictopt, proven",
@@ -147,10 +140,8 @@ def _lemke(
     system = scene.system
     mean, corners = corner_loads(system, LOADS, factor)
     force = float(np.abs(mean[system.nodes :]).mean())
-    carried = (
-        np.r_[np.zeros(system.nodes), np.full(system.nodes, force)]
-        - system.S[:, : system.nodes] @ start
-    )
+    pressed = np.r_[np.zeros(system.nodes), np.full(system.nodes, force)]
+    carried = pressed - system.S[:, : system.nodes] @ start
     loads = [carried, mean, *corners * cycles]
     rival = Lemke(system, parameters.friction, force)
     for steps in parameters.steps:
