@@ -135,8 +135,8 @@ def _condense(options: argparse.Namespace) -> None:
         generalised=job.generalised,
         width=job.areas(pairs[:, 1]),
     )
-    if options.units:
-        system = replace(system, units=options.units)
+    rings = getattr(job.deck, "is_axisymmetric", False)
+    system = replace(system, units=options.units or None, axisymmetric=rings)
     system.save(options.system)
     print(system)
 

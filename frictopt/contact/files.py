@@ -34,6 +34,8 @@ def write(path: str | Path, system: Any) -> None:
         arrays["shear_strength"] = system.shear_strength
     if system.orthotropic:
         arrays["stretch"] = system.stretch
+    if system.axisymmetric:
+        arrays["axisymmetric"] = True
     packed(path, _FORM, **arrays)
 
 
@@ -56,6 +58,8 @@ def _arguments(arrays: dict[str, Any]) -> dict[str, Any]:
     for part in _LAWS:
         if part in arrays:
             arguments[part] = arrays.pop(part)
+    if "axisymmetric" in arrays:
+        arguments["axisymmetric"] = bool(arrays.pop("axisymmetric"))
     if arrays.keys() != {"cases", "bonded", *_PARTS}:
         raise ValueError("it does not hold the arrays of a contact system")
     cases = arrays.pop("cases").tolist()

@@ -24,7 +24,7 @@ from ..plots.style import (
     spread,
 )
 from .cycle import LoadCycle
-from .strip import label_panels, lines
+from .strip import force_unit, label_panels, lines
 from .system import ContactSystem
 
 # Largest number of corners of a cycle that each have a tick.
@@ -53,9 +53,8 @@ def _system(system: ContactSystem, ax: AxesArray | None = None) -> AxesArray:
 def _pressures(system: ContactSystem) -> tuple[dict[str, Array], str]:
     """Pressure of each unit load on the bonded contact, and its name with its unit."""
     if system.width is None:
-        force = "force per depth" if system.tangents == 1 else "force"
         forces = {case: p for case, (_, p) in system.bonded.items()}
-        return forces, f"bonded normal force\n({force})"
+        return forces, f"bonded normal force\n{force_unit(system)}"
     pressures = {case: p / system.width for case, (_, p) in system.bonded.items()}
     return pressures, "bonded pressure\n(force per area)"
 

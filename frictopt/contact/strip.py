@@ -115,9 +115,14 @@ def label_panels(panels: Sequence[Axes], system: ContactSystem) -> None:
         axes.set_xlabel("")
 
 
+def force_unit(system: ContactSystem) -> str:
+    """Unit of a nodal force: per depth in plane strain and stress."""
+    return "(force per depth)" if system.per_depth else "(force)"
+
+
 def work_unit(system: ContactSystem) -> str:
-    """Unit of a work: per depth in the plane."""
-    return "(force times length per depth)" if system.tangents == 1 else "(force times length)"
+    """Unit of a work: per depth in plane strain and stress."""
+    return "(force times length per depth)" if system.per_depth else "(force times length)"
 
 
 def work_label(system: ContactSystem) -> str:

@@ -29,7 +29,7 @@ from ..base import (
     real_array,
     shown,
 )
-from ..base.checks import Names, checked_units, per_node
+from ..base.checks import Names, checked_units, flag, per_node
 from ..errors import ModelError
 from . import files
 from .components import arc_length, joined, parted
@@ -115,6 +115,9 @@ class ContactSystem(Shown, Plotted):
     units
         Names of the units of force and length, such as "N, mm", for the axes of pictures and
         `attrs["units"]` of tables. They do not affect any number.
+    axisymmetric
+        Whether the bodies are axisymmetric. Forces, works and widths are then totals over the
+        circumference, otherwise per unit depth in the plane. It only chooses the names of units.
 
     Attributes
     ----------
@@ -164,6 +167,7 @@ class ContactSystem(Shown, Plotted):
     shear_strength: Array = field(default_factory=lambda: frozen([]))
     stretch: Array = field(default_factory=lambda: frozen([]))
     units: str | None = None
+    axisymmetric: bool = False
     nodes: int = field(init=False)
     tangents: int = field(init=False)
     slip_shape: tuple[int, ...] = field(init=False)
@@ -199,8 +203,11 @@ class ContactSystem(Shown, Plotted):
             shear_strength=checked_strength("shear_strength", self.shear_strength, n),
             stretch=checked_stretch(self.stretch, slip_shape),
             units=checked_units(self.units),
+            axisymmetric=flag("axisymmetric", self.axisymmetric),
             stiffness_scale=float(np.trace(S) / len(S)) or 1.0,
         )
+        if self.axisymmetric and tangents == 2:
+            raise ModelError("axisymmetric: True for a contact in space; leave it out")
         vars(self).update(own_stiffness=_own_stiffness(S, axes, self.stiffness_scale))
         self._check_optional_parts()
         if tangents == 1:
@@ -288,6 +295,8 @@ class ContactSystem(Shown, Plotted):
             answer["shear_strength"] = True
         if self.orthotropic:
             answer["orthotropic"] = True
+        if self.axisymmetric:
+            answer["axisymmetric"] = True
         if self.units is not None:
             answer["units"] = self.units
         return answer
@@ -321,6 +330,11 @@ class ContactSystem(Shown, Plotted):
         if self.tangents != 1:
             raise ModelError("x: a contact in space has no arc length; use `points`")
         return frozen(arc_length(self.points, self.frames, self.contact))
+
+    @property
+    def per_depth(self) -> bool:
+        """Whether forces, works and widths are per unit depth: in plane strain and stress."""
+        return self.tangents == 1 and not self.axisymmetric
 
     @property
     def capped(self) -> bool:

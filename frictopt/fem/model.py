@@ -224,6 +224,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
             compliance=compliance,
             bolts=bolts,
             units=self.units,
+            axisymmetric=self.kinematics == "axisymmetric",
             load_size=load_sizes(self.loads, self.bodies, self.kinematics or "plane_strain"),
         )
         overlaps = {

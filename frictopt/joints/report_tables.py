@@ -136,8 +136,7 @@ def _limit_rows(parts: ReportParts) -> Iterator[_Row]:
 def units_of(parts: ReportParts) -> dict[str, str]:
     """Column of a table -> its unit. A column without a unit is a ratio or a name."""
     force, length = (parts.system.units or "force, length").split(", ")
-    in_plane = parts.system.tangents == 1
-    per_depth = " per depth" if in_plane else ""
+    per_depth = " per depth" if parts.system.per_depth else ""
     return {
         "work": f"{force} {length}{per_depth}",
         "slip_range": length,
@@ -145,7 +144,7 @@ def units_of(parts: ReportParts) -> dict[str, str]:
         "drift": length,
         "work_density": f"{force} per {length}",
         "Ruiz": f"{force} per {length}",
-        "area": length if in_plane else f"{length}^2",
+        "area": length if parts.system.per_depth else f"{length}^2",
         "stiffness": f"{force}{per_depth} per {length}",
         "displacement": f"{force} {length}{per_depth} per load factor",
         "P": f"{force}{per_depth}",

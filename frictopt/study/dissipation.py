@@ -131,6 +131,7 @@ def dissipation_study(
         - error: text of the error if the run failed, otherwise empty
 
         `attrs["missing"]` is the number of runs without a row, in the table of an error.
+        `attrs["per_depth"]` states whether works are per unit depth.
 
     Raises
     ------
@@ -210,6 +211,7 @@ class _Study:
         with_limits: bool,
     ) -> None:
         self.units = system.units
+        self.per_depth = system.per_depth
         self.combinations = combinations
         self.file = file
         self.with_limits = with_limits
@@ -305,6 +307,7 @@ class _Study:
         }
         table = pd.DataFrame(records, columns=list(columns)).astype(columns)
         table.attrs["missing"] = len(self.runs) - len(records)
+        table.attrs["per_depth"] = self.per_depth
         if self.units is not None:
             table.attrs["units"] = self.units
         return table

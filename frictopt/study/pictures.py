@@ -270,9 +270,10 @@ class _StudyPicture:
                 mfc="none",
             )
         axes.axhline(self.low, color=BLACK, lw=0.6)
-        # Only a contact in the plane has an exact path.
+        # A table of a store does not state it, but only a contact in the plane has an exact path.
         in_plane = (self.table["engine"] == "path").any()
-        unit = "force times length per depth" if in_plane else "force times length"
+        per_depth = self.table.attrs.get("per_depth", in_plane)
+        unit = "force times length per depth" if per_depth else "force times length"
         axes.set(
             yscale="log",
             ylim=(self.bottom, self.high),

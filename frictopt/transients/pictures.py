@@ -14,6 +14,7 @@ from ..contact.face import face_map, panels_by_size, panels_of, together
 from ..contact.strip import (
     ONE_NODE,
     Circles,
+    force_unit,
     label_contacts,
     label_panels,
     lines,
@@ -22,6 +23,7 @@ from ..contact.strip import (
     parts,
     shear_ratios,
     work_label,
+    work_unit,
 )
 from ..plots.draw import draw as draw
 from ..plots.style import (
@@ -125,7 +127,8 @@ def _trajectory(path: Trajectory, ax: AxesArray | None = None) -> AxesArray:
             style = series(k if tangents == 1 else axis)["linestyle"]
             history.plot(path.time, v, color=color, linestyle=style)
         if tangents == 1:
-            axes.set(xlabel="slip $v$ (length)", ylabel="shear force $q$ (force per depth)")
+            force = force_unit(path.system)
+            axes.set(xlabel="slip $v$ (length)", ylabel=f"shear force $q$ {force}")
             continue
         v_name = f"$v_{axis + 1}$"
         axes.set(xlabel=f"slip {v_name} (length)", ylabel=f"shear force $q_{axis + 1}$ (force)")
@@ -167,7 +170,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
         return work_map(panels_by_size(ax, system, shown), steady, title, shown)
     panels = new_axes(ax, 3, (6.4, 7.6))
     slip, force, work = panels
-    work_of_cycle = f"{steady.dissipation:.4g} (force times length per depth)"
+    work_of_cycle = f"{steady.dissipation:.4g} {work_unit(system)}"
     slip.set_title(f"{outcome}, $W$ = {work_of_cycle} per cycle")
     slip_and_work(slip, work, steady, color=BLACK)
 
@@ -177,7 +180,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
         names += [f"{name}, second cycle" for name in names]
     corners = np.searchsorted(states.time, np.arange(1, len(names) + 1) + SIMULTANEOUS) - 1
     width: float | Array = 1.0
-    force.set_ylabel("nodal force\n(force per depth)")
+    force.set_ylabel(f"nodal force\n{force_unit(system)}")
     if system.width is not None:
         width = system.width
         force.set_ylabel("traction\n(force per area)")

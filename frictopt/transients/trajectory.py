@@ -57,8 +57,8 @@ class LoadLoop(Kept, Plotted):
         Secant stiffness: range of the amplitude divided by the range of the displacement; inf if
         there is no displacement.
     units, per_depth
-        Names of the units of force and length, or None; whether the contact is in the plane, so
-        that works are per depth.
+        Names of the units of force and length, or None; whether works are per depth, as in plane
+        strain and stress.
 
     Examples
     --------
@@ -335,7 +335,7 @@ class Trajectory(Kept, Plotted):
             displacement[known],
             slipping[known],
             units=self.system.units,
-            per_depth=self.system.tangents == 1,
+            per_depth=self.system.per_depth,
         )
 
     def _column(self, case: str) -> int:

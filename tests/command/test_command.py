@@ -2,6 +2,7 @@
 codes."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -127,6 +128,22 @@ def test_a_history_in_a_file_is_a_load_cycle(capsys):
     assert main([*arguments, "--time", "when"]) == 0
     assert capsys.readouterr().out.startswith(str(fo.shakedown_limit(CONTACT, cycle, 0.4)))
     assert main(arguments) == 2 and "history['when']" in capsys.readouterr().err
+
+
+def test_a_job_of_rings_becomes_an_axisymmetric_system(capsys):
+    """The plane job, moved away from x = 0: once as it is, and once with its elements as rings."""
+    nodes = re.compile(r"^(\d+),([^,]+)(,[^,]+,0\.)$", re.M)
+    deck = nodes.sub(lambda row: f"{row[1]}, {float(row[2]) + 100.0}{row[3]}", FLAT.read_text())
+    for name, text in {"plane": deck, "rings": deck.replace("CPE3", "CAX3")}.items():
+        Path(f"{name}.inp").write_text(text)
+        for ending in (".sti", ".dof"):
+            Path(f"{name}{ending}").write_bytes(FLAT.with_suffix(ending).read_bytes())
+        faces = "--contact", "N_CONTACT_PUNCH", "N_CONTACT_BLOCK", "--load", "P=N_TOP:total=0,-1"
+        call = ["condense", f"{name}.inp", f"{name}.npz", *faces]
+        assert main([*call, "--units", "N, mm"]) == 0
+        system = fo.ContactSystem.load(f"{name}.npz")
+        assert system.axisymmetric is (name == "rings") and system.units == "N, mm"
+    assert capsys.readouterr().out.count("axisymmetric  True") == 1
 
 
 def test_a_job_of_calculix_becomes_a_system_and_is_looked_at(capsys, flat):

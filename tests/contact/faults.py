@@ -4,6 +4,20 @@ from helpers.planting import Fault
 
 FAULTS = (
     Fault(
+        "contact/system.py",
+        "forces around a circumference have units per depth",
+        old="self.tangents == 1 and not self.axisymmetric",
+        new="self.tangents == 1",
+        tests="units",
+    ),
+    Fault(
+        "contact/files.py",
+        "a file loses that its contact is axisymmetric",
+        old="system.axisymmetric",
+        new="False",
+        tests="units",
+    ),
+    Fault(
         "contact/diagnosis.py",
         "all contacts are counted as the first one",
         old="names == name",

@@ -67,7 +67,10 @@ def test_one_node_has_the_closed_form_dissipation_from_every_start():
         3 * [0.061945108310 * 7.0], rel=1e-9
     )
     assert table.load_ratio.to_numpy() == pytest.approx(3 * [1.2], rel=1e-9)
-    assert (table.shakedown_limit == limit).all() and table.attrs == {"missing": 0}
+    assert (table.shakedown_limit == limit).all() and table.attrs == {
+        "missing": 0,
+        "per_depth": True,
+    }
     assert (
         (table.slipping == 1).all()
         and (table.largest_share == 1.0).all()
