@@ -296,7 +296,7 @@ def raise_refusal(program: Program, choice: Choice, goal: str) -> None:
     contradiction = program.chain.contradiction()
     if contradiction:
         raise _contradiction_error(program, contradiction.ruling)
-    growth = program.chain.growth()
+    growth = program.chain.growth(CONDENSATION)
     if growth is None:
         return
     along: dict[str, float] = {}

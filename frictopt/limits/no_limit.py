@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from cvxpy import Problem
 
-from ..base import GROWN, LimitKind
+from ..base import CONDENSATION, GROWN, LimitKind
 from ..contact.diagnosis import growth_diagnosis
 from ..errors import ModelError
 from ..solve.chain import NoAnswer
@@ -37,7 +37,7 @@ def no_limit(program: Program, bare: Problem, chosen: bool) -> NoLimit | None:
     proof = _nothing_is_safe(program, bare, chosen)
     if proof is not None:
         return proof
-    growth = program.chain.growth()
+    growth = program.chain.growth(CONDENSATION)
     if not growth:
         return None
     if chosen:
@@ -92,7 +92,7 @@ def _cause_of_growth(program: Program, growth: NoAnswer) -> str:
 def every_load_is_safe(program: Ordered) -> NoLimit | None:
     """The proof that all load factors are safe with an order of events; None if there is none."""
     chain = program.chain
-    growth = chain.growth()
+    growth = chain.growth(CONDENSATION)
     if growth is None:
         return None
     places = [chain.value_along(growth, place) for place in program.way]

@@ -36,6 +36,8 @@ from .solvers import (
 
 # Number of unknowns above which our interior point is faster than Clarabel.
 _LARGE = 400
+# Rounding of the sum of a few exact numbers, relative to the size of its terms.
+_EXACT = ROUNDING / 100
 # If a slack is proven to be this far outside of its cone, for all values, rounding does not hide
 # values inside: they would be more than a hundred thousand times their units.
 _OUTSIDE = 1e-3
@@ -243,28 +245,31 @@ class Chain:
         far = 1e3
         return error / lack / far
 
-    def ray(self) -> tuple[Array, float] | None:
+    def ray(self, rounding: float = _EXACT) -> tuple[Array, float] | None:
         """A direction z in which the objective grows without end, and its error, or None.
 
         The direction is valid from any point that obeys all rows. The error is the largest
         violation of a row of the compiled program by z, relative to the terms of z in that row.
+        `rounding` is the rounding of the data, see `Compiled.leaving`.
         """
         program, compiled = self.reduced.arrays, self._compiled
         for along in _inside(program, np.zeros(len(program.right)), program.cost):
             z, sizes = self.reduced.direction(along)
             growing = -float(compiled.cost @ z)
             terms = float(np.abs(compiled.cost) @ np.abs(z))
-            leaving = compiled.leaving(z, sizes)
+            leaving = compiled.leaving(z, sizes, rounding)
             if leaving <= RESIDUAL and growing > RESIDUAL * terms:
                 return z, leaving
         return None
 
-    def growth(self) -> NoAnswer | None:
+    def growth(self, rounding: float = _EXACT) -> NoAnswer | None:
         """Proof that the objective grows without end, or None.
 
-        It consists of a `ray`, and of values that obey all rows as they were compiled.
+        It consists of a `ray`, and of values that obey all rows as they were compiled. If the data
+        are a condensed stiffness, a direction in which the friction bounds stay the same obeys the
+        rows only up to the rounding of the stiffness: `rounding` is CONDENSATION.
         """
-        ray = self.ray()
+        ray = self.ray(rounding)
         if ray is None:
             return None
         program, reduced = self.reduced.arrays, self.reduced

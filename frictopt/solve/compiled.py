@@ -172,16 +172,15 @@ class Compiled:
         terms = np.abs(self.matrix) @ np.maximum(np.abs(z), units) + np.abs(self.right)
         return self._largest(z, self.right, terms, np.zeros_like(terms))
 
-    def leaving(self, z: Array, sizes: Array) -> float:
+    def leaving(self, z: Array, sizes: Array, rounding: float) -> float:
         """Largest violation of a row by a direction, beyond rounding, relative to its terms.
 
-        The values of the direction are sums of terms of these `sizes`.
+        The values of the direction are sums of terms of these `sizes`, and `rounding` is the
+        rounding of such a sum relative to the sizes.
         """
         terms = np.abs(self.matrix)
-        # Rounding of a sum, relative to the size of its terms.
-        exact = ROUNDING / 100
-        rounding = exact * (terms @ sizes)
-        return self._largest(z, np.zeros_like(self.right), terms @ np.abs(z), rounding)
+        rounded = rounding * (terms @ sizes)
+        return self._largest(z, np.zeros_like(self.right), terms @ np.abs(z), rounded)
 
     def _largest(self, z: Array, right: Array, terms: Array, rounding: Array) -> float:
         """Largest violation of a row for this right side, as in `violation` and `leaving`."""

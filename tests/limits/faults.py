@@ -714,6 +714,14 @@ FAULTS = (
         tests="design_opens::test_a_design_under_whose_mean_load_other_nodes_open_is_none",
     ),
     Fault(
+        "limits/no_limit.py",
+        "a direction has to obey the rows more exactly than the stiffness is known",
+        old="program.chain.growth(CONDENSATION)",
+        new="program.chain.growth()",
+        tests="limit_kinds",
+        within="no_limit",
+    ),
+    Fault(
         "limits/design_model.py",
         "a design may be unsafe under the mean load though a safe one exists",
         old="not at_mean_load",

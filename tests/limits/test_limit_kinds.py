@@ -191,3 +191,41 @@ def test_the_reason_of_a_witness_names_node_and_corners():
     assert limit.reason.startswith(
         f"node {limit.node} is on its bound of forward slip at the corner ({forward}) and of backward slip at ({backward})"
     )
+
+
+@pytest.mark.parametrize("ask", ASK)
+@pytest.mark.parametrize(
+    "scene",
+    [fo.scenes.PunchOnHalfPlane(elements=8), fo.scenes.RoundedPunch()],
+    ids=["square", "rounded"],
+)
+@pytest.mark.parametrize("stress", [1.0, -1.0], ids=["tension", "compression"])
+def test_a_static_bulk_stress_of_any_size_has_a_safe_slip(ask, scene, stress):
+    """A uniform stress stretches the flat surface, and a slip that follows it leaves the punch free
+    of force. The stiffness has the rounding of a condensation, and the reactions are zero only up
+    to it."""
+    contact = scene.condense()
+    q, p = contact.reaction({"sigma": stress})
+    stretch = np.linalg.lstsq(np.vstack([contact.A, contact.B]), -np.r_[q, p], rcond=None)[0]
+    left = np.abs(np.r_[q + contact.A @ stretch, p + contact.B @ stretch]).max()
+    assert left <= 1e-12 * np.abs(np.r_[q, p]).max()
+
+    limit = ask(contact, fo.LoadCycle({"P": 1.0}, [{"sigma": stress}]), 0.3)
+    assert limit.kind is LimitKind.UNBOUNDED
+    assert limit.load_factor == np.inf
+
+
+@pytest.mark.parametrize("coupling", [1e-3, 1e-5, 1e-7, 1e-9])
+def test_a_weak_coupling_is_no_infinite_limit(coupling):
+    """One node with q = load factor + v and p = 1 + coupling * v. A slip v = -load factor keeps it
+    pressed up to 1 / coupling, for each friction. If rounding hides it, the answer is an error."""
+    loads = {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    node = fo.ContactSystem.from_blocks([[1.0]], [[coupling]], [[1.0]], [0.0], loads)
+    cycle = fo.LoadCycle({"P": 1.0}, [{"Q": 1.0}])
+    try:
+        limit = fo.shakedown_limit(node, cycle, 0.3)
+    except fo.SolverError as error:
+        assert coupling < 1e-6
+        assert "coupling so weak" in str(error)
+    else:
+        assert limit.load_factor == pytest.approx(1 / coupling, rel=1e-9)
