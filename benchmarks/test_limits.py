@@ -79,6 +79,30 @@ def test_other_loads_on_one_model_against_models_of_their_own(compare, system, c
     )
 
 
+def test_swept_loads_and_friction_against_bare_highs(compare, system, cycle):
+    """Twenty mean loads, amplitudes and frictions on one model, closed, over HiGHS on the same rows."""
+    model = fo.ShakedownModel(system, cycle)
+    none_open = np.zeros(system.nodes, dtype=bool)
+    rng = np.random.default_rng(0)
+    asked = [
+        (fo.LoadCycle({"P": P}, [{"sigma": -amplitude, "Q": 0.05}, {"sigma": amplitude}]), friction)
+        for P, amplitude, friction in rng.uniform([0.7, 0.7, 0.5], [1.5, 1.4, 1.0], (20, 3))
+    ]
+    programs = []
+    for other, friction in asked:
+        limit = model.solve(friction, cycle=other, open=none_open)
+        programs.append(LinearProgram.of(model))
+        bare = -highs_cost(highs(programs[-1], SIMPLEX))
+        assert bare == pytest.approx(limit.load_factor, rel=1e-7)
+    assert (
+        compare(
+            lambda: [model.solve(f, cycle=other, open=none_open) for other, f in asked],
+            lambda: [highs(program, SIMPLEX) for program in programs],
+        )
+        < 2.1
+    )
+
+
 def test_sweep_with_its_search_against_the_closed_contact(compare, system, cycle):
     """Time of eight frictions over as many limits with closed nodes.
 
