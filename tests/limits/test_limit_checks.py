@@ -332,7 +332,9 @@ def test_that_all_load_factors_are_safe_has_the_error_of_its_proof(monkeypatch):
     proven = chain.Chain.growth
     for error in (1e-10, 1e-3):
         monkeypatch.setattr(
-            chain.Chain, "growth", lambda self, error=error: proven(self)._replace(residual=error)
+            chain.Chain,
+            "growth",
+            lambda self, rounding, error=error: proven(self, rounding)._replace(residual=error),
         )
         try:
             limit = fo.shakedown_limit(single(), fo.LoadCycle({"P": 1.0}, [{"P": 1.0}]), 0.5)

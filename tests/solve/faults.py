@@ -111,7 +111,7 @@ FAULTS = (
     Fault(
         "solve/compiled.py",
         "a direction may leave a row by rounding of its terms",
-        old="exact * (terms @ sizes)",
+        old="rounding * (terms @ sizes)",
         new="terms @ sizes",
         tests="compiled",
     ),
