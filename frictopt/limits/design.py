@@ -150,15 +150,24 @@ class Design(Answered, Explained):
         return reason
 
     @cached_property
+    def _is_safe_at_mean_load(self) -> bool:
+        """Whether in each scenario some slip is safe under the mean load alone."""
+        if self._for_mean_load:
+            return True
+        questions = zip(self._questions, self.slips, strict=True)
+        return all(is_safe_at_mean_load(question, slip) for question, slip in questions)
+
+    @cached_property
     def least(self) -> float:
         """The smallest load factor at which the design is safe, see the class."""
-        least = [0.0]
-        for question, slip in zip(self._questions, self.slips, strict=True):
-            if not is_safe_at_mean_load(question, slip):
-                limits = ShakedownLimits(
-                    question.system, question.cycle, slip_bound=question.slip_bound
-                )
-                least.append(limits.of_set(question).least)
+        if self._is_safe_at_mean_load:
+            return 0.0
+        least = []
+        for question in self._questions:
+            limits = ShakedownLimits(
+                question.system, question.cycle, slip_bound=question.slip_bound
+            )
+            least.append(limits.of_set(question).least)
         return float(np.max(least))
 
     def _before(self, larger: Design) -> Design:

@@ -32,7 +32,6 @@ from .design_program import (
 )
 from .design_search import DesignSearch, NoneSafeError, OpenNodes, limits_of
 from .models import unknowns
-from .open_nodes import is_safe_at_mean_load
 from .programs import Program, labelled_rows, listed_rows
 from .question import with_open
 from .safe_model import SafeModel, checked_objective, in_turn
@@ -214,20 +213,15 @@ class DesignModel(SafeModel):
         under the mean load, it is replaced by the best design that is, if there is one.
         """
         design = self._solved(scenarios, user_rows, objective, open_nodes, share, larger)
-        at_mean_load = []
-        opened_at_mean_load = []
-        for index, (question, slip) in enumerate(zip(design._questions, design.slips, strict=True)):
-            if not is_safe_at_mean_load(question, slip):
-                at_mean_load.append(under_mean_load(scenarios[index]))
-                opened_at_mean_load.append(open_nodes[index])
-        if not at_mean_load:
+        if design._is_safe_at_mean_load:
             return design
+        at_mean_load = [under_mean_load(scenario) for scenario in scenarios]
         try:
             safe = self._solved(
                 [*scenarios, *at_mean_load],
                 user_rows,
                 objective,
-                [*open_nodes, *opened_at_mean_load],
+                [*open_nodes, *open_nodes],
                 share,
                 larger,
             )

@@ -17,7 +17,7 @@ import cvxpy as cp
 import numpy as np
 
 from ..base import CONDENSATION, GROWN, Array, SolveRecord, checked_loads, frozen, listed, shown
-from ..contact import ContactSystem, joined
+from ..contact import ContactSystem, LoadCycle, joined
 from ..errors import ModelError
 from .design_search import NoneSafeError
 from .models import Row, Unknowns, constant, defines
@@ -224,7 +224,9 @@ def checked_scenario(name: str, scenario: Any, choice: Choice, slip_bound: Any) 
 def under_mean_load(scenario: Scenario) -> Scenario:
     """A scenario at load factor 0, with the same preloads."""
     question, shares = scenario
-    at_zero = replace(question.cycle, corners=[{}] * len(question.cycle.corners))
+    cycle = question.cycle
+    # Without a fixed part all corners are the same load, and one is enough.
+    at_zero = LoadCycle(cycle.mean, [{}] * len(cycle.unscaled), cycle.fixed)
     return Scenario(
         pose(question.system, at_zero, question.friction, slip_bound=question.slip_bound), shares
     )

@@ -724,7 +724,7 @@ FAULTS = (
     Fault(
         "limits/design_model.py",
         "a design may be unsafe under the mean load though a safe one exists",
-        old="not at_mean_load",
+        old="design._is_safe_at_mean_load",
         new="True",
         tests="design_mean_load",
     ),

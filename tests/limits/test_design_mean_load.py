@@ -24,14 +24,13 @@ def lever():
     }
     stiffness = np.eye(2)
     system = fo.ContactSystem.from_blocks(stiffness, np.zeros((2, 2)), stiffness, [0.0, 1.0], loads)
-    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"-a": 1.0}])
-    return fo.DesignModel(system, cycle, preloads=["b"])
+    return system, fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"-a": 1.0}])
 
 
 def test_a_design_that_opens_a_node_below_its_load_factor_does_not_count():
     """Node 0 sticks up to f (1 + b). At b = 3 that is 2, where node 1 is just pressed; under the
     mean load it is pressed up to b = 1."""
-    model = lever()
+    model = fo.DesignModel(*lever(), preloads=["b"])
     design = model.solve(FRICTION)
     assert design.load_factor == pytest.approx(1.0)
     assert design.preload["b"] == pytest.approx(1.0)
@@ -43,7 +42,7 @@ def test_a_design_that_opens_a_node_below_its_load_factor_does_not_count():
 
 def test_a_design_that_no_constraint_admits_under_the_mean_load_has_a_least_load_factor():
     """With b >= 2 node 1 needs the load factor b - 1."""
-    model = lever()
+    model = fo.DesignModel(*lever(), preloads=["b"])
     single = model.solve(FRICTION, [model.preload >= 2.0])
     assert single.load_factor == pytest.approx(2.0)
     assert single.least == pytest.approx(2.0)
@@ -55,8 +54,32 @@ def test_a_design_that_no_constraint_admits_under_the_mean_load_has_a_least_load
     assert (built.least, built.load_factor) == pytest.approx((1.0, 1.5))
 
 
+def test_the_fixed_part_of_a_cycle_belongs_to_its_mean_load():
+    """At corner 1 the fixed part adds 0.5 to b. Node 1 is pressed at load factor 0 up to b = 0.5.
+    Both corners together shear node 0 by 2, and it carries f (1 + b) + f (1.5 + b)."""
+    system, _ = lever()
+    cycle = fo.LoadCycle({"mean": 1.0}, [{"a": 1.0}, {"-a": 1.0}], fixed=[{}, {"b": 0.5}])
+    design = fo.DesignModel(system, cycle, preloads=["b"]).solve(FRICTION)
+    assert design.preload["b"] == pytest.approx(0.5)
+    assert design.load_factor == pytest.approx(0.875)
+    assert design.least == 0.0
+
+
+def test_a_design_is_safe_under_the_mean_load_of_all_scenarios():
+    """The scenario has half of the preload. Node 1 needs b <= 1 in the first scenario, and node 0
+    carries f (1 + b / 2) in the other."""
+    system, cycle = lever()
+    scenarios = [(cycle, FRICTION, {"b": 0.5})]
+    model = fo.DesignModel(system, cycle, preloads=["b"], scenarios=scenarios)
+    design = model.solve(FRICTION)
+    assert design.preload["b"] == pytest.approx(1.0)
+    assert design.load_factor == pytest.approx(0.75)
+    assert design.least == 0.0
+    assert len(design.slips) == len(design.scenarios) == len(design.opens) == 2
+
+
 def test_with_an_objective_the_design_is_safe_under_the_mean_load_too():
-    model = lever()
+    model = fo.DesignModel(*lever(), preloads=["b"])
     dearest = model.solve(FRICTION, [model.load_factor >= 0.25], objective=model.preload[0])
     assert dearest.preload["b"] == pytest.approx(1.0)
     assert dearest.least == 0.0
