@@ -135,8 +135,8 @@ def _condense(options: argparse.Namespace) -> None:
         generalised=job.generalised,
         width=job.areas(pairs[:, 1]),
     )
-    rings = getattr(job.deck, "is_axisymmetric", False)
-    system = replace(system, units=options.units or None, axisymmetric=rings)
+    axisymmetric = getattr(job.deck, "is_axisymmetric", False)
+    system = replace(system, units=options.units or None, axisymmetric=axisymmetric)
     system.save(options.system)
     print(system)
 

@@ -120,14 +120,14 @@ def force_unit(system: ContactSystem) -> str:
     return "(force per depth)" if system.per_depth else "(force)"
 
 
-def work_unit(system: ContactSystem) -> str:
+def work_unit(per_depth: bool) -> str:
     """Unit of a work: per depth in plane strain and stress."""
-    return "(force times length per depth)" if system.per_depth else "(force times length)"
+    return "(force times length per depth)" if per_depth else "(force times length)"
 
 
 def work_label(system: ContactSystem) -> str:
     """Name of the axis of the work of friction per cycle."""
-    return f"work of friction per cycle\n{work_unit(system)}"
+    return f"work of friction per cycle\n{work_unit(system.per_depth)}"
 
 
 def friction_bounds(ax: Axes, bound: str = "(f p)") -> None:

@@ -124,8 +124,7 @@ def condense(
         The contact. In the plane `x` is the coordinate along the tangent if all contacts lie on one
         straight line, otherwise the arc length. The arc length begins at the first node's
         coordinate along its tangent; each further contact begins one spacing after the end of the
-        contact before it. `dataclasses.replace` adds `E_star`, `units` and
-        `axisymmetric`.
+        contact before it. `dataclasses.replace` adds `E_star`, `units` and `axisymmetric`.
 
     Raises
     ------

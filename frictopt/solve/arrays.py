@@ -57,6 +57,13 @@ class RowsInCones:
         return self.zero + np.cumsum(self.sizes) - self.sizes
 
 
+def columns(sparse: csr_array, block: Array, y: Array) -> Array:
+    """`A.T @ y` of the matrix A whose product with x is `sparse @ [x, block @ x]`."""
+    work = sparse.T @ y
+    width = block.shape[1]
+    return np.asarray(work[:width] + work[width:] @ block)
+
+
 @dataclass(frozen=True, eq=False)
 class Arrays(RowsInCones):
     """A program: min `cost @ x` over the x with the slacks `right - sparse @ [x, block @ x]`."""
@@ -86,9 +93,7 @@ class Arrays(RowsInCones):
 
     def columns(self, y: Array) -> Array:
         """`matrix.T @ y`, without the matrix of all rows."""
-        work = self.sparse.T @ y
-        width = self.block.shape[1]
-        return np.asarray(work[:width] + work[width:] @ self.block)
+        return columns(self.sparse, self.block, y)
 
     def slack(self, x: Array) -> Array:
         """Slacks of all rows."""

@@ -38,9 +38,6 @@ from .solvers import (
 _LARGE = 400
 # Rounding of the sum of a few exact numbers, relative to the size of its terms.
 _EXACT = ROUNDING / 100
-# If a slack is proven to be this far outside of its cone, for all values, rounding does not hide
-# values inside: they would be more than a hundred thousand times their units.
-_OUTSIDE = 1e-3
 
 
 class NoAnswer(NamedTuple):
@@ -356,11 +353,14 @@ def _inside(program: Arrays, right: Array, cost: Array | None = None) -> Iterato
         np.r_[right[:linear], bound_right, right[linear:]],
         program.zero,
     )
+    # If a slack is proven to be this far outside of its cone, for all values, rounding does not
+    # hide values inside: they would be more than a hundred thousand times their units.
+    outside = 1e-3
     for way in _ways(arrays):
         status, x, y = way.run()
         if status == OPTIMAL:
             rough, multipliers = way.rough(x, y)
-            if (_proven_excess(arrays, rough, multipliers) or 0.0) > _OUTSIDE:
+            if (_proven_excess(arrays, rough, multipliers) or 0.0) > outside:
                 return
             yield rough[:width]
             deepest = way.refined(x, y)[0][:width]

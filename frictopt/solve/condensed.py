@@ -5,7 +5,7 @@ from scipy.linalg import qr
 from scipy.sparse import csr_array, hstack
 
 from ..base import Array
-from .arrays import Arrays
+from .arrays import Arrays, columns
 
 
 class Condensed:
@@ -60,8 +60,7 @@ class Condensed:
 
     def columns(self, z: Array) -> Array:
         """`A' z`."""
-        work = self.sparse.T @ z
-        return np.asarray(work[: len(self._remaining)] + work[len(self._remaining) :] @ self.block)
+        return columns(self.sparse, self.block, z)
 
     def whole(self, y: Array, z: Array) -> tuple[Array, Array]:
         """The x and multipliers of the program."""
@@ -69,6 +68,5 @@ class Condensed:
         x = np.empty(len(program.cost))
         x[self._remaining] = y
         x[self._pivots] = self._start + self._rest @ y
-        work = program.sparse[program.zero :].T @ z
-        off = program.cost + work[: len(x)] + work[len(x) :] @ program.block
+        off = program.cost + columns(program.sparse[program.zero :], program.block, z)
         return x, np.concatenate([-np.linalg.solve(self._square.T, off[self._pivots]), z])

@@ -145,7 +145,7 @@ def _dissipation_range(span: DissipationRange, ax: AxesArray | None = None) -> A
     """
     states = {"least work found": span.least_state, "most work found": span.most_state}
     system = span.least_state.system
-    unit = work_unit(system)
+    unit = work_unit(system.per_depth)
     load_factor = rf"$\lambda = {span.least_state.load_factor:.4g}$"
     if system.tangents == 2:
         panels = panels_of(ax, system, blocks=2)
@@ -273,11 +273,11 @@ class _StudyPicture:
         # A table of a store does not state it, but only a contact in the plane has an exact path.
         in_plane = (self.table["engine"] == "path").any()
         per_depth = self.table.attrs.get("per_depth", in_plane)
-        unit = "force times length per depth" if per_depth else "force times length"
+        unit = work_unit(per_depth)
         axes.set(
             yscale="log",
             ylim=(self.bottom, self.high),
-            ylabel=f"work of friction per cycle, $W$\n({unit})",
+            ylabel=f"work of friction per cycle, $W$\n{unit}",
         )
         for minor in (False, True):
             ticks = axes.get_yticks(minor=minor)

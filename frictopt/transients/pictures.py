@@ -170,7 +170,7 @@ def _steady_state(steady: SteadyState, ax: Axes | AxesArray | None = None) -> Ax
         return work_map(panels_by_size(ax, system, shown), steady, title, shown)
     panels = new_axes(ax, 3, (6.4, 7.6))
     slip, force, work = panels
-    work_of_cycle = f"{steady.dissipation:.4g} {work_unit(system)}"
+    work_of_cycle = f"{steady.dissipation:.4g} {work_unit(system.per_depth)}"
     slip.set_title(f"{outcome}, $W$ = {work_of_cycle} per cycle")
     slip_and_work(slip, work, steady, color=BLACK)
 
@@ -200,9 +200,8 @@ def _load_loop(loop: LoadLoop, ax: Axes | None = None) -> Axes:
     displacement = loop.displacement
     amplitude = loop.amplitude
     changes = np.flatnonzero(np.diff(loop.slipping, prepend=loop.slipping[:1]))
-    work, stiffness = "(force times length)", "(1 / force times length)"
-    if loop.per_depth:
-        work, stiffness = "(force times length per depth)", "(1 / force)"
+    work = work_unit(loop.per_depth)
+    stiffness = "(1 / force)" if loop.per_depth else "(1 / force times length)"
     area = f"area {loop.area:.4g} {work}"
     axes.plot(displacement, amplitude, color=series(0)["color"], label=area)
     marks = {

@@ -83,7 +83,7 @@ FAULTS = (
     Fault(
         "solve/chain.py",
         "values inside are taken for far outside",
-        old="(_proven_excess(arrays, rough, multipliers) or 0.0) > _OUTSIDE",
+        old="(_proven_excess(arrays, rough, multipliers) or 0.0) > outside",
         new="True",
         tests="compiled limit_kinds",
     ),
@@ -153,7 +153,7 @@ FAULTS = (
     Fault(
         "solve/arrays.py",
         "multipliers of the block balance nothing",
-        old="work[:width] + work[width:] @ self.block",
+        old="work[:width] + work[width:] @ block",
         new="work[:width]",
         tests="interior_point set_search",
     ),

@@ -6,8 +6,8 @@ FAULTS = (
     Fault(
         "transients/pictures.py",
         "the loop of a plane contact has the units of space",
-        old="loop.per_depth",
-        new="False",
+        old="work_unit(loop.per_depth)",
+        new="work_unit(False)",
         tests="plots_more",
     ),
     Fault(
