@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base import Array, Integers, Shown, shown, whole_array
+from ..base import SAME_POINT, Array, Integers, Shown, shown, whole_array
 from ..errors import ModelError
 from .constraints import Constraints
 from .element_types import (
@@ -193,7 +193,8 @@ class Deck(Shown):
         Raises
         ------
         ModelError
-            There are plane elements, too: their forces are per depth.
+            There are plane elements, too: their forces are per depth. Or a node of an axisymmetric
+            element has a negative radius.
         """
         kinds = sorted({block.kind for block in self.elements if block.kind.startswith(PLANES)})
         axisymmetric = [kind for kind in kinds if kind.startswith("CAX")]
@@ -201,7 +202,26 @@ class Deck(Shown):
             raise ModelError(
                 f"deck: elements {', '.join(kinds)}; give plane elements or axisymmetric ones (CAX)"
             )
-        return bool(axisymmetric) and not self._in_space
+        if not axisymmetric or self._in_space:
+            return False
+        self._check_radii()
+        return True
+
+    def _check_radii(self) -> None:
+        """Check that x, the radius of axisymmetric elements, is not negative beyond rounding."""
+        rows = np.unique(
+            np.concatenate(
+                [block.nodes.ravel() for block in self.elements if block.kind.startswith("CAX")]
+            )
+        )
+        radii = self.points[rows, 0]
+        least = int(radii.argmin())
+        if radii[least] < -SAME_POINT * np.abs(radii).max():
+            raise ModelError(
+                f"deck: x = {radii[least]:g} at node {self.numbers[rows[least]]} of an "
+                "axisymmetric element; x is its radius, >= 0: measure x from the axis, and model "
+                "only the half with x > 0"
+            )
 
     @property
     def is_mixed(self) -> bool:

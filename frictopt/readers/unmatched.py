@@ -65,8 +65,7 @@ class JoinedFaces(LabelledMatrix):
         two = self._corners(second)
         self._check_midsides(np.r_[one, two])
         deck = self._known
-        axisymmetric = any(block.kind.startswith("CAX") for block in deck.elements)
-        of_plane: Kinematics = "axisymmetric" if axisymmetric else "plane_strain"
+        of_plane: Kinematics = "axisymmetric" if deck.is_axisymmetric else "plane_strain"
         return _mortar_arguments(
             self.mesh,
             self._between(one, deck.numbers),
