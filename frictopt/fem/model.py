@@ -24,6 +24,7 @@ from .couplings import Coupling
 from .cyclic import Cyclic
 from .elasticity import Kinematics
 from .fields import Recoverable
+from .incompressible import locking, naming_incompressible
 from .load_cases import Load, LoadCase, load_case
 from .load_sizes import load_sizes
 from .modes import Vibrating
@@ -121,6 +122,7 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         _ = self._cases  # assembles the model, which checks that its parts fit each other
         for contact, joint in zip(self.contacts, self._assembly.joints, strict=True):
             self._warn_of(contact, joint)
+        self._warn_of_locking(kinematics)
 
     def _checked_contacts(self) -> Sequence[Contact]:
         """The contacts; if none is given, the contact of the two bodies."""
@@ -174,6 +176,10 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
                 f"{joint.missed:.2g} of the widest measured gap; mesh finer"
             )
 
+    def _warn_of_locking(self, kinematics: Kinematics) -> None:
+        for text in locking(self.bodies, kinematics):
+            _warn(text)
+
     def condense(self, *, progress: bool = True) -> ContactSystem:
         """Condense the glued bodies to the relative motions of the contacts.
 
@@ -207,7 +213,8 @@ class ContactModel(Recoverable, Shown, Viewed, Vibrating):
         R, D = assembly.release
         with progress_bar(progress, "condensation"):
             loads = dict(zip(self._cases, (R.T @ net_force).T, strict=True))
-            S, bonded, compliance = condensed(glued, loads)
+            with naming_incompressible(self.bodies, self.kinematics or "plane_strain"):
+                S, bonded, compliance = condensed(glued, loads)
         # The loads also do work on the motions of moved supports and of cut bolts.
         compliance += force.T @ moved + moved.T @ net_force + net_force.T @ (D @ net_force)
         bonded, compliance, bolts = by_their_forces(self.loads, bonded, compliance)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from skfem import MeshHex, MeshQuad
+from skfem import MeshHex, MeshQuad, MeshTri
 
 import frictopt as fo
 from helpers.meshes import blocks, box, hung, uniform_loads
@@ -121,6 +121,56 @@ def test_a_coefficient_of_wear_in_other_units(units, coefficient, meant):
     assert not warned(
         lambda: fo.wear(SYSTEM, cycle, 0.3, 1.0, coefficient=coefficient, cycles=1)
     )  # units are not known
+
+
+def soft_blocks(nu, element, kind=MeshQuad, kinematics="plane_strain"):
+    """A block of steel on a block with another Poisson's ratio."""
+    x = np.linspace(0.0, 1.0, 7)
+    meshes = {"punch": box(MeshQuad, x, x), "block": box(kind, x, x - 1)}
+    steel, soft = fo.Material(1.0, 0.3), fo.Material(1.0, nu)
+    bodies = {
+        "punch": fo.Body(meshes["punch"], steel, "quadratic"),
+        "block": fo.Body(meshes["block"], soft, element),
+    }
+    loads = {"P": [fo.Traction("punch", "y+", y=-1.0)], "Q": [fo.Traction("punch", "y+", x=1.0)]}
+    return fo.ContactModel(bodies, [fo.Support("block", "y-")], loads, kinematics=kinematics)
+
+
+@pytest.mark.parametrize(
+    ("nu", "element", "kind", "kinematics", "locks"),
+    [
+        (0.495, "linear", MeshQuad, "plane_strain", True),
+        (0.495, "linear", MeshQuad, "axisymmetric", True),
+        (0.495, "mean_dilatation", MeshTri, "plane_strain", True),
+        (0.495, "mean_dilatation", MeshQuad, "plane_strain", False),
+        (0.495, "quadratic", MeshTri, "plane_strain", False),
+        (0.495, "linear", MeshTri, "plane_stress", False),
+        (0.4, "linear", MeshTri, "plane_strain", False),
+    ],
+)
+def test_elements_that_lock(nu, element, kind, kinematics, locks):
+    told = warned(lambda: soft_blocks(nu, element, kind, kinematics))
+    if not locks:
+        assert not told
+        return
+    (text,) = told
+    assert text.startswith(
+        f"bodies['block']: nu = 0.495 and element {element!r} on a {kind.__name__}"
+    )
+
+
+def test_a_poisson_ratio_whose_digits_are_lost_is_named():
+    """Down to 1 - 2 nu = 1e-6 the compliance approaches a limit; at 2e-10 no digits are left."""
+    by_nu = [
+        soft_blocks(0.5 - away / 2, "quadratic").condense().compliance for away in (1e-4, 1e-6)
+    ]
+    assert np.allclose(*by_nu, rtol=1e-2, atol=1e-6)
+    with pytest.raises(fo.ModelError, match=r"^bodies\['block'\]: nu = 0.4999999999 is too close"):
+        soft_blocks(0.4999999999, "quadratic").condense()
+    with pytest.raises(fo.ModelError, match=r"^supports: the body at .* can still move"):
+        fo.ContactModel(
+            soft_blocks(0.3, "quadratic").bodies, [], {"P": [fo.Traction("punch", "y+", y=-1.0)]}
+        ).condense()
 
 
 def test_lengths_in_two_units():

@@ -64,7 +64,9 @@ def test_areas_and_totals_are_those_of_the_whole_circumference(tmp_path):
 def test_a_negative_radius_is_named(tmp_path):
     """A matrix file of Abaqus, with a deck whose section lies on both sides of the axis."""
     rows = [(node, axis) for node in range(1, 7) for axis in (1, 2)]
-    lines = [f"{n}, {i}, {m}, {j}, {2.0 if (n, i) == (m, j) else 0.1}" for n, i in rows for m, j in rows]
+    lines = [
+        f"{n}, {i}, {m}, {j}, {2.0 if (n, i) == (m, j) else 0.1}" for n, i in rows for m, j in rows
+    ]
     (tmp_path / "job.mtx").write_text("\n".join(lines))
     (tmp_path / "job.inp").write_text(DECK.replace("\n4, 1, 0.7\n", "\n4, -0.25, 0.7\n"))
     job = fo.read_abaqus(tmp_path / "job.mtx", deck=tmp_path / "job.inp")
