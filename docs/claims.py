@@ -225,7 +225,7 @@ CLAIMS = (
         tests="test_required_friction::test_less_friction_is_enough_with_the_node_that_it_leaves_open",
     ),
     Claim(
-        "sentences.SIDES sentences.GAP_OF_SIDES sentences.NO_AMPLITUDES sentences.ALL_AMPLITUDES sentences.ONE_UNLIMITED",
+        "sentences.SIDES sentences.GAP_OF_SIDES sentences.NO_AMPLITUDES sentences.NO_AMPLITUDES_ABOVE_ZERO sentences.ALL_AMPLITUDES sentences.ONE_UNLIMITED",
         by="`SafeRegion`",
         source="multipliers",
         tests="test_open_nodes::test_amplitudes_of_two_loads_with_a_node_that_stays_open",

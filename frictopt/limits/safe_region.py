@@ -36,6 +36,7 @@ from .sentences import (
     ALL_AMPLITUDES,
     GAP_OF_SIDES,
     NO_AMPLITUDES,
+    NO_AMPLITUDES_ABOVE_ZERO,
     ONE_UNLIMITED,
     SIDES,
 )
@@ -255,6 +256,8 @@ def _border(rays: Rays, first: BorderPoint, second: BorderPoint, tolerance: floa
     points = [first, *_points_between(rays, first, second, unit, tolerance), second]
     limit = first.limit
     reason = SIDES(opened=limit._opened, node_states=limit._question.node_states)
+    if first.limit.load_factor == 0 and second.limit.load_factor == 0:
+        reason = NO_AMPLITUDES_ABOVE_ZERO(limit=limit.reason)
     return Border(points, unit, (), reason)
 
 

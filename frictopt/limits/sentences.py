@@ -283,6 +283,10 @@ NO_AMPLITUDES = Sentence(
     "no amplitudes are safe: {limit}",
     assumes=_SAME_NODES,
 )
+NO_AMPLITUDES_ABOVE_ZERO = Sentence(
+    "no amplitudes above 0 are safe: {limit}",
+    assumes=_SAME_NODES,
+)
 ALL_AMPLITUDES = Sentence(
     "all amplitudes are safe: {limit}",
     assumes=_SAME_NODES,

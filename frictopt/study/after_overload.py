@@ -51,6 +51,11 @@ def after_overload(limit: GuaranteedLimit, load_factor: float | None = None) -> 
         )
     if load_factor is None:
         load_factor = limit.shakedown.load_factor
+        if not np.isfinite(load_factor):
+            raise ModelError(
+                f"limit: its shakedown limit is {load_factor:g}, so that no overload follows from "
+                "it; pass the `load_factor` of the overload"
+            )
     load_factor = finite_number("load_factor", load_factor, least=0.0)
     question = limit._question
     slip_bound: Any = left_by_overload(limit, load_factor)

@@ -94,6 +94,7 @@ def test_without_a_mean_load_only_zero_is_safe():
         np.array_equal(region.vertices, np.zeros((2, 2)))
         and region.contains(0.0, 0.0)
         and not region.contains(1e-6, 0.0)
+        and region.reason.startswith("no amplitudes above 0 are safe: ")
     )
 
 

@@ -161,3 +161,16 @@ def test_vertices_are_safe_and_as_far_out_as_can_be():
 )
 def test_bad_input_is_refused(cycle, options):
     fo.verify(fo.guaranteed_limit(system(*FIRST_PAIR), cycle, 0.6), **options)
+
+
+@pytest.mark.parametrize(
+    ("mean", "corners", "shown"),
+    [({"P": 1.0}, [{"P": 0.5}], "inf"), ({"P": -1.0}, [{"Q": 1.0}, {"Q": -1.0}], "nan")],
+)
+def test_without_a_finite_shakedown_limit_the_overload_needs_a_load_factor(mean, corners, shown):
+    node = fo.ContactSystem.from_blocks(
+        [[1.0]], [[0.0]], [[1.0]], [0.0], {"P": ([0.0], [1.0]), "Q": ([1.0], [0.0])}
+    )
+    limit = fo.guaranteed_limit(node, fo.LoadCycle(mean, corners), 0.5)
+    with pytest.raises(fo.ModelError, match=rf"^limit: its shakedown limit is {shown}.*`load_fac"):
+        fo.after_overload(limit)
