@@ -3,12 +3,12 @@
 #
 # Guess: `sample` finds all points inside the mesh, the same as `find_containing_cell`, and returns
 # the field of the shape functions there.
-# Seen: on a quarter ring of 8-node quadrilaterals it misses most points. They get the value 0, and
-# only the array "vtkValidPointMask" says so; a mean or a plot along a line is then wrong. A mesh
-# with straight edges, and a finer one, lose no point. VTK looks for the point in four linear pieces
-# of the cell, evaluates the curved cell at the place found, and takes the distance between the two
-# for a distance from the mesh, which must be below 0.1 % of the cell. `tolerance=0.01` finds all
-# points, at places that are off by that distance.
+# Seen: on a quarter ring of 4 x 2 quadrilaterals of 8 nodes it misses most points. They get the
+# value 0, and only the array "vtkValidPointMask" says so; a mean or a plot along a line is then
+# wrong. A mesh with straight edges, or with 16 cells around, loses no point. VTK looks for the point
+# in four linear pieces of the cell, evaluates the curved cell at the place found, and takes the
+# distance between the two for a distance from the mesh, which must be below 0.1 % of the cell.
+# `tolerance=0.01` finds all points, at places that are off by that distance.
 # Versions: pyvista 0.49.1, vtk 9.7.2, numpy 2.3.5, Python 3.11; 2026-11-28.
 # Output: for 4 x 2 cells with curved or straight edges, number of points out of 400 inside the mesh
 # that are found, and mean of a field that is 1 at all nodes: "curved: containing 400, sample 28,
