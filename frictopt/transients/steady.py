@@ -43,14 +43,15 @@ MOST_CYCLES = 2000
 class StepErrorSettings:
     """The numbers of the estimate of `step_error`."""
 
-    # Number of cycles followed in finer increments from the beginning of the transient.
+    # Least number of cycles followed in finer increments from the beginning of the transient.
     first_cycles: int = 3
-    # Largest number of cycles followed in finer increments from the steady state.
+    # Largest number of cycles followed in finer increments from the beginning of the transient,
+    # and again from the steady state.
     most_cycles: int = 8
-    # These cycles end if the later changes of work are below this share of the change so far.
+    # These cycles end if the later changes are below this share of the change so far.
     converged: float = 0.1
     # Largest estimate of the later changes, relative to the last change.
-    longest: float = 50.0
+    longest: float = 300.0
     # Factor on the estimated error.
     safety: float = 2.0
     # Share of the work in doubt that is added, since errors may cancel in a difference.
@@ -191,7 +192,9 @@ def _followed(
                 note = f"the attribute `work` has the work of friction in each of {cycles}"
                 bar.keep("work", np.array(run.works), note, best=run.progress)
             bar.update()
-            if len(first_states) < SETTINGS.first_cycles:
+            # The transient itself does not move while copies of it are followed for a proof.
+            is_new = not first_states or path.state.u is not first_states[-1]
+            if is_new and len(first_states) < SETTINGS.most_cycles:
                 first_states.append(path.state.u)
 
         run.report = count
@@ -219,14 +222,10 @@ def _step_error(
     `finer` is the same transient from the same start in finer increments: at least four for each
     increment and 32 from corner to corner, with ever smaller ones before the corner. Some nodes
     slip only in the first cycles, and keep this slip. So the finer increments start from the slips
-    of the steady state plus a correction. The correction is the difference that they make in the
-    slips after the first cycles. `first_states` are the states after these cycles in the original
-    increments.
+    of the steady state plus a correction, see `_later_difference`.
     """
     path = cast(SteppedPath, settled.path)
-    for _ in first_states:
-        Run(finer, run.most_cycles, run.report).follow(finer)
-    slips = (path.state.u + finer.state.u - first_states[-1])[: -path.nodes]
+    slips = path.state.u[: -path.nodes] + _later_difference(run, first_states, finer)
     refined = path.finer()[0].at(slips / path.unit)
     if refined is None:
         return np.inf
@@ -238,6 +237,34 @@ def _step_error(
     change = _change_of_work(finer_run, settled.cycle)
     error = SETTINGS.safety * parts / (parts - 1) * change + SETTINGS.cancelled * lacking
     return float(max(error, missed)) / total
+
+
+def _later_difference(run: Run, first_states: Sequence[Array], finer: SteppedPath) -> Array:
+    """Difference that finer increments make in the slips after many cycles, length.
+
+    `first_states` are the states after the first cycles in the original increments. Near a limit
+    the difference grows over many cycles, by less and less. This growth is extrapolated.
+    """
+    unit = finer.unit
+    difference = growth = np.zeros_like(unit)
+    growths = list[float]()
+    later = 0.0
+    for state in first_states:
+        Run(finer, run.most_cycles, run.report).follow(finer)
+        before = difference
+        difference = (finer.state.u - state)[: -finer.nodes]
+        growth = difference - before
+        growths.append(float(np.linalg.norm(growth / unit)))
+        if len(growths) >= SETTINGS.first_cycles:
+            later = _later(growths, REPEATED)
+            if later <= SETTINGS.converged * np.linalg.norm(difference / unit):
+                break
+    return difference + (growth * (later / growths[-1]) if later else 0.0)
+
+
+def _later(changes: Sequence[float], rounding: float) -> float:
+    """Estimated sum of all later changes, at most `longest` times the last change."""
+    return min(distance_left(changes[-3:], rounding), SETTINGS.longest * changes[-1])
 
 
 def _work_in_doubt(path: SteppedPath, cycle: FollowedCycle) -> tuple[float, float]:
@@ -263,8 +290,7 @@ def _change_of_work(again: Run, cycle: FollowedCycle) -> float:
         work = again.follow(again.path).work
         changes.append(float(np.abs(work - before).sum()))
         change = float(np.abs(work - cycle.work).sum())
-        later = distance_left(changes[-3:], REPEATED * float(cycle.work.sum()))
-        later = min(later, SETTINGS.longest * changes[-1])
+        later = _later(changes, REPEATED * float(cycle.work.sum()))
         converged = len(changes) > 1 and later <= SETTINGS.converged * change
         if converged or len(changes) == SETTINGS.most_cycles:
             return change + later
