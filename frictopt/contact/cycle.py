@@ -117,7 +117,7 @@ class LoadCycle(Plotted):
         """Names of the corners, such as "t = 2.5: sigma = +1, Q = +0.5".
 
         A name has the time of the corner, if it is known, and the loads at load factor 1 without
-        the mean load.
+        the mean load. Of more than six loads it has the first five, and the number of the corner.
         """
         names = []
         for k, corner in enumerate(self.corners):
@@ -125,6 +125,8 @@ class LoadCycle(Plotted):
             if self.fixed is not None:
                 loads += [f"{text} fixed" for text in _amplitude_texts(self.fixed[k])]
             name = ", ".join(loads) or "mean load"
+            if len(loads) > 6:
+                name = f"{', '.join(loads[:5])} and {len(loads) - 5} more loads (corner {k})"
             if self.times is not None:
                 time = self.times[k]
                 name = f"t = {f'{time:g}' if isinstance(time, Real) else time}: {name}"

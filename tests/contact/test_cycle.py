@@ -155,6 +155,11 @@ def test_corners_are_called_by_their_loads_and_times():
         "P = +1 (corner 1)",
         "mean load",
     )
+    many = {f"c{k}": 1.0 for k in range(50)}
+    assert fo.LoadCycle({}, [many, many | {"c49": 2.0}]).corner_names == tuple(
+        f"c0 = +1, c1 = +1, c2 = +1, c3 = +1, c4 = +1 and 45 more loads (corner {k})"
+        for k in range(2)
+    )
     assert fo.LoadCycle({}, [{"x": 1.0, "y": 0.0}, {"x": 6e-17, "y": 1.0}]).corner_names == (
         "x = +1",
         "y = +1",
