@@ -86,7 +86,8 @@ def test_steps_through_the_block_against_direct_ones(record_property, monkeypatc
 def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
     """Largest memory of a limit, in sizes of the stiffness.
 
-    The memory of a process that has solved a small limit is subtracted.
+    The memory that the process holds after a small limit is subtracted. The small limit, too, needs
+    a path to the mean load, which compiles the increments.
     """
     contact = fo.scenes.SquarePunch(elements=39).condense()
     contact.save(tmp_path / "contact.npz")
@@ -94,13 +95,13 @@ def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
         "import re, sys, frictopt as fo\n"
         "from pathlib import Path\n"
         # The resource usage of a process begins with the memory of its parent.
-        "def largest(): return int(re.search(r'VmHWM:\\s*(\\d+)', Path('/proc/self/status').read_text())[1])\n"
+        "def memory(kind): return int(re.search(kind + r':\\s*(\\d+)', Path('/proc/self/status').read_text())[1])\n"
         "cycle = fo.LoadCycle({'P': 1.0}, [{'sigma': -1.0}, {'sigma': 1.0}])\n"
-        "small = fo.scenes.SquarePunch(elements=5).condense()\n"
+        "small = fo.scenes.SquarePunch(elements=14).condense()\n"
         "fo.shakedown_limit(small, cycle, 0.5, simplify=False)\n"
-        "before, contact = largest(), fo.ContactSystem.load(sys.argv[1])\n"
+        "before, contact = memory('VmRSS'), fo.ContactSystem.load(sys.argv[1])\n"
         "limit = fo.shakedown_limit(contact, cycle, 0.5, simplify=False)\n"
-        "print(limit.residual, largest() - before)\n"
+        "print(limit.residual, memory('VmHWM') - before)\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, tmp_path / "contact.npz"],
@@ -113,7 +114,7 @@ def test_memory_of_1600_nodes_in_stiffnesses(tmp_path, record_property):
     stiffnesses = 1024 * kilobytes / contact.S.nbytes
     record_property("stiffnesses", stiffnesses)
     print(f"\n    {stiffnesses:.2f} stiffnesses")
-    assert residual <= 1e-9 and stiffnesses < 6.5
+    assert residual <= 1e-9 and stiffnesses < 2.9
 
 
 def test_limit_and_safe_slip_of_2500_nodes(record_property):

@@ -10,7 +10,10 @@ from .components import joined
 
 
 def symmetrised(name: str, matrix: Array) -> Array:
-    """The symmetric part of a matrix that is symmetric up to rounding; else a ModelError."""
+    """The symmetric part of a matrix that is symmetric up to rounding; else a ModelError.
+
+    It is the matrix itself, which must be read-only, if the matrix is exactly symmetric.
+    """
     # Row by row, as a transposed copy of a large matrix would fill the memory.
     asymmetry = [
         float(np.abs(row - column).max()) for row, column in zip(matrix, matrix.T, strict=True)
@@ -23,6 +26,8 @@ def symmetrised(name: str, matrix: Array) -> Array:
             f"{matrix[j, i]:g}; give the stiffness of the relative motion, in the same order for "
             "rows and columns"
         )
+    if not max(asymmetry):
+        return matrix
     mean = matrix + matrix.T
     mean /= 2
     mean.flags.writeable = False
@@ -33,23 +38,28 @@ def check_semi_definite(name: str, S: Array) -> None:
     """Check that S has no negative eigenvalue beyond rounding; error messages call it `name`.
 
     A Cholesky factorisation of the slightly shifted matrix decides at a tenth of the cost of the
-    eigenvalues. It is done in place, block by block, as three copies of S would fill the memory.
+    eigenvalues. Only the part of each column below the diagonal is kept, as whole copies of S would
+    fill the memory.
     """
-    scale = np.abs(S).max()
+    scale = max(S.max(), -S.min())
     if scale == 0:
         return
-    factor = S / scale
-    factor[np.diag_indices_from(S)] += CONDENSATION * len(S)
+    shift = CONDENSATION * len(S)
+    # Number of columns that are factored at once.
+    size = 256
+    done = list[tuple[int, Array]]()  # factored columns, and the number of their first row
     try:
-        # Number of rows and columns of a matrix that are factored at once.
-        size = 256
         for start in range(0, len(S), size):
-            block = slice(start, start + size)
-            below = slice(start + size, None)
-            done = slice(start)
-            factor[start:, block] -= factor[start:, done] @ factor[block, done].T
-            diagonal = np.linalg.cholesky(factor[block, block])
-            factor[below, block] = np.linalg.solve(diagonal, factor[below, block].T).T
+            columns = S[start:, start : start + size] / scale
+            count = columns.shape[1]
+            columns[np.diag_indices(count)] += shift
+            for first, factored in done:
+                below = factored[start - first :]
+                columns -= below @ below[:count].T
+            diagonal = np.linalg.cholesky(columns[:count])
+            columns[:count] = diagonal
+            columns[count:] = np.linalg.solve(diagonal, columns[count:].T).T
+            done.append((start, columns))
     except np.linalg.LinAlgError:
         lowest = np.linalg.eigvalsh(S / scale)[0]
         raise ModelError(

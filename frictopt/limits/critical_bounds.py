@@ -111,10 +111,9 @@ def _net_slips(question: Question, change: Change) -> Callable[[Array], Array]:
     t = question.system.tangents
     loaded = change.loaded
     free = t * n - len(loaded)
-    shear_of_traction = change.product[:, : len(loaded)].toarray()
-    shear_of_traction = shear_of_traction / np.tile(question.node_unit, t)[:, None]
-    normal, *_ = change.blocks.values()
-    pressure_of_traction = normal[:, : len(loaded)] / question.node_unit[:, None]
+    shear_of_traction = change.values.toarray() / np.tile(question.node_unit, t)[:, None]
+    pressure = change.moved(question.B, np.zeros((n, 0)))
+    pressure_of_traction = pressure / question.node_unit[:, None]
 
     # Slips that follow the total slips, and rigid slides by their free components.
     free_rows = np.setdiff1d(np.arange(t * n), loaded)

@@ -61,9 +61,22 @@ def unknowns(
     return Unknowns(load_factor, slip, q_r, p_r, q, p, suffix=suffix)
 
 
+class Uncopied:
+    """A matrix that a cvxpy constant does not copy, as it copies arrays only."""
+
+    def __init__(self, matrix: Any) -> None:
+        self._matrix = matrix
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
+        return self._matrix
+
+
 def constant(value: Any, name: str) -> cp.Constant:
-    """A constant that is printed by its name."""
-    return cp.Constant(value, name=name)
+    """A constant that is printed by its name.
+
+    A matrix is not copied, because matrices of a contact are large, and never change.
+    """
+    return cp.Constant(Uncopied(value) if getattr(value, "ndim", 0) == 2 else value, name=name)
 
 
 def printed_as(expression: cp.Expression, name: str) -> cp.Expression:

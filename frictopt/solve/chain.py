@@ -132,9 +132,13 @@ class Chain:
                 attempts.append(Attempt(way.solver, outcome, residual))
             agreed = agreed and no_optimum_exists
             if claim and claim.residual <= tolerance:
+                left_out = self._left_out
+                self._reduced = (
+                    None  # its dense block is large, and the next solution makes it anew
+                )
                 seconds = perf_counter() - started
                 return claim, SolveRecord(
-                    way.solver, tuple(attempts), claim.residual, self._left_out, seconds
+                    way.solver, tuple(attempts), claim.residual, left_out, seconds
                 )
         raise failed(kind, tolerance, attempts, agreed)
 

@@ -43,18 +43,46 @@ class Block:
 class Change:
     """A change of variables of a dense equation `row`, `z[defined] = square @ z[of]`.
 
-    With the new unknowns x, `z[of] = matrix @ x`, and `z[defined] = product @ x` is sparse. `unit`
-    (n,) holds the units of x. `blocks` are the matrices of other dense equations of the same
-    unknowns, as functions of x. The first entries of x are the values `loaded` of the left side, in
-    their units. The other entries are motions that the matrix does not resist.
+    The new unknowns are x = [y, slides]. The y are the values `loaded` of the left side, in their
+    units, and the slides are motions that the matrix does not resist. With the (t, m) sparse
+    `values`, `z[defined] = values @ y`, and `z[of] = inverse @ values @ y + free @ slides`. The
+    (t, t) inverse is large, so it is not copied.
+
+    `by_slides` holds, for other dense equations of the same unknowns, the products of their
+    matrices with `free` (t, k).
     """
 
     row: cp.Constraint
-    matrix: Array
-    product: csr_array
-    blocks: Mapping[cp.Constraint, Array]
-    unit: Array
+    inverse: Array
+    values: csr_array
+    free: Array
+    by_slides: Mapping[cp.Constraint, Array]
     loaded: Integers
+
+    @property
+    def product(self) -> csr_array:
+        """The matrix with `z[defined] = product @ x`."""
+        return csr_array(hstack([self.values, csr_array(self.free.shape)]))
+
+    def unknowns(self, x: Array) -> Array:
+        """The `z[of]` of new unknowns."""
+        count = len(self.loaded)
+        return np.asarray(self.inverse @ (self.values @ x[:count]) + self.free @ x[count:])
+
+    def rows(self, chosen: Integers) -> Array:
+        """The rows of the matrix with `z[of] = matrix @ x` for chosen entries."""
+        return self._of_x(self.inverse[chosen], self.free[chosen])
+
+    def moved(self, matrix: Array, by_slides: Array) -> Array:
+        """The `matrix @ z[of]` as a matrix of x; `by_slides` is its product with `free`."""
+        return self._of_x(matrix @ self.inverse, by_slides)
+
+    def _of_x(self, by_forces: Array, by_slides: Array) -> Array:
+        return np.hstack([(self.values.T @ by_forces.T).T, by_slides])
+
+    def work(self, off: Array) -> Array:
+        """The work of `off` on the `z[of]` due to each of the y."""
+        return np.asarray(self.values.T @ (self.inverse @ off))
 
 
 class Compiled:
@@ -353,26 +381,22 @@ def by_inverse(
     """
     count = free.shape[1]
     basis, loaded = _balanced(unit[:, None] * free)
-    values = csr_array(unit[:, None] * basis)
-    held = (values.T @ inverse).T
     matrices = {other: np.asarray(other.args[1].args[0].value) for other in others}
     turned = free * sizes
     feeling = np.vstack([np.zeros((0, len(unit))), *(matrices[other] for other in others[1:])])
     if count and len(feeling):
         turned = turned @ svd(feeling @ turned)[2].T
     largest = np.abs(turned).max(axis=0, initial=0.0)
-    blocks = dict[cp.Constraint, Array]()
+    by_slides = dict[cp.Constraint, Array]()
     for other, matrix in matrices.items():
         moved = np.zeros((len(matrix), count)) if other is others[0] else matrix @ turned
         unmoved = np.abs(moved).max(axis=0, initial=0.0) <= CONDENSATION * largest
         moved[:, unmoved] = 0.0
-        blocks[other] = np.hstack([matrix @ held, moved])
-    product = csr_array(hstack([values, csr_array((len(unit), count))]))
-    new_unit = np.ones(product.shape[1])
-    return Change(row, np.hstack([held, turned]), product, blocks, new_unit, loaded)
+        by_slides[other] = moved
+    return Change(row, inverse, csr_array(basis.multiply(unit[:, None])), turned, by_slides, loaded)
 
 
-def _balanced(free: Array) -> tuple[Array, Integers]:
+def _balanced(free: Array) -> tuple[csr_array, Integers]:
     """Basis (t, t - k) of the values that do no work on `free` (t, k), and the rows of its units.
 
     Each basis vector is 1 in one of these rows, 0 in the other rows, and balanced in k further
@@ -382,8 +406,8 @@ def _balanced(free: Array) -> tuple[Array, Integers]:
     pivots = qr(free.T, mode="r", pivoting=True)[1] if count else np.arange(t)
     balancing = pivots[:count]
     loaded = np.sort(pivots[count:])
-    basis = np.zeros((t, len(loaded)))
-    basis[loaded, np.arange(len(loaded))] = 1.0
-    basis[balancing] = -np.linalg.solve(free[balancing].T, free[loaded].T)
-    basis[np.abs(basis) <= ROUNDING] = 0.0
-    return basis, loaded
+    balance = -np.linalg.solve(free[balancing].T, free[loaded].T)
+    at, which = np.nonzero(np.abs(balance) > ROUNDING)
+    data = np.r_[np.ones(len(loaded)), balance[at, which]]
+    places = np.r_[loaded, balancing[at]], np.r_[: len(loaded), which]
+    return csr_array((data, places), shape=(t, len(loaded))), loaded

@@ -42,7 +42,7 @@ class Changed(ChangesUnknowns[Program]):
         self._before = program
         self._change = change
         (self.square,) = (block for block in program.blocks if block.row is change.row)
-        count = len(change.unit)
+        count = change.product.shape[1]
         self.end = start + count
         self._new = np.arange(start, self.end)
         old = np.arange(len(program.cost))
@@ -63,9 +63,17 @@ class Changed(ChangesUnknowns[Program]):
         before = csr_array((data, (rows, columns)), shape=(n, width))  # old z = before @ new z
         unit = np.empty(width)
         unit[self._old] = program.unit
-        unit[self._new] = change.unit
+        unit[self._new] = 1.0
         others = [self._moved(block) for block in program.blocks if block is not square]
-        unknowns = replace(square, defined=self._old[square.of], of=self._new, matrix=change.matrix)
+        # Most programs have no rows about the unknowns of the square equation.
+        in_rows = np.isin(square.of, program.sparse.indices) | (program.cost[square.of] != 0)
+        chosen = np.flatnonzero(in_rows)
+        unknowns = replace(
+            square,
+            defined=self._old[square.of[chosen]],
+            of=self._new,
+            matrix=change.rows(chosen),
+        )
         return replace(
             program,
             sparse=csr_array(program.sparse @ before),
@@ -81,10 +89,12 @@ class Changed(ChangesUnknowns[Program]):
         defined = self._old[block.defined]
         if not len(shared):
             return replace(block, defined=defined, of=self._old[block.of])
-        if block.row in change.blocks:
-            matrix = change.blocks[block.row]
+        if block.row in change.by_slides:
+            matrix = change.moved(block.matrix, change.by_slides[block.row])
         else:
-            matrix = block.matrix[:, of_block] @ change.matrix[of_square]
+            of_unknowns = np.zeros((len(block.matrix), len(change.inverse)))
+            of_unknowns[:, of_square] = block.matrix[:, of_block]
+            matrix = change.moved(of_unknowns, of_unknowns @ change.free)
         apart = np.delete(np.arange(len(block.of)), of_block)
         if len(apart):
             matrix = np.hstack([matrix, block.matrix[:, apart]])
@@ -94,7 +104,7 @@ class Changed(ChangesUnknowns[Program]):
     def values(self, x: Array) -> Array:
         """Values before the change, without the unknowns of other dense equations."""
         z = x[self._old]
-        z[self.square.of] = self._change.matrix @ x[self._new]
+        z[self.square.of] = self._change.unknowns(x[self._new])
         z[self.square.defined] = self._change.product @ x[self._new]
         return z
 
@@ -110,7 +120,6 @@ class Stacked(ChangesUnknowns[Arrays]):
     """
 
     def __init__(self, program: Program) -> None:
-        self._before = program
         needed = program.cost != 0
         needed[program.sparse.indices] = True
         self._needed = needed.copy()  # by rows or cost
@@ -123,11 +132,11 @@ class Stacked(ChangesUnknowns[Arrays]):
         # The unknowns before the step, in the order of `[x, block @ x]`, and their units.
         self._columns = np.concatenate([self.unknowns, *parts])
         self.unit = program.unit[self._columns]
-        self.after = self._of_needed_unknowns()
+        self._unit_before = program.unit
+        self.after = self._of_needed_unknowns(program)
 
-    def _of_needed_unknowns(self) -> Arrays:
+    def _of_needed_unknowns(self, program: Program) -> Arrays:
         """The program of the needed unknowns."""
-        program = self._before
         width = len(self.unknowns)
         place = np.full(len(program.cost), -1)
         place[self.unknowns] = np.arange(width)
@@ -151,13 +160,13 @@ class Stacked(ChangesUnknowns[Arrays]):
 
     def values(self, x: Array) -> Array:
         """All unknowns; unneeded unknowns, and unknowns of dense equations, are zero."""
-        z = np.zeros(len(self._before.cost))
+        z = np.zeros(len(self._unit_before))
         z[self.unknowns] = x
         return z
 
     def units(self, unit: Array) -> Array:
         """Units of all unknowns, from the units of x."""
-        units = self._before.unit.copy()
+        units = self._unit_before.copy()
         units[self.unknowns] = unit
         return units
 
@@ -186,9 +195,8 @@ def dense_multipliers(
     for change, square in changes:
         loaded = change.loaded
         rows = np.arange(square.rows.start, square.rows.stop)[loaded]
-        work = off[square.of] @ change.matrix[:, : len(loaded)]
-        scale = change.product[loaded][:, : len(loaded)].diagonal()
-        corrected[rows] += square.sign * work / scale
+        scale = change.values[loaded].diagonal()
+        corrected[rows] += square.sign * change.work(off[square.of]) / scale
     corrected = compiled.whole(corrected)
     still_off = compiled.matrix.T @ corrected + cost
     return corrected if np.abs(still_off) @ sizes < np.abs(off) @ sizes else multipliers

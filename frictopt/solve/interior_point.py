@@ -180,6 +180,7 @@ def _solved(
         best = best.after(at, off.error)
         if best.error <= settings.accepted(best.stalled) or ending or not np.isfinite(off.error):
             break
+        newton = None  # its matrices are not needed beside those of the next step
         try:
             newton = _Newton(program, cones, at, off, settings, through_block)
             at = newton.stepped()

@@ -63,7 +63,9 @@ class Reduced:
             self._of_unknowns.append(step)
         if isinstance(step, ChangesRows):
             self._of_rows.append(step)
-        return step.after
+        after = step.after
+        del step.after  # its dense matrices are large, and the next step needs them only once
+        return after
 
     def _without_redundant_rows(self, program: Program, simplify: bool) -> Program:
         """The program without redundant rows; without `simplify` only empty rows are left out."""

@@ -24,7 +24,8 @@ class ScaledUnknowns(ChangesUnknowns[Arrays]):
         inequalities = slice(program.zero, None)
         sizes = csr_array(np.abs(program.sparse[inequalities]))
         units = _derived(unit, sizes, np.abs(program.right[inequalities]))
-        block = program.block * units[:width] / units[width:, None]
+        block = program.block * units[:width]
+        block /= units[width:, None]
         largest = np.abs(block[:, :changed]).max(axis=0, initial=1.0)
         units[:changed] /= largest
         block[:, :changed] /= largest

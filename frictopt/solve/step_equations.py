@@ -15,6 +15,7 @@ large and very small entries of R^-1. So the errors of the original equations ar
 first way takes over if iterative refinement does not make them small.
 """
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -41,7 +42,7 @@ class EquationSettings:
     correct: float = 1e-13
     # Corrections go on as long as each reduces the error below this share of it.
     helps: float = 0.1
-    # Number of rows in a block of the matrix product, of which only the lower triangle is computed.
+    # Number of rows of the matrix that are computed at once, from the diagonal on.
     rows: int = 250
     # Least number of unknowns, and of unknowns for each row of the block, for the way through the
     # block. Below, its sparse matrices take longer than the dense ones that it saves.
@@ -129,20 +130,33 @@ class _Direct:
     """The y with `A' W^-2 A y = work`, for a work (n + m) on `[y, block y]`."""
 
     def __init__(self, program: Condensed, scaling: Scaling, settings: EquationSettings) -> None:
-        self._block = block = program.block
+        self._block = program.block
+        self._weights = scaling.inverse_square(program.sparse)
+        self._at_once = settings.rows
+        self._factor = _factor(self._matrix, settings)
+
+    def _matrix(self) -> Array:
+        """The lower triangle of `A' W^-2 A`, stored by columns.
+
+        It is computed a few columns at a time, as a second array of its size would fill the memory.
+        """
+        block, weights = self._block, self._weights
         n = block.shape[1]
-        weights = scaling.inverse_square(program.sparse)
-        across = weights[n:, :n]
-        half = across + weights[n:, n:] @ block
-        matrix = weights[:n, :n] + across.T @ block
-        for start in range(0, n, settings.rows):
-            rows = slice(start, min(start + settings.rows, n))
-            matrix[rows, : rows.stop] += block[:, rows].T @ half[:, : rows.stop]
-        self._factor = _factor(matrix.T, settings)
+        across = csc_array(weights[n:, :n])
+        of_block = weights[n:, n:]
+        matrix = np.zeros((n, n), order="F")
+        for start in range(0, n, self._at_once):
+            rows = slice(start, min(start + self._at_once, n))
+            half = across[:, rows] + of_block @ block[:, rows]
+            matrix[start:, rows] = (half.T @ block[:, start:]).T
+            matrix[start:, rows] += across[:, start:].T @ block[:, rows]
+            matrix[start:, rows] += weights[start:n, rows].toarray()
+        return matrix
 
     def solved(self, work: Array) -> Array:
         n = self._block.shape[1]
-        return np.asarray(dpotrs(self._factor, work[:n] + work[n:] @ self._block)[0])
+        right = work[:n] + work[n:] @ self._block
+        return np.asarray(dpotrs(self._factor, right, lower=True)[0])
 
 
 class _ThroughBlock:
@@ -162,16 +176,20 @@ class _ThroughBlock:
         entries = of_block[:, m:].tocoo()
         dense[entries.col, entries.row] -= entries.data
         self._dense = dense.T
-        matrix = dsyrk(1.0, self._dense)
+        self._factor = _factor(self._matrix, settings)
+
+    def _matrix(self) -> Array:
+        """The lower triangle of F F', stored by columns."""
+        matrix = dsyrk(1.0, self._dense, lower=True)
         entries = (self._sparse @ self._sparse.T).tocoo()
         matrix[entries.row, entries.col] += entries.data
-        self._factor = _factor(matrix, settings)
+        return np.asarray(matrix)
 
     def solved(self, work: Array) -> Array:
         m, n = self._dense.shape
         t = self._inverse.T @ work
         outside = self._sparse @ t[:m] + self._dense @ t[m:]
-        forces = dpotrs(self._factor, outside)[0]
+        forces = dpotrs(self._factor, outside, lower=True)[0]
         t[:m] -= self._sparse.T @ forces
         t[m:] -= forces @ self._dense
         return np.asarray((self._inverse @ t)[:n])
@@ -219,12 +237,16 @@ def _largest(u: Array, v: Array) -> float:
     return max(float(np.abs(u).max()), float(np.abs(v).max()))
 
 
-def _factor(matrix: Array, settings: EquationSettings = SETTINGS) -> Array:
-    """The upper Cholesky factor of a matrix stored by columns; only its upper triangle is used."""
-    diagonal = matrix.diagonal().copy()
+def _factor(matrix_of: Callable[[], Array], settings: EquationSettings = SETTINGS) -> Array:
+    """The lower Cholesky factor of a matrix, given by a function that computes its lower triangle.
+
+    The factor takes the place of the matrix, which is computed again if the factorisation fails.
+    """
     for shift in settings.shifts:
-        np.fill_diagonal(matrix, diagonal * (1 + shift))
-        factor, failed = dpotrf(matrix)
+        matrix = matrix_of()
+        np.fill_diagonal(matrix, matrix.diagonal() * (1 + shift))
+        factor, failed = dpotrf(matrix, lower=True, clean=False, overwrite_a=True)
         if not failed:
             return np.asarray(factor)
+        del matrix, factor  # not needed beside the next one
     raise ArithmeticError("the equations of a step cannot be factorised")

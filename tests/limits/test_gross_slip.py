@@ -139,7 +139,9 @@ def test_the_slip_load_of_one_of_two_faces_is_its_friction_times_its_force(axes)
         system = fo.ContactSystem(
             S, points, {"P": press, "Q": -along.ravel() / (2 * n)}, frames=both, contact=names
         )
-        for contacts, hold in ((None, 2.0), (["under"], 1.0), (["over"], 1.0)):
+        # Transients find the load of jaws, which takes seconds; the faces mirror each other.
+        faces = ["over"] if jaws else ["under", "over"]
+        for contacts, hold in ((None, 2.0), *(([face], 1.0) for face in faces)):
             found = fo.gross_slip(
                 system, fo.LoadCycle({"P": 5.0}, TO_AND_FRO), 0.2, contacts=contacts
             )
@@ -185,23 +187,25 @@ def test_what_has_no_forces_in_balance_is_asked_no_transients(monkeypatch):
     assert fo.gross_slip(PUNCH, **ask).self_stress is None
 
 
-def press_fit(**more):
-    scene = {
-        "shaft_radius": 10.0,
-        "collar_radius": 25.0,
-        "collar_length": 60.0,
-        "shaft_length": 180.0,
-        "elements": 40,
-        "grading": 4.0,
-    }
+@pytest.fixture(scope="module")
+def press_fit():
     steel = fo.Material(E=210e3, nu=0.3)
-    return fo.scenes.PressFit(**{**scene, **more}, shaft_material=steel, collar_material=steel)
+    return fo.scenes.PressFit(
+        shaft_radius=10.0,
+        collar_radius=25.0,
+        collar_length=60.0,
+        shaft_length=180.0,
+        elements=40,
+        grading=4.0,
+        shaft_material=steel,
+        collar_material=steel,
+    ).condense()
 
 
 @pytest.mark.parametrize("friction", [0.02, 0.05, 0.1])
-def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(friction):
+def test_a_press_fit_slides_off_at_friction_times_the_pressure_of_the_fit(friction, press_fit):
     """Lame's pressure of a long fit; a push of a collar adds some of its own."""
-    system, interference = press_fit().condense(), 0.01
+    system, interference = press_fit, 0.01
     cycle = fo.LoadCycle({"fit": interference}, [{"push": 1000.0}, {"push": -1000.0}])
     found = fo.gross_slip(system, cycle, friction)
     pressure = 210e3 * interference / (2 * 10.0) * (1 - 10.0**2 / 25.0**2)
@@ -226,8 +230,8 @@ def test_the_scene_of_a_press_fit_slides_off():
         fo.scenes.PressFit(elements=20).condense(),
         fo.LoadCycle({"fit": 1.0}, [{"push": 1.0}, {"push": -1.0}]),
     )
-    low, high = 0.0, 4.0
-    for _ in range(14):
+    low, high = 1.0, 2.0
+    for _ in range(11):
         middle = (low + high) / 2
         try:
             fo.march(system, cycle, friction=0.3, load_factor=middle, cycles=1)

@@ -238,3 +238,16 @@ def test_rows_of_pressure_that_are_left_out_change_nothing(contact, cycle, frict
     assert np.isnan(limit.load_factor) or value == pytest.approx(
         limit.load_factor, rel=1e-6, abs=1e-7
     )
+
+
+@pytest.mark.parametrize("axes", [1, 2])
+def test_programs_hold_no_copy_of_the_stiffness(axes):
+    """Constants of cvxpy usually copy their arrays."""
+    rng = np.random.default_rng(1)
+    contact = random_system(rng, 5) if axes == 1 else random_contact(rng, 5)
+    limit = fo.shakedown_limit(contact, CYCLE if axes == 1 else SPACE, 0.5, open=[False] * 5)
+    matrices = [part.value for part in limit.problem.constants() if part.ndim == 2]
+    stiffness = [matrix for matrix in matrices if matrix.shape[1] == axes * 5]
+    assert len(stiffness) == 2
+    for matrix in stiffness:
+        assert np.shares_memory(matrix, contact.S) and not matrix.flags.writeable
