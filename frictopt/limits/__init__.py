@@ -15,17 +15,19 @@ The largest such load factor is the shakedown limit. Its dual is a slip mechanis
 - `safe_model.py`: the models that users extend by constraints of their own.
 - `shakedown.py`, `guaranteed.py`, `safe_slip.py`, `required_friction.py`, `safe_region.py`,
   `design.py`, `gross_slip.py`: a public question each, with its answer; `shakedown_model.py`,
-  `guaranteed_model.py` and `design_model.py` are their models. The model for a new limit is
-  `ShakedownLimits` in `shakedown.py`.
+  `guaranteed_model.py` and `design_model.py` are their models, and `safe_by_friction.py` keeps the
+  safe slips that the least friction needs. The model for a new limit is `ShakedownLimits` in
+  `shakedown.py`.
 - `answered.py`: what all answers share; `sentences.py`: the sentences of their reasons;
   `reasons.py`: those that fit a limit; `shakedown_answer.py`: what a limit proves about other
   states; `no_limit.py`: proofs that there is none.
 - `best_open_nodes.py`, `loose_nodes.py`: the proof that no other open nodes among given ones are
   better, and its program.
 - `set_search.py`, `open_nodes.py`, `best_set.py`: the search of open nodes. Its intermediate
-  programs need no proof: `quick_limits.py`, in space `quick_space.py`. `lift_off.py`, `ordered.py`,
-  `load_path.py`: nodes that open and close in each cycle, the program of their order, and where
-  they can; `order_search.py`, `settled_order.py`: the search of their order.
+  programs need no proof: `quick_limits.py`, in space `quick_space.py`; `quick_bound.py` proves that
+  a set needs no program. `lift_off.py`, `ordered.py`, `load_path.py`: nodes that open and close in
+  each cycle, the program of their order, and where they can; `order_search.py`,
+  `settled_order.py`: the search of their order.
 - `moving_areas.py`: uncoupled contacts whose normal loads open and close nodes, with the path of
   pressures in `normal_path.py`, the shear of the nodes that come and go in `rim.py`, and the limit
   of all states of rest in `moving_limit.py`. If normal loads are scaled, too: the path as a

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base import Booleans
 from ..errors import SolverError
 from .question import Question
 from .quick_limits import QUICK, QuickLimit, quick_limit
@@ -30,23 +31,39 @@ def best_set(limits: Any, question: Question, start_by: float, enough: float) ->
     return _SetSearch(limits, quick=False).run(question, start_by, enough)
 
 
-class _SetSearch:
-    """A search by quick limits, or by proven ones."""
+def best_open_nodes(limits: Any, question: Question, start_by: float, enough: float) -> Booleans:
+    """(N,) the open nodes of `best_set`. The limit with all nodes closed is not proven."""
+    limit = _SetSearch(limits, quick=True, closed_needs_proof=False).run(question, start_by, enough)
+    if limit is None:
+        limit = _SetSearch(limits, quick=False).run(question, start_by, enough)
+    open_nodes: Booleans = limit.open
+    return open_nodes
 
-    def __init__(self, limits: Any, quick: bool) -> None:
+
+class _SetSearch:
+    """A search by quick limits, or by proven ones.
+
+    `closed_needs_proof`: whether the limit with all nodes closed may be an answer. It is then
+    solved with its proof at once, because it usually is the best one.
+    """
+
+    def __init__(self, limits: Any, quick: bool, closed_needs_proof: bool = True) -> None:
         self._limits = limits
         self._quick = quick
+        self._closed_needs_proof = closed_needs_proof
         # The last question with a proven limit.
         self._last: Question | None = None
 
     def run(self, question: Question, start_by: float, enough: float) -> Any:
         """The proven limit of the best set; None if it is below the quick limit."""
         try:
-            if self._quick and _may_open(question):
+            if self._quick and (_may_open(question) or not self._closed_needs_proof):
                 closed = self._limit(question, -np.inf)
             else:
                 closed = self._proven(question)
             best = best_open_set(self._limit, closed, start_by, enough, self._answer)
+            if not (self._closed_needs_proof or best.open.any()):
+                return best
             answer = self._answer(best)
         except SolverError:
             if self._quick:

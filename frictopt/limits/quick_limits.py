@@ -21,6 +21,7 @@ from ..solve.solvers import CUT_OFF, INFEASIBLE, NONE, OPTIMAL, WarmProgram
 from .answered import Mechanism
 from .programs import listed_corners
 from .question import Question
+from .quick_bound import is_at_most
 from .quick_space import ConeProgram
 from .shakedown_answer import ShakedownAnswer
 
@@ -64,6 +65,8 @@ def quick_limit(question: Question, above: float = -np.inf) -> QuickLimit:
 
     SolverError if the program has no finite optimum, or if its slip is not safe.
     """
+    if is_at_most(question, above):
+        return _none_safe(question)
     program: _QuickProgram | ConeProgram
     if question.system.tangents == 1:
         program = _QuickProgram(question)

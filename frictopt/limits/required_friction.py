@@ -10,13 +10,11 @@ import numpy as np
 
 from ..base import (
     RESIDUAL,
-    Bar,
     Booleans,
     SolveRecord,
     Table,
     finite_number,
     flag,
-    frame,
     frozen,
     number_of,
     progress_bar,
@@ -28,9 +26,9 @@ from .answered import Answered
 from .best_pressed import best_pressed
 from .lift_off import LiftOff, Order
 from .load_path import has_static_shear
-from .moving_safe_slip import moving_areas_at
-from .question import Question, with_open
+from .question import Question
 from .reasons import where
+from .safe_by_friction import SafeSlips
 from .safe_slip import SafeSlip, SafeSlipModel
 from .sentences import (
     ENOUGH_WITH_EVENTS,
@@ -204,81 +202,6 @@ def required_friction(
         return _none_needed(safe_slips)
 
 
-class SafeSlips:
-    """The safe slips of one load factor for any friction and open nodes, each computed once.
-
-    The bar counts the programs. An interrupt keeps the frictions tried.
-    """
-
-    def __init__(self, model: SafeSlipModel, load_factor: float, events: bool, bar: Bar) -> None:
-        self.question: Question = model._question
-        self.load_factor = load_factor
-        self.started = perf_counter()
-        # The same for every friction above 0.
-        self.areas = moving_areas_at(model._question, load_factor)
-        self._bar = bar
-        self._model = model
-        self._events = events
-        self._solved: dict[tuple[float, bytes], SafeSlip] = {}
-
-    @property
-    def within(self) -> str:
-        """The slip bound, as a part of a reason."""
-        return "" if self.question.slip_bound is None else " within the slip bound"
-
-    def at(self, friction: float, open_nodes: Booleans | None = None) -> SafeSlip:
-        """The safe slip with the largest margin.
-
-        `open_nodes=None`: the open nodes are searched until a slip is safe. With events they are
-        always searched.
-        """
-        if self._events or self.areas is not None:
-            open_nodes = None
-        key = friction, b"" if open_nodes is None else open_nodes.tobytes()
-        if key not in self._solved:
-            self._bar.update()
-            self._solved[key] = self._solve(self._model._posed(friction), open_nodes)
-            less, more = self.bracket()
-            best = f"between {less:.4g} and {more:.4g} so far"
-            note = f"{best}; the frictions tried are in the attribute `table`"
-            self._bar.keep("table", self._table, note, best)
-        return self._solved[key]
-
-    def _solve(self, question: Question, open_nodes: Booleans | None) -> SafeSlip:
-        if open_nodes is not None:
-            opened = with_open(question, open_nodes)
-            assert opened is not None  # it has a limit
-            return self._model.of_set(opened, self.load_factor)
-        return self._model.of_question(
-            question, self.load_factor, events=self._events, enough=self.load_factor
-        )
-
-    def exists(self, friction: float, open_nodes: Booleans | None = None) -> bool | None:
-        """Whether a safe slip exists: True and False are proven; None if there is no proof."""
-        try:
-            return self.at(friction, open_nodes).exists
-        except SolverError:
-            return None
-
-    def bracket(self) -> tuple[float, float]:
-        """The largest friction proven too little, and the smallest one proven enough."""
-        enough = [friction for (friction, _), safe in self._solved.items() if safe.exists]
-        least_enough = min(enough, default=np.inf)
-        too_little = [friction for (friction, _), safe in self._solved.items() if not safe.exists]
-        below = (friction for friction in too_little if friction < least_enough)
-        return max(below, default=0.0), least_enough
-
-    def largest_slip(self, friction: float) -> float:
-        """Size of the first safe slip that was found with a friction."""
-        slips = (safe for (f, _), safe in self._solved.items() if f == friction and safe.exists)
-        return next(slips).largest_slip
-
-    def _table(self) -> Table:
-        """The frictions tried so far."""
-        rows = [(f, safe.exists, safe.margin) for (f, _), safe in sorted(self._solved.items())]
-        return frame(rows, names=["friction", "safe", "margin"])
-
-
 def _least_friction(safe_slips: SafeSlips, enough: float) -> tuple[float, Booleans]:
     """Root of the margin as a function of friction, and the open nodes there.
 
@@ -323,6 +246,11 @@ def _root_of_margin(safe_slips: SafeSlips, enough: float, open_nodes: Booleans) 
         if abs(step) <= RESIDUAL * friction or high - low <= SEARCH.proof * friction:
             break
         inside = max(low, SEARCH.smallest) < friction + step < high
+        # Newton's steps shrink at least as fast from now on, so that the next one would be nothing.
+        # The proof needs two programs beside the root: if both agree, none is needed at the root.
+        ends = np.isfinite(last_step) and step**2 <= RESIDUAL * friction * last_step
+        if inside and ends and _is_proven(safe_slips, friction + step, SEARCH.proof, open_nodes):
+            return friction + step
         if not inside or abs(step) >= last_step / 2:
             step = (low + high) / 2 - friction
         friction += step
@@ -346,13 +274,9 @@ def _proven_from_both_sides(
     """
     width = SEARCH.proof
     while width <= SEARCH.widest_proof:
-        above = root * (1 + width)
-        below = root * (1 - width)
-        if (
-            safe_slips.exists(above, open_nodes)
-            and safe_slips.exists(below, open_nodes) is False
-            and safe_slips.exists(below) is False
-        ):
+        if _is_proven(safe_slips, root, width, open_nodes):
+            above = root * (1 + width)
+            below = root * (1 - width)
             enough = safe_slips.at(above, open_nodes)
             too_little = safe_slips.at(below, open_nodes)
             return _answer(safe_slips, above, below, enough, too_little)
@@ -362,6 +286,17 @@ def _proven_from_both_sides(
     slip = safe_slips.largest_slip(more)
     smaller = "" if safe_slips.question.slip_bound is None else "smaller "
     raise SolverError(_UNDECIDED.format(less=less, more=more, slip=slip, smaller=smaller))
+
+
+def _is_proven(safe_slips: SafeSlips, root: float, width: float, open_nodes: Booleans) -> bool:
+    """Whether some slip is safe at a relative distance above the root, and no slip is below it."""
+    above = root * (1 + width)
+    below = root * (1 - width)
+    return (
+        safe_slips.exists(above, open_nodes) is True
+        and safe_slips.exists(below) is False
+        and safe_slips.exists(below, open_nodes) is False
+    )
 
 
 def _answer(

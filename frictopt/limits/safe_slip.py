@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..base import (
     ROUNDING,
+    Booleans,
     SolveRecord,
     Table,
     finite_number,
@@ -25,6 +26,7 @@ from ..errors import ModelError, SolverError
 from ..solve.solvers import NoOptimum
 from . import models
 from .answered import Proven, answered
+from .best_set import best_open_nodes
 from .lift_off import LiftOff
 from .models import Row
 from .moving_safe_slip import safe_with_moving_areas
@@ -34,7 +36,6 @@ from .programs import Program
 from .question import Question, with_open
 from .reasons import safe_slip_reason
 from .safe_model import SafeModel, in_turn
-from .shakedown import ShakedownLimit
 from .shakedown_model import ShakedownModel
 
 
@@ -154,8 +155,8 @@ class SafeSlipModel(SafeModel):
         self._shakedown = ShakedownModel(
             system, cycle, slip_bound=slip_bound, simplify=simplify, solver=solver
         )
-        # Friction, load factor and sufficient limit of the last search, and its limit.
-        self._last: tuple[tuple[bytes, float, float], ShakedownLimit] | None = None
+        # Friction, load factor and sufficient limit of the last search, and its open nodes.
+        self._last: tuple[tuple[bytes, float, float], Booleans] | None = None
         self.margin = cp.Variable(name="margin")
         # Units of the margin: of friction bounds, of normal forces, and of gaps.
         self._mean_bound = cp.Parameter(system.nodes, nonneg=True, name="mean_bound")
@@ -224,14 +225,18 @@ class SafeSlipModel(SafeModel):
         closed = self._if_closed(question, load_factor, user_rows)
         if closed is not None and closed.exists:
             return closed
-
-        limit = self._limit(question, load_factor, enough)
+        limit = None
+        if events:
+            limit = self._shakedown.of_any_set(question, start_by=load_factor, enough=enough)
+            open_nodes = limit.open
+        else:
+            open_nodes = self._best_open_nodes(question, load_factor, enough)
         safe = closed
-        if safe is None or limit.open.any():
-            opened = with_open(question, limit.open)
+        if safe is None or open_nodes.any():
+            opened = with_open(question, open_nodes)
             assert opened is not None  # it has a limit
             safe = self.of_set(opened, load_factor, user_rows)
-        if safe.exists or not events:
+        if safe.exists or limit is None:
             return safe
 
         limit = self._shakedown.of_any_order(limit, load_factor)
@@ -277,12 +282,12 @@ class SafeSlipModel(SafeModel):
             return self.of_set(question, load_factor)
         return None
 
-    def _limit(self, question: Question, load_factor: float, enough: float) -> ShakedownLimit:
-        """The limit of the best open nodes whose least safe load factor is <= `load_factor`."""
+    def _best_open_nodes(self, question: Question, load_factor: float, enough: float) -> Booleans:
+        """The best open nodes of which the least safe load factor is <= `load_factor`."""
         key = question.friction.tobytes(), load_factor, enough
         if self._last is None or self._last[0] != key:
-            limit = self._shakedown.of_any_set(question, start_by=load_factor, enough=enough)
-            self._last = key, limit
+            open_nodes = best_open_nodes(self._shakedown, question, load_factor, enough)
+            self._last = key, open_nodes
         return self._last[1]
 
     def of_set(

@@ -133,9 +133,8 @@ class Chain:
             agreed = agreed and no_optimum_exists
             if claim and claim.residual <= tolerance:
                 left_out = self._left_out
-                self._reduced = (
-                    None  # its dense block is large, and the next solution makes it anew
-                )
+                # Its dense block is large, and the next solution makes it anew.
+                self._reduced = None
                 seconds = perf_counter() - started
                 return claim, SolveRecord(
                     way.solver, tuple(attempts), claim.residual, left_out, seconds

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 import frictopt as fo
-from frictopt.limits import best_set, pose, quick_limits, quick_space, shakedown, with_open
+from frictopt.limits import (
+    best_set,
+    pose,
+    quick_bound,
+    quick_limits,
+    quick_space,
+    shakedown,
+    with_open,
+)
 from helpers import spatial
 from helpers.cases import few
 from helpers.separation import lifted_system, pulled_system
@@ -87,6 +95,43 @@ def test_a_quick_limit_is_the_proven_one(seed):
             stress = (question.system.S @ net)[closed_slips]
             scale = np.abs(question.system.S) @ np.abs(quick._motion.moves).sum(axis=0).ravel()
             assert np.abs(stress).max() < 1e-6 * scale.max()
+
+
+@pytest.mark.parametrize("seed", few(range(47, 71)))
+def test_no_limit_is_above_the_load_factor_that_a_mechanism_proves(seed):
+    rng = np.random.default_rng([seed, 11])
+    for asked in cases(seed):
+        closed = pose(*asked, question_name="shakedown_limit")
+        pulled = closed.r0[:, -1].min(axis=0) < 0
+        question = with_open(closed, pulled | (rng.random(len(pulled)) < 0.2))
+        if question is None or question.open_nodes.all():
+            continue
+        tried = question.load_unit * np.geomspace(1e-3, 1e3, 13)
+        proven = [
+            load_factor for load_factor in tried if quick_bound.is_at_most(question, load_factor)
+        ]
+        if proven:
+            limit = fo.shakedown_limit(*asked, open=question.open_nodes).load_factor
+            assert not limit > min(proven) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("friction", [0.9, 1.2, 1.5])
+def test_the_edge_of_a_punch_that_a_mechanism_keeps_closed_needs_no_program(
+    punch, paper_cycle, friction, monkeypatch
+):
+    """Opening an edge node, which its load presses, divides the limit by about fifty."""
+    contact = punch(24)
+    programs = []
+    monkeypatch.setattr(quick_limits, "_QuickProgram", lambda question: programs.append(question))
+    limit = fo.shakedown_limit(contact, paper_cycle, friction)
+    edges = [[0], [contact.nodes - 1], [0, contact.nodes - 1]]
+    for edge in edges:
+        opened = np.isin(np.arange(contact.nodes), edge)
+        assert (
+            fo.shakedown_limit(contact, paper_cycle, friction, open=opened).load_factor
+            < limit.load_factor
+        )
+    assert not programs and not limit.open.any()
 
 
 @pytest.mark.parametrize("seed", few(range(12)))

@@ -495,3 +495,21 @@ def test_less_friction_is_enough_with_a_node_that_is_pressed_until_it_slips():
         required.reason
         == "no residual slip is safe with less, 1 node open and the others closed: see the mechanism"
     )
+
+
+def test_no_program_is_solved_twice(punch, paper_cycle, monkeypatch):
+    """A closed contact needs no proof of its limit, either: only its open nodes are asked."""
+    frictions = []
+    of_set = fo.SafeSlipModel.of_set
+
+    def counted(self, question, *more):
+        frictions.append(float(question.friction[0]))
+        return of_set(self, question, *more)
+
+    def refused(*given, **options):
+        raise AssertionError("a limit is proven")
+
+    monkeypatch.setattr(fo.SafeSlipModel, "of_set", counted)
+    monkeypatch.setattr(fo.ShakedownModel, "of_set", refused)
+    fo.required_friction(punch(40), paper_cycle, 1.5)
+    assert len(set(frictions)) == len(frictions)
