@@ -187,7 +187,7 @@ def _on_slip(parts: ReportParts, steady: SteadyState, friction_helps: bool) -> I
     place = ""
     if len(contacts) > 1:
         worst = contacts.loc[contacts["work"].idxmax()]
-        place = f", most of the work is done in {worst['contact']}"
+        place = f"; most of the work is done in {worst['contact']}"
     yield (
         f"From assembly without slip {steady.slipping_share:.1%} of all contacts slips in every "
         f"cycle at your load{place}."

@@ -125,9 +125,15 @@ class WearHistory(Worn):
         return self._table.copy()
 
     def _answer(self) -> Mapping[str, object]:
-        names = ("cycles", "work", "largest_depth", "volume")
-        last = {name: float(self._table[name].iloc[-1]) for name in names}
-        return {"jumps": len(self._table) - 1, **last, "reason": self.reason}
+        last = self._table.iloc[-1]
+        return {
+            "jumps": len(self._table) - 1,
+            "cycles": float(last["cycles"]),
+            "work_per_cycle": float(last["work"]),
+            "largest_depth": float(last["largest_depth"]),
+            "volume": float(last["volume"]),
+            "reason": self.reason,
+        }
 
 
 @warns_of_odd_values
